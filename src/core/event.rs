@@ -1,0 +1,70 @@
+//! The alphabet of the gateway: everything that can go in, everything that can come out.
+//!
+//! The daemon turns sockets into [`Input`]s and `Output`s into sockets; a replay turns a file
+//! into the same `Input`s.
+
+use super::frame::Frame;
+use super::time::WallStamp;
+
+/// Which of the configured CAN buses; an index into the settings' list of buses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BusIndex(pub u8);
+
+/// What is known of the link below a bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LinkState {
+    /// Frames can arrive.
+    Up,
+    /// The interface exists but is down (`ENETDOWN`).
+    Down,
+    /// There is no interface of that name (`ENODEV`), e.g. an unplugged adapter.
+    Missing,
+    /// The interface is there but cannot be opened; the code is the `errno`.
+    Failed(i32),
+    /// The recording has ended: nothing more will come.
+    Ended,
+}
+
+/// One thing that happened outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// A data frame arrived.
+    Frame {
+        /// On which bus.
+        bus: BusIndex,
+        /// The frame.
+        frame: Frame,
+        /// When the kernel received it, or the recording's stamp.
+        stamp: WallStamp,
+    },
+    /// The link below a bus changed.
+    Link {
+        /// Which bus.
+        bus: BusIndex,
+        /// What it is now.
+        state: LinkState,
+    },
+    /// The kernel dropped frames because the receive queue was full.
+    Drops {
+        /// On which bus.
+        bus: BusIndex,
+        /// How many more than reported before.
+        lost: u32,
+    },
+    /// The controller or driver sent an error frame.
+    ErrorFrame {
+        /// On which bus.
+        bus: BusIndex,
+        /// The class bits of `linux/can/error.h` (`CAN_ERR_*`).
+        class: u32,
+    },
+    /// Lines or records of a recording that could not be read.
+    BadRecords {
+        /// On which bus they would have been counted.
+        bus: BusIndex,
+        /// How many more than reported before.
+        count: u32,
+    },
+    /// Nothing happened, but the deadline asked for has come.
+    Deadline,
+}

@@ -1,0 +1,138 @@
+//! A CAN frame, whoever delivered it.
+
+use std::fmt;
+
+/// Bytes a frame can carry at most (CAN FD).
+pub const MAX_DATA: usize = 64;
+
+/// A CAN identifier; 11-bit and 29-bit identifiers never compare equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CanId {
+    /// 11 bits, 0 to 0x7FF.
+    Standard(u16),
+    /// 29 bits, 0 to 0x1FFF_FFFF.
+    Extended(u32),
+}
+
+impl CanId {
+    /// An 11-bit identifier, `None` above 0x7FF.
+    pub fn standard(id: u32) -> Option<Self> {
+        u16::try_from(id).ok().filter(|id| *id <= 0x7FF).map(Self::Standard)
+    }
+
+    /// A 29-bit identifier, `None` above 0x1FFF_FFFF.
+    pub fn extended(id: u32) -> Option<Self> {
+        (id <= 0x1FFF_FFFF).then_some(Self::Extended(id))
+    }
+
+    /// The bare number, without any flag bit.
+    pub fn number(self) -> u32 {
+        match self {
+            Self::Standard(id) => u32::from(id),
+            Self::Extended(id) => id,
+        }
+    }
+}
+
+/// candump's spelling: three digits for 11 bits, eight for 29.
+impl fmt::Display for CanId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Standard(id) => write!(f, "{id:03X}"),
+            Self::Extended(id) => write!(f, "{id:08X}"),
+        }
+    }
+}
+
+/// A data frame, classic or FD. Bytes beyond the length are zero.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Frame {
+    id: CanId,
+    fd: bool,
+    len: u8,
+    data: [u8; MAX_DATA],
+}
+
+impl Frame {
+    /// A classic frame (0 to 8 bytes); `None` when `data` is longer.
+    pub fn classic(id: CanId, data: &[u8]) -> Option<Self> {
+        (data.len() <= 8).then(|| Self::filled(id, false, data))
+    }
+
+    /// An FD frame; `None` unless `data` has one of the lengths FD can send
+    /// (0 to 8, 12, 16, 20, 24, 32, 48, 64).
+    pub fn fd(id: CanId, data: &[u8]) -> Option<Self> {
+        matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
+    }
+
+    fn filled(id: CanId, fd: bool, data: &[u8]) -> Self {
+        let mut bytes = [0; MAX_DATA];
+        bytes[..data.len()].copy_from_slice(data);
+        // Both callers have checked that 64 is not exceeded.
+        let len = u8::try_from(data.len()).unwrap_or(0);
+        Self { id, fd, len, data: bytes }
+    }
+
+    /// The identifier.
+    pub fn id(&self) -> CanId {
+        self.id
+    }
+
+    /// Whether it came as CAN FD.
+    pub fn is_fd(&self) -> bool {
+        self.fd
+    }
+
+    /// The payload, as long as the frame says.
+    pub fn data(&self) -> &[u8] {
+        &self.data[..usize::from(self.len)]
+    }
+
+    /// The payload, zero-padded to [`MAX_DATA`]: what compiled decoding reads from.
+    pub fn padded(&self) -> &[u8; MAX_DATA] {
+        &self.data
+    }
+}
+
+/// candump's spelling, `128#00F1` or `128##000F1`.
+impl fmt::Display for Frame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.id, if self.fd { "##0" } else { "#" })?;
+        self.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+    }
+}
+
+impl fmt::Debug for Frame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_a_bus_cannot_carry_are_refused() {
+        let id = CanId::Standard(1);
+        assert!(Frame::classic(id, &[0; 9]).is_none());
+        assert!(Frame::fd(id, &[0; 9]).is_none());
+        assert!(Frame::fd(id, &[0; 65]).is_none());
+        assert_eq!(Frame::fd(id, &[7; 12]).unwrap().data(), &[7; 12]);
+    }
+
+    #[test]
+    fn frames_print_as_candump_does() {
+        let short = Frame::classic(CanId::Standard(0x28), &[0, 0xF1]).unwrap();
+        assert_eq!(short.to_string(), "028#00F1");
+        let long = Frame::fd(CanId::Extended(0x0CFD_CC27), &[1]).unwrap();
+        assert_eq!(long.to_string(), "0CFDCC27##001");
+    }
+
+    #[test]
+    fn identifiers_keep_their_range() {
+        assert_eq!(CanId::standard(0x800), None);
+        assert_eq!(CanId::extended(0x2000_0000), None);
+        assert_ne!(CanId::standard(1), CanId::extended(1));
+    }
+}

@@ -1,0 +1,8 @@
+//! The pure core: frames and times in, reports and findings out.
+//!
+//! Nothing here opens, reads, waits, logs or looks at a clock. Time is an argument, the next
+//! deadline is a value, and the same inputs give the same outputs byte for byte.
+
+pub mod event;
+pub mod frame;
+pub mod time;

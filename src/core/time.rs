@@ -1,0 +1,100 @@
+//! Two kinds of time that cannot be mixed.
+//!
+//! [`MonoTime`] decides ages and timeouts. [`WallStamp`] is carried from the kernel or the
+//! recording into message stamps and is never compared. [`Now`] travels with every call.
+
+use std::time::Duration;
+
+/// Monotonic time in nanoseconds since an arbitrary origin. Never runs backwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct MonoTime(u64);
+
+impl MonoTime {
+    /// The origin.
+    pub const ZERO: Self = Self(0);
+
+    /// A time `nanos` ns after the origin.
+    pub const fn from_nanos(nanos: u64) -> Self {
+        Self(nanos)
+    }
+
+    /// A time `millis` ms after the origin; saturates.
+    pub const fn from_millis(millis: u64) -> Self {
+        Self(millis.saturating_mul(1_000_000))
+    }
+
+    /// Nanoseconds since the origin.
+    pub const fn as_nanos(self) -> u64 {
+        self.0
+    }
+
+    /// How long ago `earlier` was; zero when it lies ahead.
+    pub const fn since(self, earlier: Self) -> Duration {
+        Duration::from_nanos(self.0.saturating_sub(earlier.0))
+    }
+
+    /// This time plus `by`; saturates at the end of time (584 years).
+    pub fn after(self, by: Duration) -> Self {
+        Self(self.0.saturating_add(u64::try_from(by.as_nanos()).unwrap_or(u64::MAX)))
+    }
+}
+
+/// Wall-clock stamp in nanoseconds since 1970-01-01 UTC, as the kernel or the recording gave it.
+///
+/// It has no order on purpose: a stamp is copied into messages, it decides nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct WallStamp(i64);
+
+impl WallStamp {
+    /// A stamp `nanos` ns after the epoch.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        Self(nanos)
+    }
+
+    /// Nanoseconds since the epoch.
+    pub const fn as_nanos(self) -> i64 {
+        self.0
+    }
+
+    /// `builtin_interfaces/Time.sec`: whole seconds, rounded down; saturates outside `int32`.
+    pub fn sec(self) -> i32 {
+        let sec = self.0.div_euclid(1_000_000_000);
+        i32::try_from(sec).unwrap_or(if sec < 0 { i32::MIN } else { i32::MAX })
+    }
+
+    /// `builtin_interfaces/Time.nanosec`: 0 to 999 999 999.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rem_euclid is in 0..10^9
+    pub const fn nanosec(self) -> u32 {
+        self.0.rem_euclid(1_000_000_000) as u32
+    }
+}
+
+/// The moment of a call: what ages are measured by, and what a new header is stamped with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Now {
+    /// Decides ages and timeouts.
+    pub mono: MonoTime,
+    /// Goes into headers that are made now (diagnostics).
+    pub wall: WallStamp,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_before_the_epoch_keep_a_positive_nanosec() {
+        let stamp = WallStamp::from_nanos(-1);
+        assert_eq!((stamp.sec(), stamp.nanosec()), (-1, 999_999_999));
+    }
+
+    #[test]
+    fn stamps_beyond_int32_saturate() {
+        assert_eq!(WallStamp::from_nanos(i64::MAX).sec(), i32::MAX);
+    }
+
+    #[test]
+    fn an_earlier_time_in_the_future_has_no_age() {
+        assert_eq!(MonoTime::from_nanos(1).since(MonoTime::from_nanos(2)), Duration::ZERO);
+    }
+}

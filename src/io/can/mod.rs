@@ -1,0 +1,1 @@
+//! CAN buses and recordings of them.

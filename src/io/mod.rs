@@ -1,0 +1,3 @@
+//! Edges: each file touches one outside thing, and none decides.
+
+pub mod can;
