@@ -1,1 +1,3 @@
+//! The `signal-gateway` command.
+
 fn main() {}

@@ -10,7 +10,7 @@ pub const MAX_DATA: usize = 64;
 pub enum CanId {
     /// 11 bits, 0 to 0x7FF.
     Standard(u16),
-    /// 29 bits, 0 to 0x1FFF_FFFF.
+    /// 29 bits, 0 to `0x1FFF_FFFF`.
     Extended(u32),
 }
 
@@ -20,7 +20,7 @@ impl CanId {
         u16::try_from(id).ok().filter(|id| *id <= 0x7FF).map(Self::Standard)
     }
 
-    /// A 29-bit identifier, `None` above 0x1FFF_FFFF.
+    /// A 29-bit identifier, `None` above `0x1FFF_FFFF`.
     pub fn extended(id: u32) -> Option<Self> {
         (id <= 0x1FFF_FFFF).then_some(Self::Extended(id))
     }
