@@ -1,10 +1,12 @@
 //! The alphabet of the gateway: everything that can go in, everything that can come out.
 //!
-//! The daemon turns sockets into [`Input`]s and `Output`s into sockets; a replay turns a file
+//! The daemon turns sockets into [`Input`]s and [`Output`]s into sockets; a replay turns a file
 //! into the same `Input`s.
 
+use super::diagnostics::Diagnostics;
 use super::frame::Frame;
 use super::time::WallStamp;
+use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Which of the configured CAN buses; an index into the settings' list of buses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -67,4 +69,34 @@ pub enum Input {
     },
     /// Nothing happened, but the deadline asked for has come.
     Deadline,
+}
+
+/// One thing to do outside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Output {
+    /// Publish `TurnIndicatorsReport`.
+    TurnIndicators {
+        /// The state.
+        report: TurnIndicators,
+        /// Receive time of the frame that carried the newest value.
+        stamp: WallStamp,
+    },
+    /// Publish `HazardLightsReport`.
+    HazardLights {
+        /// The state.
+        report: HazardLights,
+        /// Receive time of the frame that carried the newest value.
+        stamp: WallStamp,
+    },
+    /// Turn reports stop: a late joiner must not be handed an old one.
+    WithdrawTurnIndicators,
+    /// Hazard reports stop, likewise.
+    WithdrawHazardLights,
+    /// Publish `DiagnosticArray`.
+    Diagnostics {
+        /// What it says.
+        diagnostics: Diagnostics,
+        /// Header stamp: now.
+        stamp: WallStamp,
+    },
 }

@@ -1,0 +1,2 @@
+//! DBC text to a database, and compiled decoding.
+pub mod codec;

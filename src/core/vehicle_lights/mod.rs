@@ -1,0 +1,125 @@
+//! Vehicle lights: bound frames in, turn-indicator and hazard-light reports out.
+//!
+//! Vocabulary: a *message* carries *signals*; an *observation* is a signal's last raw value; a
+//! *reading* is an observation judged by age and meaning; a *verdict* is what a report may say;
+//! a *doubt* is why it may say nothing; a *finding* is what diagnostics should hear of it.
+
+pub mod binding;
+pub mod meaning;
+pub mod observation;
+pub mod report;
+mod status;
+pub mod verdict;
+
+use crate::core::bus::Bus;
+use crate::core::event::BusIndex;
+use crate::core::frame::Frame;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use binding::{LightsBinding, MessageIndex, SignalIndex, TurnBinding};
+use observation::Observations;
+use report::{Publish, ReportFlow, Step};
+use status::LightsTask;
+use verdict::{HazardLights, TurnIndicators, Verdict, judge};
+
+pub(in crate::core) use status::link_text;
+pub use status::{LightsFinding, Task};
+
+/// State of both reports.
+#[derive(Debug, Clone)]
+pub struct VehicleLights {
+    binding: LightsBinding,
+    seen: Observations,
+    turn: ReportFlow<TurnIndicators>,
+    hazard: ReportFlow<HazardLights>,
+    turn_task: LightsTask,
+    hazard_task: LightsTask,
+}
+
+/// What to do now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Steps {
+    /// With the turn topic.
+    pub turn: Option<Step<TurnIndicators>>,
+    /// With the hazard topic.
+    pub hazard: Option<Step<HazardLights>>,
+    /// Whether the turn finding changed.
+    pub turn_changed: bool,
+    /// Whether the hazard finding changed.
+    pub hazard_changed: bool,
+}
+
+impl VehicleLights {
+    /// Nothing seen, nothing published.
+    pub fn new(binding: LightsBinding, publish: Publish) -> Self {
+        let signals_of = |task| signals_of(&binding, task);
+        Self {
+            turn_task: LightsTask::new(Task::TurnIndicators, signals_of(Task::TurnIndicators)),
+            hazard_task: LightsTask::new(Task::HazardLights, signals_of(Task::HazardLights)),
+            seen: Observations::new(&binding),
+            turn: ReportFlow::new(publish),
+            hazard: ReportFlow::new(publish),
+            binding,
+        }
+    }
+
+    /// What the profile binds.
+    pub fn binding(&self) -> &LightsBinding {
+        &self.binding
+    }
+
+    /// The last values.
+    pub fn observations(&self) -> &Observations {
+        &self.seen
+    }
+
+    /// Takes a frame of a bound message. Call [`Self::settle`] afterwards.
+    pub fn frame_arrived(&mut self, message: MessageIndex, frame: &Frame, stamp: WallStamp, now: Now) {
+        self.seen.frame_arrived(&self.binding, message, frame, stamp, now);
+    }
+
+    /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
+    pub fn forget_bus(&mut self, bus: BusIndex) {
+        self.seen.forget_bus(&self.binding, bus);
+    }
+
+    /// Judges what is known now and says what to do.
+    pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
+        let verdicts = judge(&self.binding, &self.seen, buses, now);
+        let context = (&self.binding, buses, now.mono);
+        Steps {
+            turn: self.turn.update(published(&verdicts.turn), now.mono),
+            hazard: self.hazard.update(published(&verdicts.hazard), now.mono),
+            turn_changed: self.turn_task.update(LightsFinding::of(&verdicts.turn), None, context),
+            hazard_changed: self.hazard_task.update(
+                LightsFinding::of(&verdicts.hazard),
+                verdicts.hazard.reason,
+                context,
+            ),
+        }
+    }
+
+    /// When to call [`Self::settle`] with nothing happening.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let stale = self.seen.next_deadline(&self.binding, now);
+        [stale, self.turn.next_deadline(), self.hazard.next_deadline()].into_iter().flatten().min()
+    }
+}
+
+fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
+    verdict.publish.map(|(value, received)| (value, received.stamp))
+}
+
+/// The signals a task's state depends on, without fault signals.
+fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
+    use binding::HazardBinding;
+    let turn = match &binding.turn {
+        TurnBinding::NotFitted => vec![],
+        TurnBinding::Enumerated(role) => vec![role.signal],
+        TurnBinding::Pair { left, right, .. } => vec![left.signal, right.signal],
+    };
+    match (task, &binding.hazard) {
+        (Task::TurnIndicators, _) | (Task::HazardLights, HazardBinding::BothLamps) => turn,
+        (Task::HazardLights, HazardBinding::Signal { role, .. }) => vec![role.signal],
+        (Task::HazardLights, HazardBinding::NotFitted | HazardBinding::Unbound) => vec![],
+    }
+}

@@ -1,0 +1,297 @@
+//! What diagnostics say of the two reports.
+
+use super::VehicleLights;
+use super::binding::{FaultBinding, HazardBinding, LightsBinding, SignalIndex, Timing};
+use super::observation::Absence;
+use super::verdict::{ActiveFault, Doubt, HazardLights, TurnIndicators, Verdict};
+use crate::core::bus::Bus;
+use crate::core::diagnostics::{Level, RateMeter, Status};
+use crate::core::event::LinkState;
+use crate::core::time::MonoTime;
+
+/// One of the two diagnostic tasks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Task {
+    /// `turn_indicators`
+    TurnIndicators,
+    /// `hazard_lights`
+    HazardLights,
+}
+
+impl Task {
+    /// The name after `<node>: `.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TurnIndicators => "turn_indicators",
+            Self::HazardLights => "hazard_lights",
+        }
+    }
+}
+
+/// What diagnostics should hear: nothing wrong, a doubt, a fault, or both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LightsFinding {
+    doubt: Option<Doubt>,
+    fault: Option<ActiveFault>,
+    withheld: bool,
+}
+
+impl LightsFinding {
+    /// What a verdict amounts to.
+    pub fn of<T>(verdict: &Verdict<T>) -> Self {
+        Self {
+            doubt: verdict.state.as_ref().err().copied(),
+            fault: verdict.fault,
+            withheld: verdict.publish.is_none(),
+        }
+    }
+
+    /// One word for counters and check tables.
+    fn kind(self) -> Option<Kind> {
+        match (self.fault, self.doubt) {
+            (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Kind::HardwareFault),
+            (None, Some(Doubt::Undefined(..))) => Some(Kind::Invalid),
+            (None, Some(Doubt::Absent(..) | Doubt::NotAvailable(..) | Doubt::Unbound)) => Some(Kind::Unknown),
+            (None, None) => None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Unknown,
+    Invalid,
+    HardwareFault,
+}
+
+/// A finding with its history.
+#[derive(Debug, Clone)]
+pub(super) struct LightsTask {
+    task: Task,
+    signals: Vec<SignalIndex>,
+    finding: Option<LightsFinding>,
+    reason: Option<u8>,
+    unknown: u64,
+    invalid: u64,
+    faults: u64,
+    last_error: Option<(String, MonoTime)>,
+    rate: RateMeter,
+}
+
+impl LightsTask {
+    pub(super) fn new(task: Task, signals: Vec<SignalIndex>) -> Self {
+        Self {
+            task,
+            signals,
+            finding: None,
+            reason: None,
+            unknown: 0,
+            invalid: 0,
+            faults: 0,
+            last_error: None,
+            rate: RateMeter::default(),
+        }
+    }
+
+    /// Takes the finding of now; true when it is another than before.
+    pub(super) fn update(
+        &mut self,
+        finding: LightsFinding,
+        reason: Option<u8>,
+        (binding, buses, now): (&LightsBinding, &[Bus], MonoTime),
+    ) -> bool {
+        self.reason = reason;
+        if self.finding == Some(finding) {
+            return false;
+        }
+        let before = self.finding.replace(finding).and_then(LightsFinding::kind);
+        let kind = finding.kind();
+        if kind != before {
+            match kind {
+                Some(Kind::Unknown) => self.unknown += 1,
+                Some(Kind::Invalid) => self.invalid += 1,
+                Some(Kind::HardwareFault) => self.faults += 1,
+                None => {}
+            }
+        }
+        if kind.is_some() {
+            self.last_error = Some((message(binding, buses, self.task, finding), now));
+        }
+        true
+    }
+}
+
+impl VehicleLights {
+    /// The status of one task now. `node` is the name before the colon.
+    pub fn status(&self, which: Task, node: &str, buses: &[Bus], now: MonoTime) -> Status {
+        let (task, report) = match which {
+            Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| turn_name(value))),
+            Task::HazardLights => {
+                (&self.hazard_task, self.hazard.current().map(|(value, _)| hazard_name(value)))
+            }
+        };
+        let finding = task.finding.unwrap_or_default();
+        let bad = finding.kind().is_some();
+        let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
+        if let (HazardBinding::Signal { reasons, .. }, Some(reason)) = (&self.binding.hazard, task.reason) {
+            values.push(("reason", reasons.get(usize::from(reason)).cloned().unwrap_or_default()));
+        }
+        self.signal_values(task, now, &mut values);
+        values.extend([
+            ("unknown_count", task.unknown.to_string()),
+            ("invalid_count", task.invalid.to_string()),
+            ("hardware_fault_count", task.faults.to_string()),
+        ]);
+        values.push((
+            "last_error",
+            match &task.last_error {
+                Some((text, _)) if bad => text.clone(),
+                Some((text, at)) => format!("{text} ({} s ago)", now.since(*at).as_secs()),
+                None => "none".to_owned(),
+            },
+        ));
+        Status {
+            name: format!("{node}: {}", which.name()),
+            level: if bad { Level::Error } else { Level::Ok },
+            message: message(&self.binding, buses, which, finding),
+            values,
+        }
+    }
+
+    /// Takes the counts that the rates are made from; call it at every refresh.
+    pub fn sample_rates(&mut self, now: MonoTime) {
+        let (turn, hazard) = (self.frames(&self.turn_task), self.frames(&self.hazard_task));
+        self.turn_task.rate.sample(turn, now);
+        self.hazard_task.rate.sample(hazard, now);
+    }
+
+    fn signal_values(&self, task: &LightsTask, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
+        if task.signals.is_empty() {
+            return;
+        }
+        let joined = |text: &dyn Fn(SignalIndex) -> String| {
+            task.signals.iter().map(|signal| text(*signal)).collect::<Vec<_>>().join(", ")
+        };
+        let age = |signal: SignalIndex| self.seen.last(signal).map(|seen| now.since(seen.received.at));
+        let oldest = task.signals.iter().map(|signal| age(*signal)).max().flatten();
+        let any_never = task.signals.iter().any(|signal| age(*signal).is_none());
+        let frames = self.frames(task);
+        let too_short: u64 = self.messages_of(task).iter().map(|m| self.seen.counts(*m).too_short).sum();
+        values.extend([
+            ("signal", joined(&|signal| self.binding.signals[signal.0].name.clone())),
+            (
+                "raw_value",
+                joined(&|signal| self.seen.last(signal).map_or("none".into(), |seen| raw_text(seen.raw))),
+            ),
+            (
+                "age_ms",
+                oldest.filter(|_| !any_never).map_or("never".into(), |age| age.as_millis().to_string()),
+            ),
+            ("frames", frames.to_string()),
+            ("rate_hz", format!("{:.1}", task.rate.rate_hz(frames, now))),
+            ("too_short_frames", too_short.to_string()),
+        ]);
+    }
+
+    fn messages_of(&self, task: &LightsTask) -> Vec<super::binding::MessageIndex> {
+        let mut messages: Vec<_> =
+            task.signals.iter().map(|signal| self.binding.signals[signal.0].message).collect();
+        messages.sort_unstable();
+        messages.dedup();
+        messages
+    }
+
+    fn frames(&self, task: &LightsTask) -> u64 {
+        self.messages_of(task).iter().map(|message| self.seen.counts(*message).frames).sum()
+    }
+}
+
+/// The report as its constant is spelled in the `.msg` file.
+pub(super) fn turn_name(value: TurnIndicators) -> &'static str {
+    match value {
+        TurnIndicators::Disable => "DISABLE",
+        TurnIndicators::EnableLeft => "ENABLE_LEFT",
+        TurnIndicators::EnableRight => "ENABLE_RIGHT",
+    }
+}
+
+fn hazard_name(value: HazardLights) -> &'static str {
+    match value {
+        HazardLights::Disable => "DISABLE",
+        HazardLights::Enable => "ENABLE",
+    }
+}
+
+fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: LightsFinding) -> String {
+    let faults = match task {
+        Task::TurnIndicators => &binding.turn_faults,
+        Task::HazardLights => &binding.hazard_faults,
+    };
+    let doubt = finding.doubt.map(|doubt| doubt_text(binding, buses, doubt));
+    let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
+    match [fault, doubt].into_iter().flatten().collect::<Vec<_>>() {
+        texts if texts.is_empty() => "publishing".to_owned(),
+        texts => texts.join("; "),
+    }
+}
+
+fn fault_text(
+    binding: &LightsBinding,
+    faults: &FaultBinding,
+    fault: ActiveFault,
+    finding: LightsFinding,
+) -> String {
+    let text = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
+    let signal = &binding.signals[fault.signal.0].name;
+    let effect = if finding.withheld { "not published" } else { "still published" };
+    format!("hardware fault: {text} ({signal} = {}), {effect}", raw_text(fault.raw))
+}
+
+fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
+    let name = |signal: SignalIndex| binding.signals[signal.0].name.as_str();
+    match doubt {
+        Doubt::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
+        Doubt::Absent(signal, why) => format!("unknown: {}", absence_text(binding, buses, signal, why)),
+        Doubt::NotAvailable(signal, raw) => {
+            format!("unknown: {} = {} means not available", name(signal), raw_text(raw))
+        }
+        Doubt::Undefined(signal, raw) => {
+            format!("invalid: {} = {} is not a defined value", name(signal), raw_text(raw))
+        }
+        Doubt::Fault(signal, raw) => {
+            format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))
+        }
+    }
+}
+
+fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why: Absence) -> String {
+    let message = &binding.messages[binding.signals[signal.0].message.0];
+    let interface = &buses[usize::from(message.bus.0)].settings().interface;
+    match why {
+        Absence::Link(state) => link_text(interface, state),
+        Absence::NeverSeen => format!("no frame of {} ({}) on {interface} yet", message.name, message.id),
+        Absence::Stale => match message.timing {
+            Timing::Cyclic { timeout } => {
+                format!("{} is stale, silent for more than {} ms", message.name, timeout.as_millis())
+            }
+            Timing::Event => format!("{} is stale", message.name),
+        },
+        Absence::BusSilent => format!("bus {interface} is silent"),
+    }
+}
+
+/// What is wrong with a link, for people.
+pub(in crate::core) fn link_text(interface: &str, state: LinkState) -> String {
+    match state {
+        LinkState::Up => format!("{interface} is up"),
+        LinkState::Down => format!("{interface} is down"),
+        LinkState::Missing => format!("{interface} is missing"),
+        LinkState::Failed(errno) => format!("{interface} cannot be opened (errno {errno})"),
+        LinkState::Ended => format!("the recording of {interface} has ended"),
+    }
+}
+
+/// Decimal and hexadecimal, for those who read candump beside it.
+fn raw_text(raw: i128) -> String {
+    if raw < 10 { raw.to_string() } else { format!("{raw} (0x{raw:X})") }
+}
