@@ -1,0 +1,209 @@
+//! The service manager: readiness, a status line and the watchdog, by `sd_notify(3)`'s protocol.
+//!
+//! Own code and no crate, for three things a gateway in a container on a vehicle wants: abstract
+//! sockets, a send that never blocks the frame loop, and addresses that are arguments in tests.
+
+use std::ffi::OsString;
+use std::io;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::time::Duration;
+
+/// Whoever started this process and wants to hear of it; nobody outside systemd.
+#[derive(Debug, Default)]
+pub struct Supervisor {
+    socket: Option<(UnixDatagram, SocketAddr)>,
+    watchdog_period: Option<Duration>,
+    undelivered: u64,
+}
+
+impl Supervisor {
+    /// From `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; one that does nothing without them.
+    ///
+    /// Fails when `NOTIFY_SOCKET` is set but is no address this process can use (neither an
+    /// absolute path nor `@name`, or too long): the unit would wait for readiness in vain.
+    pub fn from_env() -> io::Result<Self> {
+        Self::from_variables(|name| std::env::var_os(name), std::process::id())
+    }
+
+    fn from_variables(variable: impl Fn(&str) -> Option<OsString>, own_pid: u32) -> io::Result<Self> {
+        let number = |name| variable(name)?.to_str()?.parse::<u64>().ok();
+        let meant_for_us = match variable("WATCHDOG_PID") {
+            Some(_) => number("WATCHDOG_PID") == Some(u64::from(own_pid)),
+            None => true,
+        };
+        let timeout_us = number("WATCHDOG_USEC").filter(|&us| us > 0 && meant_for_us);
+        let socket = match variable("NOTIFY_SOCKET") {
+            Some(address) => Some(open(&address)?),
+            None => None,
+        };
+        Ok(Self {
+            socket,
+            watchdog_period: timeout_us.map(|us| Duration::from_micros(us) / 2),
+            undelivered: 0,
+        })
+    }
+
+    /// Start-up is done; `status` is what `systemctl status` shows.
+    pub fn ready(&mut self, status: &str) {
+        self.send(&format!("READY=1\n{}", status_line(status)));
+    }
+
+    /// A new line for `systemctl status`. Line breaks become spaces.
+    pub fn status(&mut self, text: &str) {
+        self.send(&status_line(text));
+    }
+
+    /// The frame loop still turns. To be called every [`Self::watchdog_period`].
+    pub fn feed_watchdog(&mut self) {
+        if self.watchdog_period.is_some() {
+            self.send("WATCHDOG=1");
+        }
+    }
+
+    /// The gateway is on its way out.
+    pub fn stopping(&mut self) {
+        self.send("STOPPING=1");
+    }
+
+    /// How often to feed the watchdog: half of its time; `None` when nobody watches.
+    pub fn watchdog_period(&self) -> Option<Duration> {
+        self.watchdog_period
+    }
+
+    /// Messages the service manager did not take (gone, or its queue full).
+    pub fn undelivered(&self) -> u64 {
+        self.undelivered
+    }
+
+    fn send(&mut self, message: &str) {
+        if let Some((socket, address)) = &self.socket
+            && socket.send_to_addr(message.as_bytes(), address).is_err()
+        {
+            self.undelivered = self.undelivered.saturating_add(1);
+        }
+    }
+}
+
+/// Unconnected, so that a service manager that starts anew on the same address is found again.
+fn open(address: &OsString) -> io::Result<(UnixDatagram, SocketAddr)> {
+    let address = match address.as_bytes() {
+        [b'@', name @ ..] => SocketAddr::from_abstract_name(name)?,
+        [b'/', ..] => SocketAddr::from_pathname(address)?,
+        _ => return Err(io::Error::other("NOTIFY_SOCKET is neither an absolute path nor @name")),
+    };
+    let socket = UnixDatagram::unbound()?;
+    socket.set_nonblocking(true)?;
+    Ok((socket, address))
+}
+
+/// One assignment, whatever `text` contains: a line break would start another.
+fn status_line(text: &str) -> String {
+    format!("STATUS={}", text.replace(['\n', '\r'], " "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    const OWN_PID: u32 = 4711;
+
+    fn supervisor(variables: &[(&str, &str)]) -> io::Result<Supervisor> {
+        let value =
+            |name: &str| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| value.into());
+        Supervisor::from_variables(value, OWN_PID)
+    }
+
+    fn listen(path: &Path) -> UnixDatagram {
+        let socket = UnixDatagram::bind(path).unwrap();
+        socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        socket
+    }
+
+    fn heard(socket: &UnixDatagram) -> String {
+        let mut buffer = [0; 512];
+        let len = socket.recv(&mut buffer).unwrap();
+        String::from_utf8(buffer[..len].to_vec()).unwrap()
+    }
+
+    #[test]
+    fn a_life_is_told_message_by_message() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("notify");
+        let manager = listen(&path);
+        let mut own =
+            supervisor(&[("NOTIFY_SOCKET", path.to_str().unwrap()), ("WATCHDOG_USEC", "4000000")]).unwrap();
+        own.ready("can0: 12 signals");
+        own.feed_watchdog();
+        own.status("can0 down\nREADY=0");
+        own.stopping();
+        assert_eq!(heard(&manager), "READY=1\nSTATUS=can0: 12 signals");
+        assert_eq!(heard(&manager), "WATCHDOG=1");
+        assert_eq!(heard(&manager), "STATUS=can0 down READY=0");
+        assert_eq!(heard(&manager), "STOPPING=1");
+        assert_eq!(own.undelivered(), 0);
+    }
+
+    #[test]
+    fn an_abstract_socket_is_reached_as_in_containers() {
+        let name = format!("signal-gateway-test-{}", std::process::id());
+        let address = SocketAddr::from_abstract_name(&name).unwrap();
+        let manager = UnixDatagram::bind_addr(&address).unwrap();
+        manager.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        supervisor(&[("NOTIFY_SOCKET", &format!("@{name}"))]).unwrap().ready("up");
+        assert_eq!(heard(&manager), "READY=1\nSTATUS=up");
+    }
+
+    #[test]
+    fn outside_systemd_nothing_is_said_and_nothing_is_missed() {
+        let mut own = supervisor(&[]).unwrap();
+        own.ready("up");
+        own.feed_watchdog();
+        assert_eq!((own.watchdog_period(), own.undelivered()), (None, 0));
+    }
+
+    #[test]
+    fn a_manager_that_left_is_counted_and_found_again_when_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("notify");
+        let mut own = supervisor(&[("NOTIFY_SOCKET", path.to_str().unwrap())]).unwrap();
+        own.status("unheard");
+        assert_eq!(own.undelivered(), 1);
+        let manager = listen(&path);
+        own.status("heard");
+        assert_eq!((heard(&manager).as_str(), own.undelivered()), ("STATUS=heard", 1));
+    }
+
+    #[test]
+    fn a_manager_that_does_not_read_never_blocks_the_loop() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("notify");
+        let _deaf = listen(&path);
+        let mut own = supervisor(&[("NOTIFY_SOCKET", path.to_str().unwrap())]).unwrap();
+        for _ in 0..100_000 {
+            own.status("again");
+        }
+        assert!(own.undelivered() > 0, "the queue never filled");
+    }
+
+    #[test]
+    fn the_watchdog_is_fed_at_half_its_time() {
+        let period = |variables: &[_]| supervisor(variables).unwrap().watchdog_period();
+        let half = Some(Duration::from_secs(2));
+        assert_eq!(period(&[("WATCHDOG_USEC", "4000000")]), half);
+        assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "4711")]), half);
+        assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "1")]), None, "another's");
+        assert_eq!(period(&[("WATCHDOG_USEC", "4000000"), ("WATCHDOG_PID", "x")]), None, "nobody's");
+        assert_eq!(period(&[("WATCHDOG_USEC", "0")]), None);
+        assert_eq!(period(&[("WATCHDOG_USEC", "-1")]), None);
+    }
+
+    #[test]
+    fn an_address_that_is_none_is_refused() {
+        for address in ["", "relative", "vsock:2:1", &format!("/{}", "x".repeat(200))] {
+            assert!(supervisor(&[("NOTIFY_SOCKET", address)]).is_err(), "{address}");
+        }
+    }
+}
