@@ -1,3 +1,4 @@
 //! Edges: each file touches one outside thing, and none decides.
 
 pub mod can;
+pub mod ros;
