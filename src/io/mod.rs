@@ -1,4 +1,5 @@
 //! Edges: each file touches one outside thing, and none decides.
 
 pub mod can;
+pub mod ros;
 pub mod systemd;

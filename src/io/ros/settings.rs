@@ -1,0 +1,38 @@
+//! What a ROS 2 session needs to know.
+
+use std::net::IpAddr;
+
+use super::topics::{Durability, Topics};
+
+/// Who we are in the graph, on which network, and what we publish there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RosSettings {
+    /// Node name: letters, digits and `_`, not starting with a digit.
+    pub node: String,
+    /// Namespace, absolute: `/` or `/a/b`.
+    pub namespace: String,
+    /// `ROS_DOMAIN_ID`, 0 to 232.
+    pub domain_id: u16,
+    /// Addresses of the interfaces to use; empty = all.
+    pub only_networks: Vec<IpAddr>,
+    /// Of both reports.
+    pub durability: Durability,
+    /// Topic names.
+    pub topics: Topics,
+    /// `hardware_id` of every diagnostic status; `none` when there is no hardware to name.
+    pub hardware_id: String,
+}
+
+impl Default for RosSettings {
+    fn default() -> Self {
+        Self {
+            node: "signal_gateway".to_owned(),
+            namespace: "/".to_owned(),
+            domain_id: 0,
+            only_networks: Vec::new(),
+            durability: Durability::default(),
+            topics: Topics::default(),
+            hardware_id: "none".to_owned(),
+        }
+    }
+}
