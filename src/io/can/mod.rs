@@ -1,1 +1,13 @@
 //! CAN buses and recordings of them.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`bus`] | the task that turns one interface into inputs, whatever becomes of the interface |
+//! | `link` | what the kernel says of an interface, and when that may have changed |
+//! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
+//! | `wire` | the kernel's structures, as bytes |
+
+pub mod bus;
+mod link;
+mod socket;
+mod wire;

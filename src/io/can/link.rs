@@ -1,0 +1,169 @@
+//! What the kernel says of an interface, and when that may have changed.
+
+use std::io;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::os::unix::net::UnixDatagram;
+use std::time::Duration;
+
+use libc::c_int;
+use tokio::io::unix::AsyncFd;
+use tokio::time::{Instant, sleep_until};
+
+use crate::core::event::LinkState;
+
+/// How often the state is read although nothing was announced.
+const LOOK_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The index of an interface that is up, or why there is none. An interface that was deleted and
+/// made again has a new index.
+pub(super) type Link = Result<c_int, LinkState>;
+
+/// Watches one interface, by name, whether it exists or not.
+pub(super) struct LinkWatch {
+    interface: String,
+    /// Interfaces are asked for through any socket; this kind is never forbidden.
+    asking: io::Result<UnixDatagram>,
+    /// The kernel's announcements; without them the interval has to do.
+    announcements: Option<AsyncFd<OwnedFd>>,
+    next_look: Instant,
+}
+
+impl LinkWatch {
+    /// Starts watching. Changes from now on are announced.
+    pub(super) fn new(interface: &str) -> Self {
+        let announcements = link_announcements();
+        if let Err(error) = &announcements {
+            tracing::warn!(interface, %error, "the kernel does not announce link changes, looking every second");
+        }
+        Self {
+            interface: interface.to_owned(),
+            asking: UnixDatagram::unbound(),
+            announcements: announcements.ok(),
+            next_look: Instant::now() + LOOK_INTERVAL,
+        }
+    }
+
+    /// What the interface is now.
+    ///
+    /// Up means: set up, and not known to be without carrier. A controller that is bus-off has
+    /// none; a virtual interface does not know, which counts as up.
+    pub(super) fn look(&self) -> Link {
+        let asking = self.asking.as_ref().map_err(failed)?;
+        let index = ask(asking, &self.interface, libc::SIOCGIFINDEX).map_err(|error| failed(&error))?;
+        let flags = ask(asking, &self.interface, libc::SIOCGIFFLAGS).map_err(|error| failed(&error))?;
+        let needed = libc::IFF_UP | libc::IFF_RUNNING;
+        if flags & needed == needed { Ok(index) } else { Err(LinkState::Down) }
+    }
+
+    /// Waits until some link may have changed, a second at most.
+    pub(super) async fn event(&mut self) {
+        tokio::select! {
+            () = announced(self.announcements.as_ref()) => {}
+            () = sleep_until(self.next_look) => {}
+        }
+        self.next_look = Instant::now() + LOOK_INTERVAL;
+    }
+
+    /// Waits until the interface is something else than `known`.
+    pub(super) async fn changed_from(&mut self, known: Link) {
+        while self.look() == known {
+            self.event().await;
+        }
+    }
+}
+
+/// What to report when the interface could not be asked for.
+fn failed(error: &io::Error) -> LinkState {
+    match error.raw_os_error() {
+        Some(libc::ENODEV | libc::ENXIO) => LinkState::Missing,
+        code => LinkState::Failed(code.unwrap_or(libc::EIO)),
+    }
+}
+
+/// Waits for an announcement and takes all there are: only that they came matters.
+async fn announced(announcements: Option<&AsyncFd<OwnedFd>>) {
+    let Some(socket) = announcements else { return std::future::pending().await };
+    let Ok(mut ready) = socket.readable().await else { return std::future::pending().await };
+    while discard(socket.get_ref()) {}
+    ready.clear_ready();
+}
+
+/// The answer to a `SIOCGIF*` request whose result is an index or a set of flags.
+#[allow(unsafe_code)]
+fn ask(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::Result<c_int> {
+    // SAFETY: ifreq is integers and a union of plain values; zero is a value of each.
+    let mut about: libc::ifreq = unsafe { std::mem::zeroed() };
+    if interface.is_empty() || interface.len() >= about.ifr_name.len() {
+        return Err(io::Error::from_raw_os_error(libc::EINVAL));
+    }
+    for (to, from) in about.ifr_name.iter_mut().zip(interface.bytes()) {
+        *to = libc::c_char::from_ne_bytes([from]);
+    }
+    // SAFETY: the kernel reads and writes one ifreq, which `about` is.
+    if unsafe { libc::ioctl(socket.as_raw_fd(), request as _, &raw mut about) } < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the kernel has filled the member the request is about.
+    Ok(unsafe {
+        if request == libc::SIOCGIFINDEX {
+            about.ifr_ifru.ifru_ifindex
+        } else {
+            c_int::from(about.ifr_ifru.ifru_flags)
+        }
+    })
+}
+
+/// A non-blocking netlink socket to which every link change is announced.
+#[allow(unsafe_code)]
+fn link_announcements() -> io::Result<AsyncFd<OwnedFd>> {
+    let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
+    // SAFETY: no pointers are passed.
+    let fd = unsafe { libc::socket(libc::AF_NETLINK, kind, libc::NETLINK_ROUTE) };
+    if fd < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the kernel has just given us this descriptor, nobody else knows it.
+    let fd = unsafe { OwnedFd::from_raw_fd(fd) };
+    // SAFETY: sockaddr_nl is integers throughout; zero is a value of each.
+    let mut address: libc::sockaddr_nl = unsafe { std::mem::zeroed() };
+    address.nl_family = libc::AF_NETLINK.try_into().unwrap_or_default();
+    address.nl_groups = libc::RTMGRP_LINK.try_into().unwrap_or_default();
+    let len = libc::socklen_t::try_from(size_of_val(&address)).unwrap_or_default();
+    // SAFETY: pointer and length describe `address`, which the kernel only reads.
+    if unsafe { libc::bind(fd.as_raw_fd(), (&raw const address).cast(), len) } < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the descriptor is owned, and an OwnedFd never changes it.
+    Ok(unsafe { AsyncFd::register(fd)? })
+}
+
+/// Takes one announcement; false when there was none. An overrun counts as one.
+#[allow(unsafe_code)]
+fn discard(fd: &OwnedFd) -> bool {
+    let mut byte = 0_u8; // the rest of the datagram is cut off
+    // SAFETY: pointer and length describe `byte`.
+    let taken = unsafe { libc::recv(fd.as_raw_fd(), (&raw mut byte).cast(), 1, libc::MSG_DONTWAIT) };
+    taken >= 0 || io::Error::last_os_error().raw_os_error() == Some(libc::ENOBUFS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn an_interface_is_told_from_a_missing_and_from_an_impossible_one() {
+        assert_eq!(LinkWatch::new("no-such-can").look(), Err(LinkState::Missing));
+        let impossible = LinkState::Failed(libc::EINVAL);
+        assert_eq!(LinkWatch::new("name-longer-than-any").look(), Err(impossible));
+        assert_eq!(LinkWatch::new("").look(), Err(impossible));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn without_announcements_the_state_is_still_looked_at() {
+        let mut watch = LinkWatch::new("no-such-can");
+        watch.announcements = None;
+        let before = Instant::now();
+        watch.event().await;
+        assert_eq!(before.elapsed(), LOOK_INTERVAL);
+    }
+}

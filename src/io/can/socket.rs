@@ -1,0 +1,199 @@
+//! One raw CAN socket: filters, buffer, stamps, batches.
+
+use std::io;
+use std::mem::{size_of, size_of_val, zeroed};
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
+use std::ptr::null_mut;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use libc::{c_int, c_uint, c_void, socklen_t};
+use tokio::io::Interest;
+use tokio::io::unix::AsyncFd;
+
+use super::wire::{self, CONTROL_SPACE, LossCount, Message};
+use crate::core::event::{BusIndex, Input};
+use crate::core::frame::CanId;
+use crate::core::time::WallStamp;
+
+/// Messages one call can bring.
+pub(super) const BATCH: usize = 64;
+
+/// A bound, non-blocking socket and the buffers it is read into.
+pub(super) struct CanSocket {
+    fd: OwnedFd,
+    buffers: Box<[Buffer; BATCH]>,
+    losses: LossCount,
+    /// Bytes of receive buffer as the kernel accounts them: twice what it granted.
+    pub(super) receive_buffer: usize,
+}
+
+/// Where one message and its control messages go.
+#[derive(Clone, Copy)]
+#[repr(align(8))] // control messages start with a `usize`
+struct Buffer {
+    control: [u8; CONTROL_SPACE],
+    message: [u8; libc::CANFD_MTU],
+}
+
+impl CanSocket {
+    /// Opens a socket on the interface with this index that receives data frames of `ids` (nothing
+    /// else when there are none) and all error frames.
+    ///
+    /// The receive buffer is enlarged beyond the system's limit where we may, else up to it. Errors
+    /// are those of the kernel, e.g. `EAFNOSUPPORT` without CAN, `ENODEV` when the interface is no
+    /// CAN interface, `EINVAL` for more than 512 ids.
+    pub(super) fn open(interface: c_int, ids: &[CanId], receive_buffer: usize) -> io::Result<Self> {
+        let fd = raw_can_socket()?;
+        // Before bind: frames that arrive in between would be queued unfiltered.
+        let filters: Vec<_> = ids.iter().copied().map(wire::filter).collect();
+        set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, &filters)?;
+        set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[libc::CAN_ERR_MASK])?;
+        // A kernel without CAN FD has no FD frames to miss.
+        let _no_fd = set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, &[1]);
+        let asked = [c_int::try_from(receive_buffer).unwrap_or(c_int::MAX)];
+        set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, &asked)
+            .or_else(|_not_privileged| set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUF, &asked))?;
+        set_option(&fd, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW, &[1])?;
+        set_option(&fd, libc::SOL_SOCKET, libc::SO_RXQ_OVFL, &[1])?;
+        bind(&fd, interface)?;
+        let receive_buffer = receive_buffer_of(&fd)?;
+        let empty = Buffer { control: [0; CONTROL_SPACE], message: [0; libc::CANFD_MTU] };
+        Ok(Self { fd, buffers: Box::new([empty; BATCH]), losses: LossCount::default(), receive_buffer })
+    }
+
+    /// What to wait for: a lost link shows as an error, not as something to read.
+    pub(super) const INTEREST: Interest = Interest::READABLE.add(Interest::ERROR);
+
+    /// Registers the socket with the runtime.
+    #[allow(unsafe_code)]
+    pub(super) fn watched(self) -> io::Result<AsyncFd<Self>> {
+        // SAFETY: the socket owns its descriptor and never replaces it.
+        Ok(unsafe { AsyncFd::register_with_interest(self, Self::INTEREST)? })
+    }
+
+    /// Appends what is queued, at most [`BATCH`] messages, and says how many messages that were.
+    ///
+    /// `WouldBlock` when nothing is queued, `ENETDOWN` and `ENODEV` once when the interface went
+    /// down or away.
+    pub(super) fn receive(&mut self, bus: BusIndex, inputs: &mut Vec<Input>) -> io::Result<usize> {
+        let lengths = receive_batch(&self.fd, &mut self.buffers)?;
+        for (buffer, length) in self.buffers.iter().zip(lengths.iter().flatten()) {
+            let controls = wire::controls(buffer.control.get(..length.control).unwrap_or_default());
+            let lost = controls.lost.map_or(0, |count| self.losses.advance(count));
+            if lost > 0 {
+                inputs.push(Input::Drops { bus, lost });
+            }
+            match wire::message(buffer.message.get(..length.message).unwrap_or_default()) {
+                Some(Message::Data(frame)) => {
+                    let stamp = controls.stamp.unwrap_or_else(wall_now);
+                    inputs.push(Input::Frame { bus, frame, stamp });
+                }
+                Some(Message::Error(class)) => inputs.push(Input::ErrorFrame { bus, class }),
+                None => {}
+            }
+        }
+        Ok(lengths.iter().flatten().count())
+    }
+}
+
+impl AsRawFd for CanSocket {
+    fn as_raw_fd(&self) -> RawFd {
+        self.fd.as_raw_fd()
+    }
+}
+
+/// The clock kernel stamps are made with, should one be missing.
+fn wall_now() -> WallStamp {
+    let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    WallStamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
+}
+
+/// How much of a buffer was filled.
+#[derive(Clone, Copy)]
+struct Lengths {
+    control: usize,
+    message: usize,
+}
+
+#[allow(unsafe_code)]
+fn raw_can_socket() -> io::Result<OwnedFd> {
+    let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
+    // SAFETY: no pointers are passed.
+    let fd = unsafe { libc::socket(libc::AF_CAN, kind, libc::CAN_RAW) };
+    checked(fd)?;
+    // SAFETY: the kernel has just given us this descriptor, nobody else knows it.
+    Ok(unsafe { OwnedFd::from_raw_fd(fd) })
+}
+
+/// Sets an option whose value is a sequence of plain kernel structures or integers.
+#[allow(unsafe_code)]
+fn set_option<T: Copy>(fd: &OwnedFd, level: c_int, name: c_int, value: &[T]) -> io::Result<()> {
+    let len = length(size_of_val(value));
+    // SAFETY: pointer and length describe `value`, which the kernel only reads.
+    checked(unsafe { libc::setsockopt(fd.as_raw_fd(), level, name, value.as_ptr().cast(), len) })
+}
+
+#[allow(unsafe_code)]
+fn receive_buffer_of(fd: &OwnedFd) -> io::Result<usize> {
+    let mut bytes: c_int = 0;
+    let mut len = length(size_of::<c_int>());
+    let value: *mut c_void = (&raw mut bytes).cast();
+    // SAFETY: `value` and `len` describe `bytes`; both outlive the call.
+    checked(unsafe {
+        libc::getsockopt(fd.as_raw_fd(), libc::SOL_SOCKET, libc::SO_RCVBUF, value, &raw mut len)
+    })?;
+    Ok(usize::try_from(bytes).unwrap_or(0))
+}
+
+#[allow(unsafe_code)]
+fn bind(fd: &OwnedFd, interface: c_int) -> io::Result<()> {
+    // SAFETY: sockaddr_can is integers throughout; zero is a value of each.
+    let mut address: libc::sockaddr_can = unsafe { zeroed() };
+    address.can_family = libc::AF_CAN.try_into().unwrap_or_default();
+    address.can_ifindex = interface;
+    let len = length(size_of::<libc::sockaddr_can>());
+    // SAFETY: pointer and length describe `address`, which the kernel only reads.
+    checked(unsafe { libc::bind(fd.as_raw_fd(), (&raw const address).cast(), len) })
+}
+
+/// Fills the buffers with what is queued; the lengths of those filled come first.
+#[allow(unsafe_code)]
+fn receive_batch(fd: &OwnedFd, buffers: &mut [Buffer; BATCH]) -> io::Result<[Option<Lengths>; BATCH]> {
+    // SAFETY: zero bytes are null pointers and zero lengths, values of these structures.
+    let (mut parts, mut headers): ([libc::iovec; BATCH], [libc::mmsghdr; BATCH]) = unsafe { zeroed() };
+    for ((buffer, part), header) in buffers.iter_mut().zip(&mut parts).zip(&mut headers) {
+        part.iov_base = buffer.message.as_mut_ptr().cast();
+        part.iov_len = buffer.message.len();
+        header.msg_hdr.msg_iov = part;
+        header.msg_hdr.msg_iovlen = 1;
+        header.msg_hdr.msg_control = buffer.control.as_mut_ptr().cast();
+        header.msg_hdr.msg_controllen = buffer.control.len();
+    }
+    let count = loop {
+        let most = c_uint::try_from(BATCH).unwrap_or(1);
+        let flags = libc::MSG_DONTWAIT;
+        // SAFETY: every header points to its own part and buffer, with their lengths; all of them
+        // outlive the call, and nobody else uses them meanwhile.
+        let count = unsafe { libc::recvmmsg(fd.as_raw_fd(), headers.as_mut_ptr(), most, flags, null_mut()) };
+        match checked(count) {
+            Ok(()) => break usize::try_from(count).unwrap_or(0),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    };
+    let mut lengths = [None; BATCH];
+    for (length, header) in lengths.iter_mut().zip(&headers).take(count) {
+        *length = Some(Lengths { control: header.msg_hdr.msg_controllen, message: header.msg_len as usize });
+    }
+    Ok(lengths)
+}
+
+/// The error the last call left behind when it returned `result`.
+fn checked(result: c_int) -> io::Result<()> {
+    if result < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+}
+
+/// The length of a structure or option, which is always small.
+fn length(bytes: usize) -> socklen_t {
+    socklen_t::try_from(bytes).unwrap_or(socklen_t::MAX)
+}

@@ -1,0 +1,208 @@
+//! The kernel's structures, as bytes: filters, frames, control messages (`linux/can.h`, `cmsg(3)`).
+
+use std::mem::{offset_of, size_of};
+
+use crate::core::frame::{CanId, Frame};
+use crate::core::time::WallStamp;
+
+/// The filter that lets data frames of `id` pass and nothing else.
+///
+/// The mask covers the flags: without them a filter for 0x123 lets 29-bit frames and remote requests
+/// with the same low bits pass.
+pub(super) fn filter(id: CanId) -> libc::can_filter {
+    match id {
+        CanId::Standard(id) => libc::can_filter {
+            can_id: u32::from(id),
+            can_mask: libc::CAN_SFF_MASK | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG,
+        },
+        CanId::Extended(id) => libc::can_filter {
+            can_id: id | libc::CAN_EFF_FLAG,
+            can_mask: libc::CAN_EFF_MASK | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG,
+        },
+    }
+}
+
+/// What a socket delivers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Message {
+    /// A data frame.
+    Data(Frame),
+    /// An error frame: its `CAN_ERR_*` class bits.
+    Error(u32),
+}
+
+/// Reads a `can_frame` or `canfd_frame`; the number of bytes tells which. `None` for remote requests
+/// and for anything malformed.
+pub(super) fn message(bytes: &[u8]) -> Option<Message> {
+    let make = match bytes.len() {
+        libc::CAN_MTU => Frame::classic,
+        libc::CANFD_MTU => Frame::fd,
+        _ => return None,
+    };
+    let word = u32::from_ne_bytes(*bytes.first_chunk()?);
+    if word & libc::CAN_ERR_FLAG != 0 {
+        return Some(Message::Error(word & libc::CAN_ERR_MASK));
+    }
+    if word & libc::CAN_RTR_FLAG != 0 {
+        return None;
+    }
+    let id = if word & libc::CAN_EFF_FLAG == 0 {
+        CanId::standard(word & libc::CAN_SFF_MASK)
+    } else {
+        CanId::extended(word & libc::CAN_EFF_MASK)
+    }?;
+    // Both structures: identifier, length, three bytes of other matters, data.
+    let len = usize::from(*bytes.get(4)?);
+    make(id, bytes.get(8..)?.get(..len)?).map(Message::Data)
+}
+
+/// What the control messages beside a frame say.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Controls {
+    /// When the kernel received the frame (`SO_TIMESTAMPNS_NEW`).
+    pub(super) stamp: Option<WallStamp>,
+    /// Frames this socket has lost since it was opened, modulo 2^32 (`SO_RXQ_OVFL`). The kernel
+    /// leaves it out until the first loss.
+    pub(super) lost: Option<u32>,
+}
+
+/// Space for the control messages of one frame.
+pub(super) const CONTROL_SPACE: usize = 2 * size_of::<libc::cmsghdr>() + 16 + size_of::<usize>();
+
+/// Reads the control messages of one frame; stops at the first malformed one.
+pub(super) fn controls(mut bytes: &[u8]) -> Controls {
+    let mut found = Controls::default();
+    while let Some((level, kind, body, rest)) = next_control(bytes) {
+        match (level, kind) {
+            (libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW) => found.stamp = stamp(body),
+            (libc::SOL_SOCKET, libc::SO_RXQ_OVFL) => {
+                found.lost = body.first_chunk().map(|count| u32::from_ne_bytes(*count));
+            }
+            _ => {}
+        }
+        bytes = rest;
+    }
+    found
+}
+
+/// Level, type and body of the first control message, and what follows it.
+fn next_control(bytes: &[u8]) -> Option<(i32, i32, &[u8], &[u8])> {
+    const HEADER: usize = size_of::<libc::cmsghdr>();
+    let int = |at: usize| Some(i32::from_ne_bytes(*bytes.get(at..)?.first_chunk()?));
+    let len = usize::from_ne_bytes(*bytes.first_chunk()?);
+    let level = int(offset_of!(libc::cmsghdr, cmsg_level))?;
+    let kind = int(offset_of!(libc::cmsghdr, cmsg_type))?;
+    let body = bytes.get(HEADER..len)?;
+    let next = len.checked_next_multiple_of(size_of::<usize>())?;
+    Some((level, kind, body, bytes.get(next..).unwrap_or_default()))
+}
+
+/// A `__kernel_timespec`: seconds and nanoseconds, 64 bits each on every architecture.
+fn stamp(body: &[u8]) -> Option<WallStamp> {
+    let sec = i64::from_ne_bytes(*body.first_chunk()?);
+    let nanos = i64::from_ne_bytes(*body.get(8..)?.first_chunk()?);
+    Some(WallStamp::from_nanos(sec.saturating_mul(1_000_000_000).saturating_add(nanos)))
+}
+
+/// Turns the kernel's running count of lost frames into differences.
+#[derive(Debug, Default)]
+pub(super) struct LossCount(u32);
+
+impl LossCount {
+    /// How many more than at the last call. The count may wrap; one that seems to run backwards
+    /// (frames of two CPUs overtook each other) is taken for old.
+    pub(super) fn advance(&mut self, count: u32) -> u32 {
+        let more = count.wrapping_sub(self.0);
+        if more > u32::MAX / 2 {
+            return 0;
+        }
+        self.0 = count;
+        more
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn can_frame(word: u32, len: u8, data: &[u8], size: usize) -> Vec<u8> {
+        let mut bytes = word.to_ne_bytes().to_vec();
+        bytes.extend([len, 0, 0, 0]);
+        bytes.extend(data);
+        bytes.resize(size, 0xEE);
+        bytes
+    }
+
+    fn control(level: i32, kind: i32, body: &[u8]) -> Vec<u8> {
+        let mut bytes = (size_of::<libc::cmsghdr>() + body.len()).to_ne_bytes().to_vec();
+        bytes.extend(level.to_ne_bytes());
+        bytes.extend(kind.to_ne_bytes());
+        bytes.extend(body);
+        bytes.resize(bytes.len().next_multiple_of(size_of::<usize>()), 0);
+        bytes
+    }
+
+    #[test]
+    fn filters_compare_the_flags_too() {
+        let short = filter(CanId::Standard(0x123));
+        assert_eq!((short.can_id, short.can_mask), (0x123, 0xC000_07FF));
+        let long = filter(CanId::Extended(0x123));
+        assert_eq!((long.can_id, long.can_mask), (0x8000_0123, 0xDFFF_FFFF));
+    }
+
+    #[test]
+    fn the_size_tells_classic_from_fd_and_padding_is_not_payload() {
+        let classic = Frame::classic(CanId::Standard(0x7FF), &[1, 2]).unwrap();
+        assert_eq!(message(&can_frame(0x7FF, 2, &[1, 2], 16)), Some(Message::Data(classic)));
+        let fd = Frame::fd(CanId::Extended(0x7FF), &[9; 12]).unwrap();
+        assert_eq!(message(&can_frame(0x8000_07FF, 12, &[9; 12], 72)), Some(Message::Data(fd)));
+    }
+
+    #[test]
+    fn remote_requests_and_malformed_frames_are_no_messages() {
+        assert_eq!(message(&can_frame(0x4000_0123, 0, &[], 16)), None);
+        assert_eq!(message(&can_frame(0x123, 9, &[], 16)), None, "classic ends at 8 bytes");
+        assert_eq!(message(&can_frame(0x123, 200, &[], 72)), None);
+        assert_eq!(message(&can_frame(0x123, 1, &[], 15)), None);
+    }
+
+    #[test]
+    fn an_error_frame_keeps_only_its_class_bits() {
+        assert_eq!(message(&can_frame(0x2000_0044, 8, &[0; 8], 16)), Some(Message::Error(0x44)));
+    }
+
+    #[test]
+    fn stamp_and_loss_are_read_in_any_order_among_others() {
+        let stamp = [2i64.to_ne_bytes(), 5i64.to_ne_bytes()].concat();
+        let bytes = [
+            control(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, &7u32.to_ne_bytes()),
+            control(libc::SOL_IP, libc::SO_RXQ_OVFL, &9u32.to_ne_bytes()),
+            control(libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW, &stamp),
+        ]
+        .concat();
+        let expected = Controls { stamp: Some(WallStamp::from_nanos(2_000_000_005)), lost: Some(7) };
+        assert_eq!(controls(&bytes), expected);
+        assert_eq!(controls(&[]), Controls::default());
+    }
+
+    #[test]
+    fn losses_are_differences_across_the_wrap() {
+        let mut count = LossCount::default();
+        assert_eq!(count.advance(3), 3);
+        assert_eq!(count.advance(3), 0);
+        count = LossCount(u32::MAX - 1);
+        assert_eq!(count.advance(4), 6);
+        assert_eq!(count.advance(2), 0, "an overtaken frame brings an older count");
+        assert_eq!(count.advance(5), 1);
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_can_make_reading_fail(bytes in prop::collection::vec(any::<u8>(), 0..96)) {
+            controls(&bytes);
+            message(&bytes);
+        }
+    }
+}
