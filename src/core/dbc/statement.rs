@@ -1,0 +1,200 @@
+//! Cuts DBC text into statements, so that a bad one costs only itself.
+//!
+//! The format has no reliable separator: some statements end with the line, some with `;`, some
+//! go on over indented lines, and texts run over lines. Damage must not spread: where a text is
+//! never properly closed, the statement ends with its line.
+
+use std::borrow::Cow;
+
+/// Statements that end with a semicolon and so may go over several lines.
+const SEMICOLON: [&str; 26] = [
+    "BA_",
+    "BA_DEF_",
+    "BA_DEF_DEF_",
+    "BA_DEF_DEF_REL_",
+    "BA_DEF_REL_",
+    "BA_DEF_SGTYPE_",
+    "BA_REL_",
+    "BA_SGTYPE_",
+    "BO_TX_BU_",
+    "BU_BO_REL_",
+    "BU_EV_REL_",
+    "BU_SG_REL_",
+    "CAT_",
+    "CAT_DEF_",
+    "CM_",
+    "ENVVAR_DATA_",
+    "EV_",
+    "EV_DATA_",
+    "SGTYPE_",
+    "SGTYPE_VAL_",
+    "SG_MUL_VAL_",
+    "SIGTYPE_VALTYPE_",
+    "SIG_GROUP_",
+    "SIG_VALTYPE_",
+    "VAL_",
+    "VAL_TABLE_",
+];
+
+/// Statements that end with their line.
+const LINE: [&str; 4] = ["BO_", "BS_", "SG_", "VERSION"];
+
+/// Statements that go on as long as lines hold nothing but names.
+const LISTING: [&str; 2] = ["BU_", "NS_"];
+
+/// One statement; line ends outside texts have become blanks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Statement<'a> {
+    /// Line of its first character, from 1.
+    pub(super) line: usize,
+    /// Whether blanks precede it on its line.
+    pub(super) indented: bool,
+    /// The text, trimmed; never empty.
+    pub(super) text: Cow<'a, str>,
+}
+
+impl Statement<'_> {
+    /// The word it begins with; may be empty or unknown.
+    pub(super) fn keyword(&self) -> &str {
+        first_word(&self.text)
+    }
+}
+
+/// Whether the format has a section of that name.
+pub(super) fn is_keyword(word: &str) -> bool {
+    SEMICOLON.contains(&word) || LINE.contains(&word) || LISTING.contains(&word)
+}
+
+/// The statements of `text` (lines end with `\n`), in order; blank lines and `//` comments are left out.
+pub(super) fn split(text: &str) -> Vec<Statement<'_>> {
+    let mut statements = Vec::new();
+    let (mut rest, mut line, mut indented) = (text, 1, false);
+    loop {
+        let trimmed = rest.trim_start();
+        let blank = &rest[..rest.len() - trimmed.len()];
+        line += line_ends(blank);
+        indented = if blank.contains('\n') || rest.len() == text.len() {
+            !blank.is_empty() && !blank.ends_with('\n')
+        } else {
+            indented
+        };
+        if trimmed.is_empty() {
+            return statements;
+        }
+        let (own, after) = trimmed.split_at(extent(trimmed));
+        if !own.starts_with("//") {
+            statements.push(Statement { line, indented, text: joined(own.trim_end()) });
+        }
+        line += line_ends(own);
+        rest = after;
+    }
+}
+
+/// Bytes of the statement at the start of `text`, at least one character.
+fn extent(text: &str) -> usize {
+    let word = first_word(text);
+    if SEMICOLON.contains(&word) {
+        semicolon_extent(text)
+    } else if LISTING.contains(&word) && text[word.len()..].trim_start().starts_with(':') {
+        listing_extent(text)
+    } else {
+        line_extent(text)
+    }
+}
+
+fn line_extent(text: &str) -> usize {
+    text.find('\n').unwrap_or(text.len())
+}
+
+/// The first line, and those after it that go on with the list.
+fn listing_extent(text: &str) -> usize {
+    let mut end = line_extent(text);
+    while let Some(next) = text[end..].strip_prefix('\n') {
+        let line = &next[..line_extent(next)];
+        if !continues_listing(first_word(text), line) {
+            break;
+        }
+        end += 1 + line.len();
+    }
+    end
+}
+
+/// Whether `line` holds only names: of nodes (indented), or of sections, which are keywords.
+fn continues_listing(listing: &str, line: &str) -> bool {
+    let indented = line.starts_with([' ', '\t']);
+    let mut words = line.split_ascii_whitespace().peekable();
+    let only_names = words.clone().all(|word| first_word(word) == word);
+    let fits = match (listing, words.peek()) {
+        (_, None) => false,
+        ("NS_", Some(_)) => indented || words.count() == 1,
+        (_, Some(first)) => indented && !is_keyword(first),
+    };
+    only_names && fits
+}
+
+/// Up to and with the semicolon; or up to the line before the next statement; or, when a text
+/// stays open, the first line.
+fn semicolon_extent(text: &str) -> usize {
+    let mut at = 0;
+    while let Some(found) = text[at..].find(['"', ';', '\n']) {
+        let position = at + found;
+        match text.as_bytes()[position] {
+            b';' => return position + 1,
+            b'"' => match text_end(&text[position + 1..]) {
+                Some(length) => at = position + 1 + length,
+                None => return position + line_extent(&text[position..]),
+            },
+            _ if ends_before(&text[position + 1..]) => return position,
+            _ => at = position + 1,
+        }
+    }
+    text.len()
+}
+
+/// Whether an unfinished statement cannot go on with the line at the start of `text`.
+fn ends_before(text: &str) -> bool {
+    let line = text[..line_extent(text)].trim_start();
+    line.is_empty() || is_keyword(first_word(line))
+}
+
+/// Bytes up to and with the quote that closes a text, given what follows its opening quote.
+///
+/// A text that goes over lines must be followed by what can follow one; otherwise its own closing
+/// quote is missing and this one opens another statement's text.
+fn text_end(text: &str) -> Option<usize> {
+    let mut escaped = false;
+    let close = text.char_indices().find_map(|(at, c)| {
+        let closes = c == '"' && !escaped;
+        escaped = c == '\\';
+        closes.then_some(at)
+    })?;
+    let after = text[close + 1..].trim_start_matches([' ', '\t']);
+    let separate = after.len() < text.len() - close - 1;
+    let plausible = after.is_empty()
+        || after.starts_with([';', ',', '\n'])
+        || (separate && after.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '"'));
+    (plausible || !text[..close].contains('\n')).then_some(close + 1)
+}
+
+/// Line ends outside texts become blanks, for a grammar that takes one line.
+fn joined(text: &str) -> Cow<'_, str> {
+    if !text.contains('\n') {
+        return Cow::Borrowed(text);
+    }
+    let (mut quoted, mut escaped) = (false, false);
+    let blank_ends = text.chars().map(|c| {
+        quoted ^= c == '"' && !escaped;
+        escaped = c == '\\';
+        if c == '\n' && !quoted { ' ' } else { c }
+    });
+    Cow::Owned(blank_ends.collect())
+}
+
+fn first_word(text: &str) -> &str {
+    let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    &text[..end.unwrap_or(text.len())]
+}
+
+fn line_ends(text: &str) -> usize {
+    text.bytes().filter(|byte| *byte == b'\n').count()
+}
