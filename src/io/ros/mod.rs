@@ -1,5 +1,7 @@
 //! ROS 2: the messages, the topics, and the session that publishes them over DDS.
 
 pub mod messages;
+#[cfg(feature = "ros")]
+pub mod session;
 pub mod settings;
 pub mod topics;

@@ -1,0 +1,79 @@
+//! The network interfaces as far as DDS cares: IPv4 addresses and whether their links are up.
+
+use std::collections::BTreeSet;
+use std::net::{IpAddr, Ipv4Addr};
+
+use if_addrs::IfAddr;
+
+/// An address on an interface. An interface that was unplugged and came back has a new index,
+/// and multicast groups are to be joined again.
+type Place = (Ipv4Addr, Option<u32>);
+
+/// What there is at one moment.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Interfaces {
+    places: BTreeSet<Place>,
+    up: BTreeSet<Place>,
+}
+
+impl Interfaces {
+    /// What there is now, limited to the addresses in `only` unless that is empty. `None` when the
+    /// system doesn't say.
+    pub(super) fn now(only: &[IpAddr]) -> Option<Self> {
+        let mut seen = Self::default();
+        for interface in if_addrs::get_if_addrs().ok()? {
+            let IfAddr::V4(address) = &interface.addr else { continue };
+            if !only.is_empty() && !only.contains(&IpAddr::V4(address.ip)) {
+                continue;
+            }
+            let place = (address.ip, interface.index);
+            seen.places.insert(place);
+            if interface.is_oper_up() {
+                seen.up.insert(place);
+            }
+        }
+        Some(seen)
+    }
+
+    /// Whether there is a place now that was not there before.
+    pub(super) fn has_new_place_since(&self, before: &Self) -> bool {
+        !self.places.is_subset(&before.places)
+    }
+
+    /// Whether a link came up.
+    pub(super) fn has_new_link_since(&self, before: &Self) -> bool {
+        !self.up.is_subset(&before.up)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(places: &[u32], up: &[u32]) -> Interfaces {
+        let place = |index: &u32| (Ipv4Addr::new(10, 0, 0, 1), Some(*index));
+        Interfaces { places: places.iter().map(place).collect(), up: up.iter().map(place).collect() }
+    }
+
+    #[test]
+    fn a_place_that_went_is_no_news_and_one_that_came_back_under_a_new_index_is() {
+        let before = with(&[1, 2], &[1, 2]);
+        assert!(!with(&[1], &[1]).has_new_place_since(&before));
+        assert!(with(&[1, 3], &[1, 3]).has_new_place_since(&before));
+    }
+
+    #[test]
+    fn a_link_that_comes_up_is_news_and_one_that_goes_down_is_not() {
+        let before = with(&[1, 2], &[1]);
+        assert!(!with(&[1, 2], &[]).has_new_link_since(&before));
+        assert!(with(&[1, 2], &[1, 2]).has_new_link_since(&before));
+        assert!(!with(&[1, 2], &[1, 2]).has_new_place_since(&before));
+    }
+
+    #[test]
+    fn the_loopback_is_found_and_a_limit_holds() {
+        let loopback = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        let here = Interfaces::now(&[loopback]).unwrap();
+        assert!(here.places.iter().all(|(address, _)| *address == Ipv4Addr::LOCALHOST));
+    }
+}

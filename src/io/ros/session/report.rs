@@ -1,0 +1,80 @@
+//! One report topic: its writer, its current report, and how it is withdrawn.
+//!
+//! A reader learns of a new writer some milliseconds after the writer exists, and a volatile
+//! reader gets only what is sent after that. So that a report is not lost on readers which knew
+//! the writer's predecessor, it is repeated (same stamp) a few times in the writer's first second.
+
+use std::time::{Duration, Instant};
+
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::DataWriterCdr;
+use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
+use serde::Serialize;
+
+use super::Durability;
+
+/// Ages of a writer at which it repeats the current report.
+const REPEATS: [Duration; 3] =
+    [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1)];
+/// How long a withdrawal waits for readers to acknowledge what was sent before.
+const ACKNOWLEDGE: Duration = Duration::from_millis(100);
+
+/// A report topic of one participant.
+pub(super) struct ReportTopic<M: Serialize> {
+    publisher: Publisher,
+    topic: Topic,
+    durability: Durability,
+    writer: DataWriterCdr<M>,
+    born: Instant,
+    repeats: usize,
+    current: Option<M>,
+}
+
+impl<M: Serialize + Copy> ReportTopic<M> {
+    /// A topic on which nothing was said yet; the quality of service is the topic's.
+    pub(super) fn new(publisher: &Publisher, topic: Topic, durability: Durability) -> CreateResult<Self> {
+        let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
+        let publisher = publisher.clone();
+        Ok(Self { publisher, topic, durability, writer, born: Instant::now(), repeats: 0, current: None })
+    }
+
+    /// The writer's identity; changes when a report is withdrawn.
+    pub(super) fn guid(&self) -> GUID {
+        self.writer.guid()
+    }
+
+    /// Publishes. The error is the text of RustDDS.
+    pub(super) fn publish(&mut self, report: M) -> Result<(), String> {
+        self.current = Some(report);
+        self.write(report)
+    }
+
+    /// Says nothing from now on, not even to readers that come later.
+    pub(super) fn withdraw(&mut self) -> Result<(), String> {
+        if self.current.take().is_none() || self.durability == Durability::Volatile {
+            return Ok(());
+        }
+        // Readers that do not answer are not waited for any longer: they are gone.
+        let _ = self.writer.wait_for_acknowledgments(ACKNOWLEDGE);
+        let fresh = self.publisher.create_datawriter_no_key_cdr(&self.topic, None);
+        self.writer = fresh.map_err(|error| error.to_string())?;
+        self.born = Instant::now();
+        self.repeats = 0;
+        Ok(())
+    }
+
+    /// Repeats the current report when its time has come.
+    pub(super) fn settle(&mut self) -> Result<(), String> {
+        let age = self.born.elapsed();
+        let due = REPEATS.iter().filter(|repeat| **repeat <= age).count();
+        if due <= self.repeats {
+            return Ok(());
+        }
+        self.repeats = due;
+        self.current.map_or(Ok(()), |report| self.write(report))
+    }
+
+    fn write(&self, report: M) -> Result<(), String> {
+        self.writer.write(report, Some(Timestamp::now())).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,188 @@
+//! The two sides of a test: the gateway's session in a process of its own, and a Cyclone DDS reader.
+//!
+//! The session runs in this test's own executable, started again with an environment variable, so
+//! that it can be put into a network namespace. Both sides are told what to do over standard
+//! input, answer in lines of JSON, and end when their input does.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// How long a test waits for what must come.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(40);
+
+/// The Python with `cyclonedds`, or `None` after saying what is skipped.
+pub(crate) fn python(test: &str) -> Option<PathBuf> {
+    let python = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON").map(PathBuf::from);
+    if python.is_none() {
+        println!("skipped: {test}: SIGNAL_GATEWAY_PEER_PYTHON is not set (a Python with cyclonedds==11.0.1)");
+    }
+    python
+}
+
+/// A domain no other test of this run uses, with ports below the ephemeral range.
+pub(crate) fn domain() -> u16 {
+    static NEXT: AtomicU16 = AtomicU16::new(0);
+    let first = u16::try_from(std::process::id() % 60).unwrap();
+    20 + first + NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
+/// A process that speaks lines of JSON.
+pub(crate) struct Side {
+    child: Child,
+    input: Option<ChildStdin>,
+    lines: Receiver<Value>,
+    name: String,
+}
+
+impl Side {
+    fn start(name: &str, mut command: Command) -> Self {
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = command.spawn().unwrap_or_else(|error| panic!("{name} does not start: {error}"));
+        let output = BufReader::new(child.stdout.take().unwrap());
+        let (sender, lines) = channel();
+        thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                // The test harness of the gateway's process says things of its own.
+                if let Ok(value) = serde_json::from_str(&line)
+                    && sender.send(value).is_err()
+                {
+                    return;
+                }
+            }
+        });
+        Self { input: child.stdin.take(), child, lines, name: name.to_owned() }
+    }
+
+    /// Waits for a line that `is_it`; others are passed over.
+    pub(crate) fn wait_for(&self, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            match self.lines.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(line) if is_it(&line) => return line,
+                Ok(_) => {}
+                Err(error) => panic!("{}: waited for {what}: {error}", self.name),
+            }
+        }
+    }
+
+    /// What came during a while.
+    pub(crate) fn during(&self, while_: Duration) -> Vec<Value> {
+        let deadline = Instant::now() + while_;
+        let mut seen = vec![];
+        loop {
+            match self.lines.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(line) => seen.push(line),
+                Err(RecvTimeoutError::Timeout) => return seen,
+                Err(RecvTimeoutError::Disconnected) => panic!("{} ended", self.name),
+            }
+        }
+    }
+
+    /// Kills the process without a chance to say goodbye.
+    pub(crate) fn kill(mut self) {
+        self.child.kill().unwrap();
+    }
+}
+
+impl Drop for Side {
+    fn drop(&mut self) {
+        drop(self.input.take());
+        let deadline = Instant::now() + Duration::from_secs(5);
+        while Instant::now() < deadline {
+            if !matches!(self.child.try_wait(), Ok(None)) {
+                return;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a reader asks for.
+pub(crate) struct Reader<'a> {
+    pub(crate) python: &'a Path,
+    pub(crate) domain: u16,
+    pub(crate) kind: &'a str,
+    pub(crate) topic: &'a str,
+    pub(crate) durability: &'a str,
+    /// `CYCLONEDDS_URI`; empty for Cyclone's defaults.
+    pub(crate) config: &'a str,
+    pub(crate) namespace: Option<&'a str>,
+}
+
+impl Reader<'_> {
+    /// Starts the reader and waits until it reads.
+    pub(crate) fn start(&self) -> Side {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dds_peer/reader.py");
+        let mut command = inside(self.namespace, self.python);
+        command.arg(script).arg(self.domain.to_string()).args([self.kind, self.topic, self.durability]);
+        command.env_remove("CYCLONEDDS_URI");
+        if !self.config.is_empty() {
+            command.env("CYCLONEDDS_URI", self.config);
+        }
+        let side = Side::start(&format!("{} reader of {}", self.durability, self.topic), command);
+        side.wait_for("its start", |line| line["event"] == "ready");
+        side
+    }
+}
+
+/// A session in a process of its own.
+pub(crate) struct Gateway(Side);
+
+impl Gateway {
+    /// Starts it; see [`super::session_process`] for the commands.
+    pub(crate) fn start(namespace: Option<&str>, domain: u16, durability: &str) -> Self {
+        let mut command = inside(namespace, &std::env::current_exe().unwrap());
+        command.args(["--exact", "session_process", "--nocapture", "--test-threads=1"]);
+        command.env("SIGNAL_GATEWAY_TEST_SESSION", format!("{domain} {durability}"));
+        let side = Side::start("the gateway", command);
+        side.wait_for("its start", |line| line["event"] == "ready");
+        Self(side)
+    }
+
+    /// Tells it something.
+    pub(crate) fn tell(&mut self, command: &str) {
+        writeln!(self.0.input.as_mut().unwrap(), "{command}").unwrap();
+    }
+
+    /// What it says of itself.
+    pub(crate) fn status(&mut self) -> Value {
+        self.tell("status");
+        self.0.wait_for("its status", |line| line["event"] == "status")
+    }
+
+    /// Waits until its status is as wanted.
+    pub(crate) fn wait_until(&mut self, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let status = self.status();
+            if is_it(&status) {
+                return status;
+            }
+            assert!(Instant::now() < deadline, "the gateway: waited for {what}: {status}");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ends it in order; says how long `RosSession::stop` took.
+    pub(crate) fn stop(mut self) -> Duration {
+        self.tell("stop");
+        let line = self.0.wait_for("its end", |line| line["event"] == "stopped");
+        Duration::from_millis(line["millis"].as_u64().unwrap())
+    }
+}
+
+fn inside(namespace: Option<&str>, program: &Path) -> Command {
+    let Some(namespace) = namespace else { return Command::new(program) };
+    let mut command = Command::new("ip");
+    command.args(["netns", "exec", namespace]).arg(program);
+    command
+}
