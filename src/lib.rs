@@ -5,10 +5,26 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`core`] | decides; touches no socket, file, clock or log |
+//! | [`cli`] | the command line: one definition makes help, man page and completions |
+//! | [`daemon`] | `run` and `demo`: the gateway between its edges, in one loop |
+//! | [`check`], [`decode`] | the two other desk tools |
+//! | [`replay`] | the gateway over a recording, on virtual time |
+//! | [`view`], [`timeline`] | what comes out, for people and programs |
+//! | [`publisher`] | the way to ROS 2, if there is one |
+//! | [`config`] | what the TOML files say, checked against the DBCs |
 //! | [`io`] | edges; each file touches one outside thing |
+//! | [`core`] | decides; touches no socket, file, clock or log |
 //!
 //! `ARCHITECTURE.md` tells the story; `tests/layering.rs` keeps the imports running downhill.
 
+pub mod check;
+pub mod cli;
+pub mod config;
 pub mod core;
+pub mod daemon;
+pub mod decode;
 pub mod io;
+pub mod publisher;
+pub mod replay;
+pub mod timeline;
+pub mod view;

@@ -1,3 +1,7 @@
 //! The `signal-gateway` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    signal_gateway::cli::main()
+}

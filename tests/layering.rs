@@ -12,8 +12,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
-const FLOORS: &[&[&str]] =
-    &[&["cli"], &["demo"], &["daemon", "replay", "check", "decode"], &["config", "io"], &["core"]];
+const FLOORS: &[&[&str]] = &[
+    &["cli"],
+    &["daemon", "check"],
+    &["decode", "view", "publisher"],
+    &["replay", "timeline"],
+    &["config", "io"],
+    &["core"],
+];
 /// Flows in `core`: each stands alone, and only what joins them sees two of them.
 const FLOWS: &[&str] = &["vehicle_lights", "turn_signal", "traffic_light"];
 /// In `core` above the flows: they must not look up to it.
@@ -146,7 +152,7 @@ impl Source {
         loop {
             match tokens.get(at) {
                 Some(TokenTree::Ident(word)) => {
-                    path.push(word.to_string().trim_start_matches("r#").to_owned())
+                    path.push(word.to_string().trim_start_matches("r#").to_owned());
                 }
                 Some(TokenTree::Punct(star)) if star.as_char() == '*' && at > 0 => path.push("*".to_owned()),
                 Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace && at > 0 => {
@@ -366,13 +372,13 @@ mod the_check_itself {
         );
         assert_found("src/config/file.rs", &["use crate::io::can;", "use crate::cli::Args;"]);
         assert_found("src/io/can/mod.rs", &["use crate::config::file;", "use crate::daemon::run;"]);
-        assert_found("src/daemon.rs", &["use crate::cli::Args;", "use crate::replay::run;"]);
+        assert_found("src/daemon.rs", &["use crate::cli::Args;", "use crate::check::run;"]);
     }
 
     #[test]
     fn lets_imports_run_downhill() {
         assert_clean("src/main.rs", &["use signal_gateway::cli;"]);
-        assert_clean("src/cli.rs", &["use crate::{daemon, replay, demo, config::file, core, io};"]);
+        assert_clean("src/cli.rs", &["use crate::{daemon, replay, view, config::file, core, io};"]);
         assert_clean("src/daemon.rs", &["use crate::{config::settings, core::gateway::Gateway, io::ros};"]);
         assert_clean(
             "src/io/can/mod.rs",

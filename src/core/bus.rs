@@ -67,15 +67,9 @@ pub enum BusFinding {
 }
 
 impl Bus {
-    /// A bus whose link is not known yet, which counts as missing.
-    pub fn new(settings: BusSettings) -> Self {
-        Self {
-            settings,
-            link: LinkState::Missing,
-            last_frame: None,
-            last_trouble: None,
-            counts: BusCounts::default(),
-        }
+    /// A bus that has received nothing.
+    pub fn new(settings: BusSettings, link: LinkState) -> Self {
+        Self { settings, link, last_frame: None, last_trouble: None, counts: BusCounts::default() }
     }
 
     /// What the settings say.
@@ -208,12 +202,13 @@ mod tests {
     use super::*;
 
     fn bus() -> Bus {
-        Bus::new(BusSettings {
+        let settings = BusSettings {
             name: "body".into(),
             interface: "can0".into(),
             alive_by: vec![],
             alive_timeout: Duration::from_millis(100),
-        })
+        };
+        Bus::new(settings, LinkState::Missing)
     }
 
     #[test]

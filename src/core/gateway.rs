@@ -60,15 +60,16 @@ pub struct Gateway {
 }
 
 impl Gateway {
-    /// A gateway that has seen nothing; its first outputs are the diagnostics that say so.
-    pub fn new(settings: GatewaySettings, now: Now) -> Self {
+    /// A gateway that has seen nothing and whose links are all as `link` says; its first outputs are
+    /// the diagnostics that say so.
+    pub fn new(settings: GatewaySettings, link: LinkState, now: Now) -> Self {
         let bus_count = settings.buses.len();
         let indices = (0..=u8::MAX).map(BusIndex).take(bus_count);
         let routes = indices.map(|bus| routes(&settings, bus)).collect();
         let mut gateway = Self {
             routes,
             node: settings.node,
-            buses: settings.buses.into_iter().map(Bus::new).collect(),
+            buses: settings.buses.into_iter().map(|bus| Bus::new(bus, link)).collect(),
             bus_findings: vec![None; bus_count],
             bus_rates: vec![RateMeter::default(); bus_count],
             lights: VehicleLights::new(settings.lights, settings.publish),

@@ -56,6 +56,11 @@ impl WallStamp {
         self.0
     }
 
+    /// This stamp plus `by`; saturates.
+    pub fn after(self, by: Duration) -> Self {
+        Self(self.0.saturating_add(i64::try_from(by.as_nanos()).unwrap_or(i64::MAX)))
+    }
+
     /// `builtin_interfaces/Time.sec`: whole seconds, rounded down; saturates outside `int32`.
     pub fn sec(self) -> i32 {
         let sec = self.0.div_euclid(1_000_000_000);

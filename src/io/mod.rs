@@ -1,5 +1,6 @@
 //! Edges: each file touches one outside thing, and none decides.
 
 pub mod can;
+pub mod clock;
 pub mod ros;
 pub mod systemd;

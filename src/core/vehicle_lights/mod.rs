@@ -10,6 +10,7 @@ pub mod observation;
 pub mod report;
 mod status;
 pub mod verdict;
+pub mod vocabulary;
 
 use crate::core::bus::Bus;
 use crate::core::event::BusIndex;
@@ -22,7 +23,7 @@ use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
 pub(in crate::core) use status::link_text;
-pub use status::{LightsFinding, Task};
+pub use status::{LightsFinding, Task, Trouble};
 
 /// State of both reports.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use super::VehicleLights;
 use super::binding::{FaultBinding, HazardBinding, LightsBinding, SignalIndex, Timing};
 use super::observation::Absence;
-use super::verdict::{ActiveFault, Doubt, HazardLights, TurnIndicators, Verdict};
+use super::verdict::{ActiveFault, Doubt, Verdict};
 use crate::core::bus::Bus;
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::event::LinkState;
@@ -46,21 +46,27 @@ impl LightsFinding {
         }
     }
 
-    /// One word for counters and check tables.
-    fn kind(self) -> Option<Kind> {
+    /// In one word.
+    fn kind(self) -> Option<Trouble> {
         match (self.fault, self.doubt) {
-            (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Kind::HardwareFault),
-            (None, Some(Doubt::Undefined(..))) => Some(Kind::Invalid),
-            (None, Some(Doubt::Absent(..) | Doubt::NotAvailable(..) | Doubt::Unbound)) => Some(Kind::Unknown),
+            (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Trouble::HardwareFault),
+            (None, Some(Doubt::Undefined(..))) => Some(Trouble::Invalid),
+            (None, Some(Doubt::Absent(..) | Doubt::NotAvailable(..) | Doubt::Unbound)) => {
+                Some(Trouble::Unknown)
+            }
             (None, None) => None,
         }
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+/// What is wrong with a report, in one word (vehicle-interface section 1.3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Trouble {
+    /// No value that can be believed.
     Unknown,
+    /// A value that the profile gives no meaning.
     Invalid,
+    /// The vehicle reports a fault.
     HardwareFault,
 }
 
@@ -108,9 +114,9 @@ impl LightsTask {
         let kind = finding.kind();
         if kind != before {
             match kind {
-                Some(Kind::Unknown) => self.unknown += 1,
-                Some(Kind::Invalid) => self.invalid += 1,
-                Some(Kind::HardwareFault) => self.faults += 1,
+                Some(Trouble::Unknown) => self.unknown += 1,
+                Some(Trouble::Invalid) => self.invalid += 1,
+                Some(Trouble::HardwareFault) => self.faults += 1,
                 None => {}
             }
         }
@@ -125,10 +131,8 @@ impl VehicleLights {
     /// The status of one task now. `node` is the name before the colon.
     pub fn status(&self, which: Task, node: &str, buses: &[Bus], now: MonoTime) -> Status {
         let (task, report) = match which {
-            Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| turn_name(value))),
-            Task::HazardLights => {
-                (&self.hazard_task, self.hazard.current().map(|(value, _)| hazard_name(value)))
-            }
+            Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| value.name())),
+            Task::HazardLights => (&self.hazard_task, self.hazard.current().map(|(value, _)| value.name())),
         };
         let finding = task.finding.unwrap_or_default();
         let bad = finding.kind().is_some();
@@ -156,6 +160,15 @@ impl VehicleLights {
             message: message(&self.binding, buses, which, finding),
             values,
         }
+    }
+
+    /// What is wrong with a report now, and whether it is published all the same.
+    pub fn trouble(&self, which: Task) -> (Option<Trouble>, bool) {
+        let (task, published) = match which {
+            Task::TurnIndicators => (&self.turn_task, self.turn.current().is_some()),
+            Task::HazardLights => (&self.hazard_task, self.hazard.current().is_some()),
+        };
+        (task.finding.and_then(LightsFinding::kind), published)
     }
 
     /// Takes the counts that the rates are made from; call it at every refresh.
@@ -203,22 +216,6 @@ impl VehicleLights {
 
     fn frames(&self, task: &LightsTask) -> u64 {
         self.messages_of(task).iter().map(|message| self.seen.counts(*message).frames).sum()
-    }
-}
-
-/// The report as its constant is spelled in the `.msg` file.
-pub(super) fn turn_name(value: TurnIndicators) -> &'static str {
-    match value {
-        TurnIndicators::Disable => "DISABLE",
-        TurnIndicators::EnableLeft => "ENABLE_LEFT",
-        TurnIndicators::EnableRight => "ENABLE_RIGHT",
-    }
-}
-
-fn hazard_name(value: HazardLights) -> &'static str {
-    match value {
-        HazardLights::Disable => "DISABLE",
-        HazardLights::Enable => "ENABLE",
     }
 }
 

@@ -32,6 +32,27 @@ pub enum HazardLights {
     Enable,
 }
 
+impl TurnIndicators {
+    /// The constant's name in the `.msg` file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Disable => "DISABLE",
+            Self::EnableLeft => "ENABLE_LEFT",
+            Self::EnableRight => "ENABLE_RIGHT",
+        }
+    }
+}
+
+impl HazardLights {
+    /// The constant's name in the `.msg` file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Disable => "DISABLE",
+            Self::Enable => "ENABLE",
+        }
+    }
+}
+
 /// Why a state is not published.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Doubt {

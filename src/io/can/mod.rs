@@ -6,8 +6,12 @@
 //! | `link` | what the kernel says of an interface, and when that may have changed |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | `wire` | the kernel's structures, as bytes |
+//! | [`log`] | candump logs on disk, plain or gzip |
+//! | [`candump`] | one line of such a log |
 
 pub mod bus;
+pub mod candump;
 mod link;
+pub mod log;
 mod socket;
 mod wire;

@@ -1,0 +1,303 @@
+//! `check`: what is bound, what is missing, and what a recording would have given, before the drive.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io;
+use std::time::Duration;
+
+use crate::config::Settings;
+use crate::core::dbc::model::Severity;
+use crate::core::event::Input;
+use crate::core::time::MonoTime;
+use crate::core::vehicle_lights::binding::{BoundMessage, HazardBinding, SignalIndex, Timing, TurnBinding};
+use crate::core::vehicle_lights::meaning::RawRange;
+use crate::core::vehicle_lights::vocabulary::{roles, words};
+use crate::core::vehicle_lights::{Task, Trouble};
+use crate::decode::signals_in;
+use crate::replay::Replay;
+
+/// What a check has to say.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Report {
+    /// The text.
+    pub text: String,
+    /// Things an integrator should look at before the drive.
+    pub concerns: u32,
+}
+
+impl Report {
+    fn line(&mut self, heading: &str, text: &str) {
+        // Writing to a String cannot fail.
+        let _ = writeln!(self.text, "{heading:<10} {text}");
+    }
+
+    fn concern(&mut self, text: &str) {
+        self.concerns += 1;
+        self.line("", &format!("! {text}"));
+    }
+}
+
+/// Says what a configuration binds, and what of its DBCs was rejected.
+pub fn binding(settings: &Settings) -> Report {
+    let mut report = Report::default();
+    report.line("vehicle", &settings.vehicle);
+    let lights = &settings.gateway.lights;
+    for (bus, dbc) in settings.gateway.buses.iter().zip(&settings.dbcs) {
+        let (messages, signals) = (dbc.database.messages.len(), dbc.database.signal_count());
+        let rejected = dbc.database.rejected();
+        let path = dbc.path.display();
+        report.line(
+            "bus",
+            &format!(
+                "{} on {}: {path}, {messages} messages, {signals} signals, {rejected} statements rejected",
+                bus.name, bus.interface
+            ),
+        );
+        for finding in dbc.database.findings.iter().filter(|finding| finding.severity == Severity::Rejected) {
+            report.line("", &format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
+        }
+    }
+    for message in &lights.messages {
+        let timing = match message.timing {
+            Timing::Cyclic { timeout } => {
+                format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
+            }
+            Timing::Event => "event, holds while the bus is alive".to_owned(),
+        };
+        let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
+        report.line("message", &format!("{} ({}) on {bus}: {timing}", message.name, message.id));
+    }
+    for role in roles(lights) {
+        let values: Vec<_> =
+            role.named.iter().map(|(range, text)| format!("{} {text}", range_text(*range))).collect();
+        let name = &lights.signals[role.signal.0].name;
+        report.line(&role.subject, &format!("{name}: {}; anything else is invalid", values.join(", ")));
+    }
+    match lights.turn {
+        TurnBinding::NotFitted => report.line("turn", "no indicators fitted: DISABLE for ever"),
+        TurnBinding::Enumerated(_) | TurnBinding::Pair { .. } => {}
+    }
+    match lights.hazard {
+        HazardBinding::NotFitted => report.line("hazard", "no hazard lights fitted: DISABLE for ever"),
+        HazardBinding::BothLamps => report.line("hazard", "on when both turn sides are on"),
+        HazardBinding::Unbound => {
+            report.line("hazard", "bound to no signal: never published, diagnostics say unknown");
+        }
+        HazardBinding::Signal { .. } => {}
+    }
+    report
+}
+
+/// Plays a recording to its end and says what it would have given.
+///
+/// # Errors
+/// When the recording cannot be read to its end.
+pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result<()>) {
+    let mut survey = Survey::new(settings);
+    let outcome = loop {
+        if let Some((input, at)) = replay.upcoming() {
+            survey.frame(settings, input, at);
+        }
+        let before = replay.now().mono;
+        match replay.step() {
+            Ok(true) => {}
+            Ok(false) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+        while replay.poll_output().is_some() {}
+        survey.passed(&replay, before);
+    };
+    (survey.report(settings, &replay), outcome)
+}
+
+/// More different values than this are not listed one by one.
+const MOST_VALUES: usize = 32;
+
+#[derive(Debug, Clone, Default)]
+struct MessageSurvey {
+    frames: u64,
+    last: Option<MonoTime>,
+    longest_gap: Duration,
+    too_long: u64,
+}
+
+#[derive(Debug)]
+struct Survey {
+    messages: Vec<MessageSurvey>,
+    /// Raw values of each signal: how often, and when first.
+    values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
+    troubles: BTreeMap<(usize, Trouble), TroubleSurvey>,
+    current: [Option<Trouble>; 2],
+    published: [Duration; 2],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct TroubleSurvey {
+    times: u64,
+    total: Duration,
+    first: MonoTime,
+}
+
+const TASKS: [Task; 2] = [Task::TurnIndicators, Task::HazardLights];
+
+impl Survey {
+    fn new(settings: &Settings) -> Self {
+        let lights = &settings.gateway.lights;
+        Self {
+            messages: vec![MessageSurvey::default(); lights.messages.len()],
+            values: vec![BTreeMap::new(); lights.signals.len()],
+            troubles: BTreeMap::new(),
+            current: [None; 2],
+            published: [Duration::ZERO; 2],
+        }
+    }
+
+    /// Takes a frame that is about to be handled.
+    fn frame(&mut self, settings: &Settings, input: &Input, at: MonoTime) {
+        let Input::Frame { bus, frame, .. } = input else { return };
+        let lights = &settings.gateway.lights;
+        for (index, _, raw) in signals_in(lights, *bus, frame) {
+            let values = &mut self.values[index.0];
+            if values.len() < MOST_VALUES || values.contains_key(&raw) {
+                values.entry(raw).or_insert((0, at)).0 += 1;
+            }
+        }
+        let is_it = |message: &BoundMessage| message.bus == *bus && message.id == frame.id();
+        let Some(position) = lights.messages.iter().position(is_it) else { return };
+        let seen = &mut self.messages[position];
+        seen.frames += 1;
+        if let Some(last) = seen.last.replace(at) {
+            let gap = at.since(last);
+            seen.longest_gap = seen.longest_gap.max(gap);
+            if let Timing::Cyclic { timeout } = lights.messages[position].timing {
+                seen.too_long += u64::from(gap > timeout);
+            }
+        }
+    }
+
+    /// Adds the time of one step to what was the case during it, then looks at what is the case now.
+    fn passed(&mut self, replay: &Replay, before: MonoTime) {
+        let now = replay.now().mono;
+        let lights = replay.gateway().lights();
+        for (index, task) in TASKS.into_iter().enumerate() {
+            let (trouble, published) = lights.trouble(task);
+            if let Some(survey) = self.current[index].and_then(|was| self.troubles.get_mut(&(index, was))) {
+                survey.total += now.since(before);
+            }
+            if self.current[index] != trouble
+                && let Some(trouble) = trouble
+            {
+                let fresh = TroubleSurvey { times: 0, total: Duration::ZERO, first: now };
+                self.troubles.entry((index, trouble)).or_insert(fresh).times += 1;
+            }
+            self.current[index] = trouble;
+            if published {
+                self.published[index] += now.since(before);
+            }
+        }
+    }
+
+    fn report(&self, settings: &Settings, replay: &Replay) -> Report {
+        let mut report = Report::default();
+        let (counts, log) = (replay.counts(), replay.log());
+        let length = seconds_text(replay.now().mono);
+        let interfaces = log.interfaces().join(", ");
+        report.line("recording", &format!("{} frames in {length} on {interfaces}", counts.records));
+        if let Some((line, reason)) = log.first_bad() {
+            let bad = log.bad_lines();
+            report.concern(&format!("{bad} lines cannot be read; the first is line {line}: {reason}"));
+        }
+        if counts.backwards + counts.jumps > 0 {
+            let (late, jumps) = (counts.backwards, counts.jumps);
+            report
+                .concern(&format!("{late} stamps run backwards, {jumps} times the recorder's clock jumped"));
+        }
+        self.report_messages(settings, &mut report);
+        self.report_values(settings, &mut report);
+        self.report_troubles(replay, &mut report);
+        report
+    }
+
+    fn report_messages(&self, settings: &Settings, report: &mut Report) {
+        for (message, seen) in settings.gateway.lights.messages.iter().zip(&self.messages) {
+            let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
+            let (name, id) = (&message.name, message.id);
+            if seen.frames == 0 {
+                report.concern(&format!("{name} ({id}) never came on {interface}"));
+                continue;
+            }
+            let gap = seen.longest_gap.as_millis();
+            report.line("message", &format!("{name} ({id}): {} frames, longest gap {gap} ms", seen.frames));
+            if seen.too_long > 0 {
+                report
+                    .concern(&format!("{name} was silent for longer than its limit {} times", seen.too_long));
+            }
+        }
+    }
+
+    fn report_values(&self, settings: &Settings, report: &mut Report) {
+        let lights = &settings.gateway.lights;
+        for (index, values) in self.values.iter().enumerate() {
+            let name = &lights.signals[index].name;
+            for (raw, (count, first)) in values {
+                let words = words(lights, SignalIndex(index), *raw);
+                let text: Vec<_> = words.iter().map(|word| word.text.as_str()).collect();
+                let first = seconds_text(*first);
+                let line = format!(
+                    "{name} = {raw} (0x{raw:X}) {}: {count} times, first at {first}",
+                    text.join(", ")
+                );
+                if words.iter().all(|word| word.defined) {
+                    report.line("value", &line);
+                } else {
+                    report.concern(&line);
+                }
+            }
+            if values.len() == MOST_VALUES {
+                report.line("value", &format!("{name}: further values are not listed"));
+            }
+        }
+    }
+
+    fn report_troubles(&self, replay: &Replay, report: &mut Report) {
+        for (index, task) in TASKS.into_iter().enumerate() {
+            let published = seconds_text(MonoTime::ZERO.after(self.published[index]));
+            let whole = seconds_text(replay.now().mono);
+            report.line("report", &format!("{} would be published for {published} of {whole}", task.name()));
+            let troubles = self.troubles.iter().filter(|((of, _), _)| *of == index);
+            for ((_, trouble), TroubleSurvey { times, total, first }) in troubles {
+                let word = match trouble {
+                    Trouble::Unknown => "unknown",
+                    Trouble::Invalid => "invalid",
+                    Trouble::HardwareFault => "hardware fault",
+                };
+                let total = seconds_text(MonoTime::ZERO.after(*total));
+                let text = format!(
+                    "{} {word} {times} times, {total} in all, first at {}",
+                    task.name(),
+                    seconds_text(*first)
+                );
+                // Nothing is known before the first frame; that alone is no concern.
+                let start_only = *trouble == Trouble::Unknown
+                    && *times == 1
+                    && *first == MonoTime::ZERO
+                    && self.published[index] > Duration::ZERO;
+                if start_only { report.line("", &text) } else { report.concern(&text) }
+            }
+        }
+    }
+}
+
+/// Seconds with three decimals.
+fn seconds_text(at: MonoTime) -> String {
+    let millis = at.as_nanos() / 1_000_000;
+    format!("{}.{:03} s", millis / 1000, millis % 1000)
+}
+
+fn range_text(range: RawRange) -> String {
+    if range.first == range.last {
+        range.first.to_string()
+    } else {
+        format!("{}..={}", range.first, range.last)
+    }
+}

@@ -1,0 +1,14 @@
+//! Configuration: what the TOML files say, and what that means.
+//!
+//! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
+//! and gives [`Settings`] or every reason why not.
+
+pub mod file;
+pub mod files;
+pub mod problem;
+mod roles;
+pub mod settings;
+pub mod vehicle;
+pub mod vehicle_file;
+
+pub use settings::{Overrides, Settings, load, load_profile};

@@ -1,0 +1,198 @@
+//! Signals by name, and raw values with a meaning: the pieces a binding is made of.
+
+use toml::Spanned;
+
+use super::problem::{Document, Problem};
+use super::vehicle_file::{RawValues, SwitchFile};
+use crate::core::dbc::model::{Database, Message, Number, Signal};
+use crate::core::event::BusIndex;
+use crate::core::vehicle_lights::binding::{BoundSignal, MessageIndex, Role, SignalIndex};
+use crate::core::vehicle_lights::meaning::{Meaning, RawRange, ValueMap};
+
+/// A bus of the profile with its DBC.
+#[derive(Debug)]
+pub(super) struct ProfileBus {
+    pub(super) name: String,
+    pub(super) index: BusIndex,
+    pub(super) dbc_path: String,
+    pub(super) database: Database,
+}
+
+/// Messages and signals bound so far, each once, and the problems met on the way.
+#[derive(Debug)]
+pub(super) struct Binder<'a> {
+    pub(super) document: &'a Document,
+    pub(super) buses: &'a [ProfileBus],
+    /// Bus and name of each bound message, in order of first use.
+    pub(super) messages: Vec<(usize, &'a Message)>,
+    pub(super) signals: Vec<BoundSignal>,
+    pub(super) problems: Vec<Problem>,
+}
+
+/// Raw values with what they mean, e.g. those of `left`.
+pub(super) type Meanings<'a, T> = Vec<(&'a RawValues, Meaning<T>)>;
+
+impl<'a> Binder<'a> {
+    pub(super) fn new(document: &'a Document, buses: &'a [ProfileBus]) -> Self {
+        Self { document, buses, messages: Vec::new(), signals: Vec::new(), problems: Vec::new() }
+    }
+
+    pub(super) fn refuse(&mut self, at: std::ops::Range<usize>, reason: impl Into<String>, remedy: &str) {
+        self.problems.push(self.document.problem(at, reason, remedy));
+    }
+
+    /// The message of that name, on the named bus or the only one that has it.
+    pub(super) fn find_message(
+        &mut self,
+        bus: Option<&str>,
+        name: &str,
+        at: std::ops::Range<usize>,
+    ) -> Option<(usize, &'a Message)> {
+        let buses = self.buses.iter().enumerate();
+        let named = buses.filter(|(_, known)| bus.is_none_or(|bus| known.name == bus));
+        let found: Vec<_> =
+            named.filter_map(|(index, known)| Some((index, known.database.message(name)?))).collect();
+        match found.as_slice() {
+            [one] => Some(*one),
+            [] => {
+                let reason = match bus.filter(|bus| !self.buses.iter().any(|known| known.name == *bus)) {
+                    Some(bus) => format!("there is no bus {bus}"),
+                    None => self.missing_message(name),
+                };
+                self.refuse(at, reason, "write a message of the DBC as MESSAGE.SIGNAL");
+                None
+            }
+            _ => {
+                self.refuse(at, format!("several buses have a message {name}"), "write BUS:MESSAGE.SIGNAL");
+                None
+            }
+        }
+    }
+
+    /// Says whether the DBC lacks the message or has it in a form that was rejected.
+    fn missing_message(&self, name: &str) -> String {
+        let files = self.buses.iter().map(|bus| bus.dbc_path.as_str()).collect::<Vec<_>>().join(", ");
+        let rejected = self.buses.iter().flat_map(|bus| {
+            let findings = bus.database.findings.iter();
+            findings.filter(|finding| finding.excerpt.contains(name)).map(move |finding| {
+                format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason)
+            })
+        });
+        format!("{files} has no message {name}{}", rejected.take(1).collect::<String>())
+    }
+
+    /// Binds `[bus:]MESSAGE.SIGNAL`.
+    pub(super) fn signal(&mut self, text: &Spanned<String>) -> Option<(SignalIndex, &'a Signal)> {
+        let at = text.span();
+        let (bus, rest) = match text.get_ref().split_once(':') {
+            Some((bus, rest)) => (Some(bus), rest),
+            None => (None, text.get_ref().as_str()),
+        };
+        let Some((message_name, signal_name)) = rest.split_once('.') else {
+            self.refuse(at, format!("{rest:?} names no signal"), "write MESSAGE.SIGNAL");
+            return None;
+        };
+        let (bus, message) = self.find_message(bus, message_name, at.clone())?;
+        let Some(signal) = message.signal(signal_name) else {
+            let bus = &self.buses[bus];
+            let findings = bus.database.findings.iter();
+            let rejected = findings
+                .filter(|finding| finding.excerpt.contains(signal_name))
+                .map(|finding| format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason))
+                .take(1)
+                .collect::<String>();
+            let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
+            let reason = format!("{} has no signal {signal_name}{rejected}", message.name);
+            self.refuse(at, reason, &format!("it has {}", names.join(", ")));
+            return None;
+        };
+        if signal.number != Number::Integer {
+            let reason = format!("{} is a floating-point signal", signal.name);
+            self.refuse(at, reason, "bind a signal with integer raw values");
+            return None;
+        }
+        Some((self.intern(bus, message, signal), signal))
+    }
+
+    fn intern(&mut self, bus: usize, message: &'a Message, signal: &'a Signal) -> SignalIndex {
+        let is_it = |known: &(usize, &Message)| known.0 == bus && known.1.name == message.name;
+        let message_index = self.messages.iter().position(is_it).unwrap_or_else(|| {
+            self.messages.push((bus, message));
+            self.messages.len() - 1
+        });
+        let name = format!("{}.{}", message.name, signal.name);
+        let same = |known: &BoundSignal| known.message.0 == message_index && known.name == name;
+        SignalIndex(self.signals.iter().position(same).unwrap_or_else(|| {
+            let message = MessageIndex(message_index);
+            self.signals.push(BoundSignal { name, message, codec: signal.codec.clone() });
+            self.signals.len() - 1
+        }))
+    }
+
+    /// Binds a signal and its values; problems are noted and `None` comes out.
+    pub(super) fn role<T: Copy>(
+        &mut self,
+        text: &Spanned<String>,
+        meanings: &Meanings<'_, T>,
+    ) -> Option<Role<T>> {
+        let bound = self.signal(text);
+        let values = self.values(meanings, bound.map(|(_, signal)| signal));
+        Some(Role { signal: bound?.0, values: values? })
+    }
+
+    /// An on/off signal.
+    pub(super) fn switch(&mut self, file: &SwitchFile) -> Option<Role<bool>> {
+        self.require_values(&[&file.on, &file.off]);
+        let mut meanings = vec![(&file.on, Meaning::Defined(true)), (&file.off, Meaning::Defined(false))];
+        meanings.extend(file.not_available.iter().map(|values| (values, Meaning::NotAvailable)));
+        meanings.extend(file.fault.iter().map(|values| (values, Meaning::Fault)));
+        self.role(&file.signal, &meanings)
+    }
+
+    /// Notes each empty list among those that must not be.
+    pub(super) fn require_values(&mut self, lists: &[&RawValues]) {
+        for values in lists.iter().filter(|values| values.get_ref().is_empty()) {
+            self.refuse(values.span(), "no value is named", "name at least one raw value");
+        }
+    }
+
+    fn values<T: Copy>(
+        &mut self,
+        meanings: &Meanings<'_, T>,
+        signal: Option<&Signal>,
+    ) -> Option<ValueMap<T>> {
+        let before = self.problems.len();
+        let mut seen: Vec<RawRange> = Vec::new();
+        let mut entries = Vec::new();
+        for (values, meaning) in meanings {
+            for value in values.get_ref() {
+                let range = value.get_ref().0;
+                if let Some(signal) = signal {
+                    let (lowest, highest) = signal.codec.range();
+                    if range.first < lowest || range.last > highest {
+                        let reason = format!("{} cannot hold {}", signal.name, range_text(range));
+                        let remedy = format!("its raw values are {lowest} to {highest}");
+                        self.refuse(value.span(), reason, &remedy);
+                    }
+                }
+                if let Some(twin) =
+                    seen.iter().find(|known| known.first <= range.last && range.first <= known.last)
+                {
+                    let reason = format!("{} overlaps {}", range_text(range), range_text(*twin));
+                    self.refuse(value.span(), reason, "give each raw value one meaning");
+                }
+                seen.push(range);
+                entries.push((range, *meaning));
+            }
+        }
+        if self.problems.len() > before { None } else { ValueMap::new(entries).ok() }
+    }
+}
+
+fn range_text(range: RawRange) -> String {
+    if range.first == range.last {
+        range.first.to_string()
+    } else {
+        format!("{}..={}", range.first, range.last)
+    }
+}

@@ -1,0 +1,308 @@
+//! `run` and `demo`: the gateway between its edges, in one loop.
+//!
+//! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
+//! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
+
+use std::io;
+use std::time::Instant;
+
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::mpsc;
+use tokio::time::sleep_until;
+
+use crate::config::Settings;
+use crate::config::file::{SourceKind, Stamps};
+use crate::core::event::{BusIndex, Input, LinkState, Output};
+use crate::core::gateway::Gateway;
+use crate::core::time::{MonoTime, Now};
+use crate::io::can::bus::{BusSocketSettings, receive};
+use crate::io::can::log::Log;
+use crate::io::clock::Clock;
+use crate::io::systemd::Supervisor;
+use crate::publisher::{Publisher, PublisherError};
+use crate::replay::{Replay, Routes};
+use crate::timeline::JsonTimeline;
+use crate::view::View;
+
+/// Why the daemon stopped, or could not start.
+#[derive(Debug, thiserror::Error)]
+pub enum DaemonError {
+    /// The recording cannot be read.
+    #[error("{file}: {error}")]
+    Recording {
+        /// Its path.
+        file: String,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// `source = "recording"` needs one.
+    #[error("the configuration names no recording; add [recording] file = \"….log\"")]
+    NoRecording,
+    /// ROS 2 cannot be joined.
+    #[error(transparent)]
+    Publisher(#[from] PublisherError),
+    /// The ROS session ended by itself.
+    #[error("the ROS 2 session has ended unexpectedly")]
+    RosEnded,
+    /// The tasks that receive frames ended by themselves.
+    #[error("the CAN receivers have ended unexpectedly")]
+    ReceiversEnded,
+    /// Signals, the notification socket or standard output.
+    #[error("{0}")]
+    System(#[from] io::Error),
+}
+
+/// How a recording is played.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Playback {
+    /// Factor on the original timing.
+    pub speed: f64,
+    /// Start again at the end.
+    pub repeat: bool,
+    /// Which time goes into stamps.
+    pub stamps: Stamps,
+    /// At the end: go on and say that nothing comes any more, instead of leaving.
+    pub stay: bool,
+}
+
+/// Opens the recording again; the first call opens it.
+pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
+
+/// Queue between the receivers and the gateway, in batches. What does not fit waits in the
+/// kernel, which counts what it has to drop.
+const QUEUED_BATCHES: usize = 16;
+
+/// Runs on the source that the configuration names until SIGTERM or SIGINT.
+///
+/// # Errors
+/// See [`DaemonError`].
+pub fn run(settings: Settings, view: View) -> Result<(), DaemonError> {
+    match (settings.source, settings.recording.clone()) {
+        (SourceKind::Socketcan, _) => runtime()?.block_on(run_live(settings, view)),
+        (SourceKind::Recording, None) => Err(DaemonError::NoRecording),
+        (SourceKind::Recording, Some(recording)) => {
+            let playback = Playback {
+                speed: recording.speed,
+                repeat: recording.repeat,
+                stamps: recording.stamps,
+                stay: true,
+            };
+            let reopen = || Log::open(&recording.file);
+            let name = recording.file.display().to_string();
+            let routes = Routes::by_interface(&settings.gateway);
+            play(settings, view, None, (&name, &reopen, routes), playback)
+        }
+    }
+}
+
+/// Plays a recording in real time, publishing as `run` does.
+///
+/// # Errors
+/// See [`DaemonError`].
+pub fn play(
+    settings: Settings,
+    view: View,
+    json: Option<JsonTimeline>,
+    (name, reopen, routes): (&str, Reopen<'_>, Routes),
+    playback: Playback,
+) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let mut edges = Edges::open(&settings, view, json)?;
+        let outcome = play_on(settings, &mut edges, (name, reopen, routes), playback).await;
+        edges.close();
+        outcome
+    })
+}
+
+/// Hands on what the configured interfaces receive until SIGTERM, SIGINT or an error of `take`.
+///
+/// # Errors
+/// See [`DaemonError`].
+pub fn listen(settings: &Settings, mut take: impl FnMut(Input) -> io::Result<()>) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let mut inputs = receive_all(settings);
+        loop {
+            tokio::select! {
+                () = stop.requested() => return Ok(()),
+                batch = inputs.recv() => {
+                    let batch = batch.ok_or(DaemonError::ReceiversEnded)?;
+                    batch.into_iter().try_for_each(&mut take)?;
+                }
+            }
+        }
+    })
+}
+
+fn runtime() -> io::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread().enable_all().build()
+}
+
+async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
+    let mut edges = Edges::open(&settings, view, None)?;
+    let mut inputs = receive_all(&settings);
+    let clock = Clock::start();
+    let mut now = clock.now();
+    let mut gateway = Gateway::new(settings.gateway, LinkState::Missing, now);
+    edges.supervisor.ready("running");
+    let outcome = loop {
+        if let Err(error) = edges.emit(|| gateway.poll_output(), now) {
+            break Err(error);
+        }
+        let deadline = clock.instant(gateway.next_deadline(now.mono));
+        tokio::select! {
+            () = edges.stop.requested() => break Ok(()),
+            batch = inputs.recv() => {
+                let Some(batch) = batch else { break Err(DaemonError::ReceiversEnded) };
+                now = clock.now();
+                // Deadlines that passed while frames were on their way come first, as in a replay.
+                gateway.handle(Input::Deadline, now);
+                for input in batch {
+                    gateway.handle(input, now);
+                }
+            }
+            () = sleep_until(deadline.into()) => {
+                now = clock.now();
+                gateway.handle(Input::Deadline, now);
+            }
+        }
+    };
+    edges.close();
+    outcome
+}
+
+/// Starts a receiver for each bus; the channel closes when all have ended.
+fn receive_all(settings: &Settings) -> mpsc::Receiver<Vec<Input>> {
+    let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
+    let buses = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
+    for ((bus, described), receive_buffer_bytes) in buses {
+        let bus_settings = BusSocketSettings {
+            bus,
+            interface: described.interface.clone(),
+            ids: settings.gateway.relevant_ids(bus),
+            receive_buffer_bytes: *receive_buffer_bytes,
+        };
+        tokio::spawn(receive(bus_settings, sender.clone()));
+    }
+    inputs
+}
+
+async fn play_on(
+    settings: Settings,
+    edges: &mut Edges,
+    (name, reopen, routes): (&str, Reopen<'_>, Routes),
+    playback: Playback,
+) -> Result<(), DaemonError> {
+    let unreadable = |error| DaemonError::Recording { file: name.to_owned(), error };
+    let mut replay =
+        Replay::new(settings.gateway, reopen().map_err(unreadable)?, routes).map_err(unreadable)?;
+    let clock = Clock::start();
+    if playback.stamps == Stamps::Now {
+        replay.restamp(clock.now().wall);
+    }
+    edges.supervisor.ready("playing a recording");
+    loop {
+        let now = replay.now();
+        edges.emit(|| replay.poll_output(), now)?;
+        let Some(next) = replay.next_time() else {
+            if playback.repeat {
+                replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
+            } else if playback.stay {
+                replay.end();
+            } else {
+                return Ok(());
+            }
+            continue;
+        };
+        let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
+        let wake = clock.instant(real);
+        // Frames are µs apart: only what lies ahead is waited for.
+        if wake > Instant::now() {
+            tokio::select! {
+                biased;
+                () = edges.stop.requested() => return Ok(()),
+                () = sleep_until(wake.into()) => {}
+            }
+        }
+        replay.step().map_err(unreadable)?;
+    }
+}
+
+/// Everything the outputs go to, and the request to stop.
+struct Edges {
+    publisher: Publisher,
+    view: View,
+    json: Option<JsonTimeline>,
+    supervisor: Supervisor,
+    watchdog_due: MonoTime,
+    stop: StopSignals,
+}
+
+impl Edges {
+    fn open(settings: &Settings, view: View, json: Option<JsonTimeline>) -> Result<Self, DaemonError> {
+        // Signals first: from here on a stop is an orderly one.
+        let stop = StopSignals::listen()?;
+        let supervisor = Supervisor::from_env()?;
+        let publisher = Publisher::start(settings)?;
+        tracing::info!("{}: {}", settings.vehicle, publisher.describe());
+        Ok(Self { publisher, view, json, supervisor, watchdog_due: MonoTime::ZERO, stop })
+    }
+
+    fn emit(&mut self, mut poll: impl FnMut() -> Option<Output>, now: Now) -> Result<(), DaemonError> {
+        while let Some(output) = poll() {
+            self.publisher.send(&output);
+            match &self.json {
+                Some(json) => {
+                    if let Some(line) = json.line(&output, now.mono) {
+                        write_line(&line)?;
+                    }
+                }
+                None => self.view.show(&output, now.mono)?,
+            }
+        }
+        if self.json.is_none() {
+            self.view.refresh(now.mono, || self.publisher.describe())?;
+        }
+        if !self.publisher.is_well() {
+            return Err(DaemonError::RosEnded);
+        }
+        if let Some(period) = self.supervisor.watchdog_period()
+            && now.mono >= self.watchdog_due
+        {
+            self.supervisor.feed_watchdog();
+            self.watchdog_due = now.mono.after(period);
+        }
+        Ok(())
+    }
+
+    fn close(mut self) {
+        self.supervisor.stopping();
+        self.publisher.stop();
+        tracing::info!("stopped");
+    }
+}
+
+#[allow(clippy::print_stdout)] // the JSON lines are what was asked for
+fn write_line(line: &str) -> io::Result<()> {
+    use io::Write;
+    writeln!(io::stdout().lock(), "{line}")
+}
+
+/// SIGTERM and SIGINT.
+struct StopSignals {
+    terminate: Signal,
+    interrupt: Signal,
+}
+
+impl StopSignals {
+    fn listen() -> io::Result<Self> {
+        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
+    }
+
+    async fn requested(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => {}
+            _ = self.interrupt.recv() => {}
+        }
+    }
+}

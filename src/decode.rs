@@ -1,0 +1,71 @@
+//! `decode`: bound signals by name, like candump with meaning.
+
+use std::io::{self, Write};
+
+use crate::config::Settings;
+use crate::core::event::{BusIndex, Input};
+use crate::core::frame::{CanId, Frame};
+use crate::core::time::WallStamp;
+use crate::core::vehicle_lights::binding::{BoundSignal, LightsBinding, SignalIndex};
+use crate::core::vehicle_lights::vocabulary::words;
+
+/// Prints bound signals of frames.
+#[derive(Debug)]
+pub struct Decoder {
+    binding: LightsBinding,
+    interfaces: Vec<String>,
+    changes_only: bool,
+    last: Vec<Option<i128>>,
+}
+
+/// A bound message, whether a frame is it, and the signals it carries with their raw values.
+pub fn signals_in<'a>(
+    binding: &'a LightsBinding,
+    bus: BusIndex,
+    frame: &'a Frame,
+) -> impl Iterator<Item = (SignalIndex, &'a BoundSignal, i128)> {
+    let id: CanId = frame.id();
+    let carried = move |signal: &BoundSignal| {
+        let message = &binding.messages[signal.message.0];
+        message.bus == bus
+            && message.id == id
+            && signal.codec.needed_length() <= frame.data().len()
+            && signal.codec.is_present(frame.padded())
+    };
+    let signals = binding.signals.iter().enumerate().filter(move |(_, signal)| carried(signal));
+    signals.map(|(index, signal)| (SignalIndex(index), signal, signal.codec.value(frame.padded())))
+}
+
+impl Decoder {
+    /// A decoder for what the settings bind; with `changes_only`, a signal is printed when its
+    /// raw value is another than before.
+    pub fn new(settings: &Settings, changes_only: bool) -> Self {
+        let binding = settings.gateway.lights.clone();
+        let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
+        Self { last: vec![None; binding.signals.len()], binding, interfaces, changes_only }
+    }
+
+    /// Prints what an input holds of bound signals: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`.
+    ///
+    /// # Errors
+    /// When `out` is closed.
+    pub fn print(&mut self, input: &Input, out: &mut dyn Write) -> io::Result<()> {
+        let Input::Frame { bus, frame, stamp } = input else { return Ok(()) };
+        let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
+        for (index, signal, raw) in signals_in(&self.binding, *bus, frame) {
+            let before = self.last[index.0].replace(raw);
+            if self.changes_only && before == Some(raw) {
+                continue;
+            }
+            let words: Vec<_> = words(&self.binding, index, raw).into_iter().map(|word| word.text).collect();
+            let stamp = stamp_text(*stamp);
+            let (id, name, words) = (frame.id(), &signal.name, words.join(", "));
+            writeln!(out, "({stamp}) {interface} {id} {name} = {raw} (0x{raw:X}) {words}")?;
+        }
+        Ok(())
+    }
+}
+
+fn stamp_text(stamp: WallStamp) -> String {
+    format!("{}.{:06}", stamp.sec(), stamp.nanosec() / 1000)
+}

@@ -1,0 +1,144 @@
+//! The way to ROS 2, if there is one: built in, and wanted.
+
+use crate::config::Settings;
+use crate::config::file::Durability as ConfiguredDurability;
+use crate::core::event::Output;
+#[cfg(feature = "ros")]
+use crate::io::ros::session::{DISTRO, RosError, RosSession};
+use crate::io::ros::settings::RosSettings;
+use crate::io::ros::topics::{Durability, Topics};
+
+/// Publishes outputs, or nothing.
+#[derive(Debug)]
+pub struct Publisher {
+    #[cfg(feature = "ros")]
+    session: Option<RosSession>,
+    domain_id: u16,
+}
+
+/// Why nothing can be published.
+#[derive(Debug, thiserror::Error)]
+pub enum PublisherError {
+    /// `ROS_DOMAIN_ID` is set to something else than a number from 0 to 232.
+    #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
+    DomainId(String),
+    /// This build has no DDS.
+    #[error(
+        "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"
+    )]
+    NotBuilt,
+    /// The session cannot start.
+    #[cfg(feature = "ros")]
+    #[error(transparent)]
+    Ros(#[from] RosError),
+}
+
+impl Publisher {
+    /// A publisher into nothing.
+    pub fn off() -> Self {
+        Self {
+            #[cfg(feature = "ros")]
+            session: None,
+            domain_id: 0,
+        }
+    }
+
+    /// Joins the ROS graph, unless the configuration says not to.
+    ///
+    /// # Errors
+    /// See [`PublisherError`].
+    pub fn start(settings: &Settings) -> Result<Self, PublisherError> {
+        if !settings.ros.enabled {
+            return Ok(Self::off());
+        }
+        let ros = ros_settings(settings)?;
+        Self::join(ros)
+    }
+
+    #[cfg(feature = "ros")]
+    fn join(ros: RosSettings) -> Result<Self, PublisherError> {
+        let domain_id = ros.domain_id;
+        Ok(Self { session: Some(RosSession::start(ros)?), domain_id })
+    }
+
+    #[cfg(not(feature = "ros"))]
+    fn join(_ros: RosSettings) -> Result<Self, PublisherError> {
+        Err(PublisherError::NotBuilt)
+    }
+
+    /// Hands an output to the session; never blocks.
+    pub fn send(&self, output: &Output) {
+        #[cfg(feature = "ros")]
+        self.session.iter().for_each(|session| session.send(output));
+        #[cfg(not(feature = "ros"))]
+        let _ = output;
+    }
+
+    /// Whether publishing works, or was not asked for.
+    pub fn is_well(&self) -> bool {
+        #[cfg(feature = "ros")]
+        let well = self.session.as_ref().is_none_or(|session| session.status().running);
+        #[cfg(not(feature = "ros"))]
+        let well = true;
+        well
+    }
+
+    /// Domain, distribution and readers, for people.
+    pub fn describe(&self) -> String {
+        #[cfg(feature = "ros")]
+        if let Some(session) = &self.session {
+            let status = session.status();
+            let readers = [status.turn_readers, status.hazard_readers, status.diagnostics_readers]
+                .map(|n| n.to_string());
+            let missing = match status.missing_peers {
+                0 => String::new(),
+                count => format!(", {count} lost"),
+            };
+            return format!(
+                "ROS 2 {DISTRO}, domain {}, readers {}{missing}",
+                self.domain_id,
+                readers.join("/")
+            );
+        }
+        let _ = self.domain_id;
+        "ROS 2 off".to_owned()
+    }
+
+    /// Leaves the graph, within half a second.
+    pub fn stop(self) {
+        #[cfg(feature = "ros")]
+        if let Some(session) = self.session {
+            session.stop();
+        }
+    }
+}
+
+/// Topic names as configured.
+pub fn topics(settings: &Settings) -> Topics {
+    Topics {
+        turn_indicators: settings.ros.turn_indicators_status.clone(),
+        hazard_lights: settings.ros.hazard_lights_status.clone(),
+        diagnostics: settings.ros.diagnostics.clone(),
+    }
+}
+
+fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
+    let from_environment = || match std::env::var("ROS_DOMAIN_ID") {
+        Ok(text) if !text.is_empty() => {
+            text.parse().ok().filter(|id| *id <= 232).ok_or(PublisherError::DomainId(text))
+        }
+        Ok(_) | Err(_) => Ok(0),
+    };
+    Ok(RosSettings {
+        node: settings.gateway.node.clone(),
+        namespace: settings.ros.namespace.clone(),
+        domain_id: settings.ros.domain_id.map_or_else(from_environment, Ok)?,
+        only_networks: settings.ros.only_networks.clone(),
+        durability: match settings.ros.durability {
+            ConfiguredDurability::TransientLocal => Durability::TransientLocal,
+            ConfiguredDurability::Volatile => Durability::Volatile,
+        },
+        topics: topics(settings),
+        hardware_id: settings.hardware_id.clone(),
+    })
+}

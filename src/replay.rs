@@ -1,0 +1,351 @@
+//! The gateway over a recording, on virtual time.
+//!
+//! The recording's stamps drive the clock: virtual time is zero at the first frame and moves with
+//! the stamps, never backwards. Deadlines that lie before the next frame come first, so the same
+//! recording gives the same outputs byte for byte, however fast it is played.
+
+use std::io;
+use std::time::Duration;
+
+use crate::core::event::{BusIndex, Input, LinkState, Output};
+use crate::core::gateway::{Gateway, GatewaySettings};
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::io::can::candump::Content;
+use crate::io::can::log::{Log, Record};
+
+/// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
+/// time then moves on by just this much. Everything is stale long before.
+pub const LONGEST_SILENCE: Duration = Duration::from_secs(3600);
+
+/// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
+/// clock was set back.
+const LATE_LINE: Duration = Duration::from_secs(1);
+
+/// A gateway that is being fed from a recording.
+#[derive(Debug)]
+pub struct Replay {
+    gateway: Gateway,
+    tape: Tape,
+    next: Option<(Input, Now)>,
+    now: Now,
+    ended: bool,
+}
+
+impl Replay {
+    /// Reads up to the first frame.
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
+        let mut tape = Tape::new(log, routes);
+        let next = tape.next_input()?;
+        let now = next.map_or(Now { mono: MonoTime::ZERO, wall: WallStamp::default() }, |(_, now)| now);
+        Ok(Self { gateway: Gateway::new(settings, LinkState::Up, now), tape, next, now, ended: false })
+    }
+
+    /// When the next step happens, virtual; `None` at the end of the recording.
+    pub fn next_time(&self) -> Option<MonoTime> {
+        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
+        match &self.next {
+            Some((_, frame)) => Some(deadline.min(frame.mono)),
+            None => self.ended.then_some(deadline),
+        }
+    }
+
+    /// Takes the next step: a deadline, or the next frame. False at the end of the recording.
+    ///
+    /// # Errors
+    /// When the recording cannot be read on; everything before has been handled.
+    pub fn step(&mut self) -> io::Result<bool> {
+        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
+        match self.next {
+            Some((input, at)) if at.mono < deadline => {
+                self.now = at;
+                self.gateway.handle(input, at);
+                self.next = None;
+                self.next = self.tape.next_input()?;
+                Ok(true)
+            }
+            None if !self.ended => Ok(false),
+            Some(_) | None => {
+                self.now = Now { mono: deadline, wall: self.now.wall.after(deadline.since(self.now.mono)) };
+                self.gateway.handle(Input::Deadline, self.now);
+                Ok(true)
+            }
+        }
+    }
+
+    /// Tells the gateway that nothing more will come; from now on only deadlines happen.
+    pub fn end(&mut self) {
+        self.ended = true;
+        for (_, bus) in &self.tape.routes.0 {
+            self.gateway.handle(Input::Link { bus: *bus, state: LinkState::Ended }, self.now);
+        }
+    }
+
+    /// Puts in the same recording again; virtual time and stamps go on.
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn rewind(&mut self, log: Log) -> io::Result<()> {
+        self.tape.rewind(log);
+        self.next = self.tape.next_input()?;
+        Ok(())
+    }
+
+    /// Moves all stamps by a constant, so that virtual zero is at `start`.
+    pub fn restamp(&mut self, start: WallStamp) {
+        let by = start.as_nanos().saturating_sub(self.now.wall.as_nanos());
+        self.tape.shift_by(by);
+        let moved = |wall: WallStamp| WallStamp::from_nanos(wall.as_nanos().saturating_add(by));
+        self.now.wall = moved(self.now.wall);
+        if let Some((input, at)) = &mut self.next {
+            at.wall = moved(at.wall);
+            if let Input::Frame { stamp, .. } = input {
+                *stamp = moved(*stamp);
+            }
+        }
+    }
+
+    /// The next output of the steps taken so far.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.gateway.poll_output()
+    }
+
+    /// Virtual time, and the wall time that belongs to it.
+    pub fn now(&self) -> Now {
+        self.now
+    }
+
+    /// The gateway.
+    pub fn gateway(&self) -> &Gateway {
+        &self.gateway
+    }
+
+    /// The next input of the recording and its virtual time, if no deadline lies before it.
+    pub fn upcoming(&self) -> Option<(&Input, MonoTime)> {
+        let (input, at) = self.next.as_ref()?;
+        (at.mono < self.gateway.next_deadline(self.now.mono)).then_some((input, at.mono))
+    }
+
+    /// Takes the next input past the gateway.
+    ///
+    /// # Errors
+    /// When the recording cannot be read on.
+    pub fn skim(&mut self) -> io::Result<Option<Input>> {
+        let Some((input, at)) = self.next.take() else { return Ok(None) };
+        self.now = at;
+        self.next = self.tape.next_input()?;
+        Ok(Some(input))
+    }
+
+    /// What was read so far.
+    pub fn counts(&self) -> Counts {
+        self.tape.counts
+    }
+
+    /// The log.
+    pub fn log(&self) -> &Log {
+        &self.tape.log
+    }
+}
+
+/// Which bus each interface name of a log belongs to.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Routes(pub Vec<(String, BusIndex)>);
+
+impl Routes {
+    /// Each configured interface under its own name.
+    pub fn by_interface(settings: &GatewaySettings) -> Self {
+        let names = settings.buses.iter().map(|bus| bus.interface.clone());
+        Self(names.zip((0..=u8::MAX).map(BusIndex)).collect())
+    }
+
+    /// Takes the log's interface for the bus, whatever it is called, when there is one of each.
+    /// `names` are the interfaces of the log.
+    pub fn adopt_only_interface(&mut self, names: impl FnOnce() -> Vec<String>) {
+        if let [(interface, _)] = self.0.as_mut_slice()
+            && let [only] = names().as_slice()
+        {
+            interface.clone_from(only);
+        }
+    }
+
+    /// The bus of an interface name.
+    pub fn bus_of(&self, interface: &str) -> Option<BusIndex> {
+        self.0.iter().find(|(name, _)| name == interface).map(|(_, bus)| *bus)
+    }
+}
+
+/// What was read of a recording.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Entries of any kind.
+    pub records: u64,
+    /// Entries of interfaces that no bus is configured for.
+    pub foreign: u64,
+    /// Stamps that lay before an earlier one.
+    pub backwards: u64,
+    /// Steps of the recorder's clock longer than [`LONGEST_SILENCE`].
+    pub jumps: u64,
+}
+
+/// The recording as inputs with virtual times.
+#[derive(Debug)]
+struct Tape {
+    log: Log,
+    routes: Routes,
+    clock: Option<TapeClock>,
+    /// Added to recorded stamps, ns.
+    shift: i64,
+    begin_again: bool,
+    /// Comes after the bad lines that stood before it.
+    held: Option<(Input, Now)>,
+    bad_reported: u64,
+    counts: Counts,
+}
+
+/// Virtual time, and the newest stamp that was seen by then.
+#[derive(Debug, Clone, Copy)]
+struct TapeClock {
+    mono: MonoTime,
+    stamp: WallStamp,
+}
+
+impl Tape {
+    fn new(log: Log, routes: Routes) -> Self {
+        let counts = Counts::default();
+        Self { log, routes, clock: None, shift: 0, begin_again: false, held: None, bad_reported: 0, counts }
+    }
+
+    fn rewind(&mut self, log: Log) {
+        self.log = log;
+        self.bad_reported = 0;
+        self.begin_again = true;
+    }
+
+    fn shift_by(&mut self, nanos: i64) {
+        self.shift = self.shift.saturating_add(nanos);
+        if let Some(clock) = &mut self.clock {
+            clock.stamp = WallStamp::from_nanos(clock.stamp.as_nanos().saturating_add(nanos));
+        }
+    }
+
+    fn next_input(&mut self) -> io::Result<Option<(Input, Now)>> {
+        if let Some(held) = self.held.take() {
+            return Ok(Some(held));
+        }
+        while let Some(record) = self.log.next_record()? {
+            self.counts.records += 1;
+            let (stamp, now) = self.advance(record.stamp);
+            let input = self.input(record, stamp).map(|input| (input, now));
+            self.counts.foreign += u64::from(input.is_none());
+            if let Some(bad) = self.new_bad_lines() {
+                self.held = input;
+                return Ok(Some((bad, now)));
+            }
+            if input.is_some() {
+                return Ok(input);
+            }
+        }
+        let last = self.clock.map(|clock| Now { mono: clock.mono, wall: clock.stamp });
+        Ok(self.new_bad_lines().zip(last))
+    }
+
+    /// Bad lines since the last call. They count for the first bus: such a line names none.
+    fn new_bad_lines(&mut self) -> Option<Input> {
+        let count = self.log.bad_lines() - std::mem::replace(&mut self.bad_reported, self.log.bad_lines());
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        (count > 0).then_some(Input::BadRecords { bus: BusIndex(0), count })
+    }
+
+    fn input(&self, record: Record, stamp: WallStamp) -> Option<Input> {
+        let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
+        match record.content {
+            Content::Data(frame) => Some(Input::Frame { bus, frame, stamp }),
+            Content::Error(class) => Some(Input::ErrorFrame { bus, class }),
+            Content::Remote => None,
+        }
+    }
+
+    /// The record's stamp after shifting, and the virtual time it comes at.
+    fn advance(&mut self, recorded: WallStamp) -> (WallStamp, Now) {
+        let shifted = |shift: i64| WallStamp::from_nanos(recorded.as_nanos().saturating_add(shift));
+        let clock = self.clock.get_or_insert(TapeClock { mono: MonoTime::ZERO, stamp: shifted(self.shift) });
+        if std::mem::take(&mut self.begin_again) {
+            let onward = clock.stamp.after(Duration::from_millis(1));
+            self.shift = onward.as_nanos().saturating_sub(recorded.as_nanos());
+        }
+        let stamp = shifted(self.shift);
+        let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
+        let size = Duration::from_nanos(nanos.unsigned_abs());
+        if nanos >= 0 {
+            self.counts.jumps += u64::from(size > LONGEST_SILENCE);
+            clock.mono = clock.mono.after(size.min(LONGEST_SILENCE));
+            clock.stamp = stamp;
+        } else if size < LATE_LINE {
+            self.counts.backwards += 1;
+        } else {
+            self.counts.jumps += 1;
+            clock.stamp = stamp;
+        }
+        (stamp, Now { mono: clock.mono, wall: clock.stamp })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tape(text: &str) -> Tape {
+        let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
+        Tape::new(log, Routes(vec![("can0".into(), BusIndex(0))]))
+    }
+
+    fn all(tape: &mut Tape) -> Vec<(u64, String)> {
+        std::iter::from_fn(|| tape.next_input().unwrap())
+            .map(|(input, now)| (now.mono.as_nanos() / 1_000_000, text(&input)))
+            .collect()
+    }
+
+    fn text(input: &Input) -> String {
+        match input {
+            Input::Frame { frame, stamp, .. } => format!("{frame} {}", stamp.as_nanos() / 1_000_000),
+            other @ (Input::Link { .. }
+            | Input::Drops { .. }
+            | Input::ErrorFrame { .. }
+            | Input::BadRecords { .. }
+            | Input::Deadline) => format!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn late_lines_do_not_turn_the_clock_back_and_jumps_do_not_stop_it() {
+        let mut tape = tape(
+            "(10.0) can0 001#\n(10.5) can0 002#\n(10.4) can0 003#\n(10.6) can1 004#\n(99999.0) can0 005#\n\
+             (20.0) can0 006#\n(20.1) can0 007#\n",
+        );
+        let frames = all(&mut tape);
+        let times: Vec<_> = frames.iter().map(|(ms, _)| *ms).collect();
+        assert_eq!(times, [0, 500, 500, 3_600_600, 3_600_600, 3_600_700]);
+        assert_eq!(frames[2].1, "003# 10400", "the frame keeps its own stamp");
+        assert_eq!(tape.counts, Counts { records: 7, foreign: 1, backwards: 1, jumps: 2 });
+    }
+
+    #[test]
+    fn bad_lines_come_before_the_frame_behind_them_and_at_the_end() {
+        let mut tape = tape("(1.0) can0 001#\nx\ny\n(2.0) can0 002#\nz\n");
+        let order: Vec<_> = all(&mut tape).into_iter().map(|(_, text)| text).collect();
+        let bad = |count| format!("{:?}", Input::BadRecords { bus: BusIndex(0), count });
+        assert_eq!(order, ["001# 1000".to_owned(), bad(2), "002# 2000".to_owned(), bad(1)]);
+    }
+
+    #[test]
+    fn a_repeated_recording_goes_on_in_time() {
+        let text = "(5.0) can0 001#\n(5.1) can0 002#\n";
+        let mut tape = tape(text);
+        all(&mut tape);
+        tape.rewind(Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap());
+        assert_eq!(all(&mut tape), [(101, "001# 5101".to_owned()), (201, "002# 5201".to_owned())]);
+    }
+}

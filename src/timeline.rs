@@ -1,0 +1,188 @@
+//! What comes out of the gateway, written down: as lines for people and as JSON lines for programs.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::core::diagnostics::{Level, Status};
+use crate::core::event::Output;
+use crate::core::time::MonoTime;
+use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
+use crate::io::ros::topics::Topics;
+
+/// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
+///
+/// Every published report is a line. Diagnostics are a line whenever a status changes, with the
+/// statuses that changed; plain refreshes are left out.
+#[derive(Debug, Clone)]
+pub struct JsonTimeline {
+    /// Topic names as configured.
+    pub topics: Topics,
+    /// `hardware_id` of each status.
+    pub hardware_id: String,
+}
+
+#[derive(Serialize)]
+struct JsonLine<'a, T> {
+    /// Seconds of virtual time, to the nanosecond.
+    t: f64,
+    topic: &'a str,
+    data: T,
+}
+
+impl JsonTimeline {
+    /// The line for an output, without line end; `None` for what is no message and for refreshes.
+    pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
+        match output {
+            Output::TurnIndicators { report, stamp } => {
+                json(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(*report, *stamp))
+            }
+            Output::HazardLights { report, stamp } => {
+                json(at, &self.topics.hazard_lights, HazardLightsReport::new(*report, *stamp))
+            }
+            Output::Diagnostics { diagnostics, stamp } if !diagnostics.refresh => json(
+                at,
+                &self.topics.diagnostics,
+                DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
+            ),
+            Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
+                None
+            }
+        }
+    }
+}
+
+#[allow(clippy::cast_precision_loss)] // exact to the nanosecond for 104 days
+fn json(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
+    let t = at.as_nanos() as f64 / 1e9;
+    // Plain structs of numbers and strings: this cannot fail.
+    serde_json::to_string(&JsonLine { t, topic, data }).ok()
+}
+
+/// Something a person wants to hear of: a report or a status that is another than before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Event {
+    /// How much it matters.
+    pub level: Level,
+    /// `turn_indicators`, `hazard_lights` or an interface.
+    pub task: String,
+    /// `ENABLE_LEFT`, `no longer published`, or what diagnostics say.
+    pub text: String,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:<5} {:<16} {}", self.level.to_string(), self.task, self.text)
+    }
+}
+
+/// Finds the changes in a stream of outputs.
+#[derive(Debug, Clone, Default)]
+pub struct Changes {
+    turn: Option<&'static str>,
+    hazard: Option<&'static str>,
+    said: BTreeMap<String, (Level, String)>,
+}
+
+impl Changes {
+    /// What a person should hear of this output.
+    pub fn of(&mut self, output: &Output) -> Vec<Event> {
+        match output {
+            Output::TurnIndicators { report, .. } => {
+                published(&mut self.turn, "turn_indicators", Some(report.name()))
+            }
+            Output::HazardLights { report, .. } => {
+                published(&mut self.hazard, "hazard_lights", Some(report.name()))
+            }
+            Output::WithdrawTurnIndicators => published(&mut self.turn, "turn_indicators", None),
+            Output::WithdrawHazardLights => published(&mut self.hazard, "hazard_lights", None),
+            Output::Diagnostics { diagnostics, .. } => {
+                diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
+            }
+        }
+    }
+
+    /// What is published on the turn topic, by the name of its constant.
+    pub fn turn(&self) -> Option<&'static str> {
+        self.turn
+    }
+
+    /// What is published on the hazard topic, by the name of its constant.
+    pub fn hazard(&self) -> Option<&'static str> {
+        self.hazard
+    }
+
+    fn status(&mut self, status: &Status) -> Option<Event> {
+        let now = (status.level, status.message.clone());
+        if self.said.get(&status.name) == Some(&now) {
+            return None;
+        }
+        self.said.insert(status.name.clone(), now);
+        let text = status.message.clone();
+        Some(Event { level: status.level, task: task_of(&status.name).to_owned(), text })
+    }
+}
+
+/// The task in `<node>: <task>`.
+pub fn task_of(status_name: &str) -> &str {
+    status_name.split_once(": ").map_or(status_name, |(_, task)| task)
+}
+
+fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static str>) -> Vec<Event> {
+    if *before == now {
+        return Vec::new();
+    }
+    *before = now;
+    let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
+    vec![Event { level, task: task.to_owned(), text: text.to_owned() }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::diagnostics::Diagnostics;
+    use crate::core::time::WallStamp;
+    use crate::core::vehicle_lights::verdict::TurnIndicators;
+
+    fn left() -> Output {
+        Output::TurnIndicators {
+            report: TurnIndicators::EnableLeft,
+            stamp: WallStamp::from_nanos(1_500_000_001),
+        }
+    }
+
+    fn status(level: Level, refresh: bool) -> Output {
+        let values = vec![("age_ms", "3".to_owned())];
+        let status = Status { name: "gw: can0".into(), level, message: "text".into(), values };
+        let diagnostics = Diagnostics { statuses: vec![status], refresh };
+        Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(2_000_000_000) }
+    }
+
+    #[test]
+    fn json_lines_are_the_contract() {
+        let timeline = JsonTimeline { topics: Topics::default(), hardware_id: "car".into() };
+        assert_eq!(
+            timeline.line(&left(), MonoTime::from_nanos(1_250_000_000)).unwrap(),
+            r#"{"t":1.25,"topic":"/vehicle/status/turn_indicators_status","data":{"stamp":{"sec":1,"nanosec":500000001},"report":2}}"#
+        );
+        assert_eq!(
+            timeline.line(&status(Level::Error, false), MonoTime::from_millis(3)).unwrap(),
+            r#"{"t":0.003,"topic":"/diagnostics","data":{"header":{"stamp":{"sec":2,"nanosec":0},"frame_id":""},"status":[{"level":2,"name":"gw: can0","message":"text","hardware_id":"car","values":[{"key":"age_ms","value":"3"}]}]}}"#
+        );
+        assert_eq!(timeline.line(&status(Level::Error, true), MonoTime::ZERO), None);
+        assert_eq!(timeline.line(&Output::WithdrawTurnIndicators, MonoTime::ZERO), None);
+    }
+
+    #[test]
+    fn a_person_hears_of_changes_only() {
+        let mut changes = Changes::default();
+        assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
+        assert!(changes.of(&left()).is_empty());
+        assert_eq!(changes.of(&Output::WithdrawTurnIndicators)[0].text, "no longer published");
+        assert!(changes.of(&Output::WithdrawTurnIndicators).is_empty());
+        assert_eq!(changes.of(&status(Level::Error, false)).len(), 1);
+        assert!(changes.of(&status(Level::Error, true)).is_empty());
+        assert_eq!(changes.of(&status(Level::Ok, false))[0].to_string(), "OK    can0             text");
+    }
+}
