@@ -1,11 +1,9 @@
 //! One CAN bus on a real interface, with all that can become of an interface.
 //!
-//! Runs where `tests/with-vcan` has prepared the ground; says so and passes elsewhere:
-//!
-//! ```sh
-//! tests/with-vcan "$(cargo test --test vcan_bus --no-run --message-format=json |
-//!     sed -n 's/.*"executable":"\([^"]*\)".*/\1/p')"
-//! ```
+//! Runs where `tests/with-vcan` has prepared the ground (its header tells how); says so and passes
+//! elsewhere.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of tests
 
 use std::collections::HashSet;
 use std::io::Write as _;
@@ -35,7 +33,8 @@ impl Vcan {
     /// `None`, said on stderr past the capture of libtest, where there are no CAN interfaces to be had.
     fn for_test(test: &str, name: &'static str) -> Option<Self> {
         if !Path::new("/sys/class/net/vcan0").exists() {
-            writeln!(std::io::stderr(), "skipped: {test}: no vcan0 (run it under tests/with-vcan)").unwrap();
+            let skipped = format!("skipped: {test}: no vcan0 (run it under tests/with-vcan)\n");
+            std::io::stderr().write_all(skipped.as_bytes()).unwrap();
             return None;
         }
         let vcan = Self(name);

@@ -170,3 +170,45 @@ fn lost(error: &io::Error) -> LinkState {
         _ => failed(error),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use tokio::sync::mpsc::channel;
+
+    use super::*;
+
+    fn settings(interface: &str) -> BusSocketSettings {
+        let bus = BusIndex(2);
+        BusSocketSettings { bus, interface: interface.into(), ids: vec![], receive_buffer_bytes: 4096 }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn an_interface_that_cannot_be_opened_is_reported_once_and_tried_again() {
+        let (sender, mut inputs) = channel(8);
+        let task = tokio::spawn(receive(settings("lo"), sender));
+        let first = inputs.recv().await.unwrap();
+        let state = LinkState::Failed(raw_can_error());
+        assert_eq!(first, [Input::Link { bus: BusIndex(2), state }]);
+        let more = timeout(Duration::from_secs(600), inputs.recv()).await;
+        assert!(more.is_err(), "{more:?}");
+        assert!(!task.is_finished());
+    }
+
+    /// What opening `lo` as a CAN interface must give: depends on whether this kernel has CAN at all.
+    fn raw_can_error() -> i32 {
+        match CanSocket::open(1, &[], 4096) {
+            Err(error) => error.raw_os_error().unwrap(),
+            Ok(_) => panic!("the first interface is not lo"),
+        }
+    }
+
+    #[tokio::test]
+    async fn a_missing_interface_is_reported_at_the_start_and_waited_for_until_nobody_listens() {
+        let (sender, mut inputs) = channel(8);
+        let task = tokio::spawn(receive(settings("no-such-can"), sender));
+        let missing = Input::Link { bus: BusIndex(2), state: LinkState::Missing };
+        assert_eq!(inputs.recv().await, Some(vec![missing]));
+        drop(inputs);
+        task.await.unwrap();
+    }
+}
