@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn an_interface_that_cannot_be_opened_is_reported_once_and_tried_again() {
+    async fn an_interface_that_cannot_be_opened_is_reported_once_however_often_it_is_tried() {
         let (sender, mut inputs) = channel(8);
         let task = tokio::spawn(receive(settings("lo"), sender));
         let first = inputs.recv().await.unwrap();
