@@ -171,7 +171,7 @@ mod tests {
     async fn an_interface_that_appears_is_announced_without_waiting_for_the_next_look() {
         if !std::path::Path::new("/sys/class/net/vcan0").exists() {
             let skipped = b"skipped: announcements: no vcan0 (run it under tests/with-vcan)\n";
-            return std::io::Write::write_all(&mut std::io::stderr(), skipped).unwrap();
+            return io::Write::write_all(&mut io::stderr(), skipped).unwrap();
         }
         let mut watch = LinkWatch::new("vcan-told");
         watch.next_look += Duration::from_secs(3600);
