@@ -146,7 +146,7 @@ impl Source {
         loop {
             match tokens.get(at) {
                 Some(TokenTree::Ident(word)) => {
-                    path.push(word.to_string().trim_start_matches("r#").to_owned())
+                    path.push(word.to_string().trim_start_matches("r#").to_owned());
                 }
                 Some(TokenTree::Punct(star)) if star.as_char() == '*' && at > 0 => path.push("*".to_owned()),
                 Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace && at > 0 => {

@@ -16,7 +16,8 @@ fn no_dependency_asks_for_a_newer_compiler_than_this_crate_does() {
         .iter()
         .filter_map(|package| {
             let theirs = package["rust_version"].as_str()?;
-            (version(theirs) > ours).then(|| format!("{} {} needs {theirs}", package["name"], package["version"]))
+            (version(theirs) > ours)
+                .then(|| format!("{} {} needs {theirs}", package["name"], package["version"]))
         })
         .collect();
     assert!(packages.len() > 50, "the lockfile was not read");
