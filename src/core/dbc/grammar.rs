@@ -46,6 +46,8 @@ pub(super) enum Detail {
     Number { signal: String, number: Number },
     /// When a signal is present.
     Multiplexed { signal: String, multiplexor: String, ranges: Vec<RangeInclusive<u64>> },
+    /// The same, unreadable.
+    MultiplexedSomehow { signal: String },
 }
 
 /// A statement that could be read, with what was odd about it.
@@ -190,11 +192,9 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
 
 /// The id as the file has it. The grammar's own drops bits that do not fit, so the two are compared.
 fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
-    let outside_texts = text.split('"').step_by(2);
-    let mut numbers = outside_texts
-        .flat_map(str::split_ascii_whitespace)
-        .filter(|word| word.bytes().all(|byte| byte.is_ascii_digit()));
-    let id = numbers.next().and_then(|word| word.parse::<u32>().ok()).ok_or("no 32-bit message id")?;
+    let mut words = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
+    let id = words.find(|word| *word != "BO_").and_then(|word| word.parse().ok());
+    let id: u32 = id.ok_or("no 32-bit message id")?;
     match MessageId::try_from(id) {
         Ok(same) if same == parsed => Ok(id),
         Ok(_) | Err(_) => Err("the message id is not clear".to_owned()),
