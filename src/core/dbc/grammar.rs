@@ -70,8 +70,9 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<Reading, String> {
         "SG_MUL_VAL_" => plain(read_multiplexing(text)),
         "BA_" => plain(read_attribute(text)),
         "BA_DEF_DEF_" => plain(read_default(text)),
+        // Only names: read here as a list, not by the grammar.
         "NS_" => plain(Ok(Parsed::Nothing)),
-        keyword if is_keyword(keyword) => plain(parse(text).map(|_| Parsed::Nothing)),
+        keyword if is_keyword(keyword) => plain(read_unneeded(text)),
         _ => Err("no DBC statement begins like this".to_owned()),
     }
 }
@@ -171,6 +172,13 @@ fn read_default(text: &str) -> Result<Parsed, String> {
     }
 }
 
+fn read_unneeded(text: &str) -> Result<Parsed, String> {
+    match needed(&parse(text)?) {
+        0 => Ok(Parsed::Nothing),
+        _ => Err("goes on with another statement".to_owned()),
+    }
+}
+
 /// A period; `None` for 0, which says that there is none.
 fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, String> {
     let whole = match value {
@@ -210,7 +218,19 @@ fn one<T>(mut items: Vec<T>) -> Result<T, String> {
 }
 
 fn parse(text: &str) -> Result<Dbc, String> {
-    Dbc::try_from(format!("{text}\n").as_str()).map_err(|error| reason(&error))
+    let parsed = Dbc::try_from(format!("{text}\n").as_str()).map_err(|error| reason(&error))?;
+    if needed(&parsed) > 1 { Err("goes on with another statement".to_owned()) } else { Ok(parsed) }
+}
+
+/// How many statements of the kinds that matter here: the grammar takes several on one line.
+fn needed(parsed: &Dbc) -> usize {
+    parsed.messages.len()
+        + parsed.value_tables.len()
+        + parsed.value_descriptions.len()
+        + parsed.signal_extended_value_type_list.len()
+        + parsed.extended_multiplex.len()
+        + parsed.attribute_values_message.len()
+        + parsed.attribute_defaults.len()
 }
 
 /// The grammar's complaint in one short line.

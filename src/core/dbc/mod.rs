@@ -238,6 +238,8 @@ mod tests {
             ("SIG_VALTYPE_ 1 Good : 1;", "32 bits"),
             ("CM_ BO_ 1 \"\"text\"\";", ""),
             ("VERSION", ""),
+            ("CM_ \"text\" BA_ \"GenMsgCycleTime\" BO_ 5 30;", "another statement"),
+            ("VAL_ 1 Good 0 \"a\" VAL_ 1 Good 1 \"b\" ;", "another statement"),
             ("FOO_ 1 2 3;", "begins like this"),
             ("080SAS", "begins like this"),
         ] {

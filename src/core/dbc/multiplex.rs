@@ -9,6 +9,7 @@ use std::ops::RangeInclusive;
 use can_dbc::MultiplexIndicator;
 
 use super::codec::{Layout, LayoutError, SignalCodec};
+use crate::core::frame::MAX_DATA;
 
 /// Multiplexors above a signal at most; more is a circle, or no real file.
 const DEEPEST: usize = 8;
@@ -74,7 +75,11 @@ impl<'a> Multiplexing<'a> {
             return Ok(plain);
         };
         let depth = depth.checked_sub(1).ok_or("multiplexed by itself, or too many times over")?;
-        Ok(plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges))
+        let codec = plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges);
+        let reachable = codec.select(&mut [0; MAX_DATA]).is_ok();
+        reachable
+            .then_some(codec)
+            .ok_or_else(|| "its multiplexor has no bits for the value that selects it".to_owned())
     }
 
     /// The multiplexor above `signal` and its values for it.
@@ -186,6 +191,7 @@ mod tests {
             ("SG_MUL_VAL_ 1 A Missing 1-1;", "no multiplexor Missing"),
             ("SG_MUL_VAL_ 1 A Always 1-1;", "no multiplexor Always"),
             ("SG_MUL_VAL_ 1 A A 1-1;", "no multiplexor A"),
+            ("SG_MUL_VAL_ 1 A Page 256-300;", "no bits for the value"),
         ] {
             let database = message(&["Page M", "A m1", "Always"], rules);
             let (kept, rejected) = outcome(&database);
