@@ -238,27 +238,24 @@ fn raw_values_agree_with_cantools() {
 
     let answers = String::from_utf8(output.stdout).unwrap();
     let mut answers = answers.lines();
-    let mut total = Tally::default();
-    let (mut files, mut frames) = (0, 0);
+    let (mut whole, mut total) = (0, Tally::default());
     for (file, asked) in &asked {
         let verdict = answers.next().unwrap();
-        if verdict != "file ok" {
-            println!("cantools cannot load {file}: {verdict}");
-            continue;
+        if verdict == "file whole" {
+            whole += 1;
+        } else {
+            println!("cantools refuses {file}, so only what is well-formed: {verdict}");
+            assert!(verdict.starts_with("file bones"), "{verdict}");
         }
-        files += 1;
         for (message, data) in asked {
             total.compare(file, message, data, answers.next().unwrap());
-            frames += 1;
         }
     }
     assert_eq!(answers.next(), None);
-    let Tally { agreed, absent, unknown } = total;
-    println!(
-        "cantools agrees on {agreed} raw values and {absent} absent signals: {frames} frames, {files} files"
-    );
-    println!("cantools does not know {unknown} signals of them");
-    assert!(files >= 19 && agreed > 50_000 && unknown < agreed / 100);
+    let Tally { frames, agreed, absent, unknown } = total;
+    println!("cantools agrees on {agreed} raw values and {absent} absent signals in {frames} frames");
+    println!("of {} files, {whole} of them whole; {unknown} more it does not know", asked.len());
+    assert!(whole >= 19 && agreed > 50_000 && unknown < agreed / 50);
 }
 
 /// Frames for one message: noise, all bits set, and noise for each alternative of a multiplexor.
@@ -276,6 +273,7 @@ fn payloads(message: &Message, random: &mut Random) -> Vec<(Message, [u8; MAX_DA
 /// What was compared with cantools.
 #[derive(Default)]
 struct Tally {
+    frames: usize,
     agreed: usize,
     absent: usize,
     unknown: usize,
@@ -284,22 +282,20 @@ struct Tally {
 impl Tally {
     /// Compares the values, and which signals are in the frame at all.
     fn compare(&mut self, file: &str, message: &Message, data: &[u8; MAX_DATA], answer: &str) {
-        let pairs = answer.split_ascii_whitespace().skip(1).map(|pair| pair.split_once('=').unwrap());
+        self.frames += 1;
+        let pairs = answer.split(' ').filter_map(|pair| pair.split_once('='));
         let theirs: BTreeMap<&str, &str> = pairs.collect();
         for signal in &message.signals {
-            let ours = signal.codec.is_present(data).then(|| signal.codec.value(data).to_string());
-            let theirs = theirs.get(signal.name.as_str()).copied();
-            match theirs {
-                Some("?") => self.unknown += 1,
-                Some(_) => self.agreed += 1,
-                None => self.absent += 1,
+            let value = signal.codec.value(data).to_string();
+            let ours = if signal.codec.is_present(data) { value.as_str() } else { "absent" };
+            match theirs.get(signal.name.as_str()).copied() {
+                None | Some("?") => self.unknown += 1,
+                Some("absent") if ours == "absent" => self.absent += 1,
+                Some(theirs) => {
+                    assert_eq!(ours, theirs, "{file} {} {}", message.name, signal.name);
+                    self.agreed += 1;
+                }
             }
-            assert!(
-                theirs == Some("?") || ours.as_deref() == theirs,
-                "{file} {} {}: {ours:?}, {theirs:?}",
-                message.name,
-                signal.name
-            );
             assert_eq!(signal.number, Number::Integer, "floats would be compared by value, not by bits");
         }
     }
