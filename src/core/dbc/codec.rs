@@ -250,3 +250,180 @@ impl Bits {
         mine.iter().zip(theirs).any(|(a, b)| a & b != 0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn codec(start: u16, length: u16, order: ByteOrder, signed: bool) -> SignalCodec {
+        SignalCodec::new(Layout { start, length, order, signed }, 8).unwrap()
+    }
+
+    fn data(bytes: &[u8]) -> [u8; MAX_DATA] {
+        let mut data = [0; MAX_DATA];
+        data[..bytes.len()].copy_from_slice(bytes);
+        data
+    }
+
+    /// The DBC's bit numbers of a signal, least significant first, one step at a time.
+    fn positions(layout: Layout) -> Vec<usize> {
+        let mut position = usize::from(layout.start);
+        let mut positions = Vec::new();
+        for _ in 0..layout.length {
+            positions.push(position);
+            position = match layout.order {
+                ByteOrder::Intel => position + 1,
+                ByteOrder::Motorola if position % 8 == 0 => position + 15,
+                ByteOrder::Motorola => position - 1,
+            };
+        }
+        if layout.order == ByteOrder::Motorola {
+            positions.reverse();
+        }
+        positions
+    }
+
+    /// Reads bit by bit: slow, and nothing like the compiled way.
+    fn reference(layout: Layout, data: &[u8; MAX_DATA]) -> i128 {
+        let mut value = 0;
+        let mut weight = 1;
+        for (bit, position) in positions(layout).into_iter().enumerate() {
+            let is_sign = layout.signed && bit + 1 == usize::from(layout.length);
+            if data[position / 8] & (1 << (position % 8)) != 0 {
+                value += if is_sign { -weight } else { weight };
+            }
+            weight *= 2;
+        }
+        value
+    }
+
+    fn order() -> impl Strategy<Value = ByteOrder> {
+        prop_oneof![Just(ByteOrder::Intel), Just(ByteOrder::Motorola)]
+    }
+
+    fn any_layout() -> impl Strategy<Value = Layout> {
+        (0_u16..512, 1_u16..=64, order(), any::<bool>()).prop_map(|(start, length, order, signed)| Layout {
+            start,
+            length,
+            order,
+            signed,
+        })
+    }
+
+    /// A layout that fits, and the length of its message.
+    fn layout_in_message() -> impl Strategy<Value = (Layout, usize)> {
+        (any_layout(), 1_usize..=64).prop_filter("inside the message", |(layout, length)| {
+            positions(*layout).iter().all(|position| position / 8 < *length)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn decoding_agrees_with_reading_bit_by_bit(
+            (layout, length) in layout_in_message(),
+            data in prop::array::uniform32(any::<u16>()),
+        ) {
+            let mut bytes = [0; MAX_DATA];
+            bytes.iter_mut().zip(data.iter().flat_map(|pair| pair.to_le_bytes())).for_each(|(to, from)| *to = from);
+            let codec = SignalCodec::new(layout, length).unwrap();
+            prop_assert_eq!(codec.value(&bytes), reference(layout, &bytes));
+            let last = positions(layout).into_iter().map(|position| position / 8).max().unwrap();
+            prop_assert_eq!(codec.needed_length(), last + 1);
+        }
+
+        #[test]
+        fn what_is_written_is_read_back_and_no_other_bit_changes(
+            (layout, length) in layout_in_message(),
+            bits in any::<u64>(),
+            background in any::<u8>(),
+        ) {
+            let codec = SignalCodec::new(layout, length).unwrap();
+            let (lowest, highest) = codec.range();
+            let raw = lowest + i128::from(bits) % (highest - lowest + 1);
+            let before = [background; MAX_DATA];
+            let mut after = before;
+            codec.write(raw, &mut after).unwrap();
+            prop_assert_eq!(codec.value(&after), raw);
+            let own = positions(layout);
+            for position in (0..MAX_DATA * 8).filter(|position| !own.contains(position)) {
+                let bit = |data: &[u8; MAX_DATA]| data[position / 8] >> (position % 8) & 1;
+                prop_assert_eq!(bit(&after), bit(&before), "bit {}", position);
+            }
+            for outside in [lowest - 1, highest + 1, i128::MIN, i128::MAX] {
+                let unchanged = after;
+                prop_assert_eq!(codec.write(outside, &mut after), Err(OutOfRange));
+                prop_assert_eq!(unchanged, after);
+            }
+        }
+
+        #[test]
+        fn a_layout_is_refused_exactly_when_a_bit_lies_outside(layout in any_layout(), length in 0_usize..=80) {
+            let fits = positions(layout).iter().all(|position| position / 8 < length.min(MAX_DATA));
+            prop_assert_eq!(SignalCodec::new(layout, length).is_ok(), fits);
+        }
+
+        #[test]
+        fn signals_overlap_exactly_when_they_have_a_bit_in_common(a in any_layout(), b in any_layout()) {
+            let (Ok(one), Ok(other)) = (SignalCodec::new(a, 64), SignalCodec::new(b, 64)) else {
+                return Ok(());
+            };
+            let common = positions(a).iter().any(|position| positions(b).contains(position));
+            prop_assert_eq!(one.overlaps(&other), common);
+        }
+    }
+
+    #[test]
+    fn both_orders_read_as_the_format_says() {
+        let data = data(&[0x12, 0x34, 0x56, 0xF8]);
+        assert_eq!(codec(4, 8, ByteOrder::Intel, false).value(&data), 0x41);
+        assert_eq!(codec(3, 8, ByteOrder::Motorola, false).value(&data), 0x23);
+        assert_eq!(codec(7, 32, ByteOrder::Motorola, false).value(&data), 0x1234_56F8);
+        assert_eq!(codec(27, 5, ByteOrder::Intel, true).value(&data), -1);
+        assert_eq!(
+            codec(0, 64, ByteOrder::Intel, true).range(),
+            (i128::from(i64::MIN), i128::from(i64::MAX))
+        );
+        assert_eq!(codec(0, 1, ByteOrder::Intel, false).range(), (0, 1));
+    }
+
+    #[test]
+    fn lengths_of_no_or_too_many_bits_are_refused() {
+        for length in [0, 65, u16::MAX] {
+            let layout = Layout { start: 0, length, order: ByteOrder::Intel, signed: false };
+            assert_eq!(SignalCodec::new(layout, 64), Err(LayoutError::Length(length)));
+        }
+    }
+
+    #[test]
+    fn a_multiplexed_signal_is_present_only_under_all_its_multiplexors() {
+        let page = codec(0, 8, ByteOrder::Intel, false);
+        let row = codec(56, 8, ByteOrder::Intel, false).multiplexed(&page, &[1..=3, 7..=7]);
+        let cell = codec(16, 8, ByteOrder::Intel, false).multiplexed(&row, &[5..=5]);
+        let present =
+            |codec: &SignalCodec, page, row| codec.is_present(&data(&[page, 0, 9, 0, 0, 0, 0, row]));
+        assert!(present(&page, 99, 0));
+        assert!(present(&row, 2, 0) && present(&row, 7, 0) && !present(&row, 4, 0));
+        assert!(present(&cell, 2, 5) && !present(&cell, 2, 6) && !present(&cell, 4, 5));
+        assert_eq!(
+            (cell.needed_length(), page.needed_length()),
+            (8, 1),
+            "the multiplexors must be in the frame too"
+        );
+        let mut selected = data(&[]);
+        cell.select(&mut selected).unwrap();
+        assert_eq!((selected[0], selected[7], cell.is_present(&selected)), (1, 5, true));
+        let unreachable = codec(16, 8, ByteOrder::Intel, false).multiplexed(&page, &[256..=300]);
+        assert_eq!(unreachable.select(&mut selected), Err(OutOfRange));
+    }
+
+    #[test]
+    fn alternatives_of_one_multiplexor_do_not_overlap() {
+        let page = codec(0, 8, ByteOrder::Intel, false);
+        let plain = codec(8, 8, ByteOrder::Intel, false);
+        let [first, second, both] =
+            [vec![0..=1], vec![2..=2], vec![1..=2]].map(|values| plain.clone().multiplexed(&page, &values));
+        assert!(!first.overlaps(&second));
+        assert!(first.overlaps(&both) && first.overlaps(&plain));
+    }
+}

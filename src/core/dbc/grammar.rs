@@ -46,6 +46,8 @@ pub(super) enum Detail {
     Number { signal: String, number: Number },
     /// When a signal is present.
     Multiplexed { signal: String, multiplexor: String, ranges: Vec<RangeInclusive<u64>> },
+    /// The same, unreadable.
+    MultiplexedSomehow { signal: String },
 }
 
 /// A statement that could be read, with what was odd about it.
@@ -68,8 +70,9 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<Reading, String> {
         "SG_MUL_VAL_" => plain(read_multiplexing(text)),
         "BA_" => plain(read_attribute(text)),
         "BA_DEF_DEF_" => plain(read_default(text)),
+        // Only names: read here as a list, not by the grammar.
         "NS_" => plain(Ok(Parsed::Nothing)),
-        keyword if is_keyword(keyword) => plain(parse(text).map(|_| Parsed::Nothing)),
+        keyword if is_keyword(keyword) => plain(read_unneeded(text)),
         _ => Err("no DBC statement begins like this".to_owned()),
     }
 }
@@ -169,6 +172,13 @@ fn read_default(text: &str) -> Result<Parsed, String> {
     }
 }
 
+fn read_unneeded(text: &str) -> Result<Parsed, String> {
+    match needed(&parse(text)?) {
+        0 => Ok(Parsed::Nothing),
+        _ => Err("goes on with another statement".to_owned()),
+    }
+}
+
 /// A period; `None` for 0, which says that there is none.
 fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, String> {
     let whole = match value {
@@ -190,11 +200,9 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
 
 /// The id as the file has it. The grammar's own drops bits that do not fit, so the two are compared.
 fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
-    let outside_texts = text.split('"').step_by(2);
-    let mut numbers = outside_texts
-        .flat_map(str::split_ascii_whitespace)
-        .filter(|word| word.bytes().all(|byte| byte.is_ascii_digit()));
-    let id = numbers.next().and_then(|word| word.parse::<u32>().ok()).ok_or("no 32-bit message id")?;
+    let mut words = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
+    let id = words.find(|word| *word != "BO_").and_then(|word| word.parse().ok());
+    let id: u32 = id.ok_or("no 32-bit message id")?;
     match MessageId::try_from(id) {
         Ok(same) if same == parsed => Ok(id),
         Ok(_) | Err(_) => Err("the message id is not clear".to_owned()),
@@ -210,7 +218,19 @@ fn one<T>(mut items: Vec<T>) -> Result<T, String> {
 }
 
 fn parse(text: &str) -> Result<Dbc, String> {
-    Dbc::try_from(format!("{text}\n").as_str()).map_err(|error| reason(&error))
+    let parsed = Dbc::try_from(format!("{text}\n").as_str()).map_err(|error| reason(&error))?;
+    if needed(&parsed) > 1 { Err("goes on with another statement".to_owned()) } else { Ok(parsed) }
+}
+
+/// How many statements of the kinds that matter here: the grammar takes several on one line.
+fn needed(parsed: &Dbc) -> usize {
+    parsed.messages.len()
+        + parsed.value_tables.len()
+        + parsed.value_descriptions.len()
+        + parsed.signal_extended_value_type_list.len()
+        + parsed.extended_multiplex.len()
+        + parsed.attribute_values_message.len()
+        + parsed.attribute_defaults.len()
 }
 
 /// The grammar's complaint in one short line.

@@ -18,7 +18,7 @@ pub(super) fn database(outline: Outline) -> Database {
     for remark in remarks {
         match by_number.get(&remark.number) {
             Some(at) => details[*at].take(&messages[*at], remark, &tables, &mut findings),
-            None if lost_messages.contains(&remark.number) => {}
+            None if lost_messages.contains(&remark.number) || is_reported(&remark.detail) => {}
             None => findings.rejected(&remark.place, format!("no message with id {}", remark.number)),
         }
     }
@@ -28,10 +28,14 @@ pub(super) fn database(outline: Outline) -> Database {
     Database { messages, findings: findings.sorted() }
 }
 
+/// A message's own period in milliseconds; `None` overrides the file's default too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Cycle(Option<u32>);
+
 /// What remarks say about one message and its signals.
 #[derive(Debug, Default)]
 struct Details {
-    cycle: Option<Option<u32>>,
+    cycle: Option<Cycle>,
     rules: BTreeMap<String, Rule>,
     numbers: BTreeMap<String, Number>,
     values: BTreeMap<String, (Place, Values)>,
@@ -49,13 +53,13 @@ impl Details {
         if let Some(signal) = signal_of(&detail)
             && !message.signals.iter().any(|known| known.parsed.name == signal)
         {
-            if !message.lost_signals.contains(signal) {
+            if !message.lost_signals.contains(signal) && !is_reported(&detail) {
                 findings.rejected(&place, format!("{} has no signal {signal}", message.name));
             }
             return;
         }
         let first = match detail {
-            Detail::Cycle(cycle) => *self.cycle.get_or_insert(cycle) == cycle,
+            Detail::Cycle(cycle) => *self.cycle.get_or_insert(Cycle(cycle)) == Cycle(cycle),
             Detail::Multiplexed { signal, multiplexor, ranges } => {
                 let rule = Rule { multiplexor, ranges };
                 let kept = self.rules.entry(signal).or_insert_with(|| rule.clone());
@@ -65,10 +69,14 @@ impl Details {
                 }
                 same
             }
+            Detail::MultiplexedSomehow { signal } => {
+                self.rules.insert(signal, Rule { multiplexor: String::new(), ranges: Vec::new() });
+                true
+            }
             Detail::Number { signal, number } => *self.numbers.entry(signal).or_insert(number) == number,
-            Detail::Values { signal, values } => self.take_values(signal, &place, values),
+            Detail::Values { signal, values } => self.take_values(signal, &place, &values),
             Detail::ValuesByTable { signal, table } => match tables.get(&table) {
-                Some(values) => self.take_values(signal, &place, values.clone()),
+                Some(values) => self.take_values(signal, &place, values),
                 None => return findings.rejected(&place, format!("no VAL_TABLE_ {table}")),
             },
         };
@@ -78,9 +86,9 @@ impl Details {
     }
 
     /// `false` when the signal has other names already.
-    fn take_values(&mut self, signal: String, place: &Place, values: Values) -> bool {
+    fn take_values(&mut self, signal: String, place: &Place, values: &Values) -> bool {
         let kept = self.values.entry(signal).or_insert_with(|| (place.clone(), values.clone()));
-        kept.1 == values
+        kept.1 == *values
     }
 
     fn join(
@@ -106,7 +114,7 @@ impl Details {
                 Err(reason) => findings.rejected(&place, reason),
             }
         }
-        let cycle_ms = self.cycle.unwrap_or(default_cycle);
+        let cycle_ms = self.cycle.unwrap_or(Cycle(default_cycle)).0;
         Message { name, id, length, cycle_ms, line: place.line, signals: joined }
     }
 
@@ -165,6 +173,12 @@ fn signal_of(detail: &Detail) -> Option<&str> {
         Detail::Values { signal, .. }
         | Detail::ValuesByTable { signal, .. }
         | Detail::Number { signal, .. }
-        | Detail::Multiplexed { signal, .. } => Some(signal),
+        | Detail::Multiplexed { signal, .. }
+        | Detail::MultiplexedSomehow { signal } => Some(signal),
     }
+}
+
+/// Whether the statement has its finding already.
+fn is_reported(detail: &Detail) -> bool {
+    matches!(detail, Detail::MultiplexedSomehow { .. })
 }

@@ -9,16 +9,20 @@ use std::ops::RangeInclusive;
 use can_dbc::MultiplexIndicator;
 
 use super::codec::{Layout, LayoutError, SignalCodec};
+use crate::core::frame::MAX_DATA;
 
 /// Multiplexors above a signal at most; more is a circle, or no real file.
 const DEEPEST: usize = 8;
+
+/// A multiplexor's values.
+type Values = Vec<RangeInclusive<u64>>;
 
 /// What `SG_MUL_VAL_` says about one signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Rule {
     pub(super) multiplexor: String,
     /// Values for which the signal is present; empty when they were unreadable.
-    pub(super) ranges: Vec<RangeInclusive<u64>>,
+    pub(super) ranges: Values,
 }
 
 /// One signal's part in it.
@@ -71,15 +75,19 @@ impl<'a> Multiplexing<'a> {
             return Ok(plain);
         };
         let depth = depth.checked_sub(1).ok_or("multiplexed by itself, or too many times over")?;
-        Ok(plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges))
+        let codec = plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges);
+        let reachable = codec.select(&mut [0; MAX_DATA]).is_ok();
+        reachable
+            .then_some(codec)
+            .ok_or_else(|| "its multiplexor has no bits for the value that selects it".to_owned())
     }
 
     /// The multiplexor above `signal` and its values for it.
-    fn parent(&self, signal: &Placed<'_>) -> Result<Option<(usize, Vec<RangeInclusive<u64>>)>, String> {
+    fn parent(&self, signal: &Placed<'_>) -> Result<Option<(usize, Values)>, String> {
         let value = match signal.indicator {
             MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => None,
-            MultiplexIndicator::MultiplexedSignal(value) => Some(value),
-            MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => Some(value),
+            MultiplexIndicator::MultiplexedSignal(value)
+            | MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => Some(value),
         };
         match (value, signal.rule) {
             (None, None) => Ok(None),
@@ -105,5 +113,100 @@ impl Placed<'_> {
             MultiplexIndicator::Multiplexor | MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => true,
             MultiplexIndicator::Plain | MultiplexIndicator::MultiplexedSignal(_) => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::core::dbc::model::{Database, Severity};
+    use crate::core::dbc::parse;
+
+    /// A message of 8 bytes with one 8-bit signal per name and mark, in consecutive bytes.
+    fn message(signals: &[&str], after: &str) -> Database {
+        let lines = signals
+            .iter()
+            .enumerate()
+            .map(|(at, signal)| format!(" SG_ {signal} : {}|8@1+ (1,0) [0|0] \"\" X\n", at * 8));
+        parse(format!("BO_ 1 M: 8 X\n{}\n{after}\n", lines.collect::<String>()).as_bytes())
+    }
+
+    /// The signals present in a frame with these bytes.
+    fn present(database: &Database, bytes: &[u8]) -> Vec<String> {
+        let mut data = [0; 64];
+        data[..bytes.len()].copy_from_slice(bytes);
+        let signals = database.messages[0].signals.iter();
+        signals.filter(|signal| signal.codec.is_present(&data)).map(|signal| signal.name.clone()).collect()
+    }
+
+    /// The names kept, and the reasons why others were not.
+    fn outcome(database: &Database) -> (Vec<&str>, Vec<&str>) {
+        let kept = database.messages[0].signals.iter().map(|signal| signal.name.as_str()).collect();
+        let rejected = database.findings.iter().filter(|finding| finding.severity == Severity::Rejected);
+        (kept, rejected.map(|finding| finding.reason.as_str()).collect())
+    }
+
+    #[test]
+    fn a_mark_means_the_only_multiplexor() {
+        let database = message(&["Page M", "A m0", "B m1", "Always"], "");
+        assert_eq!(database.findings, []);
+        assert_eq!(present(&database, &[0]), ["Page", "A", "Always"]);
+        assert_eq!(present(&database, &[1]), ["Page", "B", "Always"]);
+        assert_eq!(present(&database, &[2]), ["Page", "Always"]);
+    }
+
+    #[test]
+    fn rules_nest_and_have_ranges() {
+        let rules =
+            "SG_MUL_VAL_ 1 Row Page 1-2, 7-7;\nSG_MUL_VAL_ 1 Cell Row 5-5;\nSG_MUL_VAL_ 1 Flat Page 3-3;";
+        let database = message(&["Page M", "Row m1M", "Cell m5", "Flat m3"], rules);
+        assert_eq!(database.findings, []);
+        assert_eq!(present(&database, &[2, 5]), ["Page", "Row", "Cell"]);
+        assert_eq!(present(&database, &[7, 6]), ["Page", "Row"]);
+        assert_eq!(present(&database, &[3, 5]), ["Page", "Flat"]);
+    }
+
+    #[test]
+    fn a_mark_that_may_mean_two_multiplexors_needs_a_rule() {
+        let database = message(&["Page M", "Row m1M", "Cell m5"], "SG_MUL_VAL_ 1 Row Page 1-1;");
+        let reason = "multiplexed, and no SG_MUL_VAL_ says by which multiplexor";
+        assert_eq!(outcome(&database), (vec!["Page", "Row"], vec![reason]));
+        let database = message(&["Page M", "Other M", "Cell m5"], "");
+        assert_eq!(outcome(&database), (vec!["Page", "Other"], vec![reason]));
+    }
+
+    #[test]
+    fn a_lost_multiplexor_takes_its_signals_with_it() {
+        let database = message(&["Page M", "Row m1M :", "Cell m5"], "");
+        let (kept, rejected) = outcome(&database);
+        assert_eq!((kept, rejected.len()), (vec!["Page"], 2));
+        assert!(rejected[1].contains("unreadable"), "{rejected:?}");
+    }
+
+    #[test]
+    fn contradicting_or_unreadable_rules_cost_the_signal() {
+        for (rules, reason) in [
+            ("SG_MUL_VAL_ 1 A Page x;", "unreadable"),
+            ("SG_MUL_VAL_ 1 A Page 3-1;", "unreadable"),
+            ("SG_MUL_VAL_ 1 A Page 1-1;\nSG_MUL_VAL_ 1 A Page 2-2;", "unreadable"),
+            ("SG_MUL_VAL_ 1 A Missing 1-1;", "no multiplexor Missing"),
+            ("SG_MUL_VAL_ 1 A Always 1-1;", "no multiplexor Always"),
+            ("SG_MUL_VAL_ 1 A A 1-1;", "no multiplexor A"),
+            ("SG_MUL_VAL_ 1 A Page 256-300;", "no bits for the value"),
+        ] {
+            let database = message(&["Page M", "A m1", "Always"], rules);
+            let (kept, rejected) = outcome(&database);
+            assert_eq!(kept, ["Page", "Always"], "{rules}");
+            assert!(rejected.iter().any(|why| why.contains(reason)), "{rules}: {rejected:?}");
+        }
+        let database = message(&["Page M", "Always"], "SG_MUL_VAL_ 1 Always Page 1-1;");
+        assert_eq!(outcome(&database), (vec!["Page"], vec!["SG_MUL_VAL_ has it multiplexed, SG_ has not"]));
+    }
+
+    #[test]
+    fn circles_are_refused() {
+        let database =
+            message(&["A m1M", "B m1M", "Always"], "SG_MUL_VAL_ 1 A B 1-1;\nSG_MUL_VAL_ 1 B A 1-1;");
+        let (kept, rejected) = outcome(&database);
+        assert_eq!((kept, rejected.len()), (vec!["Always"], 2));
     }
 }

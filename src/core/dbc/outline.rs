@@ -128,18 +128,17 @@ impl Reader {
     }
 
     fn unreadable(&mut self, place: Place, statement: &Statement<'_>, reason: String) {
-        if statement.keyword() == "BO_" {
-            self.lose(place, reason, false);
-            return;
+        let words: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
+        if let ["BO_", number, ..] = words[..] {
+            self.outline.lost_messages.extend(number.parse::<u32>());
+            return self.lose(place, reason, false);
         }
         self.outline.findings.rejected(&place, reason);
         // Without its rule the signal would seem to be there when it is not.
-        let words: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
         if let ["SG_MUL_VAL_", number, signal] = words[..]
             && let Ok(number) = number.parse()
         {
-            let (signal, multiplexor, ranges) = (signal.to_owned(), String::new(), Vec::new());
-            let detail = Detail::Multiplexed { signal, multiplexor, ranges };
+            let detail = Detail::MultiplexedSomehow { signal: signal.to_owned() };
             self.outline.remarks.push(Remark { place, number, detail });
         }
     }

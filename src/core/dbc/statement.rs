@@ -42,6 +42,9 @@ const LINE: [&str; 4] = ["BO_", "BS_", "SG_", "VERSION"];
 /// Statements that go on as long as lines hold nothing but names.
 const LISTING: [&str; 2] = ["BU_", "NS_"];
 
+/// Bytes of a text at most, so that open ones cost little to find.
+const LONGEST_TEXT: usize = 1 << 16;
+
 /// One statement; line ends outside texts have become blanks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
@@ -163,17 +166,14 @@ fn ends_before(text: &str) -> bool {
 /// quote is missing and this one opens another statement's text.
 fn text_end(text: &str) -> Option<usize> {
     let mut escaped = false;
-    let close = text.char_indices().find_map(|(at, c)| {
+    let close = text.char_indices().take_while(|(at, _)| *at < LONGEST_TEXT).find_map(|(at, c)| {
         let closes = c == '"' && !escaped;
         escaped = c == '\\';
         closes.then_some(at)
     })?;
     let after = text[close + 1..].trim_start_matches([' ', '\t']);
-    let separate = after.len() < text.len() - close - 1;
-    let plausible = after.is_empty()
-        || after.starts_with([';', ',', '\n'])
-        || (separate && after.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '"'));
-    (plausible || !text[..close].contains('\n')).then_some(close + 1)
+    let ends_a_text = after.is_empty() || after.starts_with([';', ',', '\n']);
+    (ends_a_text || !text[..close].contains('\n')).then_some(close + 1)
 }
 
 /// Line ends outside texts become blanks, for a grammar that takes one line.
