@@ -64,6 +64,7 @@ fn values_stamps_and_texts_arrive_as_sent() {
     let took = gateway.stop();
     println!("stop took {took:?}");
     assert!(took < Duration::from_millis(500));
+    turn.wait_for("a goodbye", |line| line["event"] == "unmatched");
 }
 
 #[test]
