@@ -30,7 +30,9 @@
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only
 //!   at the start. A link that comes up while somebody is missing renews the lookout, which then
 //!   announces itself at once instead of within 10 s.
+//! * A peer that forgot us while we still know it stops acknowledging; see [`deafness`].
 
+mod deafness;
 mod graph;
 mod interfaces;
 mod lookout;

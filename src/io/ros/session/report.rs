@@ -63,6 +63,11 @@ impl<M: Serialize + Copy> ReportTopic<M> {
         Ok(())
     }
 
+    /// Whether every reader has acknowledged everything; waits some milliseconds for it.
+    pub(super) fn is_acknowledged(&self) -> bool {
+        is_acknowledged(&self.writer)
+    }
+
     /// Repeats the current report when its time has come.
     pub(super) fn settle(&mut self) -> Result<(), String> {
         let age = self.born.elapsed();
@@ -77,4 +82,10 @@ impl<M: Serialize + Copy> ReportTopic<M> {
     fn write(&self, report: M) -> Result<(), String> {
         self.writer.write(report, Some(Timestamp::now())).map_err(|error| error.to_string())
     }
+}
+
+/// Whether every reader has acknowledged everything; waits some milliseconds for what is on its
+/// way. A writer that cannot tell counts as acknowledged.
+pub(super) fn is_acknowledged<M: Serialize>(writer: &DataWriterCdr<M>) -> bool {
+    writer.wait_for_acknowledgments(Duration::from_millis(5)).unwrap_or(true)
 }
