@@ -227,6 +227,7 @@ fn the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distribution
 }
 
 fn hex(bytes: &Value) -> String {
-    let bytes = bytes.as_array().map_or(&[][..], Vec::as_slice);
-    bytes.iter().map(|byte| format!("{:02x}", byte.as_u64().unwrap())).collect()
+    let digit = |nibble: u64| char::from_digit(u32::try_from(nibble).unwrap(), 16).unwrap();
+    let digits = |byte: &Value| [byte.as_u64().unwrap() / 16, byte.as_u64().unwrap() % 16].map(digit);
+    bytes.as_array().map_or(&[][..], Vec::as_slice).iter().flat_map(digits).collect()
 }
