@@ -96,7 +96,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     let domain = domain();
     let mut gateway = Gateway::start(None, domain, "volatile");
     gateway.tell("turn left 1");
-    thread::sleep(SILENCE); // the first second's repetitions are over
+    thread::sleep(2 * SILENCE); // the first seconds' repetitions are over
     let late = reader(&python, domain, "turn", TURN, "volatile");
     let matched = late.wait_for("a match", |line| line["event"] == "matched");
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");

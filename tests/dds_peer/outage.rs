@@ -169,6 +169,27 @@ fn after_an_outage_longer_than_the_lease_reports_flow_again_and_others_miss_noth
     }
 }
 
+/// A volatile writer hands nothing to a reader it has just met; here the reader is an old acquaintance.
+#[test]
+fn a_volatile_report_that_changed_during_an_outage_arrives_after_it() {
+    let test = "a_volatile_report_that_changed_during_an_outage_arrives_after_it";
+    let Some(python) = python(test) else { return };
+    let Some(net) = Net::new(test, 3) else { return };
+    net.plug();
+    let (domain, kind, topic, durability) = (domain(), "turn", TURN, "volatile");
+    let (config, namespace) = (&lease(), Some(net.name(1)));
+    let mut gateway = Gateway::start(Some(net.name(0)), domain, "volatile");
+    let far = Reader { python: &python, domain, kind, topic, durability, config, namespace }.start();
+    gateway.wait_until("a reader", |status| status["readers"][0] == 1);
+    far.wait_for("a match", |line| line["event"] == "matched");
+    net.ip(2, "link set port1 down");
+    gateway.wait_until("the loss of the reader", |status| status["missing"] == 1);
+    gateway.tell("turn right 2");
+    thread::sleep(Duration::from_secs(4)); // the lookout looks
+    net.ip(2, "link set port1 up");
+    far.wait_for("the report", has_report(3, 2));
+}
+
 /// The peer forgot us, we did not forget the peer.
 #[test]
 fn after_an_outage_longer_than_our_lease_but_not_the_peers_reports_flow_again() {
