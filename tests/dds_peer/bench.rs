@@ -14,8 +14,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// How long a test waits for what must come.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(40);
+/// How long a test waits for what must come; our own lease of 50 s is the longest wait.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(70);
 
 /// The Python with `cyclonedds`, or `None` after saying what is skipped.
 pub(crate) fn python(test: &str) -> Option<PathBuf> {
@@ -138,11 +138,12 @@ impl Reader<'_> {
 pub(crate) struct Gateway(Side);
 
 impl Gateway {
-    /// Starts it; see [`super::session_process`] for the commands.
-    pub(crate) fn start(namespace: Option<&str>, domain: u16, durability: &str) -> Self {
+    /// Starts it with a durability, or a durability and the addresses of the only networks; see
+    /// [`super::session_process`] for the commands.
+    pub(crate) fn start(namespace: Option<&str>, domain: u16, role: &str) -> Self {
         let mut command = inside(namespace, &std::env::current_exe().unwrap());
         command.args(["--exact", "session_process", "--nocapture", "--test-threads=1"]);
-        command.env("SIGNAL_GATEWAY_TEST_SESSION", format!("{domain} {durability}"));
+        command.env("SIGNAL_GATEWAY_TEST_SESSION", format!("{domain} {role}"));
         let side = Side::start("the gateway", command);
         side.wait_for("its start", |line| line["event"] == "ready");
         Self(side)

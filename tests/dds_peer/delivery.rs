@@ -64,6 +64,7 @@ fn values_stamps_and_texts_arrive_as_sent() {
     let took = gateway.stop();
     println!("stop took {took:?}");
     assert!(took < Duration::from_millis(500));
+    turn.wait_for("a goodbye", |line| line["event"] == "unmatched");
 }
 
 #[test]
@@ -95,7 +96,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     let domain = domain();
     let mut gateway = Gateway::start(None, domain, "volatile");
     gateway.tell("turn left 1");
-    thread::sleep(SILENCE); // the first second's repetitions are over
+    thread::sleep(2 * SILENCE); // the first seconds' repetitions are over
     let late = reader(&python, domain, "turn", TURN, "volatile");
     let matched = late.wait_for("a match", |line| line["event"] == "matched");
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
@@ -226,6 +227,7 @@ fn the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distribution
 }
 
 fn hex(bytes: &Value) -> String {
-    let bytes = bytes.as_array().map_or(&[][..], Vec::as_slice);
-    bytes.iter().map(|byte| format!("{:02x}", byte.as_u64().unwrap())).collect()
+    let digit = |nibble: u64| char::from_digit(u32::try_from(nibble).unwrap(), 16).unwrap();
+    let digits = |byte: &Value| [byte.as_u64().unwrap() / 16, byte.as_u64().unwrap() % 16].map(digit);
+    bytes.as_array().map_or(&[][..], Vec::as_slice).iter().flat_map(digits).collect()
 }

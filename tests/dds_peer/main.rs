@@ -4,6 +4,7 @@
 //! say that they are skipped. Tests with network namespaces also need root.
 
 #![cfg(feature = "ros")]
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
 mod bench;
 mod delivery;
@@ -25,12 +26,13 @@ use signal_gateway::io::ros::session::{Durability, RosSession, RosSettings};
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var("SIGNAL_GATEWAY_TEST_SESSION") else { return };
-    let (domain, durability) = role.split_once(' ').unwrap();
+    let role: Vec<&str> = role.split(' ').collect();
     let settings = RosSettings {
         node: "gateway_under_test".to_owned(),
         namespace: "/vehicle".to_owned(),
-        domain_id: domain.parse().unwrap(),
-        durability: if durability == "volatile" { Durability::Volatile } else { Durability::TransientLocal },
+        domain_id: role[0].parse().unwrap(),
+        durability: if role[1] == "volatile" { Durability::Volatile } else { Durability::TransientLocal },
+        only_networks: role[2..].iter().map(|address| address.parse().unwrap()).collect(),
         hardware_id: "bench".to_owned(),
         ..RosSettings::default()
     };

@@ -98,9 +98,9 @@ def offered(endpoint):
     return {"writer": endpoint.key.bytes.hex(), "qos": " ".join(kinds)}
 
 
-def watch(reader):
+def watch(reader, ended):
     matched = {}
-    while True:
+    while not ended.is_set():
         handles = set(reader.get_matched_publications())
         for handle in handles - matched.keys():
             endpoint = reader.get_matched_publication_data(handle)
@@ -129,8 +129,13 @@ def main():
     participant = DomainParticipant(int(domain))
     reader = DataReader(participant, Topic(participant, topic_name, message, qos=qos), qos=qos)
     say("ready")
-    threading.Thread(target=watch, args=[reader], daemon=True).start()
+    ended = threading.Event()
+    watcher = threading.Thread(target=watch, args=[reader, ended])
+    watcher.start()
     sys.stdin.read()
+    ended.set()
+    watcher.join()
+    # Returning frees the participant, and that says goodbye to the network.
 
 
 main()

@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn identifiers_are_as_long_as_the_distribution_wants_them() {
         let long = if super::super::DISTRO == "humble" { 24 } else { 16 };
-        let gid = |first: u8| {
+        let listed = |first: u8| {
             let mut bytes = vec![0; long];
             bytes[0] = first;
             bytes
@@ -91,14 +91,14 @@ mod tests {
             cdr_encoding::to_vec::<_, byteorder::LittleEndian>(&entities(guid(1), &node, [guid(2), guid(3)]))
                 .unwrap();
         let expected = [
-            gid(1),
+            listed(1),
             vec![1, 0, 0, 0],                      // one node
             vec![2, 0, 0, 0, b'/', 0, 0, 0],       // namespace
             vec![4, 0, 0, 0, b'g', b'w', b'1', 0], // name
             vec![0, 0, 0, 0],                      // no reader
             vec![2, 0, 0, 0],                      // two writers
-            gid(2),
-            gid(3),
+            listed(2),
+            listed(3),
         ]
         .concat();
         assert_eq!(bytes, expected);

@@ -1,7 +1,7 @@
 //! What the caller hands to the session's thread, and what it sees of it.
 //!
 //! A report waiting to be sent is overtaken by a newer one of the same topic. Diagnostics keep
-//! their order; when [`MOST_DIAGNOSTICS`] wait, the oldest is dropped and counted.
+//! their order; when `MOST_DIAGNOSTICS` wait, the oldest is dropped and counted.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

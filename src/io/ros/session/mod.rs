@@ -10,7 +10,7 @@
 //! A transient-local writer hands its last sample to whoever comes later. When a report is
 //! withdrawn, the writer is therefore replaced by a new, empty one, after its readers have
 //! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
-//! [`report`] for a resume that comes sooner. A volatile writer hands nothing over and stays.
+//! `report.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
 //!
 //! # Outages
 //!
@@ -22,7 +22,7 @@
 //!
 //! * A peer that leaves orderly, or that we never met, needs nothing.
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
-//!   [`lookout`]. It has never heard of the peer, so it can find it.
+//!   `Lookout`. It has never heard of the peer, so it can find it.
 //! * When it does, and only then, the lookout becomes our participant: it gets writers and the
 //!   current reports, and the old participant leaves a second later. Nobody else misses a sample.
 //! * A peer that was killed costs the lookout's two idle threads until it is given up after a day.
@@ -30,7 +30,9 @@
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only
 //!   at the start. A link that comes up while somebody is missing renews the lookout, which then
 //!   announces itself at once instead of within 10 s.
+//! * A peer that forgot us while we still know it stops acknowledging; see `deafness.rs`.
 
+mod deafness;
 mod graph;
 mod interfaces;
 mod lookout;
@@ -213,7 +215,7 @@ fn check(settings: &RosSettings) -> Result<(), RosError> {
     Ok(())
 }
 
-/// The data is the same in every distribution, the graph is not (see [`graph`]).
+/// The data is the same in every distribution, the graph is not (see `graph.rs`).
 fn warn_of_other_distribution() {
     match std::env::var("ROS_DISTRO") {
         Ok(other) if other != DISTRO => tracing::warn!(

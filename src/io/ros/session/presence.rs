@@ -16,7 +16,7 @@ use rustdds::{
 use super::graph::{GraphEntry, node_name};
 use super::lookout::{Missing, Prefix, prefix};
 use super::mailbox::Wish;
-use super::report::ReportTopic;
+use super::report::{ReportTopic, is_acknowledged};
 use super::{Durability, RosError, RosSettings};
 use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
 use crate::io::ros::topics::{
@@ -108,6 +108,11 @@ impl Presence {
     /// Repeats reports of young writers.
     pub(super) fn settle(&mut self) -> Result<(), String> {
         self.turn.settle().and(self.hazard.settle())
+    }
+
+    /// Whether every reader has acknowledged everything; waits some milliseconds for it.
+    pub(super) fn is_acknowledged(&self) -> bool {
+        self.turn.is_acknowledged() && self.hazard.is_acknowledged() && is_acknowledged(&self.diagnostics)
     }
 
     /// Matched readers of the three topics: turn indicators, hazard lights, diagnostics.

@@ -1,8 +1,9 @@
 //! One report topic: its writer, its current report, and how it is withdrawn.
 //!
-//! A reader learns of a new writer some milliseconds after the writer exists, and a volatile
-//! reader gets only what is sent after that. So that a report is not lost on readers which knew
-//! the writer's predecessor, it is repeated (same stamp) a few times in the writer's first second.
+//! A reader learns of a new writer some milliseconds after the writer exists. A volatile writer
+//! sends it only what comes after that, and a volatile reader need not take what came before. So
+//! that a report is not lost on readers which knew the writer's predecessor, it is repeated (same
+//! stamp) a few times in the writer's first seconds.
 
 use std::time::{Duration, Instant};
 
@@ -14,8 +15,8 @@ use serde::Serialize;
 use super::Durability;
 
 /// Ages of a writer at which it repeats the current report.
-const REPEATS: [Duration; 3] =
-    [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1)];
+const REPEATS: [Duration; 4] =
+    [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1), Duration::from_secs(3)];
 /// How long a withdrawal waits for readers to acknowledge what was sent before.
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
 
@@ -63,6 +64,11 @@ impl<M: Serialize + Copy> ReportTopic<M> {
         Ok(())
     }
 
+    /// Whether every reader has acknowledged everything; waits some milliseconds for it.
+    pub(super) fn is_acknowledged(&self) -> bool {
+        is_acknowledged(&self.writer)
+    }
+
     /// Repeats the current report when its time has come.
     pub(super) fn settle(&mut self) -> Result<(), String> {
         let age = self.born.elapsed();
@@ -77,4 +83,10 @@ impl<M: Serialize + Copy> ReportTopic<M> {
     fn write(&self, report: M) -> Result<(), String> {
         self.writer.write(report, Some(Timestamp::now())).map_err(|error| error.to_string())
     }
+}
+
+/// Whether every reader has acknowledged everything; waits some milliseconds for what is on its
+/// way. A writer that cannot tell counts as acknowledged.
+pub(super) fn is_acknowledged<M: Serialize>(writer: &DataWriterCdr<M>) -> bool {
+    writer.wait_for_acknowledgments(Duration::from_millis(5)).unwrap_or(true)
 }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustdds::RTPSEntity;
 
+use super::deafness::Deafness;
 use super::interfaces::Interfaces;
 use super::lookout::{Lookout, Missing, Prefix, Sighting, prefix};
 use super::mailbox::{Letters, Mailbox, Wish};
@@ -40,6 +41,7 @@ pub(super) struct Worker {
     last_interfaces: Interfaces,
     last_slow: Instant,
     last_made: Instant,
+    deafness: Deafness,
     write_failed: bool,
     turn: Wish<TurnIndicatorsReport>,
     hazard: Wish<HazardLightsReport>,
@@ -65,6 +67,7 @@ impl Worker {
             interfaces,
             last_slow: now,
             last_made: now,
+            deafness: Deafness::default(),
             write_failed: false,
             turn: Wish::Withdraw,
             hazard: Wish::Withdraw,
@@ -157,11 +160,12 @@ impl Worker {
             return;
         }
         let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
-        if new_place || self.write_failed {
+        let readers = self.presence.readers().iter().sum();
+        let deaf = self.deafness.observe(self.presence.is_acknowledged(), readers, Instant::now());
+        if new_place || deaf || self.write_failed {
             if let Some(participant) = self.make() {
-                tracing::info!(
-                    "the network interfaces changed, or DDS failed: continuing with a new participant"
-                );
+                let write_failed = self.write_failed;
+                tracing::info!(new_place, deaf, write_failed, "continuing with a new DDS participant");
                 self.replace(participant, self.last_interfaces.clone());
             }
         } else if self.missing.len() > 0 && self.lookout.is_none() {
