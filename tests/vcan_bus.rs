@@ -335,9 +335,9 @@ async fn a_busy_bus_wakes_the_gateway_no_more_often_than_every_5_ms_and_never_fo
 #[tokio::test]
 async fn a_burst_of_many_batches_comes_whole_and_in_order() {
     let Some(vcan) = Vcan::for_test("burst", "vcan-burst") else { return };
-    let mut inbox = vcan.receive(&[FIRST, SECOND]).await;
     let end = classic(SECOND, &[]);
     for count in [63, 64, 65, 5000] {
+        let mut inbox = vcan.receive(&[FIRST, SECOND]).await; // for the task, a frame after a pause
         vcan.send(numbered(FIRST, count).chain([sent(&end)]));
         let inputs = inbox.until_frame(end).await.concat();
         let expected = numbered(FIRST, count).chain([sent(&end)]).map(|frame| frame.data().to_vec());
