@@ -119,7 +119,15 @@ impl Reception {
         if granted < *asked {
             tracing::warn!(interface, asked, granted, "the system grants a smaller receive buffer");
         }
-        tracing::info!(interface, index, filters = ids.len(), receive_buffer = granted, "CAN bus opened");
+        let controller = super::controller::describe(interface);
+        tracing::info!(
+            interface,
+            index,
+            filters = ids.len(),
+            receive_buffer = granted,
+            controller,
+            "CAN bus opened"
+        );
         Ok(socket)
     }
 

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`bus`] | the task that turns one interface into inputs, whatever becomes of the interface |
 //! | `link` | what the kernel says of an interface, and when that may have changed |
+//! | `controller` | what the kernel says of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | candump logs on disk, plain or gzip |
@@ -11,6 +12,7 @@
 
 pub mod bus;
 pub mod candump;
+mod controller;
 mod link;
 pub mod log;
 mod socket;
