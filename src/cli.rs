@@ -63,7 +63,8 @@ Examples:
 With --json every published message is one line
   {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
 and /diagnostics is a line whenever a status changes, holding the statuses that changed.
-t is virtual time since the first frame of the recording; stamps are those of the recording.";
+t is virtual time since the first frame of the recording; stamps are those of the recording
+(with --ros, as [recording] stamps says).";
 
 const CHECK_HELP: &str = "\
 Examples:
@@ -284,7 +285,8 @@ fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
         Some(recording) => (recording.file.clone(), recording.stamps),
         None => return Err(DaemonError::NoRecording.into()),
     };
-    let view = View::new(Style::choose(Style::Panel, Style::Lines), settings.vehicle.clone());
+    let title = format!("{}, built-in recording, Ctrl-C ends", settings.vehicle);
+    let view = View::new(Style::choose(Style::Panel, Style::Lines), title);
     let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
     let routes = Routes::by_interface(&settings.gateway);
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
@@ -361,7 +363,7 @@ fn replay_in_time(
     json: Option<JsonTimeline>,
 ) -> Result<ExitCode, Failure> {
     settings.ros.enabled = args.ros;
-    let configured = settings.recording.as_ref();
+    let configured = settings.recording.as_ref().filter(|_| args.ros);
     let stamps = configured.map(|recording| recording.stamps).unwrap_or_default();
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
     let view = View::new(Style::choose(Style::StatusLine, Style::Lines), settings.vehicle.clone());

@@ -194,12 +194,13 @@ async fn play_on(
     playback: Playback,
 ) -> Result<(), DaemonError> {
     let unreadable = |error| DaemonError::Recording { file: name.to_owned(), error };
-    let mut replay =
-        Replay::new(settings.gateway, reopen().map_err(unreadable)?, routes).map_err(unreadable)?;
     let clock = Clock::start();
-    if playback.stamps == Stamps::Now {
-        replay.restamp(clock.now().wall);
-    }
+    let (log, gateway) = (reopen().map_err(unreadable)?, settings.gateway);
+    let replay = match playback.stamps {
+        Stamps::Recorded => Replay::new(gateway, log, routes),
+        Stamps::Now => Replay::starting_at(clock.now().wall, gateway, log, routes),
+    };
+    let mut replay = replay.map_err(unreadable)?;
     edges.supervisor.ready("playing a recording");
     loop {
         let now = replay.now();

@@ -32,12 +32,30 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Reads up to the first frame.
+    /// Reads up to the first frame; stamps are those of the recording.
     ///
     /// # Errors
     /// When the recording cannot be read.
     pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
+        Self::begin(settings, Tape::new(log, routes))
+    }
+
+    /// Likewise, with all stamps moved by a constant, so that the first is `start`.
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn starting_at(
+        start: WallStamp,
+        settings: GatewaySettings,
+        log: Log,
+        routes: Routes,
+    ) -> io::Result<Self> {
         let mut tape = Tape::new(log, routes);
+        tape.start = Some(start);
+        Self::begin(settings, tape)
+    }
+
+    fn begin(settings: GatewaySettings, mut tape: Tape) -> io::Result<Self> {
         let next = tape.next_input()?;
         let now = next.map_or(Now { mono: MonoTime::ZERO, wall: WallStamp::default() }, |(_, now)| now);
         Ok(Self { gateway: Gateway::new(settings, LinkState::Up, now), tape, next, now, ended: false })
@@ -91,20 +109,6 @@ impl Replay {
         self.tape.rewind(log);
         self.next = self.tape.next_input()?;
         Ok(())
-    }
-
-    /// Moves all stamps by a constant, so that virtual zero is at `start`.
-    pub fn restamp(&mut self, start: WallStamp) {
-        let by = start.as_nanos().saturating_sub(self.now.wall.as_nanos());
-        self.tape.shift_by(by);
-        let moved = |wall: WallStamp| WallStamp::from_nanos(wall.as_nanos().saturating_add(by));
-        self.now.wall = moved(self.now.wall);
-        if let Some((input, at)) = &mut self.next {
-            at.wall = moved(at.wall);
-            if let Input::Frame { stamp, .. } = input {
-                *stamp = moved(*stamp);
-            }
-        }
     }
 
     /// The next output of the steps taken so far.
@@ -198,7 +202,8 @@ struct Tape {
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
     shift: i64,
-    begin_again: bool,
+    /// What the next record's stamp becomes, when the recording begins or begins again.
+    start: Option<WallStamp>,
     /// Comes after the bad lines that stood before it.
     held: Option<(Input, Now)>,
     bad_reported: u64,
@@ -215,20 +220,13 @@ struct TapeClock {
 impl Tape {
     fn new(log: Log, routes: Routes) -> Self {
         let counts = Counts::default();
-        Self { log, routes, clock: None, shift: 0, begin_again: false, held: None, bad_reported: 0, counts }
+        Self { log, routes, clock: None, shift: 0, start: None, held: None, bad_reported: 0, counts }
     }
 
     fn rewind(&mut self, log: Log) {
         self.log = log;
         self.bad_reported = 0;
-        self.begin_again = true;
-    }
-
-    fn shift_by(&mut self, nanos: i64) {
-        self.shift = self.shift.saturating_add(nanos);
-        if let Some(clock) = &mut self.clock {
-            clock.stamp = WallStamp::from_nanos(clock.stamp.as_nanos().saturating_add(nanos));
-        }
+        self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
     fn next_input(&mut self) -> io::Result<Option<(Input, Now)>> {
@@ -270,13 +268,11 @@ impl Tape {
 
     /// The record's stamp after shifting, and the virtual time it comes at.
     fn advance(&mut self, recorded: WallStamp) -> (WallStamp, Now) {
-        let shifted = |shift: i64| WallStamp::from_nanos(recorded.as_nanos().saturating_add(shift));
-        let clock = self.clock.get_or_insert(TapeClock { mono: MonoTime::ZERO, stamp: shifted(self.shift) });
-        if std::mem::take(&mut self.begin_again) {
-            let onward = clock.stamp.after(Duration::from_millis(1));
-            self.shift = onward.as_nanos().saturating_sub(recorded.as_nanos());
+        if let Some(start) = self.start.take() {
+            self.shift = start.as_nanos().saturating_sub(recorded.as_nanos());
         }
-        let stamp = shifted(self.shift);
+        let stamp = WallStamp::from_nanos(recorded.as_nanos().saturating_add(self.shift));
+        let clock = self.clock.get_or_insert(TapeClock { mono: MonoTime::ZERO, stamp });
         let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
         let size = Duration::from_nanos(nanos.unsigned_abs());
         if nanos >= 0 {
