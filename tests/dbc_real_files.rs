@@ -1,5 +1,7 @@
 //! The DBC reader on 31 files as real people wrote them, malformed ones among them.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // a test's own functions
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -123,7 +125,7 @@ fn folder(test: &str) -> Option<PathBuf> {
 }
 
 fn load(folder: &Path, name: &str) -> Database {
-    let path = folder.join(name).with_added_extension("dbc");
+    let path = folder.join(format!("{name}.dbc"));
     parse(&std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
 }
 
@@ -182,7 +184,9 @@ fn turn_signals_are_read_from_their_bits() {
                 );
             }
             let mut others = [0xFF; MAX_DATA];
-            bits(layout).into_iter().for_each(|bit| others[bit / 8] &= !(1 << (bit % 8)));
+            for bit in bits(layout) {
+                others[bit / 8] &= !(1 << (bit % 8));
+            }
             assert_eq!(codec.value(&others), 0, "{file} {signal}");
         }
     }
@@ -220,14 +224,15 @@ fn raw_values_agree_with_cantools() {
     let mut random = Random(0x5EED);
     let (mut requests, mut asked) = (String::new(), Vec::new());
     for (file, ..) in FILES {
-        let path = folder.join(file).with_added_extension("dbc");
+        let path = folder.join(format!("{file}.dbc"));
         writeln!(requests, "file {}", path.display()).unwrap();
         let database = load(&folder, file);
         let frames = database.messages.iter().flat_map(|message| payloads(message, &mut random));
         asked.push((file, frames.collect::<Vec<_>>()));
         for (message, data) in &asked.last().unwrap().1 {
-            let hex: String = data[..message.length].iter().map(|byte| format!("{byte:02x}")).collect();
-            writeln!(requests, "frame {} {hex}", number_of(message)).unwrap();
+            write!(requests, "frame {} ", number_of(message)).unwrap();
+            data[..message.length].iter().for_each(|byte| write!(requests, "{byte:02x}").unwrap());
+            requests.push('\n');
         }
     }
     let request_file = tempfile::NamedTempFile::new().unwrap();

@@ -20,8 +20,7 @@ pub(super) fn signal(text: &str) -> Option<String> {
     let (unit, receivers) = after_range.split_once('"')?;
     // Anything else in these places could be another signal on the same line.
     let range_is_one = matches!(range.trim(), "") || bracketed(range.trim()).is_some_and(is_range);
-    let head_is_one = !head.contains(['"', ')', '[']);
-    (range_is_one && head_is_one && is_names(receivers)).then(|| {
+    (range_is_one && is_names(receivers)).then(|| {
         let (factor, offset) = (number(factor.trim()), number(offset.trim()));
         format!("{head}({factor},{offset}) [0|0] \"{unit}\" Vector__XXX")
     })

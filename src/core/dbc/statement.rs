@@ -198,3 +198,58 @@ fn first_word(text: &str) -> &str {
 fn line_ends(text: &str) -> usize {
     text.bytes().filter(|byte| *byte == b'\n').count()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn texts(text: &str) -> Vec<(usize, String)> {
+        split(text).into_iter().map(|statement| (statement.line, statement.text.into_owned())).collect()
+    }
+
+    #[test]
+    fn lists_take_their_lines_and_no_more() {
+        let text = "NS_ :\n\tCM_\nVAL_\n NS_DESC_ FILTER\nBS_:\nBU_: A\n B C\n CM_ \"x\";\nBU_:\nBO_ 1 M: 8 X\n SG_ S";
+        let expected = [
+            (1, "NS_ : \tCM_ VAL_  NS_DESC_ FILTER"),
+            (5, "BS_:"),
+            (6, "BU_: A  B C"),
+            (8, "CM_ \"x\";"),
+            (9, "BU_:"),
+            (10, "BO_ 1 M: 8 X"),
+            (11, "SG_ S"),
+        ];
+        assert_eq!(texts(text), expected.map(|(line, text)| (line, text.to_owned())));
+        let indented: Vec<_> = split(text).iter().filter(|s| s.indented).map(|s| s.line).collect();
+        assert_eq!(indented, [8, 11]);
+    }
+
+    #[test]
+    fn semicolons_in_texts_and_comments_separate_nothing() {
+        let text = "// BO_ 1;\nCM_ \"a;\nb\\\";\"; VAL_ 1\n S 0 \";\" ;;\nVAL_ 2 S\n\nfoo";
+        let expected =
+            [(2, "CM_ \"a;\nb\\\";\";"), (3, "VAL_ 1  S 0 \";\" ;"), (4, ";"), (5, "VAL_ 2 S"), (7, "foo")];
+        assert_eq!(texts(text), expected.map(|(line, text)| (line, text.to_owned())));
+    }
+
+    proptest! {
+        #[test]
+        fn every_statement_begins_on_its_line(
+            text in prop::collection::vec(
+                prop_oneof![
+                    Just("\n"), Just(" "), Just("\""), Just(";"), Just("\\"), Just("CM_ "), Just("BO_ 1"), Just("NS_ :"),
+                    Just("SG_ S"), Just("//"), Just("é"), Just("x"),
+                ],
+                0..40,
+            ),
+        ) {
+            let text = text.concat();
+            for statement in split(&text) {
+                let line = text.split('\n').nth(statement.line - 1).unwrap();
+                let first = statement.text.split(['\n', ' ']).next().unwrap();
+                prop_assert!(line.contains(first), "{statement:?} in {text:?}");
+            }
+        }
+    }
+}
