@@ -1,5 +1,7 @@
 //! The command line as a user meets it: output, errors and exit codes of the built binary.
 
+#![allow(clippy::unwrap_used)] // helpers of tests
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
