@@ -78,11 +78,24 @@ fn has_report(report: u8, sec: i32) -> impl Fn(&Value) -> bool {
     }
 }
 
-/// Cyclone with a lease as short as tests like it; the environment can ask for another one.
+/// Whether slow tests are wanted; says what is skipped.
+fn slow(test: &str) -> bool {
+    let wanted = std::env::var_os("SIGNAL_GATEWAY_SLOW_TESTS").is_some();
+    if !wanted {
+        println!("skipped: {test}: takes more than a minute; set SIGNAL_GATEWAY_SLOW_TESTS");
+    }
+    wanted
+}
+
+/// As short as tests like it; the environment can ask for another one.
 fn lease() -> String {
-    let lease = std::env::var("SIGNAL_GATEWAY_PEER_LEASE").unwrap_or_else(|_| "2s".to_owned());
+    std::env::var("SIGNAL_GATEWAY_PEER_LEASE").unwrap_or_else(|_| "2s".to_owned())
+}
+
+/// Cyclone with that lease, and more settings of its discovery.
+fn cyclone(lease: &str, discovery: &str) -> String {
     format!(
-        "<CycloneDDS><Domain><Discovery><LeaseDuration>{lease}</LeaseDuration></Discovery>\
+        "<CycloneDDS><Domain><Discovery><LeaseDuration>{lease}</LeaseDuration>{discovery}</Discovery>\
          <Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"
     )
 }
@@ -90,15 +103,30 @@ fn lease() -> String {
 #[test]
 fn after_an_outage_longer_than_the_lease_reports_flow_again_and_others_miss_nothing() {
     let test = "after_an_outage_longer_than_the_lease_reports_flow_again_and_others_miss_nothing";
+    recover_from_outages(test, &cyclone(&lease(), ""));
+}
+
+/// Cyclone asks addresses that never answered every 30 s, if told not to forget them.
+#[test]
+fn without_multicast_too_reports_flow_again_after_an_outage_and_others_miss_nothing() {
+    let test = "without_multicast_too_reports_flow_again_after_an_outage_and_others_miss_nothing";
+    if !slow(test) {
+        return;
+    }
+    let unicast = "<ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\" PruneDelay=\"inf\"/></Peers></Discovery>\
+        <General><AllowMulticast>false</AllowMulticast></General><Discovery>";
+    recover_from_outages(test, &cyclone(&lease(), unicast));
+}
+
+fn recover_from_outages(test: &str, config: &str) {
     let Some(python) = python(test) else { return };
     let Some(net) = Net::new(test, 3) else { return };
     net.plug();
-    let (domain, lease) = (domain(), lease());
+    let domain = domain();
     let reader = |host| {
         let namespace = Some(net.name(host));
         let durability = if host == 0 { "volatile" } else { "transient_local" };
-        Reader { python: &python, domain, kind: "turn", topic: TURN, durability, config: &lease, namespace }
-            .start()
+        Reader { python: &python, domain, kind: "turn", topic: TURN, durability, config, namespace }.start()
     };
     let mut gateway = Gateway::start(Some(net.name(0)), domain, "transient_local");
     let (near, far) = (reader(0), reader(1));
@@ -109,7 +137,7 @@ fn after_an_outage_longer_than_the_lease_reports_flow_again_and_others_miss_noth
         kind: "diagnostics",
         topic: "rt/diagnostics",
         durability,
-        config: &lease,
+        config,
         namespace,
     }
     .start();
@@ -177,7 +205,7 @@ fn a_volatile_report_that_changed_during_an_outage_arrives_after_it() {
     let Some(net) = Net::new(test, 3) else { return };
     net.plug();
     let (domain, kind, topic, durability) = (domain(), "turn", TURN, "volatile");
-    let (config, namespace) = (&lease(), Some(net.name(1)));
+    let (config, namespace) = (&cyclone(&lease(), ""), Some(net.name(1)));
     let mut gateway = Gateway::start(Some(net.name(0)), domain, "volatile");
     let far = Reader { python: &python, domain, kind, topic, durability, config, namespace }.start();
     gateway.wait_until("a reader", |status| status["readers"][0] == 1);
@@ -194,16 +222,14 @@ fn a_volatile_report_that_changed_during_an_outage_arrives_after_it() {
 #[test]
 fn after_an_outage_longer_than_our_lease_but_not_the_peers_reports_flow_again() {
     let test = "after_an_outage_longer_than_our_lease_but_not_the_peers_reports_flow_again";
-    if std::env::var_os("SIGNAL_GATEWAY_SLOW_TESTS").is_none() {
-        println!("skipped: {test}: takes a minute; set SIGNAL_GATEWAY_SLOW_TESTS");
+    if !slow(test) {
         return;
     }
     let Some(python) = python(test) else { return };
     let Some(net) = Net::new(test, 3) else { return };
     net.plug();
     let domain = domain();
-    let config = "<CycloneDDS><Domain><Discovery><LeaseDuration>200s</LeaseDuration></Discovery>\
-        <Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>";
+    let config = &cyclone("200s", "");
     let mut gateway = Gateway::start(Some(net.name(0)), domain, "transient_local");
     let readers = ["transient_local", "volatile"].map(|durability| {
         let namespace = Some(net.name(1));
@@ -232,10 +258,10 @@ fn after_an_outage_longer_than_our_lease_but_not_the_peers_reports_flow_again() 
 #[test]
 fn a_killed_peer_is_looked_for_without_disturbing_anybody() {
     let Some(python) = python("a_killed_peer_is_looked_for_without_disturbing_anybody") else { return };
-    let (domain, lease) = (domain(), lease());
+    let (domain, config) = (domain(), cyclone(&lease(), ""));
     let reader = || {
         let (durability, namespace) = ("transient_local", None);
-        Reader { python: &python, domain, kind: "turn", topic: TURN, durability, config: &lease, namespace }
+        Reader { python: &python, domain, kind: "turn", topic: TURN, durability, config: &config, namespace }
             .start()
     };
     let mut gateway = Gateway::start(None, domain, "transient_local");

@@ -30,6 +30,9 @@
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only
 //!   at the start. A link that comes up while somebody is missing renews the lookout, which then
 //!   announces itself at once instead of within 10 s.
+//! * Where hosts have no multicast between them, Cyclone must know our address (`Peers`) and not
+//!   forget it (`PruneDelay="inf"`): RustDDS cannot be given addresses, and a new participant has a
+//!   new port. Cyclone asks such ports every 30 s. Within one host this is not needed.
 //! * A peer that forgot us while we still know it stops acknowledging; see `deafness.rs`.
 
 mod deafness;
