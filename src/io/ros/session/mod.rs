@@ -24,7 +24,8 @@
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
 //!   `Lookout`. It has never heard of the peer, so it can find it.
 //! * When it does, and only then, the lookout becomes our participant: it gets writers and the
-//!   current reports, and the old participant leaves a second later. Nobody else misses a sample.
+//!   current reports, and the old participant leaves when all its readers have found the new one.
+//!   Nobody else misses a sample; some get one twice.
 //! * A peer that was killed costs the lookout's two idle threads until it is given up after a day.
 //! * An interface or address that was not there when the participant was made replaces the
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only

@@ -121,6 +121,12 @@ impl Presence {
             .map(|writer| self.readers.get(&writer).map_or(0, BTreeSet::len))
     }
 
+    /// Whether all who read `other` read this one too.
+    pub(super) fn serves_all_of(&self, other: &Self) -> bool {
+        let served: BTreeSet<&GUID> = self.readers.values().flatten().collect();
+        other.readers.values().flatten().all(|reader| served.contains(reader))
+    }
+
     /// Takes note of what happened in the network since the last time; peers whose lease ran out
     /// are added to `missing`, except those in `own`.
     pub(super) fn observe(&mut self, missing: &mut Missing, own: &[Prefix]) {

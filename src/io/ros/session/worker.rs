@@ -17,8 +17,11 @@ use crate::io::ros::messages::{HazardLightsReport, TurnIndicatorsReport};
 const TICK: Duration = Duration::from_millis(100);
 /// How often interfaces and missing peers are looked at.
 const SLOW_TICK: Duration = Duration::from_secs(1);
-/// How long a replaced participant stays beside its successor.
+/// How long a replaced participant stays beside its successor at least.
 const OVERLAP: Duration = Duration::from_secs(1);
+/// And at most, when some of its readers have not found the successor: without multicast Cyclone
+/// asks a port that was silent every 30 s.
+const MOST_OVERLAP: Duration = Duration::from_secs(35);
 /// Participants are not made more often than this, the first included.
 const MIN_INTERVAL: Duration = Duration::from_secs(3);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
@@ -29,6 +32,7 @@ pub(super) struct Worker {
     settings: RosSettings,
     mailbox: Arc<Mailbox>,
     presence: Presence,
+    /// With the time it was replaced.
     predecessor: Option<(Presence, Instant)>,
     /// With the interfaces it was made with.
     lookout: Option<(Lookout, Interfaces)>,
@@ -91,8 +95,19 @@ impl Worker {
                 self.last_slow = Instant::now();
                 self.look_around();
             }
-            self.predecessor.take_if(|(_, until)| *until <= Instant::now());
+            self.retire();
             self.show();
+        }
+    }
+
+    /// Lets the predecessor go once everybody who reads it reads the successor too.
+    fn retire(&mut self) {
+        let Some((predecessor, since)) = &mut self.predecessor else { return };
+        // Whom it loses is no news: the successor has met them or never will have.
+        predecessor.observe(&mut Missing::default(), &self.own);
+        let overlap = since.elapsed();
+        if overlap >= MOST_OVERLAP || (overlap >= OVERLAP && self.presence.serves_all_of(predecessor)) {
+            self.predecessor = None;
         }
     }
 
@@ -197,7 +212,7 @@ impl Worker {
         };
         let said = successor.turn(self.turn).and(successor.hazard(self.hazard));
         let predecessor = std::mem::replace(&mut self.presence, successor);
-        self.predecessor = Some((predecessor, Instant::now() + OVERLAP));
+        self.predecessor = Some((predecessor, Instant::now()));
         self.interfaces = interfaces;
         self.lookout = None;
         self.missing.clear();

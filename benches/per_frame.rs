@@ -1,0 +1,153 @@
+//! What one frame costs: filter, decode, state, decision, and taking the outputs away.
+//!
+//! `cargo bench --bench per_frame`. Time stands still, so that neither the rhythm of reports nor
+//! the refresh of diagnostics hides in the mean; the refresh has a line of its own. Afterwards
+//! cantools decodes the same frames with the same DBC, if `SIGNAL_GATEWAY_PEER_PYTHON` has it. The
+//! one limit: the gateway must be well ahead of it, which holds on any machine.
+
+#![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, times far below 2^52
+
+use std::hint::black_box;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
+
+use criterion::Criterion;
+use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
+use signal_gateway::config::{Overrides, load};
+use signal_gateway::core::event::{BusIndex, Input, LinkState};
+use signal_gateway::core::frame::{CanId, Frame};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+
+/// Handling a frame must be this much faster than decoding it with cantools; measured: 15 to 20.
+const LEAST_RATIO: f64 = 5.0;
+
+/// The bound messages: left, right, and no hazard.
+const LEFT: (u16, [u8; 8]) = (0x2A5, [1, 0, 0b0010, 0, 0, 0, 0x10, 0]);
+const RIGHT: (u16, [u8; 8]) = (0x2A5, [2, 0, 0b0100, 0, 0, 0, 0x20, 0]);
+const HAZARD: (u16, [u8; 8]) = (0x2C1, [0; 8]);
+/// A message that keeps the bus alive and is not decoded.
+const WHEEL_SPEEDS: (u16, [u8; 8]) = (0x0B2, [0x07, 0xA9, 0x07, 0xF9, 0x07, 0xBD, 0x07, 0xE5]);
+/// A message nobody asked for, should it come past the kernel's filter.
+const UNBOUND: (u16, [u8; 8]) = (0x0F0, [0x3B, 0x11, 0x0A, 0, 0, 0, 0, 0]);
+
+const NOW: Now = Now { mono: MonoTime::from_millis(1), wall: WallStamp::from_nanos(0) };
+
+fn main() -> ExitCode {
+    let mut criterion = Criterion::default()
+        .without_plots()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .configure_from_args();
+    let unchanged = time_of_a_frame(&mut criterion, "frame, value unchanged", [LEFT, LEFT], 0);
+    let changed = time_of_a_frame(&mut criterion, "frame, value changed", [LEFT, RIGHT], 1);
+    time_of_a_frame(&mut criterion, "frame, sign of life only", [WHEEL_SPEEDS, WHEEL_SPEEDS], 0);
+    time_of_a_frame(&mut criterion, "frame, not relevant", [UNBOUND, UNBOUND], 0);
+    criterion.bench_function("next deadline", |bencher| {
+        let gateway = gateway();
+        bencher.iter(|| gateway.next_deadline(black_box(NOW.mono)));
+    });
+    criterion.bench_function("frame, with reports and diagnostics due", |bencher| {
+        let (mut gateway, mut now) = (gateway(), NOW);
+        bencher.iter(|| {
+            let time = Duration::from_millis(250);
+            now = Now { mono: now.mono.after(time), wall: now.wall.after(time) };
+            take(&mut gateway, input(LEFT), now);
+        });
+    });
+    criterion.final_summary();
+    match (unchanged, changed) {
+        (Some(unchanged), Some(changed)) => compare_with_cantools(unchanged, changed),
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+/// Feeds the two frames in turn; each must lead to as many `outputs`. Median of all samples, ns;
+/// `None` when there are next to none, as in `--test` or when another benchmark was asked for.
+fn time_of_a_frame(
+    criterion: &mut Criterion,
+    name: &str,
+    frames: [(u16, [u8; 8]); 2],
+    outputs: u32,
+) -> Option<f64> {
+    let mut gateway = gateway();
+    let inputs = frames.map(input);
+    for input in [inputs[1], inputs[0], inputs[1]] {
+        assert_eq!(take(&mut gateway, input, NOW), outputs, "{name}");
+    }
+    let mut samples = Vec::new();
+    criterion.bench_function(name, |bencher| {
+        bencher.iter_custom(|count| {
+            let start = Instant::now();
+            for (input, _) in inputs.iter().cycle().zip(0..count) {
+                take(&mut gateway, *input, NOW);
+            }
+            let spent = start.elapsed();
+            samples.push(spent.as_secs_f64() * 1e9 / count as f64);
+            spent
+        });
+    });
+    samples.sort_by(f64::total_cmp);
+    (samples.len() >= 10).then(|| samples[samples.len() / 2])
+}
+
+/// The whole way of an input: in, and all that follows from it out.
+fn take(gateway: &mut Gateway, input: Input, now: Now) -> u32 {
+    gateway.handle(black_box(input), now);
+    let mut outputs = 0;
+    while let Some(output) = gateway.poll_output() {
+        black_box(&output);
+        outputs += 1;
+    }
+    outputs
+}
+
+/// The demo vehicle's, with all links up and every message seen.
+fn gateway() -> Gateway {
+    let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
+    let mut gateway = Gateway::new(settings.gateway, LinkState::Up, NOW);
+    for frame in [WHEEL_SPEEDS, HAZARD, LEFT] {
+        take(&mut gateway, input(frame), NOW);
+    }
+    gateway
+}
+
+fn input((id, data): (u16, [u8; 8])) -> Input {
+    let frame = Frame::classic(CanId::Standard(id), &data).unwrap();
+    Input::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
+}
+
+fn compare_with_cantools(unchanged: f64, changed: f64) -> ExitCode {
+    let Some(python) = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON") else {
+        println!(
+            "skipped: comparison with cantools: SIGNAL_GATEWAY_PEER_PYTHON is not set (a Python with \
+             cantools==45.1.0)"
+        );
+        return ExitCode::SUCCESS;
+    };
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(python);
+    command.arg(project.join("tests/peer/cantools_bench.py")).arg("3");
+    command.arg(project.join("dbc/demo_vehicle.dbc"));
+    for (id, data) in [LEFT, RIGHT] {
+        command.arg(Frame::classic(CanId::Standard(id), &data).unwrap().to_string());
+    }
+    let output = command.output().unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout);
+    let Ok(theirs) = printed.trim().parse::<f64>() else {
+        println!("cantools failed: {}", String::from_utf8_lossy(&output.stderr));
+        return ExitCode::FAILURE;
+    };
+    println!(
+        "gateway, value unchanged  {unchanged:8.0} ns a frame  {:6.1} times as fast",
+        theirs / unchanged
+    );
+    println!("gateway, value changed    {changed:8.0} ns a frame  {:6.1} times as fast", theirs / changed);
+    println!("cantools, decoding only   {theirs:8.0} ns a frame");
+    if theirs / unchanged.max(changed) < LEAST_RATIO {
+        println!("the gateway should be at least {LEAST_RATIO} times as fast");
+        return ExitCode::FAILURE;
+    }
+    ExitCode::SUCCESS
+}

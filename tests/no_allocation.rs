@@ -1,0 +1,174 @@
+//! The way of a frame through the gateway asks for no memory: nothing can grow, fragment or wait
+//! for the allocator however long and busy the drive.
+
+#![allow(clippy::unwrap_used)] // a test's own functions
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+use std::io::Cursor;
+use std::path::Path;
+use std::time::Duration;
+
+use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
+use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
+use signal_gateway::core::frame::{CanId, Frame};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::io::can::log::Log;
+
+/// The system's allocator, counting what each thread asks of it.
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: hands every call on to `System` unchanged. The counter is a constant-initialised cell
+// without a destructor, so touching it neither allocates nor fails.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.dealloc(block, layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.realloc(block, layout, size) }
+    }
+}
+
+/// What `action` asked of the allocator.
+fn allocations(action: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.get();
+    action();
+    ALLOCATIONS.get() - before
+}
+
+const TURN: CanId = CanId::Standard(0x2A5);
+const HAZARD: CanId = CanId::Standard(0x2C1);
+const WHEEL_SPEEDS: CanId = CanId::Standard(0x0B2);
+const UNBOUND: CanId = CanId::Standard(0x0F0);
+
+const OFF: [u8; 8] = [0; 8];
+const LEFT: [u8; 8] = [0, 0, 0b0010, 0, 0, 0, 0, 0];
+
+fn demo() -> Settings {
+    load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap()
+}
+
+/// A gateway of the demo vehicle and the time, which stands still but for [`Car::passes`].
+struct Car {
+    gateway: Gateway,
+    now: Now,
+}
+
+impl Car {
+    /// Both reports have been published and the diagnostics refreshed.
+    fn in_steady_state() -> Self {
+        let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+        let mut car = Self { gateway: Gateway::new(demo().gateway, LinkState::Up, now), now };
+        for _ in 0..10 {
+            for (id, data) in [(TURN, LEFT), (HAZARD, OFF), (TURN, OFF)] {
+                car.receive(id, data);
+            }
+            car.passes(Duration::from_millis(50));
+        }
+        while car.gateway.poll_output().is_some() {}
+        car
+    }
+
+    fn receive(&mut self, id: CanId, data: [u8; 8]) {
+        let frame = Frame::classic(id, &data).unwrap();
+        self.gateway.handle(Input::Frame { bus: BusIndex(0), frame, stamp: self.now.wall }, self.now);
+    }
+
+    fn passes(&mut self, time: Duration) {
+        self.now = Now { mono: self.now.mono.after(time), wall: self.now.wall.after(time) };
+        self.gateway.handle(Input::Deadline, self.now);
+    }
+
+    fn outputs(&mut self) -> Vec<Output> {
+        std::iter::from_fn(|| self.gateway.poll_output()).collect()
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| drop(black_box(Box::new(1)))), 1);
+    assert_eq!(allocations(|| drop(black_box(vec![1; 9]))), 1);
+    assert_eq!(allocations(|| ()), 0);
+}
+
+#[test]
+fn a_frame_that_changes_nothing_allocates_nothing() {
+    let mut car = Car::in_steady_state();
+    for id in [TURN, HAZARD, WHEEL_SPEEDS, UNBOUND] {
+        assert_eq!(allocations(|| car.receive(id, OFF)), 0, "{id}");
+        assert_eq!(allocations(|| _ = black_box(car.gateway.next_deadline(car.now.mono))), 0, "{id}");
+    }
+    assert_eq!(car.outputs(), []);
+}
+
+#[test]
+fn a_frame_that_changes_a_report_allocates_nothing() {
+    let mut car = Car::in_steady_state();
+    let mut report = None;
+    let asked = allocations(|| {
+        car.receive(TURN, LEFT);
+        report = car.gateway.poll_output();
+    });
+    assert!(matches!(report, Some(Output::TurnIndicators { .. })), "{report:?}");
+    assert_eq!(asked, 0);
+}
+
+#[test]
+fn frames_with_faults_and_of_any_length_allocate_nothing_once_they_were_reported() {
+    let mut car = Car::in_steady_state();
+    car.receive(TURN, [0xFF; 8]);
+    assert!(!car.outputs().is_empty(), "a fault is news");
+    assert_eq!(allocations(|| car.receive(TURN, [0xFF; 8])), 0);
+    let short = Frame::classic(TURN, &[0xFF]).unwrap();
+    let input = Input::Frame { bus: BusIndex(0), frame: short, stamp: car.now.wall };
+    assert_eq!(allocations(|| car.gateway.handle(input, car.now)), 0);
+    assert_eq!(car.outputs(), []);
+}
+
+#[test]
+fn decoding_allocates_nothing() {
+    let binding = demo().gateway.lights;
+    let frame = Frame::classic(TURN, &LEFT).unwrap();
+    for signal in &binding.signals {
+        let asked = allocations(|| {
+            let read = (signal.codec.is_present(frame.padded()), signal.codec.value(frame.padded()));
+            black_box((read, signal.codec.needed_length()));
+        });
+        assert_eq!(asked, 0, "{}", signal.name);
+    }
+}
+
+#[test]
+fn reading_a_recording_allocates_nothing_after_its_first_line() {
+    let lines = "(1767225600.013289) can0 2A5#0000000000000000\nnot a line\n".repeat(100);
+    let mut log = Log::new(Box::new(Cursor::new(lines.into_bytes()))).unwrap();
+    assert!(log.next_record().unwrap().is_some());
+    let mut records = 1;
+    let asked = allocations(|| {
+        while log.next_record().unwrap().is_some() {
+            records += 1;
+        }
+    });
+    assert_eq!((records, log.bad_lines(), asked), (100, 100, 0));
+}
