@@ -27,7 +27,7 @@ fn set_bits(data: &mut [u8], start: u64, length: u64, intel: bool, value: u64) {
         data[usize::try_from(bit / 8).unwrap()] |= u8::from(value >> weight & 1 == 1) << (bit % 8);
         bit = if intel {
             bit + 1
-        } else if bit % 8 == 0 {
+        } else if bit.is_multiple_of(8) {
             bit + 15
         } else {
             bit - 1
