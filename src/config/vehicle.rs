@@ -49,7 +49,7 @@ pub struct VehicleBus {
     pub database: Database,
 }
 
-/// Silence that ends a bus's life when the profile gives none.
+/// Silence that ends a bus's life when the profile gives none, at least.
 const ALIVE_TIMEOUT_MS: u64 = 1000;
 /// A timeout in multiples of `GenMsgCycleTime`, when the profile gives none…
 const CYCLES_UNTIL_STALE: u64 = 5;
@@ -86,13 +86,15 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
                 hazard_faults,
                 turn_while_hazard,
             };
-            let buses = buses.into_iter().zip(alive_by).map(|(bus, alive_by)| VehicleBus {
-                alive_timeout: Duration::from_millis(alive_timeout_ms(file, &bus.name)),
-                alive_by,
-                dbc_path: bus.dbc_path.into(),
-                name: bus.name,
-                database: bus.database,
-            });
+            let limits: Vec<_> = buses.iter().map(|bus| alive_timeout(file, bus, &lights.messages)).collect();
+            let buses =
+                buses.into_iter().zip(alive_by).zip(limits).map(|((bus, alive_by), limit)| VehicleBus {
+                    alive_timeout: limit,
+                    alive_by,
+                    dbc_path: bus.dbc_path.into(),
+                    name: bus.name,
+                    database: bus.database,
+                });
             Ok(Vehicle { name: file.name.clone(), buses: buses.collect(), lights })
         }
         (_, _, problems) => Err(problems),
@@ -140,11 +142,17 @@ fn out_of_range(document: &Document, limit: &Spanned<u64>) -> Problem {
     document.problem(limit.span(), reason, format!("give 1 to {LONGEST_TIMEOUT_MS} ms"))
 }
 
-fn alive_timeout_ms(file: &VehicleFile, bus: &str) -> u64 {
-    file.bus
-        .get(bus)
-        .and_then(|bus| bus.alive_timeout_ms.as_ref())
-        .map_or(ALIVE_TIMEOUT_MS, |ms| *ms.get_ref())
+/// As the profile says; by default no bus is called silent while its liveliest message may be.
+fn alive_timeout(file: &VehicleFile, bus: &ProfileBus, messages: &[BoundMessage]) -> Duration {
+    let given = file.bus.get(bus.name.as_str()).and_then(|bus| bus.alive_timeout_ms.as_ref());
+    let silences = messages.iter().filter(|message| message.bus == bus.index).filter_map(|message| {
+        match message.timing {
+            Timing::Cyclic { timeout } => Some(timeout),
+            Timing::Event => None,
+        }
+    });
+    let default = silences.min().unwrap_or_default().max(Duration::from_millis(ALIVE_TIMEOUT_MS));
+    given.map_or(default, |ms| Duration::from_millis(*ms.get_ref()))
 }
 
 /// The three ways to bind the turn state.

@@ -139,8 +139,13 @@ impl Gateway {
         let Some(routes) = self.routes.get(usize::from(bus.0)) else { return false };
         let Ok(position) = routes.binary_search_by_key(&frame.id(), |(id, _)| *id) else { return false };
         let message = routes[position].1;
-        if !self.buses[usize::from(bus.0)].frame_arrived(now.mono) {
+        let known = &mut self.buses[usize::from(bus.0)];
+        let was_alive = known.is_alive(now.mono);
+        if !known.frame_arrived(now.mono) {
             return false;
+        }
+        if !was_alive {
+            self.lights.forget_events(bus);
         }
         if let Some(message) = message {
             self.lights.frame_arrived(message, frame, stamp, now);

@@ -83,6 +83,11 @@ impl VehicleLights {
         self.seen.forget_bus(&self.binding, bus);
     }
 
+    /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    pub fn forget_events(&mut self, bus: BusIndex) {
+        self.seen.forget_events(&self.binding, bus);
+    }
+
     /// Judges what is known now and says what to do.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
         let verdicts = judge(&self.binding, &self.seen, buses, now);

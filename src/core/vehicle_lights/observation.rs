@@ -3,7 +3,7 @@
 use super::binding::{BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex, Timing};
 use super::meaning::Meaning;
 use crate::core::bus::{Bus, Received, past};
-use crate::core::event::LinkState;
+use crate::core::event::{BusIndex, LinkState};
 use crate::core::frame::Frame;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -12,7 +12,8 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 pub enum Absence {
     /// The link below the bus is not up.
     Link(LinkState),
-    /// No frame with this signal since start, or since the link came back.
+    /// No frame with this signal since start, since the link came back, or, of an event message,
+    /// since the bus woke up.
     NeverSeen,
     /// The last frame is older than the message's limit.
     Stale,
@@ -106,9 +107,20 @@ impl Observations {
     }
 
     /// Forgets what came over a bus: after a lost link nothing seen before it counts.
-    pub fn forget_bus(&mut self, binding: &LightsBinding, bus: crate::core::event::BusIndex) {
+    pub fn forget_bus(&mut self, binding: &LightsBinding, bus: BusIndex) {
         for (slot, signal) in self.last.iter_mut().zip(&binding.signals) {
             if binding.messages[signal.message.0].bus == bus {
+                *slot = None;
+            }
+        }
+    }
+
+    /// Forgets the event messages of a bus: a change may have been sent while it was silent, so what
+    /// was seen before holds no longer.
+    pub fn forget_events(&mut self, binding: &LightsBinding, bus: BusIndex) {
+        for (slot, signal) in self.last.iter_mut().zip(&binding.signals) {
+            let message = &binding.messages[signal.message.0];
+            if message.bus == bus && message.timing == Timing::Event {
                 *slot = None;
             }
         }

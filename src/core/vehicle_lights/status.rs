@@ -50,7 +50,7 @@ impl LightsFinding {
     fn kind(self) -> Option<Trouble> {
         match (self.fault, self.doubt) {
             (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Trouble::HardwareFault),
-            (None, Some(Doubt::Undefined(..))) => Some(Trouble::Invalid),
+            (None, Some(Doubt::Undefined(..) | Doubt::BothOn(..))) => Some(Trouble::Invalid),
             (None, Some(Doubt::Absent(..) | Doubt::NotAvailable(..) | Doubt::Unbound)) => {
                 Some(Trouble::Unknown)
             }
@@ -254,6 +254,10 @@ fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
         }
         Doubt::Undefined(signal, raw) => {
             format!("invalid: {} = {} is not a defined value", name(signal), raw_text(raw))
+        }
+        Doubt::BothOn(sides) => {
+            let [left, right] = sides.map(|(signal, raw)| format!("{} = {}", name(signal), raw_text(raw)));
+            format!("invalid: {left} and {right} at once is not defined")
         }
         Doubt::Fault(signal, raw) => {
             format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))

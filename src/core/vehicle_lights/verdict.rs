@@ -64,6 +64,8 @@ pub enum Doubt {
     NotAvailable(SignalIndex, i128),
     /// Invalid: the profile gives this raw value no meaning.
     Undefined(SignalIndex, i128),
+    /// Invalid: left and right are on at once, which the profile calls undefined.
+    BothOn([(SignalIndex, i128); 2]),
     /// The value itself says "fault".
     Fault(SignalIndex, i128),
 }
@@ -175,8 +177,9 @@ impl Bench<'_> {
                     (false, true, _) => TurnCode::Right,
                     (true, true, BothOn::Hazard) => TurnCode::Both,
                     (true, true, BothOn::Undefined) => {
-                        let raw = self.seen.last(right.signal).map_or(0, |last| last.raw);
-                        return Err(Doubt::Undefined(right.signal, raw));
+                        let raw = |signal| self.seen.last(signal).map_or(0, |last| last.raw);
+                        let sides = [left.signal, right.signal].map(|signal| (signal, raw(signal)));
+                        return Err(Doubt::BothOn(sides));
                     }
                 };
                 Ok((code, left_on.1.newest(right_on.1)))
@@ -226,7 +229,7 @@ impl Bench<'_> {
 fn graver(first: Doubt, second: Doubt) -> Doubt {
     let gravity = |doubt| match doubt {
         Doubt::Fault(..) => 3,
-        Doubt::Undefined(..) => 2,
+        Doubt::Undefined(..) | Doubt::BothOn(..) => 2,
         Doubt::NotAvailable(..) => 1,
         Doubt::Absent(..) | Doubt::Unbound => 0,
     };

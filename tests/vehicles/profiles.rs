@@ -1,0 +1,216 @@
+//! Each shipped profile: frames written by hand from public facts, and the reports they must give.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+
+use crate::payload::frame;
+use crate::playback::{HAZARD, TURN};
+use crate::{profile, profile_names};
+
+/// Profile, frames (see [`frame`], several with `;`), and what becomes of turn and hazard report:
+/// a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
+type Case = (&'static str, &'static str, &'static str, &'static str);
+
+const OFF: &str = "DISABLE";
+const LEFT: &str = "ENABLE_LEFT";
+const RIGHT: &str = "ENABLE_RIGHT";
+const ON: &str = "ENABLE";
+
+#[rustfmt::skip]
+const CASES: &[Case] = &[
+    ("acura_ilx_2016", "294 8", OFF, "unknown"),
+    ("acura_ilx_2016", "294 8 5|1@0=1 59|4@0=7", LEFT, "unknown"),
+    ("acura_ilx_2016", "294 8 6|1@0=1 61|2@0=3", RIGHT, "unknown"),
+    ("acura_ilx_2016", "294 8 5|1@0=1 6|1@0=1", "invalid at once", "unknown"),
+    ("bmw_e9x", "1F6 2 9|1@1=1", OFF, OFF),
+    ("bmw_e9x", "1F6 2 0|1@1=1", OFF, OFF),
+    ("bmw_e9x", "1F6 2 4|1@1=1 8|1@1=1", LEFT, OFF),
+    ("bmw_e9x", "1F6 2 5|1@1=1 8|1@1=1 6|1@1=1", RIGHT, OFF),
+    ("bmw_e9x", "1F6 2 4|1@1=1 5|1@1=1 8|1@1=1", OFF, ON),
+    ("bmw_e9x", "1F6 2 4|1@1=1 9|1@1=1", "invalid 33 (0x21)", "invalid 33 (0x21)"),
+    ("bmw_e9x", "1F6 2 4|1@1=1 8|1@1=1 9|1@1=1", "invalid 49 (0x31)", "invalid 49 (0x31)"),
+    ("chrysler_pacifica_2017", "318 8", OFF, "unknown"),
+    ("chrysler_pacifica_2017", "318 8 0|2@1=1", LEFT, "unknown"),
+    ("chrysler_pacifica_2017", "318 8 0|2@1=2", RIGHT, "unknown"),
+    ("chrysler_pacifica_2017", "318 8 0|2@1=3", "invalid 3", "unknown"),
+    ("demo_vehicle", "2A5 8; 2C1 8", OFF, OFF),
+    ("demo_vehicle", "2A5 8 17|3@1=1; 2C1 8", LEFT, OFF),
+    ("demo_vehicle", "2A5 8 17|3@1=2; 2C1 8", RIGHT, OFF),
+    ("demo_vehicle", "2A5 8 17|3@1=1; 2C1 8 8|2@1=1", OFF, ON),
+    ("demo_vehicle", "2A5 8 17|3@1=7; 2C1 8 8|2@1=3", "unknown", "unknown"),
+    ("demo_vehicle", "2A5 8 17|3@1=6; 2C1 8 8|2@1=2", "fault", "fault"),
+    ("demo_vehicle", "2A5 8 17|3@1=5", "invalid 5", "unknown"),
+    ("demo_vehicle", "2A5 8 17|3@1=2 24|1@1=1; 2C1 8", "ENABLE_RIGHT +fault", OFF),
+    ("demo_vehicle", "2A5 3 17|3@1=2; 2C1 1", "unknown", "unknown"),
+    ("ford_falcon_fg", "128 8", OFF, "unknown"),
+    ("ford_falcon_fg", "128 8 16|8@1=8", LEFT, "unknown"),
+    ("ford_falcon_fg", "128 8 24|8@1=8", LEFT, "unknown"),
+    ("ford_falcon_fg", "128 8 16|8@1=16", RIGHT, "unknown"),
+    ("ford_falcon_fg", "128 8 24|8@1=16", RIGHT, "unknown"),
+    ("ford_falcon_fg", "128 8 16|8@1=150", "invalid 150 (0x96)", "unknown"),
+    ("ford_falcon_fg", "128 8 16|8@1=8 24|8@1=8", "invalid 2056 (0x808)", "unknown"),
+    ("ford_lincoln", "083 8", OFF, "unknown"),
+    ("ford_lincoln", "083 8 5|2@0=1", LEFT, "unknown"),
+    ("ford_lincoln", "083 8 5|2@0=2", RIGHT, "unknown"),
+    ("ford_lincoln", "083 8 5|2@0=3", OFF, "unknown"),
+    ("gm_global_a", "140 3", OFF, "unknown"),
+    ("gm_global_a", "140 3 19|2@0=1", LEFT, "unknown"),
+    ("gm_global_a", "140 3 19|2@0=2", RIGHT, "unknown"),
+    ("gm_global_a", "140 3 19|2@0=3", "invalid 3", "unknown"),
+    ("gm_global_a", "140 2", "unknown", "unknown"),
+    ("honda_civic_hatchback_2017", "326 8", OFF, "unknown"),
+    ("honda_civic_hatchback_2017", "326 8 26|1@0=1", LEFT, "unknown"),
+    ("honda_civic_hatchback_2017", "326 8 27|1@0=1", RIGHT, "unknown"),
+    ("honda_civic_hatchback_2017", "326 8 26|1@0=1 27|1@0=1", "invalid at once", "unknown"),
+    ("hyundai_kia", "541 8", OFF, "unknown"),
+    ("hyundai_kia", "541 8 42|1@1=1 19|2@1=3", LEFT, "unknown"),
+    ("hyundai_kia", "541 8 41|1@1=1 62|2@1=2", RIGHT, "unknown"),
+    ("hyundai_kia", "541 8 19|2@1=3 62|2@1=3 33|2@1=1", OFF, "unknown"),
+    ("hyundai_kia", "541 8 41|1@1=1 42|1@1=1", "invalid at once", "unknown"),
+    ("j1939_truck", "0CFDCC27 8", OFF, OFF),
+    ("j1939_truck", "0CFDCC27 8 12|4@1=1 10|2@1=3", LEFT, "unknown"),
+    ("j1939_truck", "0CFDCC27 8 12|4@1=2", RIGHT, OFF),
+    ("j1939_truck", "0CFDCC27 8 12|4@1=1 10|2@1=1", OFF, ON),
+    ("j1939_truck", "0CFDCC27 8 12|4@1=15 10|2@1=3", "unknown", "unknown"),
+    ("j1939_truck", "0CFDCC27 8 12|4@1=14 10|2@1=2", "fault", "fault"),
+    ("j1939_truck", "0CFDCC27 8 12|4@1=3", "invalid 3", OFF),
+    ("j1939_truck", "0CFDCC28 8", "unknown", "unknown"),
+    ("mazda_2017", "091 8", OFF, "unknown"),
+    ("mazda_2017", "091 8 13|1@0=1", LEFT, "unknown"),
+    ("mazda_2017", "091 8 12|1@0=1", RIGHT, "unknown"),
+    ("mazda_2017", "091 8 10|1@0=1", OFF, "unknown"),
+    ("mazda_2017", "091 8 12|1@0=1 13|1@0=1", "invalid at once", "unknown"),
+    ("mg", "46A 8", OFF, "unknown"),
+    ("mg", "46A 8 3|2@0=1", LEFT, "unknown"),
+    ("mg", "46A 8 3|2@0=2", RIGHT, "unknown"),
+    ("mg", "46A 8 3|2@0=3", "invalid 3", "unknown"),
+    ("new_eagle_dbw", "00001F14 8", OFF, OFF),
+    ("new_eagle_dbw", "00001F14 8 4|3@1=1 7|1@1=1", LEFT, OFF),
+    ("new_eagle_dbw", "00001F14 8 4|3@1=2", RIGHT, OFF),
+    ("new_eagle_dbw", "00001F14 8 4|3@1=3", OFF, ON),
+    ("new_eagle_dbw", "00001F14 8 4|3@1=7", "unknown", "unknown"),
+    ("new_eagle_dbw", "00001F14 8 4|3@1=5", "invalid 5", "invalid 5"),
+    ("nissan_leaf_2018", "358 8", OFF, OFF),
+    ("nissan_leaf_2018", "358 8 17|1@0=1", LEFT, OFF),
+    ("nissan_leaf_2018", "358 8 18|1@0=1", RIGHT, OFF),
+    ("nissan_leaf_2018", "358 8 17|1@0=1 18|1@0=1", OFF, ON),
+    ("nissan_leaf_aze0", "358 8", OFF, OFF),
+    ("nissan_leaf_aze0", "358 8 16|8@1=4", LEFT, OFF),
+    ("nissan_leaf_aze0", "358 8 16|8@1=8", RIGHT, OFF),
+    ("nissan_leaf_aze0", "358 8 16|8@1=12", OFF, ON),
+    ("nissan_leaf_aze0", "358 8 16|8@1=2", "invalid 2", "invalid 2"),
+    ("psa_aee2010", "452 6", OFF, OFF),
+    ("psa_aee2010", "452 6 5|2@0=2 31|4@0=9", LEFT, OFF),
+    ("psa_aee2010", "452 6 5|2@0=1", RIGHT, OFF),
+    ("psa_aee2010", "452 6 5|2@0=3", OFF, ON),
+    ("tesla_model3", "3F5 8", OFF, OFF),
+    ("tesla_model3", "3F5 8 0|2@1=1 50|2@1=1", LEFT, OFF),
+    ("tesla_model3", "3F5 8 2|2@1=2 52|2@1=3", RIGHT, OFF),
+    ("tesla_model3", "3F5 8 0|2@1=1 2|2@1=1 4|4@1=1", OFF, ON),
+    ("tesla_model3", "3F5 8 0|2@1=2 4|4@1=6", OFF, ON),
+    ("tesla_model3", "3F5 8 4|4@1=8", OFF, ON),
+    ("tesla_model3", "3F5 8 0|2@1=3 4|4@1=9", "invalid 3", "invalid 9"),
+    ("tesla_model3", "3F5 8 0|2@1=1 50|2@1=2", "ENABLE_LEFT +fault", OFF),
+    ("toyota_nodsu", "620 8; 614 8 29|2@0=3", OFF, OFF),
+    ("toyota_nodsu", "620 8; 614 8 29|2@0=1", LEFT, OFF),
+    ("toyota_nodsu", "620 8; 614 8 29|2@0=2 15|1@0=1", RIGHT, OFF),
+    ("toyota_nodsu", "620 8; 614 8 29|2@0=1 27|1@0=1", OFF, ON),
+    ("toyota_nodsu", "620 8; 614 8 27|1@0=1", "invalid 0", ON),
+    ("toyota_nodsu", "620 8", "unknown", "unknown"),
+    ("volvo_s60_2002", "0261300A 8 6|2@1=3", OFF, "unknown"),
+    ("volvo_s60_2002", "0261300A 8 34|2@1=2", LEFT, "unknown"),
+    ("volvo_s60_2002", "0261300A 8 34|2@1=1", RIGHT, "unknown"),
+    ("volvo_s60_2002", "0261300A 8 34|2@1=3", "invalid 3", "unknown"),
+    ("volvo_v40_2017", "2A9 8", OFF, "unknown"),
+    ("volvo_v40_2017", "2A9 8 1|2@0=1", LEFT, "unknown"),
+    ("volvo_v40_2017", "2A9 8 1|2@0=3", RIGHT, "unknown"),
+    ("volvo_v40_2017", "2A9 8 1|2@0=2", "invalid 2", "unknown"),
+    ("vw_meb", "3D4 8; 366 8; 658 8", OFF, OFF),
+    ("vw_meb", "3D4 8 12|1@1=1 8|4@1=5; 366 8", LEFT, OFF),
+    ("vw_meb", "3D4 8 13|1@1=1; 366 8", RIGHT, OFF),
+    ("vw_meb", "3D4 8 12|1@1=1 13|1@1=1; 366 8", "invalid at once", OFF),
+    ("vw_meb", "3D4 8 12|1@1=1; 366 8 20|1@1=1 25|1@1=1", OFF, ON),
+    ("vw_meb", "3D4 8 13|1@1=1 46|1@1=1; 366 8", "ENABLE_RIGHT +fault", OFF),
+    ("vw_meb", "3D4 8; 658 8 20|1@1=1", "DISABLE +fault", "unknown"),
+    ("vw_meb", "3D4 8; 658 8 30|1@1=1", "DISABLE +fault", "unknown"),
+    ("vw_mqb", "366 8 25|4@1=0 37|1@1=0", OFF, OFF),
+    ("vw_mqb", "366 8 23|1@1=1 37|1@1=1", LEFT, OFF),
+    ("vw_mqb", "366 8 24|1@1=1 26|1@1=1", RIGHT, OFF),
+    ("vw_mqb", "366 8 20|1@1=1 25|4@1=15", OFF, ON),
+    ("vw_mqb", "366 8 23|1@1=1 24|1@1=1", "invalid at once", OFF),
+    ("vw_pq", "390 8", OFF, OFF),
+    ("vw_pq", "390 8 34|1@1=1", LEFT, OFF),
+    ("vw_pq", "390 8 35|1@1=1", RIGHT, OFF),
+    ("vw_pq", "390 8 55|1@1=1", OFF, ON),
+    ("vw_pq", "390 8 34|1@1=1 55|1@1=1", OFF, ON),
+];
+
+/// What the two reports come to after the frames, in the words of [`Case`].
+fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
+    let now = Now { mono: MonoTime::from_millis(5), wall: WallStamp::from_nanos(5_000_000) };
+    let mut gateway = Gateway::new(profile(profile_name).gateway, LinkState::Up, now);
+    for text in frames.split(';') {
+        gateway.handle(Input::Frame { bus: BusIndex(0), frame: frame(text), stamp: now.wall }, now);
+    }
+    let (mut turn, mut hazard) = (None, None);
+    while let Some(output) = gateway.poll_output() {
+        match output {
+            Output::TurnIndicators { report, .. } => turn = Some(report.name()),
+            Output::HazardLights { report, .. } => hazard = Some(report.name()),
+            Output::WithdrawTurnIndicators => turn = None,
+            Output::WithdrawHazardLights => hazard = None,
+            Output::Diagnostics { .. } => {}
+        }
+    }
+    let said: BTreeMap<_, _> = gateway
+        .statuses(now.mono)
+        .into_iter()
+        .map(|status| (status.name.rsplit_once(": ").unwrap().1.to_owned(), (status.level, status.message)))
+        .collect();
+    [(TURN, turn), (HAZARD, hazard)].map(|(task, published)| {
+        let (level, message) = &said[task];
+        let is_fault = message.starts_with("hardware fault: ");
+        match (published, level) {
+            (Some(report), Level::Ok) => report.to_owned(),
+            (Some(report), Level::Error) if is_fault => format!("{report} +fault"),
+            (None, Level::Error) if message.starts_with("unknown: ") => "unknown".to_owned(),
+            (None, Level::Error) if is_fault => "fault".to_owned(),
+            (None, Level::Error) if message.starts_with("invalid: ") => match message.split(" = ").nth(1) {
+                Some(rest) if rest.ends_with(" is not a defined value") => {
+                    format!("invalid {}", rest.trim_end_matches(" is not a defined value"))
+                }
+                _ if message.ends_with(" = 1 at once is not defined") => "invalid at once".to_owned(),
+                _ => message.clone(),
+            },
+            _ => format!("{published:?} {level} {message}"),
+        }
+    })
+}
+
+#[test]
+fn each_payload_gives_the_report_that_public_facts_demand() {
+    let mut wrong = Vec::new();
+    for (profile, frames, turn, hazard) in CASES {
+        let outcome = outcome(profile, frames);
+        if outcome != [*turn, *hazard] {
+            wrong.push(format!("{profile} {frames}: {outcome:?}, not {:?}", [turn, hazard]));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_shipped_profile_is_tried_off_left_and_right() {
+    let mut tried: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (profile, _, turn, _) in CASES {
+        tried.entry(profile).or_default().insert(turn);
+    }
+    assert!(tried.keys().eq(profile_names().iter()), "{:?}", tried.keys());
+    for (profile, turns) in tried {
+        assert!([OFF, LEFT, RIGHT].iter().all(|turn| turns.contains(turn)), "{profile}");
+    }
+}

@@ -1,0 +1,244 @@
+//! Recordings of real vehicles: what is known of each, and what the gateway makes of it.
+
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+use signal_gateway::core::diagnostics::Level;
+
+use crate::playback::{HAZARD, Playback, TURN, play_file, play_text};
+use crate::{profile, real_files};
+
+/// Log and profile.
+const RECORDINGS: [(&str, &str); 10] = [
+    ("ford-falcon-fg-candump-2021-01-20_205722.log.gz", "ford_falcon_fg"),
+    ("css-truck-j1939-00000001.candump.log.gz", "j1939_truck"),
+    ("comma2k19-rav4-b0c9d232-seg40.candump.log.gz", "toyota_nodsu"),
+    ("eld-civic-type-r-2019-turnonanddrive.log", "honda_civic_hatchback_2017"),
+    ("eld-kona-turnonlog.log", "hyundai_kia"),
+    ("eld-camaro-engineon.log", "gm_global_a"),
+    ("eld-durango-keyon.log", "chrysler_pacifica_2017"),
+    ("eld-gt350-engineoffthenonthenoff.log", "ford_lincoln"),
+    ("icsim-sample-can.log", "acura_ilx_2016"),
+    ("savvycan-candump.log", "volvo_v40_2017"),
+];
+
+/// Stamps in the facts about recordings are given to hundredths of a second.
+fn near(ms: u64, seconds: f64) -> bool {
+    (std::time::Duration::from_millis(ms).as_secs_f64() - seconds).abs() <= 0.010
+}
+
+fn assert_changes(changes: &[(u64, &str)], expected: &[(f64, &str)]) {
+    let agree = |(change, expected): (&(u64, &str), &(f64, &str))| {
+        near(change.0, expected.0) && change.1 == expected.1
+    };
+    assert!(
+        changes.len() == expected.len() && changes.iter().zip(expected).all(agree),
+        "{changes:?}\nexpected {expected:?}"
+    );
+}
+
+fn play_real(folder: &Path, log: &str) -> Playback {
+    let (_, name) = RECORDINGS.iter().find(|(file, _)| *file == log).unwrap();
+    play_file(&profile(name), &folder.join("can-logs").join(log))
+}
+
+#[test]
+fn the_falcon_stops_at_an_undefined_value_and_at_a_gap_and_comes_back() {
+    let Some(folder) = real_files("the_falcon_stops_at_an_undefined_value_and_at_a_gap_and_comes_back")
+    else {
+        return;
+    };
+    let falcon = play_real(&folder, "ford-falcon-fg-candump-2021-01-20_205722.log.gz");
+    assert_changes(
+        &falcon.turn,
+        &[
+            (0.086, "DISABLE"),
+            // Right for 6.4 s and 1.4 s, left for 2.3 s and 1.1 s.
+            (63.988, "ENABLE_RIGHT"),
+            (70.392, "DISABLE"),
+            (72.933, "ENABLE_RIGHT"),
+            (74.374, "DISABLE"),
+            (75.644, "ENABLE_LEFT"),
+            (77.935, "DISABLE"),
+            (97.804, "ENABLE_LEFT"),
+            (98.908, "DISABLE"),
+            // 26 frames of 0x96.
+            (108.75, "stops"),
+            (111.22, "DISABLE"),
+            // No frame for 5.8 s: believed for half a second of it.
+            (116.321, "stops"),
+            (121.618, "DISABLE"),
+        ],
+    );
+    let said: Vec<_> = falcon.said(TURN);
+    assert_eq!(
+        said,
+        [
+            (Level::Error, "unknown: no frame of InstrumentCluster0x128 (128) on can0 yet"),
+            (Level::Ok, "publishing"),
+            (
+                Level::Error,
+                "invalid: InstrumentCluster0x128.TurnStalkSwitchSatus = 150 (0x96) is not a defined value"
+            ),
+            (Level::Ok, "publishing"),
+            (Level::Error, "unknown: InstrumentCluster0x128 is stale, silent for more than 500 ms"),
+            (Level::Ok, "publishing"),
+        ]
+    );
+    assert!(falcon.hazard.is_empty());
+    assert_eq!(falcon.said(HAZARD), [(Level::Error, "unknown: the vehicle profile binds no signal for it")]);
+}
+
+#[test]
+fn the_truck_is_unknown_for_its_one_frame_of_not_available() {
+    let Some(folder) = real_files("the_truck_is_unknown_for_its_one_frame_of_not_available") else { return };
+    let truck = play_real(&folder, "css-truck-j1939-00000001.candump.log.gz");
+    assert_changes(&truck.turn, &[(0.475, "DISABLE"), (387.54, "stops"), (388.48, "DISABLE")]);
+    let never_seen = (Level::Error, "unknown: no frame of OEL (0CFDCC27) on can0 yet");
+    assert_eq!(
+        truck.said(TURN),
+        [
+            never_seen,
+            (Level::Ok, "publishing"),
+            (Level::Error, "unknown: OEL.TurnSignalSwitch = 15 (0xF) means not available"),
+            (Level::Ok, "publishing"),
+        ]
+    );
+    assert!(truck.hazard.is_empty(), "not available is never DISABLE");
+    let not_available = (Level::Error, "unknown: OEL.HazardLightSwitch = 3 means not available");
+    assert_eq!(truck.said(HAZARD), [never_seen, not_available]);
+    assert_eq!(truck.value(TURN, "frames"), "401");
+}
+
+#[test]
+fn a_message_once_a_second_does_not_make_its_bus_look_silent() {
+    let Some(folder) = real_files("a_message_once_a_second_does_not_make_its_bus_look_silent") else {
+        return;
+    };
+    for log in ["css-truck-j1939-00000001.candump.log.gz", "eld-camaro-engineon.log"] {
+        let said: Vec<_> = play_real(&folder, log).said("can0").into_iter().map(|(level, _)| level).collect();
+        assert_eq!(said, [Level::Warn, Level::Ok], "{log}");
+    }
+}
+
+#[test]
+fn eight_frames_in_a_minute_are_enough_for_an_event_message() {
+    let Some(folder) = real_files("eight_frames_in_a_minute_are_enough_for_an_event_message") else { return };
+    let rav4 = play_real(&folder, "comma2k19-rav4-b0c9d232-seg40.candump.log.gz");
+    assert_changes(&rav4.turn, &[(8.461, "DISABLE")]);
+    assert_changes(&rav4.hazard, &[(8.461, "DISABLE")]);
+    for task in [TURN, HAZARD] {
+        let levels: Vec<_> = rav4.said(task).into_iter().map(|(level, _)| level).collect();
+        assert_eq!(levels, [Level::Error, Level::Ok], "{task}: unknown until the first frame only");
+        assert_eq!(rav4.value(task, "frames"), "8");
+    }
+    assert!(rav4.end_ms > 59_900);
+}
+
+#[test]
+fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
+    let Some(folder) = real_files("the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong")
+    else {
+        return;
+    };
+    let log = "eld-civic-type-r-2019-turnonanddrive.log";
+    let civic = play_real(&folder, log);
+    let mut expected = Vec::new();
+    let (stamps, end) = stamps_of(&folder.join("can-logs").join(log), "326#");
+    let mut last = stamps[0];
+    expected.push((last, "DISABLE"));
+    for stamp in stamps.into_iter().skip(1).chain([end]) {
+        if stamp > last + 500_000 {
+            expected.push((last + 500_000, "stops"));
+            expected.push((stamp, "DISABLE"));
+        }
+        last = stamp;
+    }
+    let expected: Vec<_> = expected.into_iter().map(|(us, state)| (us / 1000, state)).collect();
+    assert!(expected.len() > 28, "at least 14 silences");
+    assert_eq!(civic.turn, expected);
+    assert_eq!(civic.turn_states(), ["DISABLE"].into());
+    let stale = "unknown: SCM_FEEDBACK is stale, silent for more than 500 ms";
+    let silences = civic.said(TURN).iter().filter(|said| **said == (Level::Error, stale)).count();
+    assert_eq!(silences, (expected.len() - 1) / 2);
+    assert_eq!(civic.value(TURN, "frames"), "193");
+}
+
+/// Microseconds since the log's first line of each line with this frame, and of its last line.
+fn stamps_of(log: &Path, frame: &str) -> (Vec<u64>, u64) {
+    let text = std::fs::read_to_string(log).unwrap();
+    let us = |line: &str| {
+        let (seconds, rest) = line.trim_start_matches('(').split_once('.').unwrap();
+        seconds.parse::<u64>().unwrap() * 1_000_000 + rest[..6].parse::<u64>().unwrap()
+    };
+    let start = us(text.lines().next().unwrap());
+    let with_frame = text.lines().filter(|line| line.split(' ').nth(2).unwrap().starts_with(frame));
+    (with_frame.map(|line| us(line) - start).collect(), us(text.lines().last().unwrap()) - start)
+}
+
+#[test]
+fn vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last() {
+    let Some(folder) = real_files("vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last")
+    else {
+        return;
+    };
+    for (log, frames) in [
+        ("eld-kona-turnonlog.log", "98"),
+        ("eld-camaro-engineon.log", "15"),
+        ("eld-durango-keyon.log", "57"),
+        ("eld-gt350-engineoffthenonthenoff.log", "112"),
+        ("icsim-sample-can.log", "81"),
+    ] {
+        let playback = play_real(&folder, log);
+        assert_eq!(playback.turn.len(), 1, "{log}: {:?}", playback.turn);
+        assert_eq!(playback.turn[0].1, "DISABLE", "{log}");
+        let levels: Vec<_> = playback.said(TURN).into_iter().map(|(level, _)| level).collect();
+        assert_eq!(levels, [Level::Error, Level::Ok], "{log}");
+        assert_eq!(playback.value(TURN, "frames"), frames, "{log}");
+        assert!(playback.hazard.is_empty(), "{log}");
+    }
+}
+
+#[test]
+fn a_profile_on_a_foreign_vehicle_publishes_nothing_it_was_not_told() {
+    let Some(folder) = real_files("a_profile_on_a_foreign_vehicle_publishes_nothing_it_was_not_told") else {
+        return;
+    };
+    let playback = play_real(&folder, "savvycan-candump.log");
+    assert!(playback.turn.is_empty() && playback.hazard.is_empty());
+    assert_eq!(playback.said(TURN).len(), 1, "never seen, said once");
+}
+
+#[test]
+fn of_the_two_kona_buses_only_the_bound_one_is_heard() {
+    let Some(folder) = real_files("of_the_two_kona_buses_only_the_bound_one_is_heard") else { return };
+    let path = folder.join("can-logs/hyundai-kona-ev-2019-pcan-ccan-power-cycle.csv.gz");
+    let mut csv = String::new();
+    MultiGzDecoder::new(std::fs::File::open(path).unwrap()).read_to_string(&mut csv).unwrap();
+    let candump = candump_of(&csv);
+    let settings = profile("hyundai_kia");
+    for interface in ["can0", "can1"] {
+        let mine = candump.lines().filter(|line| line.contains(&format!("{interface} 541#"))).count();
+        let kona = play_text(&settings, &candump, interface);
+        assert!(mine > 20, "both buses carry 0x541");
+        assert_eq!(kona.value(TURN, "frames"), mine.to_string(), "{interface}");
+    }
+    let kona = play_text(&settings, &candump, "can0");
+    assert_eq!(kona.turn_states(), ["DISABLE"].into());
+    assert!(kona.said(TURN).iter().all(|(_, message)| !message.starts_with("invalid")));
+}
+
+/// The CSV of the Kona log (microseconds, id, extended, bus, length, bytes) as candump writes it.
+fn candump_of(csv: &str) -> String {
+    let line = |line: &str| {
+        let fields: Vec<_> = line.split(',').collect();
+        let us: u64 = fields[0].parse().unwrap();
+        let width = if fields[2] == "true" { 8 } else { 3 };
+        let id = u32::from_str_radix(fields[1], 16).unwrap();
+        let length: usize = fields[4].parse().unwrap();
+        let data = fields[5..5 + length].concat();
+        format!("({}.{:06}) can{} {id:0width$X}#{data}\n", us / 1_000_000, us % 1_000_000, fields[3])
+    };
+    csv.lines().skip(1).map(line).collect()
+}
