@@ -84,6 +84,7 @@ fn write_frames(out: &mut impl Write, frames: u32) -> io::Result<()> {
 /// How long the replay took, and its peak resident memory, KiB.
 fn replay(log: &Path) -> (Duration, i64) {
     let start = Instant::now();
+    #[allow(clippy::zombie_processes)] // `wait` below reaps it
     let child = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
         .args(["replay", "--json", "--config", "config/demo.toml"])
         .arg(log)
