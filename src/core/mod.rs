@@ -9,5 +9,6 @@ pub mod diagnostics;
 pub mod event;
 pub mod frame;
 pub mod gateway;
+pub mod live_time;
 pub mod time;
 pub mod vehicle_lights;
