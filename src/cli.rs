@@ -243,8 +243,11 @@ fn say(text: &str) {
 
 /// Log records on standard error; under systemd without time and colour, which the journal adds.
 fn start_log(default_level: &str) {
-    let default = format!("{default_level},rustdds=off,ros2_client=off,mio_06=off");
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
+    // DDS speaks only when RUST_LOG asks for it by name, as in RUST_LOG=debug,rustdds=debug.
+    let quiet = "rustdds=off,ros2_client=off,mio_06=off";
+    let wanted = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
+    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{wanted}"))
+        .unwrap_or_else(|_| EnvFilter::new(format!("{default_level},{quiet}")));
     let builder =
         tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).with_target(false);
     let started = if std::env::var_os("JOURNAL_STREAM").is_some() {

@@ -3,12 +3,13 @@
 //! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
+use std::future::pending;
 use std::io;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
-use tokio::time::sleep_until;
+use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 
 use crate::config::Settings;
 use crate::config::file::{SourceKind, Stamps};
@@ -71,6 +72,9 @@ pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
 /// Queue between the receivers and the gateway, in batches. What does not fit waits in the
 /// kernel, which counts what it has to drop.
 const QUEUED_BATCHES: usize = 16;
+
+/// How long a recording that is behind its time is played without looking for a stop.
+const DEAFNESS: Duration = Duration::from_millis(20);
 
 /// Runs on the source that the configuration names until SIGTERM or SIGINT.
 ///
@@ -141,9 +145,14 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
 async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut edges = Edges::open(&settings, view, None)?;
     let mut inputs = receive_all(&settings);
+    let buses = settings.gateway.buses.len();
+    let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
     let clock = Clock::start();
     let mut now = clock.now();
-    let mut gateway = Gateway::new(settings.gateway, LinkState::Missing, now);
+    let mut gateway = Gateway::with_links(settings.gateway, &links, now);
+    for input in early {
+        gateway.handle(input, now);
+    }
     edges.supervisor.ready("running");
     let outcome = loop {
         if let Err(error) = edges.emit(|| gateway.poll_output(), now) {
@@ -152,6 +161,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         let deadline = clock.instant(gateway.next_deadline(now.mono));
         tokio::select! {
             () = edges.stop.requested() => break Ok(()),
+            () = edges.watchdog.is_hungry() => edges.supervisor.feed_watchdog(),
             batch = inputs.recv() => {
                 let Some(batch) = batch else { break Err(DaemonError::ReceiversEnded) };
                 now = clock.now();
@@ -187,6 +197,27 @@ fn receive_all(settings: &Settings) -> mpsc::Receiver<Vec<Input>> {
     inputs
 }
 
+/// Waits until every receiver has said what its link is, which each does at once and first of all.
+/// With the links comes what else arrived by then; `None` when there are no receivers.
+async fn first_links(
+    inputs: &mut mpsc::Receiver<Vec<Input>>,
+    buses: usize,
+) -> Option<(Vec<LinkState>, Vec<Input>)> {
+    let (mut links, mut early) = (vec![None; buses], Vec::new());
+    while links.contains(&None) {
+        for input in inputs.recv().await? {
+            if let Input::Link { bus, state } = input
+                && let Some(link @ None) = links.get_mut(usize::from(bus.0))
+            {
+                *link = Some(state);
+            } else {
+                early.push(input);
+            }
+        }
+    }
+    Some((links.into_iter().flatten().collect(), early))
+}
+
 async fn play_on(
     settings: Settings,
     edges: &mut Edges,
@@ -202,28 +233,31 @@ async fn play_on(
     };
     let mut replay = replay.map_err(unreadable)?;
     edges.supervisor.ready("playing a recording");
+    let mut heard = Instant::now();
     loop {
         let now = replay.now();
         edges.emit(|| replay.poll_output(), now)?;
         let Some(next) = replay.next_time() else {
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
-            } else if playback.stay {
+            }
+            // One without a frame for us has nothing to repeat.
+            if replay.next_time().is_none() {
+                if !playback.stay {
+                    return Ok(());
+                }
                 replay.end();
-            } else {
-                return Ok(());
             }
             continue;
         };
         let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
         let wake = clock.instant(real);
         // Frames are µs apart: only what lies ahead is waited for.
-        if wake > Instant::now() {
-            tokio::select! {
-                biased;
-                () = edges.stop.requested() => return Ok(()),
-                () = sleep_until(wake.into()) => {}
+        if wake > Instant::now() || heard.elapsed() > DEAFNESS {
+            if edges.stopped_before(wake).await {
+                return Ok(());
             }
+            heard = Instant::now();
         }
         replay.step().map_err(unreadable)?;
     }
@@ -235,7 +269,7 @@ struct Edges {
     view: View,
     json: Option<JsonTimeline>,
     supervisor: Supervisor,
-    watchdog_due: MonoTime,
+    watchdog: Watchdog,
     stop: StopSignals,
 }
 
@@ -244,9 +278,10 @@ impl Edges {
         // Signals first: from here on a stop is an orderly one.
         let stop = StopSignals::listen()?;
         let supervisor = Supervisor::from_env()?;
+        let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
         tracing::info!("{}: {}", settings.vehicle, publisher.describe());
-        Ok(Self { publisher, view, json, supervisor, watchdog_due: MonoTime::ZERO, stop })
+        Ok(Self { publisher, view, json, supervisor, watchdog, stop })
     }
 
     fn emit(&mut self, mut poll: impl FnMut() -> Option<Output>, now: Now) -> Result<(), DaemonError> {
@@ -267,13 +302,21 @@ impl Edges {
         if !self.publisher.is_well() {
             return Err(DaemonError::RosEnded);
         }
-        if let Some(period) = self.supervisor.watchdog_period()
-            && now.mono >= self.watchdog_due
-        {
-            self.supervisor.feed_watchdog();
-            self.watchdog_due = now.mono.after(period);
-        }
         Ok(())
+    }
+
+    /// Sleeps, feeding the watchdog; true when a stop was requested meanwhile, or before.
+    async fn stopped_before(&mut self, wake: Instant) -> bool {
+        // Signals and timers are looked at in between only, even when `wake` is past.
+        tokio::task::yield_now().await;
+        loop {
+            tokio::select! {
+                biased;
+                () = self.stop.requested() => return true,
+                () = self.watchdog.is_hungry() => self.supervisor.feed_watchdog(),
+                () = sleep_until(wake.into()) => return false,
+            }
+        }
     }
 
     fn close(mut self) {
@@ -287,6 +330,28 @@ impl Edges {
 fn write_line(line: &str) -> io::Result<()> {
     use io::Write;
     writeln!(io::stdout().lock(), "{line}")
+}
+
+/// When the service manager wants to hear that the loop still turns. In real time, which that of a
+/// recording is not.
+struct Watchdog(Option<Interval>);
+
+impl Watchdog {
+    /// Must be called within the runtime.
+    fn new(period: Option<Duration>) -> Self {
+        Self(period.filter(|period| !period.is_zero()).map(|period| {
+            let mut meals = interval(period);
+            meals.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            meals
+        }))
+    }
+
+    async fn is_hungry(&mut self) {
+        match &mut self.0 {
+            Some(meals) => drop(meals.tick().await),
+            None => pending().await,
+        }
+    }
 }
 
 /// SIGTERM and SIGINT.

@@ -63,13 +63,21 @@ impl Gateway {
     /// A gateway that has seen nothing and whose links are all as `link` says; its first outputs are
     /// the diagnostics that say so.
     pub fn new(settings: GatewaySettings, link: LinkState, now: Now) -> Self {
+        let links = vec![link; settings.buses.len()];
+        Self::with_links(settings, &links, now)
+    }
+
+    /// Likewise, with the link of each bus in the order of the settings; [`LinkState::Missing`] for
+    /// those that `links` leaves out.
+    pub fn with_links(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
         let bus_count = settings.buses.len();
+        let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
         let indices = (0..=u8::MAX).map(BusIndex).take(bus_count);
         let routes = indices.map(|bus| routes(&settings, bus)).collect();
         let mut gateway = Self {
             routes,
             node: settings.node,
-            buses: settings.buses.into_iter().map(|bus| Bus::new(bus, link)).collect(),
+            buses: settings.buses.into_iter().zip(links).map(|(bus, link)| Bus::new(bus, link)).collect(),
             bus_findings: vec![None; bus_count],
             bus_rates: vec![RateMeter::default(); bus_count],
             lights: VehicleLights::new(settings.lights, settings.publish),

@@ -206,11 +206,13 @@ impl Reception {
         let BusSocketSettings { bus, interface, .. } = &self.settings;
         match state {
             LinkState::Up | LinkState::Ended => {}
-            LinkState::Down => tracing::warn!(interface, "CAN interface is down"),
-            LinkState::Missing => tracing::warn!(interface, "CAN interface is missing"),
+            LinkState::Down => tracing::warn!(interface, "CAN interface is down; waiting until it is set up"),
+            LinkState::Missing => {
+                tracing::warn!(interface, "CAN interface is missing; waiting until it appears");
+            }
             LinkState::Failed(errno) => {
                 let error = io::Error::from_raw_os_error(errno);
-                tracing::error!(interface, %error, "CAN interface cannot be used");
+                tracing::error!(interface, %error, "CAN interface cannot be used; trying again");
             }
         }
         self.send(vec![Input::Link { bus: *bus, state }]).await
