@@ -14,12 +14,12 @@ use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 use crate::config::Settings;
 use crate::config::file::{SourceKind, Stamps};
 use crate::core::event::{BusIndex, Input, LinkState, Output};
-use crate::core::gateway::Gateway;
 use crate::core::time::{MonoTime, Now};
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::log::Log;
 use crate::io::clock::Clock;
 use crate::io::systemd::Supervisor;
+use crate::live::Live;
 use crate::publisher::{Publisher, PublisherError};
 use crate::replay::{Replay, Routes};
 use crate::timeline::JsonTimeline;
@@ -148,33 +148,22 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
     let clock = Clock::start();
-    let mut now = clock.now();
-    let mut gateway = Gateway::with_links(settings.gateway, &links, now);
-    for input in early {
-        gateway.handle(input, now);
-    }
+    let mut live = Live::new(settings.gateway, &links, clock.now());
+    live.take(early, clock.now());
     edges.supervisor.ready("running");
     let outcome = loop {
-        if let Err(error) = edges.emit(|| gateway.poll_output(), now) {
+        if let Err(error) = edges.emit_live(&mut live, clock.now()) {
             break Err(error);
         }
-        let deadline = clock.instant(gateway.next_deadline(now.mono));
+        let wake = clock.instant(live.wake_at());
         tokio::select! {
             () = edges.stop.requested() => break Ok(()),
             () = edges.watchdog.is_hungry() => edges.supervisor.feed_watchdog(),
-            batch = inputs.recv() => {
-                let Some(batch) = batch else { break Err(DaemonError::ReceiversEnded) };
-                now = clock.now();
-                // Deadlines that passed while frames were on their way come first, as in a replay.
-                gateway.handle(Input::Deadline, now);
-                for input in batch {
-                    gateway.handle(input, now);
-                }
-            }
-            () = sleep_until(deadline.into()) => {
-                now = clock.now();
-                gateway.handle(Input::Deadline, now);
-            }
+            batch = inputs.recv() => match batch {
+                Some(batch) => live.take(batch, clock.now()),
+                None => break Err(DaemonError::ReceiversEnded),
+            },
+            () = sleep_until(wake.into()) => {}
         }
     };
     edges.close();
@@ -282,6 +271,15 @@ impl Edges {
         let publisher = Publisher::start(settings)?;
         tracing::info!("{}: {}", settings.vehicle, publisher.describe());
         Ok(Self { publisher, view, json, supervisor, watchdog, stop })
+    }
+
+    /// Takes the steps that are due and hands on what they give.
+    fn emit_live(&mut self, live: &mut Live, read: Now) -> Result<(), DaemonError> {
+        self.emit(|| live.poll_output(), read)?;
+        while let Some(now) = live.step(read.mono) {
+            self.emit(|| live.poll_output(), now)?;
+        }
+        Ok(())
     }
 
     fn emit(&mut self, mut poll: impl FnMut() -> Option<Output>, now: Now) -> Result<(), DaemonError> {

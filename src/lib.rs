@@ -8,6 +8,7 @@
 //! | [`cli`] | the command line: one definition makes help, man page and completions |
 //! | [`daemon`] | `run` and `demo`: the gateway between its edges, in one loop |
 //! | [`check`], [`decode`] | the two other desk tools |
+//! | [`live`] | the gateway on live inputs, step by step as a replay of them would go |
 //! | [`replay`] | the gateway over a recording, on virtual time |
 //! | [`view`], [`timeline`] | what comes out, for people and programs |
 //! | [`publisher`] | the way to ROS 2, if there is one |
@@ -24,6 +25,7 @@ pub mod core;
 pub mod daemon;
 pub mod decode;
 pub mod io;
+pub mod live;
 pub mod publisher;
 pub mod replay;
 pub mod timeline;

@@ -16,7 +16,7 @@ const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["daemon", "check"],
     &["decode", "view", "publisher"],
-    &["replay", "timeline"],
+    &["live", "replay", "timeline"],
     &["config", "io"],
     &["core"],
 ];

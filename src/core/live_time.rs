@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::time::{MonoTime, Now, WallStamp};
 
-/// How long a deadline waits for frames that were received before it: batches are 5 ms apart.
+/// How long a deadline waits for frames that were received before it; batches are 5 ms apart.
 pub const LAG: Duration = Duration::from_millis(20);
 
 /// A difference between stamps and the monotonic clock that changes by more than this is a step
@@ -20,25 +20,19 @@ const STEP: i64 = 1_000_000;
 pub struct LiveTime {
     /// Monotonic minus wall time, ns; whole microseconds.
     offset: i64,
-    last: Now,
-    /// Steps of the wall clock since start.
-    pub steps: u64,
+    /// Nothing is placed before this.
+    reached: MonoTime,
+    steps: u64,
 }
 
 impl LiveTime {
     /// Begins at `now`.
     pub fn starting_at(now: Now) -> Self {
-        let last = Now { mono: whole_micros(now.mono), wall: now.wall };
-        Self { offset: offset(now), last, steps: 0 }
+        Self { offset: offset(now), reached: whole_micros(now.mono), steps: 0 }
     }
 
-    /// The time up to which everything has been handled.
-    pub fn last(&self) -> Now {
-        self.last
-    }
-
-    /// When an input with this stamp, read at `read`, happened: not before what was already
-    /// handled, not after it was read.
+    /// When an input with this stamp, read at `read`, happened: not before inputs and deadlines
+    /// already placed, not after it was read.
     pub fn arrival(&mut self, stamp: WallStamp, read: Now) -> Now {
         if (offset(read) - self.offset).abs() > STEP {
             self.offset = offset(read);
@@ -46,26 +40,25 @@ impl LiveTime {
         }
         let placed = stamp.as_nanos().saturating_add(self.offset);
         let placed = whole_micros(MonoTime::from_nanos(u64::try_from(placed).unwrap_or(0)));
-        let mono = placed.min(read.mono).max(self.last.mono);
-        self.last = Now { mono, wall: self.wall_at(mono) };
-        self.last
+        self.reached = placed.min(read.mono).max(self.reached);
+        self.now(self.reached)
     }
 
-    /// The time of a deadline.
+    /// The time of a deadline that is handled now.
     pub fn deadline(&mut self, at: MonoTime) -> Now {
-        let mono = at.max(self.last.mono);
-        self.last = Now { mono, wall: self.wall_at(mono) };
-        self.last
+        self.reached = self.reached.max(at);
+        self.now(at)
     }
 
-    /// Whether a deadline need not wait any longer at `read`.
-    pub fn is_due(deadline: MonoTime, read: MonoTime) -> bool {
-        deadline.after(LAG) <= read
+    /// Steps of the wall clock since start.
+    pub fn steps(&self) -> u64 {
+        self.steps
     }
 
-    fn wall_at(&self, mono: MonoTime) -> WallStamp {
-        let mono = i64::try_from(mono.as_nanos()).unwrap_or(i64::MAX);
-        WallStamp::from_nanos(mono.saturating_sub(self.offset))
+    /// A monotonic time with the wall time that belongs to it.
+    pub fn now(&self, mono: MonoTime) -> Now {
+        let nanos = i64::try_from(mono.as_nanos()).unwrap_or(i64::MAX);
+        Now { mono, wall: WallStamp::from_nanos(nanos.saturating_sub(self.offset)) }
     }
 }
 
@@ -99,8 +92,8 @@ mod tests {
     fn frames_are_placed_when_they_were_received_whenever_they_were_read() {
         let mut live = LiveTime::starting_at(at(0));
         assert_eq!(arrival(&mut live, 1_000, 4_000), 1_000_000);
-        assert_eq!(arrival(&mut live, 1_250, 4_000), 1_250_000);
-        assert_eq!(live.last().wall, WallStamp::from_nanos(WALL + 1_250_000));
+        let second = live.arrival(at(1_250).wall, at(4_000));
+        assert_eq!((second.mono.as_nanos(), second.wall.as_nanos()), (1_250_000, WALL + 1_250_000));
         assert_eq!(live.deadline(MonoTime::from_nanos(1_300_001)).mono.as_nanos(), 1_300_001);
         assert_eq!(arrival(&mut live, 1_290, 4_100), 1_300_001, "what was handled stays handled");
         assert_eq!(arrival(&mut live, 9_000, 5_000), 5_000_007, "nothing comes from the future");
@@ -114,15 +107,8 @@ mod tests {
             Now { wall: WallStamp::from_nanos(now.wall.as_nanos() + 3_600_000_000_000), ..now }
         };
         let placed = live.arrival(stepped(2_000).wall, stepped(5_000));
-        assert_eq!((placed.mono.as_nanos(), live.steps), (2_000_000, 1));
+        assert_eq!((placed.mono.as_nanos(), live.steps()), (2_000_000, 1));
         assert_eq!(arrival(&mut live, 6_000, 7_000), 6_000_000, "and back");
-        assert_eq!(live.steps, 2);
-    }
-
-    #[test]
-    fn deadlines_wait_for_frames_on_their_way() {
-        let deadline = MonoTime::from_millis(100);
-        assert!(!LiveTime::is_due(deadline, MonoTime::from_millis(119)));
-        assert!(LiveTime::is_due(deadline, MonoTime::from_millis(120)));
+        assert_eq!(live.steps(), 2);
     }
 }
