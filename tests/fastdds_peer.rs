@@ -132,8 +132,6 @@ fn values_stamps_and_texts_arrive_as_sent() {
             ],
         })
     );
-    gateway.stop();
-    turn.wait_for("a goodbye", |line| line["event"] == "unmatched");
 }
 
 #[test]
@@ -174,9 +172,8 @@ fn a_late_joiner_gets_the_current_report_nothing_after_a_withdrawal_and_the_next
         reader.wait_for("the last report before the withdrawal", is_report(3, 2));
     }
     gateway.tell("turn withdraw");
-    // The old writer goes; the new one was met before that or is met after.
     for reader in &early {
-        reader.wait_for("the withdrawal", |line| line["event"] == "unmatched");
+        reader.wait_for("a match with the new writer", is_match);
     }
     let late = reader(program, domain, "turn", TURN, "transient_local");
     late.wait_for("a match with the new writer", is_match);
@@ -249,9 +246,12 @@ fn a_reader_that_is_killed_gets_data_again_when_it_is_restarted() {
     assert_eq!(gateway.status()["rebuilds"], 0, "nobody was away: nothing to rebuild");
 }
 
+/// Fast DDS does not understand the goodbye of RustDDS 0.15, which names what goes by its key
+/// without the key's hash: it forgets a gateway when the lease of 50 s is over, and the writers of
+/// withdrawn reports no sooner. Neither may keep data from coming.
 #[test]
-fn a_reader_sees_the_gateway_go_and_gets_data_of_the_next_one() {
-    let Some(program) = program("a_reader_sees_the_gateway_go_and_gets_data_of_the_next_one") else { return };
+fn a_reader_gets_data_of_the_next_gateway_at_once() {
+    let Some(program) = program("a_reader_gets_data_of_the_next_gateway_at_once") else { return };
     let domain = domain();
     let turn = reader(program, domain, "turn", TURN, "transient_local");
     for (word, report) in [("left", 2), ("right", 3)] {
@@ -259,8 +259,8 @@ fn a_reader_sees_the_gateway_go_and_gets_data_of_the_next_one() {
         gateway.tell(&format!("turn {word} 1"));
         turn.wait_for("a report", is_report(report, 1));
         gateway.stop();
-        turn.wait_for("a goodbye", |line| line["event"] == "unmatched");
     }
+    assert!(turn.during(Duration::ZERO).iter().all(|line| line["event"] != "garbled"));
 }
 
 /// Shared memory is offered by such a reader, and not understood by the gateway.
@@ -297,4 +297,16 @@ fn the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distribution
             && gids.len() == 3
             && gids.contains(&listed)
     });
+}
+
+#[test]
+fn a_reader_that_says_goodbye_is_gone_at_once_and_not_missed() {
+    let Some(program) = program("a_reader_that_says_goodbye_is_gone_at_once_and_not_missed") else { return };
+    let domain = domain();
+    let mut gateway = Gateway::start(None, domain, "transient_local");
+    let turn = reader(program, domain, "turn", TURN, "transient_local");
+    gateway.wait_until("a reader", |status| status["readers"][0] == 1);
+    drop(turn);
+    gateway.wait_until("no reader", |status| status["readers"][0] == 0);
+    assert_eq!(gateway.status()["missing"], 0);
 }
