@@ -44,7 +44,7 @@ fn has_fast_dds() -> bool {
     let mut compiler = Command::new("c++");
     compiler.args(["-E", "-x", "c++", "-"]).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
     let Ok(mut compiler) = compiler.spawn() else { return false };
-    let source = b"#include <fastrtps/config.h>\n#include <fastcdr/Cdr.h>\n";
+    let source = b"#include <fastrtps/fastrtps_all.h>\n#include <fastcdr/Cdr.h>\n";
     compiler.stdin.take().unwrap().write_all(source).unwrap();
     compiler.wait().unwrap().success()
 }
