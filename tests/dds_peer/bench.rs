@@ -1,11 +1,12 @@
-//! The two sides of a test: the gateway's session in a process of its own, and a Cyclone DDS reader.
+//! The two sides of a test: the gateway's session, and a reader that is not ours; each in a process
+//! of its own.
 //!
 //! The session runs in this test's own executable, started again with an environment variable, so
 //! that it can be put into a network namespace. Both sides are told what to do over standard
 //! input, answer in lines of JSON, and end when their input does.
 
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -16,15 +17,6 @@ use serde_json::Value;
 
 /// How long a test waits for what must come; our own lease of 50 s is the longest wait.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(70);
-
-/// The Python with `cyclonedds`, or `None` after saying what is skipped.
-pub(crate) fn python(test: &str) -> Option<PathBuf> {
-    let python = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON").map(PathBuf::from);
-    if python.is_none() {
-        println!("skipped: {test}: SIGNAL_GATEWAY_PEER_PYTHON is not set (a Python with cyclonedds==11.0.1)");
-    }
-    python
-}
 
 /// A domain no other test of this run uses, with ports below the ephemeral range.
 pub(crate) fn domain() -> u16 {
@@ -42,7 +34,8 @@ pub(crate) struct Side {
 }
 
 impl Side {
-    fn start(name: &str, mut command: Command) -> Self {
+    /// Starts it; `name` is for messages.
+    pub(crate) fn start(name: &str, mut command: Command) -> Self {
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{name} does not start: {error}"));
         let output = BufReader::new(child.stdout.take().unwrap());
@@ -106,43 +99,15 @@ impl Drop for Side {
     }
 }
 
-/// What a reader asks for.
-pub(crate) struct Reader<'a> {
-    pub(crate) python: &'a Path,
-    pub(crate) domain: u16,
-    pub(crate) kind: &'a str,
-    pub(crate) topic: &'a str,
-    pub(crate) durability: &'a str,
-    /// `CYCLONEDDS_URI`; empty for Cyclone's defaults.
-    pub(crate) config: &'a str,
-    pub(crate) namespace: Option<&'a str>,
-}
-
-impl Reader<'_> {
-    /// Starts the reader and waits until it reads.
-    pub(crate) fn start(&self) -> Side {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dds_peer/reader.py");
-        let mut command = inside(self.namespace, self.python);
-        command.arg(script).arg(self.domain.to_string()).args([self.kind, self.topic, self.durability]);
-        command.env_remove("CYCLONEDDS_URI");
-        if !self.config.is_empty() {
-            command.env("CYCLONEDDS_URI", self.config);
-        }
-        let side = Side::start(&format!("{} reader of {}", self.durability, self.topic), command);
-        side.wait_for("its start", |line| line["event"] == "ready");
-        side
-    }
-}
-
 /// A session in a process of its own.
 pub(crate) struct Gateway(Side);
 
 impl Gateway {
     /// Starts it with a durability, or a durability and the addresses of the only networks; see
-    /// [`super::session_process`] for the commands.
+    /// [`super::session::session_process`] for the commands.
     pub(crate) fn start(namespace: Option<&str>, domain: u16, role: &str) -> Self {
         let mut command = inside(namespace, &std::env::current_exe().unwrap());
-        command.args(["--exact", "session_process", "--nocapture", "--test-threads=1"]);
+        command.args(["--exact", "session::session_process", "--nocapture", "--test-threads=1"]);
         command.env("SIGNAL_GATEWAY_TEST_SESSION", format!("{domain} {role}"));
         let side = Side::start("the gateway", command);
         side.wait_for("its start", |line| line["event"] == "ready");
@@ -181,7 +146,8 @@ impl Gateway {
     }
 }
 
-fn inside(namespace: Option<&str>, program: &Path) -> Command {
+/// A program to be run in a network namespace, or here.
+pub(crate) fn inside(namespace: Option<&str>, program: &Path) -> Command {
     let Some(namespace) = namespace else { return Command::new(program) };
     let mut command = Command::new("ip");
     command.args(["netns", "exec", namespace]).arg(program);

@@ -7,7 +7,8 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use signal_gateway::io::ros::session::DISTRO;
 
-use super::bench::{Gateway, Reader, Side, domain, python};
+use super::bench::{Gateway, Side, domain};
+use super::cyclone::{Reader, python};
 
 const TURN: &str = "rt/vehicle/status/turn_indicators_status";
 const HAZARD: &str = "rt/vehicle/status/hazard_lights_status";

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::bench::{Gateway, Reader, Side, domain, python};
+use super::bench::{Gateway, Side, domain};
+use super::cyclone::{Reader, python};
 
 const TURN: &str = "rt/vehicle/status/turn_indicators_status";
 

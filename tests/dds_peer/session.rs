@@ -1,0 +1,77 @@
+//! The gateway's side of the tests: a session told what to do over standard input.
+
+use std::io::BufRead;
+use std::time::Instant;
+
+use serde_json::json;
+use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
+use signal_gateway::core::event::Output;
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::io::ros::session::{Durability, RosSession, RosSettings};
+
+/// Not a test by itself: does nothing unless [`super::bench::Gateway`] started it. One command a
+/// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
+/// `hazard on 5` likewise; `diagnostics TEXT`, `status`, `stop`.
+#[test]
+fn session_process() {
+    let Ok(role) = std::env::var("SIGNAL_GATEWAY_TEST_SESSION") else { return };
+    let role: Vec<&str> = role.split(' ').collect();
+    let settings = RosSettings {
+        node: "gateway_under_test".to_owned(),
+        namespace: "/vehicle".to_owned(),
+        domain_id: role[0].parse().unwrap(),
+        durability: if role[1] == "volatile" { Durability::Volatile } else { Durability::TransientLocal },
+        only_networks: role[2..].iter().map(|address| address.parse().unwrap()).collect(),
+        hardware_id: "bench".to_owned(),
+        ..RosSettings::default()
+    };
+    let session = RosSession::start(settings).unwrap();
+    println!("\n{}", json!({"event": "ready"}));
+    for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+        match line.as_str() {
+            "status" => {
+                let status = session.status();
+                println!(
+                    "{}",
+                    json!({"event": "status", "running": status.running, "rebuilds": status.rebuilds,
+                        "readers": [status.turn_readers, status.hazard_readers, status.diagnostics_readers],
+                        "missing": status.missing_peers, "write_errors": status.write_errors})
+                );
+            }
+            "stop" => {
+                let asked = Instant::now();
+                session.stop();
+                println!("{}", json!({"event": "stopped", "millis": asked.elapsed().as_millis()}));
+                return;
+            }
+            command => session.send(&output(command)),
+        }
+    }
+}
+
+fn output(command: &str) -> Output {
+    let words: Vec<&str> = command.split(' ').collect();
+    let stamp = || WallStamp::from_nanos(words[2].parse::<i64>().unwrap() * 1_000_000_000 + 1);
+    match (words[0], words[1]) {
+        ("turn", "withdraw") => Output::WithdrawTurnIndicators,
+        ("turn", "left") => Output::TurnIndicators { report: TurnIndicators::EnableLeft, stamp: stamp() },
+        ("turn", "right") => Output::TurnIndicators { report: TurnIndicators::EnableRight, stamp: stamp() },
+        ("turn", "off") => Output::TurnIndicators { report: TurnIndicators::Disable, stamp: stamp() },
+        ("hazard", "withdraw") => Output::WithdrawHazardLights,
+        ("hazard", "on") => Output::HazardLights { report: HazardLights::Enable, stamp: stamp() },
+        ("diagnostics", text) => {
+            let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
+            let status = |level, message: &str, values| Status {
+                name: "gw: turn".to_owned(),
+                level,
+                message: message.to_owned(),
+                values,
+            };
+            let statuses = vec![status(Level::Error, text, values), status(Level::Stale, "", vec![])];
+            let diagnostics = Diagnostics { statuses, refresh: true };
+            Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(-1) }
+        }
+        other => panic!("unknown command {other:?}"),
+    }
+}
