@@ -96,10 +96,12 @@ impl Document {
         reason: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Problem {
+        // What is about the whole file belongs to no key, not even to the first one.
+        let key = if span == (0..0) { String::new() } else { self.key_at(span.start) };
         Problem {
             file: self.path.clone(),
             position: Some(self.position(span.start)),
-            key: self.key_at(span.start),
+            key,
             reason: reason.into(),
             remedy: remedy.into(),
         }

@@ -55,11 +55,10 @@ impl<'a> Binder<'a> {
         match found.as_slice() {
             [one] => Some(*one),
             [] => {
-                let reason = match bus.filter(|bus| !self.buses.iter().any(|known| known.name == *bus)) {
-                    Some(bus) => format!("there is no bus {bus}"),
-                    None => self.missing_message(name),
-                };
-                self.refuse(at, reason, "write a message of the DBC as MESSAGE.SIGNAL");
+                match bus.filter(|bus| !self.buses.iter().any(|known| known.name == *bus)) {
+                    Some(bus) => self.refuse_bus(at, bus),
+                    None => self.refuse(at, self.missing_message(bus, name), "name a message of the DBC"),
+                }
                 None
             }
             _ => {
@@ -69,16 +68,19 @@ impl<'a> Binder<'a> {
         }
     }
 
+    /// Refuses a bus that the profile does not have.
+    pub(super) fn refuse_bus(&mut self, at: std::ops::Range<usize>, bus: &str) {
+        let known: Vec<_> = self.buses.iter().map(|bus| bus.name.as_str()).collect();
+        self.refuse(at, format!("there is no bus {bus}"), &format!("it has {}", known.join(", ")));
+    }
+
     /// Says whether the DBC lacks the message or has it in a form that was rejected.
-    fn missing_message(&self, name: &str) -> String {
-        let files = self.buses.iter().map(|bus| bus.dbc_path.as_str()).collect::<Vec<_>>().join(", ");
-        let rejected = self.buses.iter().flat_map(|bus| {
-            let findings = bus.database.findings.iter();
-            findings.filter(|finding| finding.excerpt.contains(name)).map(move |finding| {
-                format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason)
-            })
-        });
-        format!("{files} has no message {name}{}", rejected.take(1).collect::<String>())
+    fn missing_message(&self, bus: Option<&str>, name: &str) -> String {
+        let buses: Vec<_> =
+            self.buses.iter().filter(|known| bus.is_none_or(|bus| known.name == bus)).collect();
+        let files = buses.iter().map(|bus| bus.dbc_path.as_str()).collect::<Vec<_>>().join(", ");
+        let rejected = buses.iter().find_map(|bus| rejected(bus, name)).unwrap_or_default();
+        format!("{files} has no message {name}{rejected}")
     }
 
     /// Binds `[bus:]MESSAGE.SIGNAL`.
@@ -95,12 +97,7 @@ impl<'a> Binder<'a> {
         let (bus, message) = self.find_message(bus, message_name, at.clone())?;
         let Some(signal) = message.signal(signal_name) else {
             let bus = &self.buses[bus];
-            let findings = bus.database.findings.iter();
-            let rejected = findings
-                .filter(|finding| finding.excerpt.contains(signal_name))
-                .map(|finding| format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason))
-                .take(1)
-                .collect::<String>();
+            let rejected = rejected(bus, signal_name).unwrap_or_default();
             let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
             let reason = format!("{} has no signal {signal_name}{rejected}", message.name);
             self.refuse(at, reason, &format!("it has {}", names.join(", ")));
@@ -187,6 +184,12 @@ impl<'a> Binder<'a> {
         }
         if self.problems.len() > before { None } else { ValueMap::new(entries).ok() }
     }
+}
+
+/// Where and why the DBC's statement about a name was rejected, to be put behind a reason.
+fn rejected(bus: &ProfileBus, name: &str) -> Option<String> {
+    let finding = bus.database.findings.iter().find(|finding| finding.excerpt.contains(name))?;
+    Some(format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason))
 }
 
 fn range_text(range: RawRange) -> String {

@@ -213,18 +213,13 @@ fn enumerated_turn(
     let (Some(signal), Some(off), Some(left), Some(right)) =
         (&file.signal, &file.off, &file.left, &file.right)
     else {
-        let given = [
-            ("signal", file.signal.is_some()),
-            ("off", file.off.is_some()),
-            ("left", file.left.is_some()),
-            ("right", file.right.is_some()),
-        ];
-        let missing: Vec<_> = given.iter().filter(|(_, given)| !given).map(|(key, _)| *key).collect();
-        binder.refuse(
-            span.clone(),
-            format!("{} is missing", missing.join(", ")),
-            "an enumerated turn signal needs them",
-        );
+        let missing = missing(&[
+            ("signal", file.signal.is_none()),
+            ("off", file.off.is_none()),
+            ("left", file.left.is_none()),
+            ("right", file.right.is_none()),
+        ]);
+        binder.refuse(span.clone(), missing, "an enumerated turn signal needs signal, off, left and right");
         return None;
     };
     binder.require_values(&[off, left, right]);
@@ -244,11 +239,13 @@ fn turn_pair(binder: &mut Binder<'_>, file: &TurnFile, span: &std::ops::Range<us
     let (Some(left_file), Some(right_file), Some(both)) =
         (&file.left_signal, &file.right_signal, &file.both_on)
     else {
-        binder.refuse(
-            span.clone(),
-            "a pair of turn signals is incomplete",
-            "give left_signal, right_signal and both_on",
-        );
+        let missing = missing(&[
+            ("left_signal", file.left_signal.is_none()),
+            ("right_signal", file.right_signal.is_none()),
+            ("both_on", file.both_on.is_none()),
+        ]);
+        let remedy = "a pair of turn signals needs left_signal, right_signal and both_on";
+        binder.refuse(span.clone(), missing, remedy);
         return None;
     };
     let left = binder.switch(left_file.get_ref());
@@ -259,6 +256,12 @@ fn turn_pair(binder: &mut Binder<'_>, file: &TurnFile, span: &std::ops::Range<us
         return None;
     }
     Some(TurnBinding::Pair { left, right, both: (*both.get_ref()).into() })
+}
+
+/// Names the keys that are missing.
+fn missing(keys: &[(&str, bool)]) -> String {
+    let missing: Vec<_> = keys.iter().filter(|(_, missing)| *missing).map(|(key, _)| *key).collect();
+    format!("{} missing: {}", if missing.len() == 1 { "a key is" } else { "keys are" }, missing.join(", "))
 }
 
 /// Whether a turn binding can show "both sides on".
@@ -293,7 +296,7 @@ fn hazard(
     let before = binder.problems.len();
     let given = lists.iter().filter_map(|(key, values)| values.as_ref().map(|values| (*key, values.span())));
     let signal = file.signal.as_ref().map(|signal| ("signal", signal.span()));
-    let reasons = file.reasons.as_ref().map(|_| ("reasons", file.from.span()));
+    let reasons = file.reasons.as_ref().map(|reasons| ("reasons", reasons.span()));
     for (key, at) in given.chain(signal).chain(reasons).filter(|(key, _)| !takes.contains(key)) {
         binder.refuse(at, format!("`{key}` has no meaning with this `from`"), "remove it, or change `from`");
     }
@@ -313,7 +316,9 @@ fn hazard(
         }
         HazardFrom::Signal => {
             let (Some(signal), Some(on), Some(off)) = (&file.signal, &file.on, &file.off) else {
-                binder.refuse(span, "a hazard signal is incomplete", "give signal, on and off");
+                let lists = [("on", file.on.is_none()), ("off", file.off.is_none())];
+                let missing = missing(&[("signal", file.signal.is_none()), lists[0], lists[1]]);
+                binder.refuse(span, missing, "a hazard signal needs signal, on and off");
                 return None;
             };
             let code = |active| Meaning::Defined(HazardCode { active, reason: None });
@@ -324,7 +329,9 @@ fn hazard(
         }
         HazardFrom::Reason => {
             let (Some(signal), Some(off), Some(reasons)) = (&file.signal, &file.off, &file.reasons) else {
-                binder.refuse(span, "a hazard reason is incomplete", "give signal, off and [hazard.reasons]");
+                let lists = [("off", file.off.is_none()), ("reasons", file.reasons.is_none())];
+                let missing = missing(&[("signal", file.signal.is_none()), lists[0], lists[1]]);
+                binder.refuse(span, missing, "a hazard reason needs signal, off and [hazard.reasons]");
                 return None;
             };
             reason_binding(binder, file, signal, off, reasons)
@@ -337,14 +344,11 @@ fn reason_binding(
     file: &HazardFile,
     signal: &Spanned<String>,
     off: &RawValues,
-    reasons: &BTreeMap<String, RawValues>,
+    reasons: &Spanned<BTreeMap<String, RawValues>>,
 ) -> Option<HazardBinding> {
+    let (span, reasons) = (reasons.span(), reasons.get_ref());
     if reasons.is_empty() || reasons.len() > usize::from(u8::MAX) {
-        binder.refuse(
-            signal.span(),
-            "no reason is named, or more than 255",
-            "name reasons in [hazard.reasons]",
-        );
+        binder.refuse(span, "no reason is named, or more than 255", "name reasons in [hazard.reasons]");
         return None;
     }
     binder.require_values(&reasons.values().chain([off]).collect::<Vec<_>>());
@@ -402,6 +406,10 @@ fn alive_by(binder: &mut Binder<'_>, file: &VehicleFile, bus: &ProfileBus) -> Ve
 
 fn messages(binder: &mut Binder<'_>, file: &VehicleFile, alive_by: &[Vec<CanId>]) -> Vec<BoundMessage> {
     for (name, timing) in &file.message {
+        if let Some(bus) = timing.bus.as_ref().filter(|bus| !has_bus(binder, bus)) {
+            binder.refuse_bus(bus.span(), bus.get_ref());
+            continue;
+        }
         let named = timing.bus.as_ref().map(|bus| bus.get_ref().as_str());
         let bound = |(bus, message): &(usize, &Message)| {
             message.name == *name.get_ref() && named.is_none_or(|named| binder.buses[*bus].name == named)
@@ -438,11 +446,16 @@ fn messages(binder: &mut Binder<'_>, file: &VehicleFile, alive_by: &[Vec<CanId>]
     compiled.collect()
 }
 
+fn has_bus(binder: &Binder<'_>, bus: &Spanned<String>) -> bool {
+    binder.buses.iter().any(|known| known.name == *bus.get_ref())
+}
+
 fn timing(binder: &mut Binder<'_>, file: &VehicleFile, bus: usize, message: &Message) -> Timing {
     let bus_name = &binder.buses[bus].name;
     let section = file.message.iter().find(|(name, section)| {
-        let named = section.bus.as_ref().map(Spanned::get_ref);
-        *name.get_ref() == message.name && named.is_none_or(|named| named == bus_name)
+        // A bus that does not exist is refused elsewhere and draws no second problem here.
+        let named = section.bus.as_ref().filter(|bus| has_bus(binder, bus));
+        *name.get_ref() == message.name && named.is_none_or(|named| named.get_ref() == bus_name)
     });
     let timeout = section.and_then(|(_, section)| section.timeout_ms.as_ref());
     match (section.map_or(TimingFile::Cyclic, |(_, section)| section.timing), timeout) {

@@ -121,7 +121,7 @@ pub struct HazardFile {
     /// Its values for "fault".
     pub fault: Option<RawValues>,
     /// Values by reason; each means "on".
-    pub reasons: Option<BTreeMap<String, RawValues>>,
+    pub reasons: Option<Spanned<BTreeMap<String, RawValues>>>,
     /// What a reported fault does.
     #[serde(default)]
     pub on_fault: OnFaultFile,

@@ -1,4 +1,4 @@
-//! Random vehicles: every form a profile can have, over one DBC that two buses share.
+//! Random vehicles: every form a profile can have, over two buses that share identifiers.
 
 use std::io;
 use std::path::Path;
@@ -101,23 +101,27 @@ impl Files for Texts {
         match path.to_str() {
             Some("gateway.toml") => Ok(self.gateway.clone().into()),
             Some("profile.toml") => Ok(self.profile.clone().into()),
-            Some("car.dbc") => Ok(DBC.into()),
+            Some("front.dbc") => Ok(FRONT_DBC.into()),
+            Some("rear.dbc") => Ok(REAR_DBC.into()),
             _ => Err(io::ErrorKind::NotFound.into()),
         }
     }
 }
 
 /// All signals are in the second byte, so that one byte is too short.
-const DBC: &str = "\
+const FRONT_DBC: &str = "\
 BO_ 256 TURN: 2 X
  SG_ CODE : 8|3@1+ (1,0) [0|7] \"\" X
 BO_ 257 LEFT: 2 X
  SG_ ON : 8|3@1+ (1,0) [0|7] \"\" X
 BO_ 258 RIGHT: 2 X
  SG_ ON : 8|3@1+ (1,0) [0|7] \"\" X
-BO_ 259 HAZARD: 2 X
+BO_ 261 ALIVE: 2 X
+";
+const REAR_DBC: &str = "\
+BO_ 256 HAZARD: 2 X
  SG_ CODE : 8|3@1+ (1,0) [0|7] \"\" X
-BO_ 260 LAMP: 2 X
+BO_ 257 LAMP: 2 X
  SG_ BROKEN : 8|3@1+ (1,0) [0|7] \"\" X
 BO_ 261 ALIVE: 2 X
 ";
@@ -136,7 +140,8 @@ fn gateway_toml(car: &Car) -> String {
 fn profile_toml(car: &Car) -> String {
     let mut text = "name = \"random\"\n".to_owned();
     for bus in ["front", "rear"] {
-        text += &format!("[bus.{bus}]\ndbc = \"car.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n");
+        text +=
+            &format!("[bus.{bus}]\ndbc = \"{bus}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n");
     }
     let switch = |message: &str| {
         format!(

@@ -14,14 +14,14 @@ pub(crate) enum Event {
     Link { bus: u8, up: bool },
 }
 
-/// The buses and identifiers of the generated DBC.
+/// The buses, and the identifiers of the messages on them; on the other bus each is another message.
 pub(crate) const FRONT: u8 = 0;
 pub(crate) const REAR: u8 = 1;
 pub(crate) const TURN: u16 = 256;
 pub(crate) const LEFT: u16 = 257;
 pub(crate) const RIGHT: u16 = 258;
-pub(crate) const HAZARD: u16 = 259;
-pub(crate) const LAMP: u16 = 260;
+pub(crate) const HAZARD: u16 = 256;
+pub(crate) const LAMP: u16 = 257;
 pub(crate) const ALIVE: u16 = 261;
 
 /// Mostly frames that matter, with values that are defined.

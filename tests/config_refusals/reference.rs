@@ -1,0 +1,155 @@
+//! `config/gateway.toml` explains every key, so every key it shows must be accepted.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::{Texts, load_texts};
+
+fn reference() -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/gateway.toml")).unwrap()
+}
+
+/// The gateway's keys and the profile's, in front of and behind the long rule.
+fn halves() -> (String, String) {
+    let reference = reference();
+    let (gateway, profile) = reference.split_once("\n# -----").unwrap();
+    (gateway.to_owned(), profile.to_owned())
+}
+
+/// A line that shows a key or a section is taken out of its comment; prose is left out.
+fn shown(line: &str) -> Option<String> {
+    let bare = line.strip_prefix("# ").unwrap_or(line).split(" #").next()?.trim_end();
+    let is_key =
+        |text: &str| !text.is_empty() && text.chars().all(|char| char.is_ascii_lowercase() || char == '_');
+    let is_setting = bare.split_once(" = ").is_some_and(|(key, _)| is_key(key));
+    let is_section = bare.starts_with('[') && bare.ends_with(']');
+    (is_setting || is_section).then(|| bare.to_owned())
+}
+
+/// Sections with their lines; lines in front of the first section come under "".
+fn sections(text: &str) -> Vec<(String, Vec<String>)> {
+    let mut sections = vec![(String::new(), Vec::new())];
+    for line in text.lines().filter_map(shown) {
+        if line.starts_with('[') {
+            sections.push((line, Vec::new()));
+        } else {
+            sections.last_mut().unwrap().1.push(line);
+        }
+    }
+    sections
+}
+
+fn section(sections: &[(String, Vec<String>)], name: &str) -> Vec<String> {
+    let found = sections.iter().filter(|(known, _)| known == name).flat_map(|(_, lines)| lines.clone());
+    let lines: Vec<_> = found.collect();
+    assert!(!lines.is_empty(), "{name} is not shown");
+    lines
+}
+
+const DBC: &str = "\
+BO_ 256 BLINKERS: 4 X
+ SG_ TURN : 0|4@1+ (1,0) [0|15] \"\" X
+ SG_ HAZARD : 4|3@1+ (1,0) [0|7] \"\" X
+BO_ 257 LAMPS: 4 X
+ SG_ LEFT : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X
+ SG_ BULB_FAULT : 2|1@1+ (1,0) [0|1] \"\" X
+BO_ 258 ENGINE_DATA: 4 X
+";
+
+fn texts(gateway: String, profile: String) -> Texts {
+    let files = [
+        ("gateway.toml", gateway),
+        ("vehicles/hyundai_kia.toml", profile),
+        ("vehicles/../../dbc/my_car.dbc", DBC.to_owned()),
+    ];
+    Texts(files.map(|(path, text)| (path.to_owned(), text.into_bytes())).into())
+}
+
+const PROFILE: &str = "\
+name = \"x\"
+bus.body.dbc = \"../../dbc/my_car.dbc\"
+turn.fitted = false
+hazard.from = \"not_fitted\"
+";
+
+fn assert_accepted(what: &str, texts: &Texts) {
+    if let Err(problems) = load_texts(texts) {
+        let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+        panic!("{what}:\n{}", problems.join("\n"));
+    }
+}
+
+#[test]
+fn the_gateway_file_with_everything_uncommented_is_accepted() {
+    let (gateway, _) = halves();
+    let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
+    for key in ["speed", "rate_hz", "durability", "only_networks", "receive_buffer_bytes", "domain_id"] {
+        assert!(all.contains(&format!("\n{key} = ")), "{key} is shown");
+    }
+    assert_accepted(&all, &texts(all.clone(), PROFILE.to_owned()));
+}
+
+#[test]
+fn what_the_gateway_file_shows_are_the_defaults() {
+    let (gateway, _) = halves();
+    let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
+    let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.body]\ninterface = \"can0\"\n\
+                 [recording]\nfile = \"drive.log.gz\"\n";
+    let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
+    let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();
+    // Shown as examples: without them the environment and all networks count.
+    default.ros.domain_id = shown.ros.domain_id;
+    default.ros.only_networks.clone_from(&shown.ros.only_networks);
+    assert_eq!(format!("{shown:?}"), format!("{default:?}"));
+}
+
+#[test]
+fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let turn = section(&sections, "[turn]");
+    let of = |keys: &[&str]| -> String {
+        let wanted = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
+        turn.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+    };
+    let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
+    let pair = of(&["left_signal", "right_signal", "both_on"]);
+    let both = pair.replace("both_on = \"undefined\"", "both_on = \"hazard\"");
+    let rest = of(&["while_hazard", "on_fault"]);
+    assert_eq!(turn.len(), (enumerated + &pair + &rest).lines().count() + 1, "and `fitted`");
+    let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
+    let faults = section(&sections, "[[turn.fault_signal]]").join("\n");
+    let hazard = section(&sections, "[hazard]").join("\n");
+    let reasons = section(&sections, "[hazard.reasons]").join("\n");
+    let reason = hazard.replace("from = \"signal\"", "from = \"reason\"").replace("\non = [1]", "\n");
+    let hazards = [
+        hazard.clone(),
+        format!("{reason}\n[hazard.reasons]\n{reasons}"),
+        "from = \"both_sides\"".to_owned(),
+        "from = \"not_fitted\"".to_owned(),
+        "from = \"unbound\"".to_owned(),
+    ];
+    let bus = section(&sections, "[bus.body]").join("\n");
+    let message = section(&sections, "[message.BLINKERS]").join("\n");
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
+    let mut seen = BTreeSet::new();
+    for turn in [&enumerated, &pair, &both, &of(&["fitted"])] {
+        for hazard in &hazards {
+            let shows_both = *turn == enumerated || *turn == both;
+            let uses_blinkers = *turn == enumerated || hazard.contains("BLINKERS");
+            if hazard.contains("both_sides") && !shows_both {
+                continue;
+            }
+            let blinkers =
+                if uses_blinkers { format!("[message.BLINKERS]\n{message}") } else { String::new() };
+            let profile = format!(
+                "name = \"x\"\n[bus.body]\n{bus}\n[message.LAMPS]\ntimeout_ms = 100\n{blinkers}\n\
+                 [turn]\n{turn}{rest}\n[[turn.fault_signal]]\n{faults}\n[hazard]\n{hazard}\n"
+            );
+            assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+            seen.insert(profile);
+        }
+    }
+    assert_eq!(seen.len(), 18);
+}
