@@ -12,6 +12,9 @@
 //! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
 //! `report.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
 //!
+//! Fast DDS 2.9 does not understand RustDDS's goodbyes, which lack the key hash it looks for: it keeps
+//! each replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
+//!
 //! # Outages
 //!
 //! RustDDS 0.15 discards repeated participant announcements by their sequence number, so a peer
