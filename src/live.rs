@@ -44,8 +44,8 @@ impl Live {
         }
     }
 
-    /// Handles the next input or deadline that is due at `read`; says when it happened.
-    pub fn step(&mut self, read: MonoTime) -> Option<Now> {
+    /// Handles the next input or deadline that is due at `read`; says which, and when it happened.
+    pub fn step(&mut self, read: MonoTime) -> Option<(Input, Now)> {
         let deadline = self.gateway.next_deadline(self.handled).max(self.handled);
         let (input, at) = match self.waiting.front() {
             Some((input, at)) if at.mono < deadline => (*input, *at),
@@ -57,7 +57,7 @@ impl Live {
         }
         self.handled = at.mono;
         self.gateway.handle(input, at);
-        Some(at)
+        Some((input, at))
     }
 
     /// When to call [`Self::step`] again if nothing is read before.
@@ -131,7 +131,7 @@ mod tests {
                     let events = changes.of(&output);
                     story.extend(events.iter().map(|event| (at.mono.as_nanos() / 1000, event.to_string())));
                 }
-                now = live.step(read_at(ms).mono);
+                now = live.step(read_at(ms).mono).map(|(_, at)| at);
             }
         }
         story

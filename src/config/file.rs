@@ -30,6 +30,9 @@ pub struct GatewayFile {
     /// Diagnostics.
     #[serde(default)]
     pub diagnostics: DiagnosticsFile,
+    /// Recordings around faults.
+    #[serde(default)]
+    pub black_box: BlackBoxFile,
     /// ROS 2.
     #[serde(default)]
     pub ros: RosFile,
@@ -127,6 +130,20 @@ pub struct DiagnosticsFile {
     pub period_ms: Option<Spanned<u64>>,
     /// `DiagnosticStatus.hardware_id`.
     pub hardware_id: Option<Spanned<String>>,
+}
+
+/// `[black_box]`
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlackBoxFile {
+    /// Where recordings go, relative to this file.
+    pub folder: Option<Spanned<String>>,
+    /// Time kept before a change to ERROR, s.
+    pub before_s: Option<Spanned<u64>>,
+    /// Time kept after it, s.
+    pub after_s: Option<Spanned<u64>>,
+    /// Recordings kept.
+    pub keep: Option<Spanned<usize>>,
 }
 
 /// `[ros]`

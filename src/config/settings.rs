@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use toml::Spanned;
 
-use super::file::{CanFile, Durability, GatewayFile, PublishFile, RecordingFile, SourceKind, Stamps};
+use super::file::{
+    BlackBoxFile, CanFile, Durability, GatewayFile, PublishFile, RecordingFile, SourceKind, Stamps,
+};
 use super::files::Files;
 use super::problem::{Document, Problem, Refused};
 use super::vehicle::{Vehicle, compile};
@@ -33,8 +35,23 @@ pub struct Settings {
     pub recording: Option<Recording>,
     /// `DiagnosticStatus.hardware_id`.
     pub hardware_id: String,
+    /// Recordings around faults.
+    pub black_box: BlackBoxConfig,
     /// ROS 2.
     pub ros: RosConfig,
+}
+
+/// What is kept around a change to ERROR, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BlackBoxConfig {
+    /// Where recordings go; systemd's `STATE_DIRECTORY` when not given, nowhere without that.
+    pub folder: Option<PathBuf>,
+    /// Time before the change.
+    pub before: Duration,
+    /// Time after it.
+    pub after: Duration,
+    /// Recordings kept.
+    pub keep: usize,
 }
 
 /// A DBC that was read.
@@ -197,6 +214,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         id => id.as_ref().map_or("none".to_owned(), |id| id.get_ref().clone()),
     };
     let ros = checks.ros(file);
+    let black_box = checks.black_box(&file.black_box);
     let recording = file.recording.as_ref().map(|recording| checks.recording(recording));
     if file.source == SourceKind::Recording && recording.is_none() {
         checks.refuse_at(
@@ -229,6 +247,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         dbcs,
         recording,
         hardware_id,
+        black_box,
         ros,
     })
 }
@@ -324,6 +343,27 @@ impl Checks<'_> {
             hazard_lights_status: self
                 .topic(topics.hazard_lights_status.as_ref(), "/vehicle/status/hazard_lights_status"),
             diagnostics: self.topic(topics.diagnostics.as_ref(), "/diagnostics"),
+        }
+    }
+
+    fn black_box(&mut self, file: &BlackBoxFile) -> BlackBoxConfig {
+        let mut seconds = |given: &Option<Spanned<u64>>, default: u64| {
+            if let Some(time) = given.as_ref().filter(|time| !(1..=300).contains(time.get_ref())) {
+                self.refuse(time, format!("{} s cannot be kept", time.get_ref()), "give 1 to 300 s");
+            }
+            Duration::from_secs(given.as_ref().map_or(default, |time| *time.get_ref()))
+        };
+        let (before, after) = (seconds(&file.before_s, 30), seconds(&file.after_s, 10));
+        if let Some(keep) = file.keep.as_ref().filter(|keep| !(1..=1000).contains(keep.get_ref())) {
+            self.refuse(keep, format!("{} recordings cannot be kept", keep.get_ref()), "give 1 to 1000");
+        }
+        let folder = file.folder.as_ref();
+        let beside = self.document.path().parent().unwrap_or(Path::new(""));
+        BlackBoxConfig {
+            folder: folder.map(|folder| beside.join(folder.get_ref())),
+            before,
+            after,
+            keep: file.keep.as_ref().map_or(20, |keep| *keep.get_ref()),
         }
     }
 

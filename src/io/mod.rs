@@ -2,5 +2,6 @@
 
 pub mod can;
 pub mod clock;
+pub mod recorder;
 pub mod ros;
 pub mod systemd;

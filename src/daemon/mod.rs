@@ -3,27 +3,28 @@
 //! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
-use std::future::pending;
+mod edges;
+mod fault_recorder;
+
 use std::io;
 use std::time::{Duration, Instant};
 
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::mpsc;
-use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
+use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::file::{SourceKind, Stamps};
-use crate::core::event::{BusIndex, Input, LinkState, Output};
-use crate::core::time::{MonoTime, Now};
+use crate::core::event::{BusIndex, Input, LinkState};
+use crate::core::time::MonoTime;
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::log::Log;
 use crate::io::clock::Clock;
-use crate::io::systemd::Supervisor;
 use crate::live::Live;
-use crate::publisher::{Publisher, PublisherError};
+use crate::publisher::PublisherError;
 use crate::replay::{Replay, Routes};
 use crate::timeline::JsonTimeline;
 use crate::view::View;
+use edges::{Edges, StopSignals};
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -147,6 +148,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut inputs = receive_all(&settings);
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
+    edges.keep_black_box(&settings, &links)?;
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
@@ -249,124 +251,5 @@ async fn play_on(
             heard = Instant::now();
         }
         replay.step().map_err(unreadable)?;
-    }
-}
-
-/// Everything the outputs go to, and the request to stop.
-struct Edges {
-    publisher: Publisher,
-    view: View,
-    json: Option<JsonTimeline>,
-    supervisor: Supervisor,
-    watchdog: Watchdog,
-    stop: StopSignals,
-}
-
-impl Edges {
-    fn open(settings: &Settings, view: View, json: Option<JsonTimeline>) -> Result<Self, DaemonError> {
-        // Signals first: from here on a stop is an orderly one.
-        let stop = StopSignals::listen()?;
-        let supervisor = Supervisor::from_env()?;
-        let watchdog = Watchdog::new(supervisor.watchdog_period());
-        let publisher = Publisher::start(settings)?;
-        tracing::info!("{}: {}", settings.vehicle, publisher.describe());
-        Ok(Self { publisher, view, json, supervisor, watchdog, stop })
-    }
-
-    /// Takes the steps that are due and hands on what they give.
-    fn emit_live(&mut self, live: &mut Live, read: Now) -> Result<(), DaemonError> {
-        self.emit(|| live.poll_output(), read)?;
-        while let Some(now) = live.step(read.mono) {
-            self.emit(|| live.poll_output(), now)?;
-        }
-        Ok(())
-    }
-
-    fn emit(&mut self, mut poll: impl FnMut() -> Option<Output>, now: Now) -> Result<(), DaemonError> {
-        while let Some(output) = poll() {
-            self.publisher.send(&output);
-            match &self.json {
-                Some(json) => {
-                    if let Some(line) = json.line(&output, now.mono) {
-                        write_line(&line)?;
-                    }
-                }
-                None => self.view.show(&output, now.mono)?,
-            }
-        }
-        if self.json.is_none() {
-            self.view.refresh(now.mono, || self.publisher.describe())?;
-        }
-        if !self.publisher.is_well() {
-            return Err(DaemonError::RosEnded);
-        }
-        Ok(())
-    }
-
-    /// Sleeps, feeding the watchdog; true when a stop was requested meanwhile, or before.
-    async fn stopped_before(&mut self, wake: Instant) -> bool {
-        // Signals and timers are looked at in between only, even when `wake` is past.
-        tokio::task::yield_now().await;
-        loop {
-            tokio::select! {
-                biased;
-                () = self.stop.requested() => return true,
-                () = self.watchdog.is_hungry() => self.supervisor.feed_watchdog(),
-                () = sleep_until(wake.into()) => return false,
-            }
-        }
-    }
-
-    fn close(mut self) {
-        self.supervisor.stopping();
-        self.publisher.stop();
-        tracing::info!("stopped");
-    }
-}
-
-#[allow(clippy::print_stdout)] // the JSON lines are what was asked for
-fn write_line(line: &str) -> io::Result<()> {
-    use io::Write;
-    writeln!(io::stdout().lock(), "{line}")
-}
-
-/// When the service manager wants to hear that the loop still turns. In real time, which that of a
-/// recording is not.
-struct Watchdog(Option<Interval>);
-
-impl Watchdog {
-    /// Must be called within the runtime.
-    fn new(period: Option<Duration>) -> Self {
-        Self(period.filter(|period| !period.is_zero()).map(|period| {
-            let mut meals = interval(period);
-            meals.set_missed_tick_behavior(MissedTickBehavior::Delay);
-            meals
-        }))
-    }
-
-    async fn is_hungry(&mut self) {
-        match &mut self.0 {
-            Some(meals) => drop(meals.tick().await),
-            None => pending().await,
-        }
-    }
-}
-
-/// SIGTERM and SIGINT.
-struct StopSignals {
-    terminate: Signal,
-    interrupt: Signal,
-}
-
-impl StopSignals {
-    fn listen() -> io::Result<Self> {
-        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
-    }
-
-    async fn requested(&mut self) {
-        tokio::select! {
-            _ = self.terminate.recv() => {}
-            _ = self.interrupt.recv() => {}
-        }
     }
 }

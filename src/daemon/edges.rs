@@ -1,0 +1,159 @@
+//! Everything the outputs go to, and what a process owes its supervisor.
+
+use std::future::pending;
+use std::io;
+use std::time::{Duration, Instant};
+
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
+
+use super::DaemonError;
+use super::fault_recorder::FaultRecorder;
+use crate::config::Settings;
+use crate::core::event::{LinkState, Output};
+use crate::core::time::Now;
+use crate::io::systemd::Supervisor;
+use crate::live::Live;
+use crate::publisher::Publisher;
+use crate::timeline::JsonTimeline;
+use crate::view::View;
+
+/// Everything the outputs go to, and the request to stop.
+pub(super) struct Edges {
+    publisher: Publisher,
+    view: View,
+    json: Option<JsonTimeline>,
+    pub(super) supervisor: Supervisor,
+    pub(super) watchdog: Watchdog,
+    pub(super) stop: StopSignals,
+    faults: Option<FaultRecorder>,
+}
+
+impl Edges {
+    pub(super) fn open(
+        settings: &Settings,
+        view: View,
+        json: Option<JsonTimeline>,
+    ) -> Result<Self, DaemonError> {
+        // Signals first: from here on a stop is an orderly one.
+        let stop = StopSignals::listen()?;
+        let supervisor = Supervisor::from_env()?;
+        let watchdog = Watchdog::new(supervisor.watchdog_period());
+        let publisher = Publisher::start(settings)?;
+        tracing::info!("{}: {}", settings.vehicle, publisher.describe());
+        Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None })
+    }
+
+    /// Keeps a black box from now on, if the configuration says where.
+    pub(super) fn keep_black_box(&mut self, settings: &Settings, links: &[LinkState]) -> io::Result<()> {
+        self.faults = FaultRecorder::start(settings, links)?;
+        Ok(())
+    }
+
+    /// Takes the steps that are due and hands on what they give.
+    pub(super) fn emit_live(&mut self, live: &mut Live, read: Now) -> Result<(), DaemonError> {
+        self.emit(|| live.poll_output(), read)?;
+        while let Some((input, at)) = live.step(read.mono) {
+            if let Some(faults) = &mut self.faults {
+                faults.keep(input, at);
+            }
+            self.emit(|| live.poll_output(), at)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn emit(
+        &mut self,
+        mut poll: impl FnMut() -> Option<Output>,
+        now: Now,
+    ) -> Result<(), DaemonError> {
+        while let Some(output) = poll() {
+            self.publisher.send(&output);
+            if let Some(faults) = &mut self.faults {
+                faults.decided(&output, now.mono);
+            }
+            match &self.json {
+                Some(json) => {
+                    if let Some(line) = json.line(&output, now.mono) {
+                        write_line(&line)?;
+                    }
+                }
+                None => self.view.show(&output, now.mono)?,
+            }
+        }
+        if self.json.is_none() {
+            self.view.refresh(now.mono, || self.publisher.describe())?;
+        }
+        if !self.publisher.is_well() {
+            return Err(DaemonError::RosEnded);
+        }
+        Ok(())
+    }
+
+    /// Sleeps, feeding the watchdog; true when a stop was requested meanwhile, or before.
+    pub(super) async fn stopped_before(&mut self, wake: Instant) -> bool {
+        // Signals and timers are looked at in between only, even when `wake` is past.
+        tokio::task::yield_now().await;
+        loop {
+            tokio::select! {
+                biased;
+                () = self.stop.requested() => return true,
+                () = self.watchdog.is_hungry() => self.supervisor.feed_watchdog(),
+                () = sleep_until(wake.into()) => return false,
+            }
+        }
+    }
+
+    pub(super) fn close(mut self) {
+        self.supervisor.stopping();
+        self.publisher.stop();
+        tracing::info!("stopped");
+    }
+}
+
+#[allow(clippy::print_stdout)] // the JSON lines are what was asked for
+fn write_line(line: &str) -> io::Result<()> {
+    use io::Write;
+    writeln!(io::stdout().lock(), "{line}")
+}
+
+/// When the service manager wants to hear that the loop still turns. In real time, which that of a
+/// recording is not.
+pub(super) struct Watchdog(Option<Interval>);
+
+impl Watchdog {
+    /// Must be called within the runtime.
+    fn new(period: Option<Duration>) -> Self {
+        Self(period.filter(|period| !period.is_zero()).map(|period| {
+            let mut meals = interval(period);
+            meals.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            meals
+        }))
+    }
+
+    pub(super) async fn is_hungry(&mut self) {
+        match &mut self.0 {
+            Some(meals) => drop(meals.tick().await),
+            None => pending().await,
+        }
+    }
+}
+
+/// SIGTERM and SIGINT.
+pub(super) struct StopSignals {
+    terminate: Signal,
+    interrupt: Signal,
+}
+
+impl StopSignals {
+    pub(super) fn listen() -> io::Result<Self> {
+        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
+    }
+
+    pub(super) async fn requested(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => {}
+            _ = self.interrupt.recv() => {}
+        }
+    }
+}
