@@ -93,7 +93,7 @@ pub fn binding(settings: &Settings) -> Report {
 /// # Errors
 /// When the recording cannot be read to its end.
 pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result<()>) {
-    let mut survey = Survey::new(settings);
+    let mut survey = Survey::new(settings, &replay);
     let outcome = loop {
         if let Some((input, at)) = replay.upcoming() {
             survey.frame(settings, input, at);
@@ -127,7 +127,10 @@ struct Survey {
     /// Raw values of each signal: how often, and when first.
     values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
     troubles: BTreeMap<(usize, Trouble), TroubleSurvey>,
-    current: [Option<Trouble>; 2],
+    /// What is the case since the last step: the trouble, and whether the report is published.
+    current: [(Option<Trouble>, bool); 2],
+    /// Of the first frame on a configured interface.
+    start: MonoTime,
     published: [Duration; 2],
 }
 
@@ -141,15 +144,18 @@ struct TroubleSurvey {
 const TASKS: [Task; 2] = [Task::TurnIndicators, Task::HazardLights];
 
 impl Survey {
-    fn new(settings: &Settings) -> Self {
-        let lights = &settings.gateway.lights;
-        Self {
+    fn new(settings: &Settings, replay: &Replay) -> Self {
+        let (lights, start) = (&settings.gateway.lights, replay.now().mono);
+        let mut survey = Self {
             messages: vec![MessageSurvey::default(); lights.messages.len()],
             values: vec![BTreeMap::new(); lights.signals.len()],
             troubles: BTreeMap::new(),
-            current: [None; 2],
+            current: [(None, false); 2],
+            start,
             published: [Duration::ZERO; 2],
-        }
+        };
+        survey.passed(replay, start);
+        survey
     }
 
     /// Takes a frame that is about to be handled.
@@ -180,19 +186,20 @@ impl Survey {
         let now = replay.now().mono;
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
-            let (trouble, published) = lights.trouble(task);
-            if let Some(survey) = self.current[index].and_then(|was| self.troubles.get_mut(&(index, was))) {
+            let (was_trouble, was_published) =
+                std::mem::replace(&mut self.current[index], lights.trouble(task));
+            let (trouble, _) = self.current[index];
+            if let Some(survey) = was_trouble.and_then(|was| self.troubles.get_mut(&(index, was))) {
                 survey.total += now.since(before);
             }
-            if self.current[index] != trouble
+            if was_published {
+                self.published[index] += now.since(before);
+            }
+            if was_trouble != trouble
                 && let Some(trouble) = trouble
             {
                 let fresh = TroubleSurvey { times: 0, total: Duration::ZERO, first: now };
                 self.troubles.entry((index, trouble)).or_insert(fresh).times += 1;
-            }
-            self.current[index] = trouble;
-            if published {
-                self.published[index] += now.since(before);
             }
         }
     }
@@ -280,7 +287,7 @@ impl Survey {
                 // Nothing is known before the first frame; that alone is no concern.
                 let start_only = *trouble == Trouble::Unknown
                     && *times == 1
-                    && *first == MonoTime::ZERO
+                    && *first == self.start
                     && self.published[index] > Duration::ZERO;
                 if start_only { report.line("", &text) } else { report.concern(&text) }
             }
@@ -299,5 +306,55 @@ fn range_text(range: RawRange) -> String {
         range.first.to_string()
     } else {
         format!("{}..={}", range.first, range.last)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::files::{DEMO_CONFIG, Embedded};
+    use crate::config::{Overrides, load};
+    use crate::io::can::log::Log;
+    use crate::replay::Routes;
+
+    fn survey(text: &str) -> Report {
+        let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
+        let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
+        let routes = Routes::by_interface(&settings.gateway);
+        let replay = Replay::new(settings.gateway.clone(), log, routes).unwrap();
+        let (report, outcome) = recording(&settings, replay);
+        outcome.unwrap();
+        report
+    }
+
+    #[test]
+    fn waiting_for_the_first_frame_is_no_concern_whoever_sends_first() {
+        let both = "(1.3) can0 2A5#0000000000000000\n(1.3) can0 2C1#0000000000000000\n(1.5) can0 111#\n";
+        for before in ["", "(1.0) can9 111#00\n", "(1.0) can0 111#00\n"] {
+            let report = survey(&format!("{before}{both}"));
+            assert_eq!(report.concerns, 0, "{}", report.text);
+        }
+    }
+
+    #[test]
+    fn the_time_until_the_first_frame_counts_as_unknown() {
+        let report = survey("(1.0) can0 111#00\n(1.3) can0 2A5#0000000000000000\n(1.4) can0 2A5#00\n");
+        assert!(report.text.contains("turn_indicators unknown 1 times, 0.300 s in all"), "{}", report.text);
+        assert!(report.text.contains("turn_indicators would be published for 0.100 s of 0.400 s"));
+    }
+
+    #[test]
+    fn undefined_values_and_silences_are_concerns() {
+        let report = survey("(1.0) can0 2A5#0000000000000000\n(2.0) can0 2A5#00000A0000000000\n");
+        for concern in [
+            "! BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: 1 times, first at 1.000 s",
+            "! BCM_TurnIndicators was silent for longer than its limit 1 times",
+            "! BCM_Hazard (2C1) never came on can0",
+            "! turn_indicators invalid 1 times, 0.000 s in all, first at 1.000 s",
+        ] {
+            assert!(report.text.contains(concern), "{concern}\n{}", report.text);
+        }
     }
 }

@@ -1,0 +1,34 @@
+//! Any bytes are read as a line or a log, or refused, and what was read can be written and read again.
+
+#![no_main]
+
+use std::io::Cursor;
+
+use libfuzzer_sys::fuzz_target;
+use signal_gateway::io::can::candump::{Content, parse_line};
+use signal_gateway::io::can::log::Log;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(line) = parse_line(bytes) {
+        assert!(!line.interface.is_empty() && !line.interface.contains(' '));
+        let nanos = line.stamp.as_nanos();
+        assert!(nanos >= 0);
+        if let Content::Data(frame) = line.content {
+            let (sec, fraction) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
+            let again = format!("({sec}.{fraction:09}) {} {frame}", line.interface);
+            assert_eq!(parse_line(again.as_bytes()), Ok(line));
+        }
+    }
+    let lines = bytes.split(|byte| *byte == b'\n').count() as u64;
+    if bytes.starts_with(&[0x1F, 0x8B]) {
+        return; // packed: what comes out may be much more
+    }
+    let mut log = Log::new(Box::new(Cursor::new(bytes.to_vec()))).expect("memory can be read");
+    let mut records = 0;
+    while let Some(record) = log.next_record().expect("memory can be read") {
+        assert!(record.interface.0 < log.interfaces().len());
+        records += 1;
+    }
+    assert!(records + log.bad_lines() <= lines);
+    assert_eq!(log.first_bad().is_some(), log.bad_lines() > 0);
+});

@@ -1,0 +1,60 @@
+//! Any text for one of the three files is refused in words, or makes a gateway that runs.
+//!
+//! The first byte says which file the rest is: 0 the gateway's, 1 the profile, 2 the DBC.
+
+#![no_main]
+
+use std::io;
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use signal_gateway::config::files::Files;
+use signal_gateway::config::{Overrides, load};
+use signal_gateway::core::event::{Input, LinkState};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+
+struct Texts<'a> {
+    names: [&'static str; 3],
+    texts: [&'a [u8]; 3],
+}
+
+impl Files for Texts<'_> {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let position = self.names.iter().position(|name| Path::new(name) == path);
+        position.map(|at| self.texts[at].to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+const SOUND: [&[u8]; 3] = [
+    include_bytes!("../corpus/config_text/0_gateway.toml"),
+    include_bytes!("../corpus/config_text/1_profile.toml"),
+    include_bytes!("../corpus/config_text/2_car.dbc"),
+];
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((which, text)) = bytes.split_first() else { return };
+    let mut texts = SOUND.map(|file| &file[1..]);
+    texts[usize::from(which % 3)] = text;
+    let files = Texts { names: ["gateway.toml", "car.toml", "car.dbc"], texts };
+    match load(&files, Path::new("gateway.toml"), &Overrides::default()) {
+        Err(refused) => {
+            assert!(!refused.0.is_empty());
+            for problem in refused.0 {
+                assert!(!problem.reason.is_empty() && !problem.to_string().contains('\n'));
+                assert!(problem.position.is_none_or(|(line, column)| line > 0 && column > 0));
+            }
+        }
+        Ok(settings) => {
+            let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+            let mut gateway = Gateway::new(settings.gateway, LinkState::Up, now);
+            for _ in 0..3 {
+                let next = gateway.next_deadline(now.mono);
+                assert!(next > now.mono);
+                now.mono = next;
+                gateway.handle(Input::Deadline, now);
+                while gateway.poll_output().is_some() {}
+            }
+        }
+    }
+});

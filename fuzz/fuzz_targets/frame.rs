@@ -1,0 +1,129 @@
+//! Any inputs at any times: no panic, deadlines move forward, nothing is published in doubt.
+//!
+//! The first byte picks a vehicle, the rest are inputs: kind, pause, and what the kind needs.
+
+#![no_main]
+
+use std::io;
+use std::path::Path;
+use std::sync::LazyLock;
+use std::time::Duration;
+
+use libfuzzer_sys::fuzz_target;
+use signal_gateway::config::files::Files;
+use signal_gateway::config::load_profile;
+use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
+use signal_gateway::core::frame::{CanId, Frame};
+use signal_gateway::core::gateway::{Gateway, GatewaySettings};
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::vehicle_lights::{Task, Trouble};
+
+macro_rules! shipped {
+    ($($name:literal),+) => {
+        [$((
+            concat!($name, ".toml"),
+            include_bytes!(concat!("../../config/vehicles/", $name, ".toml")).as_slice(),
+            concat!("../../dbc/", $name, ".dbc"),
+            include_bytes!(concat!("../../dbc/", $name, ".dbc")).as_slice(),
+        )),+]
+    };
+}
+
+/// One of each kind of binding: enumerated, pair with reasons, event, both sides, two messages.
+static FILES: [(&str, &[u8], &str, &[u8]); 5] =
+    shipped!("demo_vehicle", "tesla_model3", "toyota_nodsu", "bmw_e9x", "vw_meb");
+
+struct Shipped;
+
+impl Files for Shipped {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let texts = FILES.iter().flat_map(|(profile, toml, dbc, text)| [(profile, toml), (dbc, text)]);
+        let found = texts.into_iter().find(|(name, _)| Path::new(name) == path);
+        found.map(|(_, text)| text.to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+static VEHICLES: LazyLock<Vec<GatewaySettings>> = LazyLock::new(|| {
+    let load = |(profile, ..): &(&str, &[u8], &str, &[u8])| {
+        load_profile(&Shipped, Path::new(profile)).expect("shipped").gateway
+    };
+    FILES.iter().map(load).collect()
+});
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut bytes = bytes.iter().copied();
+    let mut next = || bytes.next();
+    let Some(vehicle) = next() else { return };
+    let settings = &VEHICLES[usize::from(vehicle) % VEHICLES.len()];
+    let ids = settings.relevant_ids(BusIndex(0));
+    let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+    let mut gateway = Gateway::new(settings.clone(), LinkState::Up, now);
+    let mut shown = [false; 2];
+    while let (Some(kind), Some(pause)) = (next(), next()) {
+        // From nanoseconds to days, and no further than a century in all.
+        let pause = Duration::from_nanos(u64::from(pause & 15) << (pause >> 4) << 2 * (pause >> 4));
+        if now.mono.after(pause) < MonoTime::from_nanos(u64::MAX / 8) {
+            now.mono = now.mono.after(pause);
+            now.wall = now.wall.after(pause);
+        }
+        let input = match (kind & 7, next().unwrap_or(0)) {
+            (0..=3, choice) => {
+                let id = match ids.get(usize::from(choice & 15)) {
+                    Some(id) => *id,
+                    None => CanId::Standard(u16::from(choice)),
+                };
+                let data: Vec<u8> = (0..kind >> 3 & 15).map_while(|_| next()).collect();
+                let frame = if kind & 0x80 == 0 { Frame::classic(id, &data) } else { Frame::fd(id, &data) };
+                let Some(frame) = frame else { continue };
+                Input::Frame { bus: BusIndex(choice >> 6 & 1), frame, stamp: now.wall }
+            }
+            (4, choice) => {
+                let states = [LinkState::Up, LinkState::Down, LinkState::Missing, LinkState::Failed(13)];
+                let state = states.get(usize::from(choice >> 1)).copied().unwrap_or(LinkState::Ended);
+                Input::Link { bus: BusIndex(choice & 1), state }
+            }
+            (5, choice) => Input::Drops { bus: BusIndex(choice & 1), lost: u32::MAX },
+            (6, choice) if kind & 8 == 0 => Input::BadRecords { bus: BusIndex(choice & 1), count: 1 },
+            (6, choice) => Input::ErrorFrame { bus: BusIndex(0), class: u32::from(choice) << (kind >> 3) },
+            (_, choice) => {
+                // As a caller does who has nothing else to do.
+                for _ in 0..choice & 7 {
+                    let deadline = gateway.next_deadline(now.mono).max(now.mono);
+                    now.wall = now.wall.after(deadline.since(now.mono));
+                    now.mono = deadline;
+                    gateway.handle(Input::Deadline, now);
+                    assert!(gateway.next_deadline(now.mono) > now.mono, "a deadline that does not move");
+                    drain(&mut gateway, &mut shown);
+                }
+                Input::Deadline
+            }
+        };
+        gateway.handle(input, now);
+        drain(&mut gateway, &mut shown);
+        assert_eq!(gateway.statuses(now.mono).len(), 3);
+    }
+});
+
+/// Takes all outputs, a handful at most, and looks whether what is shown may be.
+fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
+    let mut count = 0;
+    while let Some(output) = gateway.poll_output() {
+        count += 1;
+        match output {
+            Output::TurnIndicators { .. } => shown[0] = true,
+            Output::HazardLights { .. } => shown[1] = true,
+            Output::WithdrawTurnIndicators => assert!(std::mem::take(&mut shown[0]), "withdrawn twice"),
+            Output::WithdrawHazardLights => assert!(std::mem::take(&mut shown[1]), "withdrawn twice"),
+            Output::Diagnostics { diagnostics, .. } => assert!(!diagnostics.statuses.is_empty()),
+        }
+    }
+    assert!(count <= 6, "{count} outputs of one input");
+    for (task, shown) in [Task::TurnIndicators, Task::HazardLights].into_iter().zip(shown) {
+        let (trouble, published) = gateway.lights().trouble(task);
+        assert_eq!(published, *shown, "{task:?}");
+        if matches!(trouble, Some(Trouble::Unknown | Trouble::Invalid)) {
+            assert!(!published, "{task:?} in doubt");
+        }
+        assert!(published || trouble.is_some(), "{task:?} is withheld for no reason");
+    }
+}
