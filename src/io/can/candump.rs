@@ -34,22 +34,23 @@ pub enum Content {
     Error(u32),
 }
 
-/// Why a line cannot be read.
+/// Why a line of a recording, in this format or [another](super::formats), cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BadLine {
-    /// Longer than [`MAX_LINE`].
+    /// Longer than any line of the format.
     TooLong,
     /// Not text.
     NotText,
-    /// Does not begin with `(seconds.fraction)`.
+    /// No time where the format has it (here: `(seconds.fraction)` at the beginning).
     NoTime,
-    /// No interface name behind the time.
+    /// No interface name or number where the format has it.
     NoInterface,
-    /// No `ID#DATA` behind the interface.
+    /// No frame where the format has it (here: `ID#DATA`), or one of a kind it does not know.
     NoFrame,
-    /// An identifier that is not 3 or 8 hexadecimal digits, or out of range.
+    /// An identifier that is not written as the format does (here: 3 or 8 hexadecimal digits), or
+    /// out of range.
     BadId,
-    /// Data that is not pairs of hexadecimal digits.
+    /// Data that is not bytes, or fewer than announced.
     BadData,
     /// A length that no frame has.
     BadLength,
@@ -60,13 +61,13 @@ pub enum BadLine {
 impl fmt::Display for BadLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooLong => "too long for a candump line",
+            Self::TooLong => "too long for a line of a recording",
             Self::NotText => "not text",
-            Self::NoTime => "no (seconds.fraction) at its beginning",
-            Self::NoInterface => "no interface name",
-            Self::NoFrame => "no ID#DATA",
-            Self::BadId => "an identifier that is neither 3 nor 8 hexadecimal digits, or too large",
-            Self::BadData => "data that is not pairs of hexadecimal digits",
+            Self::NoTime => "no time where it belongs",
+            Self::NoInterface => "no interface name or number",
+            Self::NoFrame => "no frame where it belongs",
+            Self::BadId => "an identifier that is not written as one, or too large",
+            Self::BadData => "data that is damaged or missing",
             Self::BadLength => "a data length that no frame has",
             Self::CanXl => "a CAN XL frame, which is not supported",
         })

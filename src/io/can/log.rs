@@ -1,4 +1,5 @@
-//! candump logs on disk, plain or gzip, read line by line in constant memory.
+//! Recordings on disk in any of the [formats](super::formats), plain or gzip, read entry by entry in
+//! constant memory.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -6,7 +7,11 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::candump::{BadLine, Content, MAX_LINE, parse_line};
+use super::candump::{BadLine, Content};
+use super::formats::blf::Blf;
+use super::formats::{
+    Entry, Format, HEAD, Interface, LONGEST_LINE, Lines, not_supported, without_byte_order_mark,
+};
 use crate::core::time::WallStamp;
 
 /// Position of an interface's name in [`Log::interfaces`].
@@ -26,9 +31,7 @@ pub struct Record {
 
 /// A log that is being read.
 pub struct Log {
-    source: Box<dyn BufRead + Send>,
-    line: Vec<u8>,
-    line_number: u64,
+    reader: Reader,
     interfaces: Vec<String>,
     bad_lines: u64,
     first_bad: Option<(u64, BadLine)>,
@@ -39,11 +42,20 @@ const BUFFER: usize = 64 << 10;
 /// More names than this are a sign of garbage; the rest counts as bad lines.
 const MOST_INTERFACES: usize = 64;
 
+/// What a log is read with.
+enum Reader {
+    Lines { source: Box<dyn BufRead + Send>, format: Box<dyn Lines>, line: Vec<u8>, number: u64 },
+    Blf(Box<Blf>),
+}
+
+/// Where an entry stands, and the entry.
+type Numbered<'a> = (u64, Result<Option<Entry<'a>>, BadLine>);
+
 impl Log {
     /// Opens a log file; `-` is standard input.
     ///
     /// # Errors
-    /// As the system says.
+    /// As the system says, and when the format is known and not supported.
     pub fn open(path: &Path) -> io::Result<Self> {
         if path == Path::new("-") {
             return Self::new(Box::new(io::stdin()));
@@ -51,26 +63,18 @@ impl Log {
         Self::new(Box::new(File::open(path)?))
     }
 
-    /// Reads from anything, unpacking gzip if it begins like gzip.
+    /// Reads from anything, unpacking gzip if it begins like gzip, in the [format](super::formats)
+    /// that its content has.
     ///
     /// # Errors
-    /// When the first bytes cannot be read.
+    /// When the first bytes cannot be read, or the format is known and not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut plain = BufReader::with_capacity(BUFFER, source);
         let packed = plain.fill_buf()?.starts_with(&GZIP_MAGIC);
-        let source: Box<dyn BufRead + Send> = if packed {
-            Box::new(BufReader::with_capacity(BUFFER, MultiGzDecoder::new(plain)))
-        } else {
-            Box::new(plain)
-        };
-        Ok(Self {
-            source,
-            line: Vec::with_capacity(MAX_LINE),
-            line_number: 0,
-            interfaces: Vec::new(),
-            bad_lines: 0,
-            first_bad: None,
-        })
+        let source: Box<dyn Read + Send> =
+            if packed { Box::new(MultiGzDecoder::new(plain)) } else { Box::new(plain) };
+        let reader = Reader::new(source)?;
+        Ok(Self { reader, interfaces: Vec::new(), bad_lines: 0, first_bad: None })
     }
 
     /// The next entry; lines that cannot be read are counted and left out.
@@ -78,29 +82,19 @@ impl Log {
     /// # Errors
     /// When the file cannot be read on, e.g. a truncated gzip.
     pub fn next_record(&mut self) -> io::Result<Option<Record>> {
-        while self.next_line()? {
-            let text = self.line.trim_ascii();
-            if text.is_empty() {
-                continue;
-            }
-            match parse_line(text) {
-                Ok(line) => {
-                    let known = self.interfaces.iter().position(|name| name == line.interface);
-                    let index = match known {
-                        Some(index) => index,
-                        None if self.interfaces.len() < MOST_INTERFACES => {
-                            self.interfaces.push(line.interface.to_owned());
-                            self.interfaces.len() - 1
-                        }
-                        None => {
-                            self.count_bad(BadLine::NoInterface);
-                            continue;
-                        }
-                    };
-                    let interface = InterfaceIndex(index);
-                    return Ok(Some(Record { stamp: line.stamp, interface, content: line.content }));
+        while let Some((number, entry)) = self.reader.next()? {
+            let record = entry.and_then(|entry| {
+                let Some(Entry { stamp, interface, content }) = entry else { return Ok(None) };
+                let interface = position(&mut self.interfaces, interface)?;
+                Ok(Some(Record { stamp, interface, content }))
+            });
+            match record {
+                Ok(None) => {}
+                Ok(record) => return Ok(record),
+                Err(reason) => {
+                    self.bad_lines += 1;
+                    self.first_bad.get_or_insert((number, reason));
                 }
-                Err(reason) => self.count_bad(reason),
             }
         }
         Ok(None)
@@ -111,40 +105,97 @@ impl Log {
         &self.interfaces
     }
 
-    /// Lines that could not be read so far.
+    /// Lines (in a binary format: objects) that could not be read so far.
     pub fn bad_lines(&self) -> u64 {
         self.bad_lines
     }
 
-    /// Number and fault of the first line that could not be read.
+    /// Number and fault of the first line (or object) that could not be read.
     pub fn first_bad(&self) -> Option<(u64, BadLine)> {
         self.first_bad
     }
+}
 
-    fn count_bad(&mut self, reason: BadLine) {
-        self.bad_lines += 1;
-        self.first_bad.get_or_insert((self.line_number, reason));
+/// Position of an interface among those met so far, its own included.
+fn position(names: &mut Vec<String>, interface: Interface<'_>) -> Result<InterfaceIndex, BadLine> {
+    let known = names.iter().position(|name| interface.is(name));
+    if known.is_none() {
+        if names.len() == MOST_INTERFACES {
+            return Err(BadLine::NoInterface);
+        }
+        names.push(interface.to_string());
+    }
+    Ok(InterfaceIndex(known.unwrap_or(names.len() - 1)))
+}
+
+impl Reader {
+    /// Finds out the format from the beginning of `source`; reads no more than that takes.
+    fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
+        let mut head = Vec::with_capacity(HEAD);
+        let mut format = None;
+        while format.is_none() && head.len() < HEAD {
+            let mut piece = [0; 512];
+            let room = piece.len().min(HEAD - head.len());
+            match source.read(&mut piece[..room]) {
+                Ok(0) => break,
+                Ok(read) => head.extend(&piece[..read]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+            format = Format::of(&head);
+        }
+        let last = head.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
+        let format = format.or_else(|| Format::of_line(last.trim_ascii())).unwrap_or(Format::Candump);
+        let text = head.len() - without_byte_order_mark(&head).len();
+        let mut head = io::Cursor::new(head);
+        let Some(lines) = format.lines() else {
+            if format == Format::Mf4 {
+                return Err(not_supported());
+            }
+            let source = BufReader::with_capacity(BUFFER, head.chain(source));
+            return Ok(Self::Blf(Box::new(Blf::new(Box::new(source))?)));
+        };
+        head.set_position(text as u64);
+        let source = Box::new(BufReader::with_capacity(BUFFER, head.chain(source)));
+        Ok(Self::Lines { source, format: lines, line: Vec::with_capacity(LONGEST_LINE), number: 0 })
     }
 
-    /// Reads one line of at most [`MAX_LINE`] + 1 bytes; what a longer one has beyond is skipped.
-    fn next_line(&mut self) -> io::Result<bool> {
-        self.line.clear();
-        let limit = MAX_LINE as u64 + 1;
-        if (&mut self.source).take(limit).read_until(b'\n', &mut self.line)? == 0 {
-            return Ok(false);
+    /// Number of the next line or object, and what it holds: `None` if it is no frame and need not be.
+    fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
+        match self {
+            Self::Blf(blf) => Ok(blf.next_entry()?.map(|entry| (blf.count(), entry))),
+            Self::Lines { source, format, line, number } => {
+                if !next_line(source, line)? {
+                    return Ok(None);
+                }
+                *number += 1;
+                let entry = match line.trim_ascii() {
+                    _ if line.len() > LONGEST_LINE => Err(BadLine::TooLong),
+                    [] => Ok(None),
+                    text => format.read(text),
+                };
+                Ok(Some((*number, entry)))
+            }
         }
-        self.line_number += 1;
-        if self.line.len() > MAX_LINE && self.line.last() != Some(&b'\n') {
-            self.source.skip_until(b'\n')?;
-        }
-        Ok(true)
     }
+}
+
+/// Reads one line of at most [`LONGEST_LINE`] + 1 bytes; what a longer one has beyond is skipped.
+fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<bool> {
+    line.clear();
+    let limit = LONGEST_LINE as u64 + 1;
+    if source.take(limit).read_until(b'\n', line)? == 0 {
+        return Ok(false);
+    }
+    if line.len() > LONGEST_LINE && line.last() != Some(&b'\n') {
+        source.skip_until(b'\n')?;
+    }
+    Ok(true)
 }
 
 impl std::fmt::Debug for Log {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { line_number, bad_lines, .. } = self;
-        write!(f, "Log(line {line_number}, {bad_lines} bad)")
+        write!(f, "Log({} bad)", self.bad_lines)
     }
 }
 
@@ -200,6 +251,7 @@ mod tests {
         bytes.extend(b"\n(1.0) can0 123#01\n");
         let (log, records) = read_all(bytes);
         assert_eq!((records.len(), log.bad_lines()), (1, 1));
-        assert!(log.line.capacity() < 4 * MAX_LINE);
+        let Reader::Lines { line, .. } = log.reader else { panic!("these are lines") };
+        assert!(line.capacity() < 4 * LONGEST_LINE);
     }
 }

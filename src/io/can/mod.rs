@@ -7,12 +7,14 @@
 //! | `controller` | what the kernel says of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | `wire` | the kernel's structures, as bytes |
-//! | [`log`] | candump logs on disk, plain or gzip |
-//! | [`candump`] | one line of such a log |
+//! | [`log`] | recordings on disk, in any format, plain or gzip |
+//! | [`candump`] | one line of a candump log |
+//! | [`formats`] | the other formats, and how each is recognised |
 
 pub mod bus;
 pub mod candump;
 mod controller;
+pub mod formats;
 mod link;
 pub mod log;
 mod socket;
