@@ -4,8 +4,11 @@
 //! deadline is a value, and the same inputs give the same outputs byte for byte.
 
 pub mod bus;
+mod bus_status;
+pub mod controller;
 pub mod dbc;
 pub mod diagnostics;
+pub mod error_frame;
 pub mod event;
 pub mod frame;
 pub mod gateway;
