@@ -261,7 +261,7 @@ impl Tape {
         let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
         match record.content {
             Content::Data(frame) => Some(Input::Frame { bus, frame, stamp }),
-            Content::Error(class) => Some(Input::ErrorFrame { bus, class }),
+            Content::Error(error) => Some(Input::ErrorFrame { bus, error }),
             Content::Remote => None,
         }
     }
@@ -310,6 +310,7 @@ mod tests {
             other @ (Input::Link { .. }
             | Input::Drops { .. }
             | Input::ErrorFrame { .. }
+            | Input::Controller { .. }
             | Input::BadRecords { .. }
             | Input::Deadline) => format!("{other:?}"),
         }

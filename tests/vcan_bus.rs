@@ -10,6 +10,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use signal_gateway::core::error_frame::ErrorFrame;
 use signal_gateway::core::event::{BusIndex, Input, LinkState};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
@@ -193,13 +194,14 @@ async fn the_kernel_hides_other_ids_other_lengths_of_id_and_remote_requests() {
 }
 
 #[tokio::test]
-async fn without_ids_only_error_frames_come_with_their_class_bits() {
+async fn without_ids_only_error_frames_come_with_all_they_say() {
     let Some(vcan) = Vcan::for_test("error frames", "vcan-error") else { return };
     let mut inbox = vcan.receive(&[]).await;
-    let bus_off_and_controller = 0x44;
-    let error = CanErrorFrame::new_error(bus_off_and_controller, &[0, 0x20, 0, 0, 0, 0, 0, 0]).unwrap();
+    let (bus_off_and_controller, data) = (0x44, [0, 0x20, 0, 0, 0, 0, 255, 9]);
+    let error = CanErrorFrame::new_error(bus_off_and_controller, &data).unwrap();
     vcan.send([sent(&classic(FIRST, &[])), error.into()]);
-    assert_eq!(inbox.batch().await, [Input::ErrorFrame { bus: BUS, class: bus_off_and_controller }]);
+    let error = ErrorFrame::new(bus_off_and_controller, &data);
+    assert_eq!(inbox.batch().await, [Input::ErrorFrame { bus: BUS, error }]);
 }
 
 #[tokio::test]

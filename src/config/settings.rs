@@ -236,6 +236,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
             interface: interface.clone(),
             alive_by: bus.alive_by,
             alive_timeout: bus.alive_timeout,
+            may_sleep: bus.may_sleep,
         });
     }
     let gateway = GatewaySettings { node, buses, lights: vehicle.lights, publish, diagnostics_period };

@@ -43,6 +43,8 @@ pub struct VehicleBus {
     pub alive_by: Vec<CanId>,
     /// Longest silence while awake.
     pub alive_timeout: Duration,
+    /// Whether the whole bus may fall asleep.
+    pub may_sleep: bool,
     /// Path of its DBC.
     pub dbc_path: PathBuf,
     /// Its DBC.
@@ -90,6 +92,7 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
             let buses =
                 buses.into_iter().zip(alive_by).zip(limits).map(|((bus, alive_by), limit)| VehicleBus {
                     alive_timeout: limit,
+                    may_sleep: file.bus.get(bus.name.as_str()).is_some_and(|bus| bus.may_sleep),
                     alive_by,
                     dbc_path: bus.dbc_path.into(),
                     name: bus.name,

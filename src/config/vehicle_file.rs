@@ -42,6 +42,9 @@ pub struct BusFile {
     pub alive_by: Vec<Spanned<String>>,
     /// Longest silence of a bus that is awake, ms.
     pub alive_timeout_ms: Option<Spanned<u64>>,
+    /// Whether the whole bus may fall asleep.
+    #[serde(default)]
+    pub may_sleep: bool,
 }
 
 /// `[message.<NAME>]`

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use super::controller::{Controller, ControllerReport, is_sound};
+use super::error_frame::{self, ControllerState, ErrorFrame};
 use super::event::LinkState;
 use super::frame::CanId;
 use super::time::{MonoTime, WallStamp};
@@ -18,9 +20,11 @@ pub struct BusSettings {
     pub alive_by: Vec<CanId>,
     /// Longest silence of bound and `alive_by` messages on a bus that is awake.
     pub alive_timeout: Duration,
+    /// Whether the vehicle lets the whole bus fall asleep.
+    pub may_sleep: bool,
 }
 
-/// How long a loss or an error frame keeps the bus at WARN.
+/// How long a loss or an error on the wire keeps the bus at WARN.
 pub const LOSS_MEMORY: Duration = Duration::from_secs(10);
 
 /// State and counters of one bus.
@@ -28,8 +32,13 @@ pub const LOSS_MEMORY: Duration = Duration::from_secs(10);
 pub struct Bus {
     settings: BusSettings,
     link: LinkState,
+    controller: Controller,
     last_frame: Option<MonoTime>,
     last_trouble: Option<MonoTime>,
+    /// The last sign that silence is not sleep: an error frame, or a controller that is not sound.
+    last_unrest: Option<MonoTime>,
+    /// When the last frame before the last sleep came.
+    fell_asleep: Option<MonoTime>,
     /// Counts since start.
     pub counts: BusCounts,
 }
@@ -51,15 +60,26 @@ pub struct BusCounts {
     pub error_classes: BTreeMap<u32, u64>,
 }
 
-/// What is worth saying of a bus, worst first.
+/// What is worth saying of a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BusFinding {
+pub struct BusFinding {
+    /// What comes over it.
+    pub reception: Reception,
+    /// State of its controller, `None` when nothing was told of one.
+    pub controller: Option<ControllerState>,
+}
+
+/// What comes over a bus, worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reception {
     /// The link is not up.
     Link(LinkState),
     /// Link up, but not one frame yet.
     NothingYet,
     /// Link up, but no frame for longer than the bus may be silent.
     Silent,
+    /// The same on a bus that may sleep, with link and controller sound and no error frame.
+    Asleep,
     /// Frames were dropped, error frames or unreadable lines came, within [`LOSS_MEMORY`].
     Losing,
     /// Receiving.
@@ -69,7 +89,16 @@ pub enum BusFinding {
 impl Bus {
     /// A bus that has received nothing.
     pub fn new(settings: BusSettings, link: LinkState) -> Self {
-        Self { settings, link, last_frame: None, last_trouble: None, counts: BusCounts::default() }
+        Self {
+            settings,
+            link,
+            controller: Controller::default(),
+            last_frame: None,
+            last_trouble: None,
+            last_unrest: None,
+            fell_asleep: None,
+            counts: BusCounts::default(),
+        }
     }
 
     /// What the settings say.
@@ -82,6 +111,11 @@ impl Bus {
         self.link
     }
 
+    /// The controller below.
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
     /// Takes a new link state; true when frames seen before it no longer count.
     pub fn set_link(&mut self, link: LinkState) -> bool {
         let lost = self.link == LinkState::Up && link != LinkState::Up;
@@ -89,6 +123,8 @@ impl Bus {
         if lost {
             self.counts.link_losses += 1;
             self.last_frame = None;
+            self.fell_asleep = None;
+            self.controller.forget();
         }
         lost
     }
@@ -99,6 +135,10 @@ impl Bus {
         let up = self.link == LinkState::Up;
         if up {
             self.counts.frames += 1;
+            if self.is_asleep(now) {
+                self.fell_asleep = self.last_frame;
+            }
+            self.controller.frame_arrived(now);
             self.last_frame = Some(now);
         }
         up
@@ -110,13 +150,27 @@ impl Bus {
         self.last_trouble = Some(now);
     }
 
-    /// An error frame came with these `CAN_ERR_*` class bits.
-    pub fn error_frame(&mut self, class: u32, now: MonoTime) {
+    /// An error frame came.
+    pub fn error_frame(&mut self, error: ErrorFrame, now: MonoTime) {
         self.counts.error_frames += 1;
-        for bit in (0..32).map(|shift| 1 << shift).filter(|bit| class & bit != 0) {
+        for bit in error_frame::bits(error.class()) {
             *self.counts.error_classes.entry(bit).or_default() += 1;
         }
-        self.last_trouble = Some(now);
+        if !error.is_state_alone() {
+            self.last_trouble = Some(now);
+        }
+        self.last_unrest = Some(now);
+        self.controller.error_frame(error, now);
+    }
+
+    /// The kernel told the controller's state. While the link is not up it says nothing.
+    pub fn controller_told(&mut self, report: ControllerReport, now: MonoTime) {
+        if self.link == LinkState::Up {
+            if !is_sound(self.controller.state()) || !is_sound(Some(report.state)) {
+                self.last_unrest = Some(now);
+            }
+            self.controller.report(report, now);
+        }
     }
 
     /// `count` lines of the recording could not be read.
@@ -136,18 +190,39 @@ impl Bus {
         self.last_frame.map(|last| now.since(last))
     }
 
+    /// Whether the bus has fallen silent as it may, and nothing says that it is dead instead.
+    pub fn is_asleep(&self, now: MonoTime) -> bool {
+        let limit = self.settings.alive_timeout;
+        let calm = |last: MonoTime| self.last_unrest.is_none_or(|at| last.since(at) > limit);
+        self.settings.may_sleep
+            && self.link == LinkState::Up
+            && is_sound(self.controller.shown(now))
+            && self.last_frame.is_some_and(|last| now.since(last) > limit && calm(last))
+    }
+
+    /// When the last frame came before the bus fell asleep, now or the last time.
+    pub fn fell_asleep(&self, now: MonoTime) -> Option<MonoTime> {
+        if self.is_asleep(now) { self.last_frame } else { self.fell_asleep }
+    }
+
     /// What is worth saying now.
     pub fn finding(&self, now: MonoTime) -> BusFinding {
+        BusFinding { reception: self.reception(now), controller: self.controller.shown(now) }
+    }
+
+    fn reception(&self, now: MonoTime) -> Reception {
         if self.link != LinkState::Up {
-            BusFinding::Link(self.link)
+            Reception::Link(self.link)
         } else if self.last_frame.is_none() {
-            BusFinding::NothingYet
+            Reception::NothingYet
+        } else if self.is_asleep(now) {
+            Reception::Asleep
         } else if !self.is_alive(now) {
-            BusFinding::Silent
+            Reception::Silent
         } else if self.last_trouble.is_some_and(|at| now.since(at) <= LOSS_MEMORY) {
-            BusFinding::Losing
+            Reception::Losing
         } else {
-            BusFinding::Receiving
+            Reception::Receiving
         }
     }
 
@@ -155,30 +230,14 @@ impl Bus {
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let silent = self.last_frame.map(|last| past(last, self.settings.alive_timeout));
         let calm = self.last_trouble.map(|at| past(at, LOSS_MEMORY));
-        [silent, calm].into_iter().flatten().filter(|at| *at > now).min()
+        let shown = self.controller.next_deadline(now);
+        [silent, calm, shown].into_iter().flatten().filter(|at| *at > now).min()
     }
 }
 
 /// The first instant at which more than `limit` has passed since `start`.
 pub fn past(start: MonoTime, limit: Duration) -> MonoTime {
     start.after(limit.saturating_add(Duration::from_nanos(1)))
-}
-
-/// Names of `CAN_ERR_*` class bits (`linux/can/error.h`).
-pub fn error_class_name(bit: u32) -> &'static str {
-    match bit {
-        0x1 => "tx-timeout",
-        0x2 => "lost-arbitration",
-        0x4 => "controller",
-        0x8 => "protocol",
-        0x10 => "transceiver",
-        0x20 => "no-ack",
-        0x40 => "bus-off",
-        0x80 => "bus-error",
-        0x100 => "restarted",
-        0x200 => "counters",
-        _ => "other",
-    }
 }
 
 /// Stamp and monotonic time of the newest of several sources.
@@ -207,25 +266,41 @@ mod tests {
             interface: "can0".into(),
             alive_by: vec![],
             alive_timeout: Duration::from_millis(100),
+            may_sleep: false,
         };
         Bus::new(settings, LinkState::Missing)
+    }
+
+    fn sleepy() -> Bus {
+        let mut bus = bus();
+        bus.settings.may_sleep = true;
+        bus.set_link(LinkState::Up);
+        bus.frame_arrived(at(10));
+        bus
+    }
+
+    fn at(millis: u64) -> MonoTime {
+        MonoTime::from_millis(millis)
+    }
+
+    fn told(state: ControllerState) -> ControllerReport {
+        ControllerReport { state, counters: None, restart_ms: None }
     }
 
     #[test]
     fn silence_is_told_from_a_lost_link() {
         let mut bus = bus();
-        let at = MonoTime::from_millis;
-        assert_eq!(bus.finding(at(0)), BusFinding::Link(LinkState::Missing));
+        assert_eq!(bus.reception(at(0)), Reception::Link(LinkState::Missing));
         bus.set_link(LinkState::Up);
-        assert_eq!(bus.finding(at(0)), BusFinding::NothingYet);
+        assert_eq!(bus.reception(at(0)), Reception::NothingYet);
         bus.frame_arrived(at(10));
-        assert_eq!(bus.finding(at(110)), BusFinding::Receiving);
+        assert_eq!(bus.reception(at(110)), Reception::Receiving);
         let deadline = bus.next_deadline(at(110)).unwrap();
-        assert_eq!(bus.finding(deadline), BusFinding::Silent);
+        assert_eq!(bus.reception(deadline), Reception::Silent);
         assert!(bus.set_link(LinkState::Down), "what was seen before no longer counts");
-        assert_eq!(bus.finding(deadline), BusFinding::Link(LinkState::Down));
+        assert_eq!(bus.reception(deadline), Reception::Link(LinkState::Down));
         bus.set_link(LinkState::Up);
-        assert_eq!(bus.finding(deadline), BusFinding::NothingYet);
+        assert_eq!(bus.reception(deadline), Reception::NothingYet);
         assert_eq!(bus.counts.link_losses, 1);
     }
 
@@ -235,10 +310,74 @@ mod tests {
         bus.set_link(LinkState::Up);
         bus.frame_arrived(MonoTime::ZERO);
         bus.dropped(3, MonoTime::ZERO);
-        assert_eq!(bus.finding(MonoTime::ZERO), BusFinding::Losing);
+        assert_eq!(bus.reception(MonoTime::ZERO), Reception::Losing);
         let later = past(MonoTime::ZERO, LOSS_MEMORY);
         bus.frame_arrived(later);
-        assert_eq!(bus.finding(later), BusFinding::Receiving);
+        assert_eq!(bus.reception(later), Reception::Receiving);
         assert_eq!(bus.counts.drops, 3);
+    }
+
+    #[test]
+    fn a_bus_that_may_sleep_falls_asleep_and_wakes_up() {
+        let mut bus = sleepy();
+        assert_eq!((bus.reception(at(110)), bus.fell_asleep(at(110))), (Reception::Receiving, None));
+        let deadline = bus.next_deadline(at(110)).unwrap();
+        assert_eq!((bus.reception(deadline), bus.fell_asleep(deadline)), (Reception::Asleep, Some(at(10))));
+        bus.frame_arrived(at(60_000));
+        assert_eq!(bus.reception(at(60_000)), Reception::Receiving);
+        assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "what came before is from before the sleep");
+    }
+
+    #[test]
+    fn a_dead_bus_is_not_asleep() {
+        let error_on_the_wire = ErrorFrame::new(0x88, &[]);
+        let deaths: [(&str, &dyn Fn(&mut Bus)); 6] = [
+            ("an error just before", &|bus| {
+                bus.error_frame(error_on_the_wire, at(15));
+                bus.frame_arrived(at(20));
+            }),
+            ("an error during the silence", &|bus| bus.error_frame(error_on_the_wire, at(150))),
+            ("bus-off", &|bus| bus.error_frame(ErrorFrame::new(0x40, &[]), at(30))),
+            ("bus-off and a restart without frames", &|bus| {
+                bus.controller_told(told(ControllerState::BusOff), at(30));
+                bus.controller_told(told(ControllerState::ErrorActive), at(40));
+            }),
+            ("error-warning", &|bus| bus.controller_told(told(ControllerState::Warning), at(5_000))),
+            ("a controller that stopped", &|bus| {
+                bus.controller_told(told(ControllerState::Stopped), at(30));
+            }),
+        ];
+        for (death, happen) in deaths {
+            let mut bus = sleepy();
+            happen(&mut bus);
+            assert_eq!(bus.reception(at(6_000)), Reception::Silent, "{death}");
+            bus.frame_arrived(at(6_000));
+            assert_eq!(bus.fell_asleep(at(6_000)), None, "{death}");
+        }
+        let mut bus = sleepy();
+        bus.set_link(LinkState::Down);
+        assert_eq!(bus.reception(at(6_000)), Reception::Link(LinkState::Down));
+        bus.set_link(LinkState::Up);
+        assert_eq!(bus.reception(at(6_000)), Reception::NothingYet);
+    }
+
+    #[test]
+    fn an_error_long_before_the_last_frame_does_not_keep_a_bus_awake() {
+        let mut bus = sleepy();
+        bus.error_frame(ErrorFrame::new(0x88, &[]), at(15));
+        bus.frame_arrived(at(100));
+        bus.frame_arrived(at(116));
+        assert_eq!(bus.reception(at(300)), Reception::Asleep);
+    }
+
+    #[test]
+    fn a_state_that_has_passed_is_no_loss() {
+        let mut bus = sleepy();
+        bus.error_frame(ErrorFrame::new(0x204, &[0, 0x20, 0, 0, 0, 0, 130, 0]), at(20));
+        let finding = |controller| BusFinding { reception: Reception::Receiving, controller };
+        assert_eq!(bus.finding(at(20)), finding(Some(ControllerState::Passive)));
+        bus.error_frame(ErrorFrame::new(0x204, &[0, 0x40]), at(2_000));
+        bus.frame_arrived(at(2_000));
+        assert_eq!(bus.finding(at(2_000)), finding(Some(ControllerState::ErrorActive)));
     }
 }

@@ -3,7 +3,9 @@
 //! The daemon turns sockets into [`Input`]s and [`Output`]s into sockets; a replay turns a file
 //! into the same `Input`s.
 
+use super::controller::ControllerReport;
 use super::diagnostics::Diagnostics;
+use super::error_frame::ErrorFrame;
 use super::frame::Frame;
 use super::time::WallStamp;
 use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -57,8 +59,15 @@ pub enum Input {
     ErrorFrame {
         /// On which bus.
         bus: BusIndex,
-        /// The class bits of `linux/can/error.h` (`CAN_ERR_*`).
-        class: u32,
+        /// What it says.
+        error: ErrorFrame,
+    },
+    /// The kernel told the state of the controller below a bus: when asked, changed or not.
+    Controller {
+        /// Of which bus.
+        bus: BusIndex,
+        /// What it said.
+        report: ControllerReport,
     },
     /// Lines or records of a recording that could not be read.
     BadRecords {

@@ -6,14 +6,15 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::bus::{Bus, BusFinding, BusSettings, error_class_name};
-use super::diagnostics::{Diagnostics, Level, RateMeter, Status};
+use super::bus::{Bus, BusFinding, BusSettings};
+use super::bus_status;
+use super::diagnostics::{Diagnostics, RateMeter, Status};
 use super::event::{BusIndex, Input, LinkState, Output};
 use super::frame::{CanId, Frame};
 use super::time::{MonoTime, Now, WallStamp};
 use super::vehicle_lights::binding::{LightsBinding, MessageIndex};
 use super::vehicle_lights::report::{Publish, Step};
-use super::vehicle_lights::{Task, VehicleLights, link_text};
+use super::vehicle_lights::{Task, VehicleLights};
 
 /// Everything the gateway needs to know, checked by `config`.
 #[derive(Debug, Clone)]
@@ -105,8 +106,11 @@ impl Gateway {
             Input::Drops { bus, lost } => {
                 self.bus(bus).into_iter().for_each(|known| known.dropped(lost, now.mono));
             }
-            Input::ErrorFrame { bus, class } => {
-                self.bus(bus).into_iter().for_each(|known| known.error_frame(class, now.mono));
+            Input::ErrorFrame { bus, error } => {
+                self.bus(bus).into_iter().for_each(|known| known.error_frame(error, now.mono));
+            }
+            Input::Controller { bus, report } => {
+                self.bus(bus).into_iter().for_each(|known| known.controller_told(report, now.mono));
             }
             Input::BadRecords { bus, count } => {
                 self.bus(bus).into_iter().for_each(|known| known.bad_records(count, now.mono));
@@ -208,39 +212,8 @@ impl Gateway {
     }
 
     fn bus_status(&self, index: usize, now: MonoTime) -> Status {
-        let bus = &self.buses[index];
-        let settings = bus.settings();
-        let (level, message) = match bus.finding(now) {
-            BusFinding::Link(state) => (Level::Error, link_text(&settings.interface, state)),
-            BusFinding::NothingYet => (Level::Warn, "up, but no frame of the vehicle profile yet".to_owned()),
-            BusFinding::Silent => {
-                let limit = settings.alive_timeout.as_millis();
-                (Level::Warn, format!("up, but silent for more than {limit} ms"))
-            }
-            BusFinding::Losing => {
-                (Level::Warn, "receiving, with recent drops, error frames or bad lines".to_owned())
-            }
-            BusFinding::Receiving => (Level::Ok, "receiving".to_owned()),
-        };
-        let counts = &bus.counts;
-        let classes = counts.error_classes.iter().map(|(bit, n)| format!("{} {n}", error_class_name(*bit)));
-        let mut values = vec![
-            ("bus", settings.name.clone()),
-            ("link", link_name(bus.link())),
-            ("frames", counts.frames.to_string()),
-            ("rate_hz", format!("{:.1}", self.bus_rates[index].rate_hz(counts.frames, now))),
-            ("silence_ms", bus.silence(now).map_or("never".into(), |for_| for_.as_millis().to_string())),
-            ("drops", counts.drops.to_string()),
-            ("error_frames", counts.error_frames.to_string()),
-        ];
-        if !counts.error_classes.is_empty() {
-            values.push(("error_classes", classes.collect::<Vec<_>>().join(", ")));
-        }
-        values.push(("link_losses", counts.link_losses.to_string()));
-        if counts.bad_records > 0 {
-            values.push(("bad_lines", counts.bad_records.to_string()));
-        }
-        Status { name: format!("{}: {}", self.node, settings.interface), level, message, values }
+        let (bus, rate) = (&self.buses[index], &self.bus_rates[index]);
+        bus_status::status(bus, &self.node, rate.rate_hz(bus.counts.frames, now), now)
     }
 }
 
@@ -251,14 +224,4 @@ fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Option<Messa
         settings.lights.messages.iter().position(is_it).map(MessageIndex)
     };
     settings.relevant_ids(bus).into_iter().map(|id| (id, message_of(id))).collect()
-}
-
-fn link_name(state: LinkState) -> String {
-    match state {
-        LinkState::Up => "up".to_owned(),
-        LinkState::Down => "down".to_owned(),
-        LinkState::Missing => "missing".to_owned(),
-        LinkState::Failed(errno) => format!("failed, errno {errno}"),
-        LinkState::Ended => "ended".to_owned(),
-    }
 }

@@ -5,8 +5,11 @@
 
 pub mod black_box;
 pub mod bus;
+mod bus_status;
+pub mod controller;
 pub mod dbc;
 pub mod diagnostics;
+pub mod error_frame;
 pub mod event;
 pub mod frame;
 pub mod gateway;

@@ -22,7 +22,6 @@ use report::{Publish, ReportFlow, Step};
 use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
-pub(in crate::core) use status::link_text;
 pub use status::{LightsFinding, Task, Trouble};
 
 /// State of both reports.

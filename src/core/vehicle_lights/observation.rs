@@ -3,6 +3,7 @@
 use super::binding::{BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex, Timing};
 use super::meaning::Meaning;
 use crate::core::bus::{Bus, Received, past};
+use crate::core::error_frame::ControllerState;
 use crate::core::event::{BusIndex, LinkState};
 use crate::core::frame::Frame;
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -19,6 +20,10 @@ pub enum Absence {
     Stale,
     /// An event message holds as long as its bus is alive, and the bus is silent.
     BusSilent,
+    /// The bus's controller is bus-off: nothing can be received.
+    BusOff,
+    /// The bus fell asleep, as it may, and no frame with this signal has come since.
+    BusAsleep,
 }
 
 /// One signal, read and judged now.
@@ -137,12 +142,7 @@ impl Observations {
         let message = &binding.messages[binding.signals[role.signal.0].message.0];
         let bus = &buses[usize::from(message.bus.0)];
         let Some(Observation { raw, received }) = self.last[role.signal.0] else {
-            return Reading::Absent(match bus.link() {
-                LinkState::Up => Absence::NeverSeen,
-                lost @ (LinkState::Down | LinkState::Missing | LinkState::Failed(_) | LinkState::Ended) => {
-                    Absence::Link(lost)
-                }
-            });
+            return Reading::Absent(cause(bus, None, now).unwrap_or(Absence::NeverSeen));
         };
         let absent = match message.timing {
             Timing::Cyclic { timeout } => (now.since(received.at) > timeout).then_some(Absence::Stale),
@@ -150,7 +150,7 @@ impl Observations {
         };
         absent.map_or_else(
             || Reading::Seen { meaning: role.values.meaning(raw), raw, received },
-            Reading::Absent,
+            |why| Reading::Absent(cause(bus, Some(received.at), now).unwrap_or(why)),
         )
     }
 
@@ -175,4 +175,16 @@ impl Observations {
     pub fn counts(&self, message: MessageIndex) -> MessageCounts {
         self.counts[message.0]
     }
+}
+
+/// Why nothing came over a bus since the signal's last frame, if that is known.
+fn cause(bus: &Bus, last: Option<MonoTime>, now: MonoTime) -> Option<Absence> {
+    if bus.link() != LinkState::Up {
+        return Some(Absence::Link(bus.link()));
+    }
+    if bus.controller().shown(now) == Some(ControllerState::BusOff) {
+        return Some(Absence::BusOff);
+    }
+    let slept = bus.fell_asleep(now).is_some_and(|since| last.is_none_or(|last| last <= since));
+    slept.then_some(Absence::BusAsleep)
 }

@@ -5,8 +5,8 @@ use super::binding::{FaultBinding, HazardBinding, LightsBinding, SignalIndex, Ti
 use super::observation::Absence;
 use super::verdict::{ActiveFault, Doubt, Verdict};
 use crate::core::bus::Bus;
+use crate::core::bus_status::link_text;
 use crate::core::diagnostics::{Level, RateMeter, Status};
-use crate::core::event::LinkState;
 use crate::core::time::MonoTime;
 
 /// One of the two diagnostic tasks.
@@ -278,17 +278,8 @@ fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why
             Timing::Event => format!("{} is stale", message.name),
         },
         Absence::BusSilent => format!("bus {interface} is silent"),
-    }
-}
-
-/// What is wrong with a link, for people.
-pub(in crate::core) fn link_text(interface: &str, state: LinkState) -> String {
-    match state {
-        LinkState::Up => format!("{interface} is up"),
-        LinkState::Down => format!("{interface} is down"),
-        LinkState::Missing => format!("{interface} is missing"),
-        LinkState::Failed(errno) => format!("{interface} cannot be opened (errno {errno})"),
-        LinkState::Ended => format!("the recording of {interface} has ended"),
+        Absence::BusOff => format!("{interface} is bus-off"),
+        Absence::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
     }
 }
 

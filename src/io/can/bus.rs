@@ -8,8 +8,10 @@ use libc::c_int;
 use tokio::sync::mpsc::Sender;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
+use super::controller::{self, ControllerWatch};
 use super::link::{Link, LinkWatch};
 use super::socket::{BATCH, CanSocket};
+use crate::core::controller::ControllerReport;
 use crate::core::event::{BusIndex, Input, LinkState};
 use crate::core::frame::CanId;
 
@@ -32,13 +34,15 @@ pub struct BusSocketSettings {
     pub receive_buffer_bytes: usize,
 }
 
-/// Receives until the channel closes: frames with the kernel's stamps, losses, error frames, and the
-/// link on every change, first of all what it is at the start.
+/// Receives until the channel closes: frames with the kernel's stamps, losses, error frames, the link
+/// on every change, first of all what it is at the start, and what the kernel says of the controller:
+/// once a second, and within 100 ms of an error frame or a change of any link.
 ///
 /// A frame after a pause is handed on at once, those that follow in batches 5 ms apart. When the
 /// channel is full, frames wait in the kernel, which counts those it has no room for. An interface
 /// that went down or away is taken up again under its name when it comes back, without the frames
-/// queued before.
+/// queued before: `ENETDOWN` and `ENODEV` are told by asking for the name again. (`ENOBUFS` comes to
+/// those who send; nothing here does.)
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<Input>>) {
     let consumer = inputs.clone();
     let reception = Reception { settings, inputs, reported: None };
@@ -106,9 +110,11 @@ impl Reception {
         // One that cannot be opened may have gone away just now.
         let mut socket = opened.map_err(|error| watch.look().err().unwrap_or(failed(&error)))?;
         self.report(LinkState::Up).await?;
+        let controller = ControllerWatch::new(&self.settings.interface);
+        let mut lookout = Lookout { index, link: watch, controller };
         loop {
-            let (busy, next) = self.frame_by_frame(socket, index, watch).await?;
-            socket = self.batch_by_batch(busy, next, index, watch).await?;
+            let (busy, next) = self.frame_by_frame(socket, &mut lookout).await?;
+            socket = self.batch_by_batch(busy, next, &mut lookout).await?;
         }
     }
 
@@ -119,7 +125,7 @@ impl Reception {
         if granted < *asked {
             tracing::warn!(interface, asked, granted, "the system grants a smaller receive buffer");
         }
-        let controller = super::controller::describe(interface);
+        let controller = controller::describe(interface);
         tracing::info!(
             interface,
             index,
@@ -136,14 +142,13 @@ impl Reception {
     async fn frame_by_frame(
         &self,
         socket: CanSocket,
-        index: c_int,
-        watch: &mut LinkWatch,
+        lookout: &mut Lookout<'_>,
     ) -> Result<(CanSocket, Instant), Lost> {
         let mut socket = socket.watched().map_err(|error| failed(&error))?;
         let mut next = Instant::now();
         loop {
             tokio::select! {
-                () = watch.event() => still_up(watch, index)?,
+                news = lookout.news() => self.tell(news?).await?,
                 ready = socket.ready_mut(CanSocket::INTEREST) => {
                     let mut ready = ready.map_err(|error| failed(&error))?;
                     if Instant::now() < next {
@@ -151,7 +156,7 @@ impl Reception {
                         return Ok((socket.into_inner(), next));
                     }
                     ready.clear_ready(); // what comes from here on makes it ready again
-                    let count = self.take(ready.get_inner_mut(), watch).await?;
+                    let count = self.take(ready.get_inner_mut(), lookout).await?;
                     if count == BATCH {
                         drop(ready);
                         return Ok((socket.into_inner(), next));
@@ -168,13 +173,12 @@ impl Reception {
         &self,
         mut socket: CanSocket,
         mut next: Instant,
-        index: c_int,
-        watch: &mut LinkWatch,
+        lookout: &mut Lookout<'_>,
     ) -> Result<CanSocket, Lost> {
         loop {
             tokio::select! {
-                () = watch.event() => still_up(watch, index)?,
-                () = sleep_until(next) => match self.take(&mut socket, watch).await? {
+                news = lookout.news() => self.tell(news?).await?,
+                () = sleep_until(next) => match self.take(&mut socket, lookout).await? {
                     0 => return Ok(socket),
                     BATCH => {} // and there may be more
                     _ => next = Instant::now() + TICK,
@@ -184,17 +188,25 @@ impl Reception {
     }
 
     /// Hands on what is queued, at most [`BATCH`] messages, and says how many those were.
-    async fn take(&self, socket: &mut CanSocket, watch: &LinkWatch) -> Result<usize, Lost> {
+    async fn take(&self, socket: &mut CanSocket, lookout: &mut Lookout<'_>) -> Result<usize, Lost> {
         let mut batch = Vec::new();
         let count = match socket.receive(self.settings.bus, &mut batch) {
             Ok(count) => count,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
-            Err(error) => return Err(Lost::Link(watch.look().err().unwrap_or(lost(&error)))),
+            Err(error) => return Err(Lost::Link(lookout.link.look().err().unwrap_or(lost(&error)))),
         };
+        if batch.iter().any(|input| matches!(input, Input::ErrorFrame { .. })) {
+            lookout.controller.hurry();
+        }
         if !batch.is_empty() {
             self.send(batch).await?;
         }
         Ok(count)
+    }
+
+    async fn tell(&self, news: Option<ControllerReport>) -> Result<(), ConsumerGone> {
+        let Some(report) = news else { return Ok(()) };
+        self.send(vec![Input::Controller { bus: self.settings.bus, report }]).await
     }
 
     /// Hands on a link state, unless it is the one handed on last.
@@ -223,12 +235,29 @@ impl Reception {
     }
 }
 
-/// Something happened to some link: is ours still the one the socket is bound to?
-fn still_up(watch: &LinkWatch, index: c_int) -> Result<(), Lost> {
-    match watch.look() {
-        Ok(same) if same == index => Ok(()),
-        Ok(_another) => Err(Lost::Link(LinkState::Missing)),
-        Err(state) => Err(Lost::Link(state)),
+/// What is watched while frames are received.
+struct Lookout<'a> {
+    /// The interface the socket is bound to.
+    index: c_int,
+    link: &'a mut LinkWatch,
+    controller: ControllerWatch,
+}
+
+impl Lookout<'_> {
+    /// Waits until something may have happened to some link or it is time to ask for the controller,
+    /// and says what the controller's state is, or that ours is no longer the link the socket is
+    /// bound to.
+    async fn news(&mut self) -> Result<Option<ControllerReport>, LinkState> {
+        tokio::select! {
+            () = self.link.event() => {
+                if self.link.look()? != self.index {
+                    return Err(LinkState::Missing);
+                }
+                self.controller.hurry(); // a controller that goes bus-off loses the carrier
+                Ok(None)
+            }
+            () = self.controller.due() => Ok(self.controller.look()),
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use crate::core::error_frame::ErrorFrame;
 use crate::core::frame::{CanId, Frame, MAX_DATA};
 use crate::core::time::WallStamp;
 
@@ -30,8 +31,8 @@ pub enum Content {
     Data(Frame),
     /// A remote request; carries no data.
     Remote,
-    /// An error frame with these `CAN_ERR_*` class bits.
-    Error(u32),
+    /// An error frame.
+    Error(ErrorFrame),
 }
 
 /// Why a line of a recording, in this format or [another](super::formats), cannot be read.
@@ -110,7 +111,11 @@ fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
     let number = hex_number(id).ok_or(BadLine::BadId)?;
     let can_id = match id.len() {
         3 => CanId::standard(number),
-        8 if number & ERR_FLAG != 0 => return Ok(Content::Error(number & !(ERR_FLAG | EFF_FLAG))),
+        8 if number & ERR_FLAG != 0 => {
+            let (bytes, length) = data(rest)?;
+            let class = number & !(ERR_FLAG | EFF_FLAG);
+            return Ok(Content::Error(ErrorFrame::new(class, &bytes[..length])));
+        }
         8 => CanId::extended(number),
         _ => None,
     }
@@ -192,8 +197,9 @@ mod tests {
         assert_eq!(frame("(0.000001) can0 123#").data().len(), 0);
         let remote = parse_line(b"(0.1) can0 123#R8").unwrap();
         assert_eq!((remote.content, remote.stamp.as_nanos()), (Content::Remote, 100_000_000));
-        let error = parse_line(b"(0.1) can0 20000044#0000000000000000").unwrap();
-        assert_eq!(error.content, Content::Error(0x44));
+        let error = parse_line(b"(0.1) can0 20000204#000800000000607F").unwrap();
+        let warning = ErrorFrame::new(0x204, &[0, 8, 0, 0, 0, 0, 96, 127]);
+        assert_eq!(error.content, Content::Error(warning));
     }
 
     #[test]
@@ -211,6 +217,7 @@ mod tests {
             ("(1.0) can0 123#0", BadLine::BadData),
             ("(1.0) can0 123#0G", BadLine::BadData),
             ("(1.0) can0 123##", BadLine::BadData),
+            ("(1.0) can0 20000004#R", BadLine::BadData),
             ("(1.0) can0 123#112233445566778899", BadLine::BadLength),
             ("(1.0) can0 123##0112233445566778899", BadLine::BadLength),
             ("(1.0) can0 123#11_2", BadLine::BadLength),

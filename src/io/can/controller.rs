@@ -1,13 +1,81 @@
 //! What the kernel says of a CAN controller: bit rate, state, restart (`IFLA_CAN_*` by netlink).
 
+use std::io;
+use std::time::Duration;
+
 use socketcan::CanInterface;
-use socketcan::nl::InterfaceCanParams;
+use socketcan::nl::{CanState, InterfaceCanParams};
+use tokio::time::{Instant, sleep_until};
+
+use crate::core::controller::ControllerReport;
+use crate::core::error_frame::{ControllerState, ErrorCounters};
+
+/// How often the kernel is asked although nothing happened.
+const LOOK_INTERVAL: Duration = Duration::from_secs(1);
+
+/// How often it is asked at most, however many error frames come.
+const SHORTEST_INTERVAL: Duration = Duration::from_millis(100);
+
+/// Asks for one controller's state again and again.
+pub(super) struct ControllerWatch {
+    interface: String,
+    last_look: Instant,
+    /// `None` for an interface without a controller: there is nothing to ask for.
+    next_look: Option<Instant>,
+}
+
+impl ControllerWatch {
+    /// Starts watching; the first look is due at once.
+    pub(super) fn new(interface: &str) -> Self {
+        let now = Instant::now();
+        Self { interface: interface.to_owned(), last_look: now, next_look: Some(now) }
+    }
+
+    /// Waits until it is time to look again.
+    pub(super) async fn due(&self) {
+        match self.next_look {
+            Some(at) => sleep_until(at).await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Something has happened: look again soon.
+    pub(super) fn hurry(&mut self) {
+        let soon = self.last_look + SHORTEST_INTERVAL;
+        self.next_look = self.next_look.map(|at| at.min(soon));
+    }
+
+    /// What the kernel says now; `None` without a controller, or when it cannot be asked at present.
+    pub(super) fn look(&mut self) -> Option<ControllerReport> {
+        self.last_look = Instant::now();
+        let told = params(&self.interface);
+        let has_none = told.as_ref().is_ok_and(|params| params.state.is_none());
+        self.next_look = (!has_none).then(|| self.last_look + LOOK_INTERVAL);
+        told.ok().as_ref().and_then(report)
+    }
+}
 
 /// Bit rate, controller state and automatic restart in one line, for the log at start. A virtual
 /// interface has none of these; what the kernel refuses to tell is left out.
 pub(super) fn describe(interface: &str) -> String {
-    let params = CanInterface::open(interface).and_then(|interface| interface.details());
-    params.map_or_else(|error| format!("not told: {error}"), |details| text(&details.can))
+    params(interface).map_or_else(|error| format!("not told: {error}"), |params| text(&params))
+}
+
+fn params(interface: &str) -> io::Result<InterfaceCanParams> {
+    let details = CanInterface::open(interface).and_then(|interface| interface.details());
+    details.map(|details| details.can).map_err(io::Error::other)
+}
+
+fn report(params: &InterfaceCanParams) -> Option<ControllerReport> {
+    let state = match params.state? {
+        CanState::ErrorActive => ControllerState::ErrorActive,
+        CanState::ErrorWarning => ControllerState::Warning,
+        CanState::ErrorPassive => ControllerState::Passive,
+        CanState::BusOff => ControllerState::BusOff,
+        CanState::Stopped | CanState::Sleeping => ControllerState::Stopped,
+    };
+    let counters = params.berr_counter.map(|counted| ErrorCounters { tx: counted.txerr, rx: counted.rxerr });
+    Some(ControllerReport { state, counters, restart_ms: params.restart_ms })
 }
 
 fn text(params: &InterfaceCanParams) -> String {
@@ -32,7 +100,6 @@ fn text(params: &InterfaceCanParams) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use socketcan::nl::CanState;
 
     #[test]
     fn a_controller_is_told_in_one_line() {
@@ -48,5 +115,38 @@ mod tests {
     #[test]
     fn an_interface_that_is_not_there_is_no_failure() {
         assert!(describe("nosuchcan7").starts_with("not told: "));
+    }
+
+    #[test]
+    fn state_counters_and_restart_are_reported_and_a_virtual_interface_reports_nothing() {
+        let params = InterfaceCanParams {
+            state: Some(CanState::BusOff),
+            restart_ms: Some(100),
+            berr_counter: Some(socketcan::nl::CanBerrCounter { txerr: 256, rxerr: 3 }),
+            ..InterfaceCanParams::default()
+        };
+        let counters = Some(ErrorCounters { tx: 256, rx: 3 });
+        let expected = ControllerReport { state: ControllerState::BusOff, counters, restart_ms: Some(100) };
+        assert_eq!(report(&params), Some(expected));
+        assert_eq!(report(&InterfaceCanParams::default()), None);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_kernel_is_asked_each_second_and_soon_but_not_at_once_when_something_happens() {
+        let mut watch = ControllerWatch::new("nosuchcan7");
+        let start = Instant::now();
+        watch.due().await;
+        assert_eq!((watch.look(), start.elapsed()), (None, Duration::ZERO));
+        watch.due().await;
+        watch.look();
+        assert_eq!(start.elapsed(), LOOK_INTERVAL);
+        for _error_frame in 0..1000 {
+            watch.hurry();
+        }
+        watch.due().await;
+        assert_eq!(start.elapsed(), LOOK_INTERVAL + SHORTEST_INTERVAL);
+        watch.look();
+        watch.due().await;
+        assert_eq!(start.elapsed(), LOOK_INTERVAL * 2 + SHORTEST_INTERVAL);
     }
 }

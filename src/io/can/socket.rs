@@ -88,7 +88,7 @@ impl CanSocket {
                     let stamp = controls.stamp.unwrap_or_else(wall_now);
                     inputs.push(Input::Frame { bus, frame, stamp });
                 }
-                Some(Message::Error(class)) => inputs.push(Input::ErrorFrame { bus, class }),
+                Some(Message::Error(error)) => inputs.push(Input::ErrorFrame { bus, error }),
                 None => {}
             }
         }

@@ -2,6 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
+use crate::core::error_frame::ErrorFrame;
 use crate::core::frame::{CanId, Frame};
 use crate::core::time::WallStamp;
 
@@ -27,8 +28,8 @@ pub(super) fn filter(id: CanId) -> libc::can_filter {
 pub(super) enum Message {
     /// A data frame.
     Data(Frame),
-    /// An error frame: its `CAN_ERR_*` class bits.
-    Error(u32),
+    /// An error frame.
+    Error(ErrorFrame),
 }
 
 /// Reads a `can_frame` or `canfd_frame`; the number of bytes tells which. `None` for remote requests
@@ -40,8 +41,11 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
         _ => return None,
     };
     let word = u32::from_ne_bytes(*bytes.first_chunk()?);
+    // Both structures: identifier, length, three bytes of other matters, data.
+    let len = usize::from(*bytes.get(4)?);
+    let data = bytes.get(8..)?.get(..len)?;
     if word & libc::CAN_ERR_FLAG != 0 {
-        return Some(Message::Error(word & libc::CAN_ERR_MASK));
+        return Some(Message::Error(ErrorFrame::new(word & libc::CAN_ERR_MASK, data)));
     }
     if word & libc::CAN_RTR_FLAG != 0 {
         return None;
@@ -51,9 +55,7 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
     } else {
         CanId::extended(word & libc::CAN_EFF_MASK)
     }?;
-    // Both structures: identifier, length, three bytes of other matters, data.
-    let len = usize::from(*bytes.get(4)?);
-    make(id, bytes.get(8..)?.get(..len)?).map(Message::Data)
+    make(id, data).map(Message::Data)
 }
 
 /// What the control messages beside a frame say.
@@ -169,8 +171,10 @@ mod tests {
     }
 
     #[test]
-    fn an_error_frame_keeps_only_its_class_bits() {
-        assert_eq!(message(&can_frame(0x2000_0044, 8, &[0; 8], 16)), Some(Message::Error(0x44)));
+    fn an_error_frame_keeps_its_class_bits_and_its_data() {
+        let data = [0, 8, 0, 0, 0, 0, 96, 1];
+        let error = ErrorFrame::new(0x204, &data);
+        assert_eq!(message(&can_frame(0x2000_0204, 8, &data, 16)), Some(Message::Error(error)));
     }
 
     #[test]
