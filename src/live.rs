@@ -36,6 +36,7 @@ impl Live {
                 Input::Link { .. }
                 | Input::Drops { .. }
                 | Input::ErrorFrame { .. }
+                | Input::Controller { .. }
                 | Input::BadRecords { .. }
                 | Input::Deadline => read.wall,
             };

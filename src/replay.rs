@@ -262,6 +262,7 @@ impl Tape {
         match record.content {
             Content::Data(frame) => Some(Input::Frame { bus, frame, stamp }),
             Content::Error(error) => Some(Input::ErrorFrame { bus, error }),
+            Content::Note(note) => Some(note.input(bus)),
             Content::Remote => None,
         }
     }

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use super::event::{Input, LinkState};
+use super::note::Note;
 use super::time::{MonoTime, Now};
 
 /// How much is kept.
@@ -91,7 +92,7 @@ impl BlackBox {
         let mut log = String::new();
         for (interface, link) in self.interfaces.iter().zip(&self.links) {
             if *link != LinkState::Up {
-                write_event(&mut log, start, start, interface, &link_words(*link));
+                write_note(&mut log, start, start, interface, Note::Link(*link));
             }
         }
         for (input, at) in &self.inputs {
@@ -120,21 +121,23 @@ impl BlackBox {
                 // Writing to a String cannot fail.
                 let _ = writeln!(log, "({}) {} {frame}", stamp(start, at), interface(bus));
             }
-            Input::ErrorFrame { bus, class } => {
-                let id = class | 0x2000_0000;
-                let _ = writeln!(log, "({}) {} {id:08X}#0000000000000000", stamp(start, at), interface(bus));
+            Input::ErrorFrame { bus, error } => {
+                let id = error.class() | 0x2000_0000;
+                let data: String = error.data().iter().map(|byte| format!("{byte:02X}")).collect();
+                let _ = writeln!(log, "({}) {} {id:08X}#{data}", stamp(start, at), interface(bus));
             }
-            Input::Link { bus, state } => write_event(log, start, at, interface(bus), &link_words(state)),
-            Input::Drops { bus, lost } => {
-                write_event(log, start, at, interface(bus), &format!("drops {lost}"));
+            Input::Link { .. } | Input::Controller { .. } | Input::Drops { .. } => {
+                if let Some((bus, note)) = Note::of(input) {
+                    write_note(log, start, at, interface(bus), note);
+                }
             }
             Input::BadRecords { .. } | Input::Deadline => {}
         }
     }
 }
 
-fn write_event(log: &mut String, start: Now, at: Now, interface: &str, words: &str) {
-    let _ = writeln!(log, "# ({}) {interface} {words}", stamp(start, at));
+fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: Note) {
+    let _ = writeln!(log, "# ({}) {interface} {note}", stamp(start, at));
 }
 
 /// Seconds and microseconds of the time line that decided, which the wall clock's steps leave alone.
@@ -143,12 +146,86 @@ fn stamp(start: Now, at: Now) -> String {
     format!("{}.{:06}", at.sec(), at.nanosec() / 1000)
 }
 
-fn link_words(link: LinkState) -> String {
-    match link {
-        LinkState::Up => "link up".to_owned(),
-        LinkState::Down => "link down".to_owned(),
-        LinkState::Missing => "link missing".to_owned(),
-        LinkState::Failed(errno) => format!("link failed {errno}"),
-        LinkState::Ended => "link ended".to_owned(),
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::event::BusIndex;
+    use crate::core::frame::{CanId, Frame};
+    use crate::core::time::WallStamp;
+
+    const BUS: BusIndex = BusIndex(0);
+
+    fn at(millis: u64) -> Now {
+        let wall =
+            WallStamp::from_nanos(1_700_000_000_000_000_000 + i64::try_from(millis).unwrap() * 1_000_000);
+        Now { mono: MonoTime::from_millis(5_000 + millis), wall }
+    }
+
+    fn frame(byte: u8, millis: u64) -> Input {
+        let frame = Frame::classic(CanId::Standard(0x123), &[byte]).unwrap();
+        Input::Frame { bus: BUS, frame, stamp: at(millis).wall }
+    }
+
+    fn black_box(most_inputs: usize) -> BlackBox {
+        let settings = BlackBoxSettings {
+            before: Duration::from_millis(100),
+            after: Duration::from_millis(50),
+            most_inputs,
+        };
+        BlackBox::new(settings, vec!["can0".into()], vec![LinkState::Up])
+    }
+
+    fn line(at: MonoTime, text: &str) -> String {
+        format!("{} {text}", at.as_nanos() / 1_000_000)
+    }
+
+    #[test]
+    fn a_fault_hands_out_what_was_before_and_after_it() {
+        let mut black_box = black_box(1000);
+        black_box.keep(Input::Link { bus: BUS, state: LinkState::Down }, at(0));
+        black_box.keep(Input::Link { bus: BUS, state: LinkState::Up }, at(10));
+        for step in 0..40_u8 {
+            let millis = u64::from(step) * 10;
+            black_box.keep(frame(step, millis), at(millis));
+            if step == 30 {
+                black_box.decided("ERROR turn".into(), true, at(millis).mono);
+                black_box.decided("ERROR hazard".into(), true, at(millis + 1).mono);
+            }
+            assert_eq!(black_box.take(at(millis).mono, line).is_some(), step == 35, "{step}");
+            if step == 34 {
+                let mut early = black_box.clone();
+                let recording = early.take(at(350).mono, line).unwrap();
+                assert_eq!(recording.log.lines().next(), Some("(1700000000.190000) can0 123#13"));
+                assert_eq!(recording.log.lines().count(), 16);
+                assert_eq!(recording.decisions, "110 ERROR turn\n111 ERROR hazard\n");
+            }
+        }
+    }
+
+    #[test]
+    fn what_candump_has_no_line_for_stands_behind_a_hash() {
+        let mut black_box = black_box(2);
+        black_box.keep(Input::Link { bus: BUS, state: LinkState::Down }, at(0));
+        black_box.keep(Input::Drops { bus: BUS, lost: 3 }, at(1));
+        black_box.keep(Input::Link { bus: BUS, state: LinkState::Up }, at(2));
+        black_box.decided("ERROR".into(), true, at(2).mono);
+        let recording = black_box.take(at(60).mono, line).unwrap();
+        assert_eq!(
+            recording.log,
+            "# (1700000000.001000) can0 link down\n# (1700000000.001000) can0 drops 3\n\
+             # (1700000000.002000) can0 link up\n",
+            "the link before the first kept input is told first"
+        );
+    }
+
+    #[test]
+    fn memory_is_bounded_by_count_as_well() {
+        let mut black_box = black_box(5);
+        for step in 0..50 {
+            black_box.keep(frame(0, 0), at(0));
+            black_box.decided(step.to_string(), false, at(0).mono);
+        }
+        assert_eq!((black_box.inputs.len(), black_box.decisions.len()), (5, 5));
+        assert_eq!(black_box.take(at(1000).mono, line), None, "nothing without a fault");
     }
 }

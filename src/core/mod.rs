@@ -14,5 +14,6 @@ pub mod event;
 pub mod frame;
 pub mod gateway;
 pub mod live_time;
+pub mod note;
 pub mod time;
 pub mod vehicle_lights;

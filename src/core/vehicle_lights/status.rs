@@ -299,6 +299,7 @@ mod tests {
     use crate::core::bus::BusSettings;
     use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
     use crate::core::event::BusIndex;
+    use crate::core::event::LinkState;
     use crate::core::frame::{CanId, Frame};
     use crate::core::time::{Now, WallStamp};
 
@@ -349,6 +350,7 @@ mod tests {
                 interface: "can0".into(),
                 alive_by: vec![],
                 alive_timeout: Duration::from_secs(1),
+                may_sleep: false,
             };
             let lights = VehicleLights::new(binding(), Publish::OnChange);
             Self { lights, buses: [Bus::new(settings, LinkState::Up)] }

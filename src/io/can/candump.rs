@@ -2,12 +2,13 @@
 //!
 //! Also read: CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
 //! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. CAN XL is counted as
-//! not supported.
+//! not supported. Lines that begin with `#` are comments; those of the black box are notes.
 
 use std::fmt;
 
 use crate::core::error_frame::ErrorFrame;
 use crate::core::frame::{CanId, Frame, MAX_DATA};
+use crate::core::note::Note;
 use crate::core::time::WallStamp;
 
 /// Longer lines are no candump lines (a CAN FD frame needs 200 bytes).
@@ -33,6 +34,8 @@ pub enum Content {
     Remote,
     /// An error frame.
     Error(ErrorFrame),
+    /// What the black box noted beside frames.
+    Note(Note),
 }
 
 /// Why a line of a recording, in this format or [another](super::formats), cannot be read.
@@ -89,6 +92,15 @@ pub fn parse_line(line: &[u8]) -> Result<Line<'_>, BadLine> {
     let interface = words.next().ok_or(BadLine::NoInterface)?;
     let (id, rest) = words.next().and_then(|word| word.split_once('#')).ok_or(BadLine::NoFrame)?;
     Ok(Line { stamp, interface, content: content(id, rest)? })
+}
+
+/// Reads a comment, `# (1436509052.249713) can0 link down`; `None` for one that is no [`Note`].
+pub fn parse_note(line: &[u8]) -> Option<Line<'_>> {
+    let text = std::str::from_utf8(line.strip_prefix(b"#")?).ok()?;
+    let mut words = text.split_ascii_whitespace();
+    let stamp = words.next().and_then(time)?;
+    let interface = words.next()?;
+    Some(Line { stamp, interface, content: Content::Note(Note::parse(words)?) })
 }
 
 /// `(seconds.fraction)` with one to nine decimals.
@@ -181,7 +193,7 @@ mod tests {
     fn frame(line: &str) -> Frame {
         match parse_line(line.as_bytes()).unwrap().content {
             Content::Data(frame) => frame,
-            other @ (Content::Remote | Content::Error(_)) => panic!("{other:?}"),
+            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
         }
     }
 

@@ -16,7 +16,7 @@
 //! has it but is none counts as bad.
 
 use super::calendar::{days, month, nanos, time_of_day};
-use super::words::{BUS_ERROR, data_frame, decimal, id, number, text};
+use super::words::{bus_error, data_frame, decimal, id, number, text};
 use super::{Entry, Interface, Lines};
 use crate::core::frame::CanId;
 use crate::core::time::WallStamp;
@@ -124,7 +124,7 @@ pub fn parse_line(line: &[u8], radix: u32) -> Result<Event, BadLine> {
 fn classic<'a>(words: &mut impl Iterator<Item = &'a str>, radix: u32) -> Result<Option<Content>, BadLine> {
     let name = words.next().ok_or(BadLine::NoFrame)?;
     if name.eq_ignore_ascii_case("ErrorFrame") {
-        return Ok(Some(Content::Error(BUS_ERROR)));
+        return Ok(Some(bus_error()));
     }
     let id = identifier(name, radix);
     match words.next() {
@@ -161,7 +161,7 @@ fn fd<'a>(words: &mut impl Iterator<Item = &'a str>, radix: u32) -> Result<Optio
     }
     let name = words.next().ok_or(BadLine::NoFrame)?;
     if name.eq_ignore_ascii_case("ErrorFrame") {
-        return Ok(Some(Content::Error(BUS_ERROR)));
+        return Ok(Some(bus_error()));
     }
     let id = identifier(name, radix)?;
     // The bit rate switch, behind a symbolic name if there is one; then the error state and the DLC.
@@ -179,7 +179,7 @@ fn fd<'a>(words: &mut impl Iterator<Item = &'a str>, radix: u32) -> Result<Optio
         Content::Data(frame) if flags & FD_FRAME == 0 => {
             super::words::frame(id, false, frame.data()).map(Some)
         }
-        Content::Data(_) | Content::Remote | Content::Error(_) => Ok(Some(content)),
+        Content::Data(_) | Content::Remote | Content::Error(_) | Content::Note(_) => Ok(Some(content)),
     }
 }
 
@@ -202,7 +202,9 @@ mod tests {
                 entry.map(|Entry { stamp, interface, content }| {
                     let content = match content {
                         Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_)) => format!("{other:?}"),
+                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
+                            format!("{other:?}")
+                        }
                     };
                     format!("{} {interface} {content}", stamp.as_nanos() / 1000)
                 })
@@ -241,10 +243,10 @@ mod tests {
         let expected = [
             (10_000, "can1 1A0#0102FF"),
             (11_000, "can2 Remote"),
-            (12_000, "can1 Error(136)"),
+            (12_000, "can1 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })"),
             (13_000, "can1 1A1##00102030405060708090A0B0C"),
             (14_000, "can1 1A1#0708"),
-            (15_000, "can2 Error(136)"),
+            (15_000, "can2 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })"),
             (16_000, "can1 1A0#0102030405060708"),
             (20_000, "can1 Remote"),
             (21_000, "can1 1A0#"),

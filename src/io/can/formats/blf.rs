@@ -14,7 +14,7 @@ use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read};
 use flate2::read::ZlibDecoder;
 
 use super::calendar::{DAY, days, nanos};
-use super::words::{BUS_ERROR, fd_length, frame, id};
+use super::words::{bus_error, fd_length, frame, id};
 use super::{Entry, Interface};
 use crate::core::frame::MAX_DATA;
 use crate::core::time::WallStamp;
@@ -116,8 +116,8 @@ pub fn parse_object(object: &[u8], start: i64) -> Outcome {
         1 | 86 => message(body),
         100 => fd_message(body),
         101 => fd_message_64(body),
-        104 => body.first().map(|channel| (u32::from(*channel), Ok(Content::Error(BUS_ERROR)))),
-        _ => body.get(..2).map(|body| (channel(body), Ok(Content::Error(BUS_ERROR)))),
+        104 => body.first().map(|channel| (u32::from(*channel), Ok(bus_error()))),
+        _ => body.get(..2).map(|body| (channel(body), Ok(bus_error()))),
     }
     .ok_or(BadLine::BadLength)?;
     let stamp = WallStamp::from_nanos(start.saturating_add(nanos));
@@ -374,7 +374,9 @@ mod tests {
                 entry.map(|Entry { stamp, interface, content }| {
                     let content = match content {
                         Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_)) => format!("{other:?}"),
+                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
+                            format!("{other:?}")
+                        }
                     };
                     format!("{} {interface} {content}", stamp.as_nanos() / 1000 - START_MICROS)
                 })
@@ -408,7 +410,7 @@ mod tests {
             "1000 can1 1A0#010203",
             "2000 can1 18FEF100#0102030405060708",
             "3000 can1 Remote",
-            "4000 can2 Error(136)",
+            "4000 can2 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })",
             "5000 can2 18FEF100##0070707070707070707070707",
             "6000 can3 1A0##0090909090909090909090000",
         ];

@@ -166,7 +166,9 @@ mod tests {
                 entry.map(|Entry { stamp, interface, content }| {
                     let content = match content {
                         Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_)) => format!("{other:?}"),
+                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
+                            format!("{other:?}")
+                        }
                     };
                     format!("{} {interface} {content}", stamp.as_nanos() / 1000)
                 })

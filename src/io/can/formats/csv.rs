@@ -142,7 +142,7 @@ mod tests {
             .map(|entry| {
                 entry.map(|Entry { stamp, interface, content }| match content {
                     Content::Data(frame) => format!("{} {interface} {frame}", stamp.as_nanos() / 1000),
-                    other @ (Content::Remote | Content::Error(_)) => panic!("{other:?}"),
+                    other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
                 })
             })
             .collect()

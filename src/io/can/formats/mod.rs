@@ -96,7 +96,13 @@ struct Candump;
 
 impl Lines for Candump {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
-        let line = candump::parse_line(line)?;
+        let line = match line {
+            [b'#', ..] => match candump::parse_note(line) {
+                Some(note) => note,
+                None => return Ok(None),
+            },
+            _ => candump::parse_line(line)?,
+        };
         let interface = Interface::Named(line.interface);
         Ok(Some(Entry { stamp: line.stamp, interface, content: line.content }))
     }

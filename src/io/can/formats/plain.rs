@@ -69,7 +69,7 @@ mod tests {
     fn read(line: &str) -> Result<String, BadLine> {
         parse_line(line.as_bytes()).map(|Entry { stamp, content, .. }| match content {
             Content::Data(frame) => format!("{} {frame}", stamp.as_nanos() / 1000),
-            other @ (Content::Remote | Content::Error(_)) => panic!("{other:?}"),
+            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
         })
     }
 

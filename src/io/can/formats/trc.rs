@@ -11,7 +11,7 @@
 //! of status and of error counters, warnings and events are no frames and are passed over.
 
 use super::calendar::DAY;
-use super::words::{BUS_ERROR, data_frame, decimal, fd_length, id, nothing_more, number, text};
+use super::words::{bus_error, data_frame, decimal, fd_length, id, nothing_more, number, text};
 use super::{Entry, Interface, Lines};
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
@@ -133,7 +133,7 @@ pub fn parse_line(line: &[u8], columns: Columns) -> Result<Line, BadLine> {
         "DT" | "Rx" | "Tx" | "FD" | "FB" | "FE" | "BI" | "RR" => {
             Some(frame(identifier, fd, kind == "RR", length, &mut words)?)
         }
-        "ER" | "Error" => Some(Content::Error(BUS_ERROR)),
+        "ER" | "Error" => Some(bus_error()),
         "ST" | "EC" | "EV" | "Warng" => None,
         _ => return Err(BadLine::NoFrame),
     };
@@ -178,7 +178,9 @@ mod tests {
                 entry.map(|Entry { stamp, interface, content }| {
                     let content = match content {
                         Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_)) => format!("{other:?}"),
+                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
+                            format!("{other:?}")
+                        }
                     };
                     format!("{} {interface} {content}", stamp.as_nanos() / 1000)
                 })
@@ -209,7 +211,7 @@ mod tests {
             (1_250, "can1 1A0#0102FF"),
             (2_000, "can2 18FEF100##00102030405060708090A0B0C"),
             (3_000, "can1 Remote"),
-            (4_000, "can1 Error(136)"),
+            (4_000, "can1 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })"),
             (6_000, "can1 1A0#"),
         ];
         let expected: Vec<_> =
@@ -233,7 +235,14 @@ mod tests {
             "3) 1.4 Warng FFFFFFFF 4 00 00 00 08 BUSHEAVY",
             "4) 1.5 Error 0001 4 00 00 00 00",
         ]);
-        assert_eq!(lines, ["1200 can0 1A0#0102", "1300 can0 Remote", "1500 can0 Error(136)"]);
+        assert_eq!(
+            lines,
+            [
+                "1200 can0 1A0#0102",
+                "1300 can0 Remote",
+                "1500 can0 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })"
+            ]
+        );
         assert_eq!(good(&[";$FILEVERSION=1.2", "1) 1.2 2 Rx 01A0 1 01"]), ["1200 can2 1A0#01"]);
         assert_eq!(good(&[";$FILEVERSION=1.3", "1) 1.2 2 Rx 01A0 - 1 01"]), ["1200 can2 1A0#01"]);
     }

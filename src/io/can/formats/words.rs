@@ -1,10 +1,13 @@
 //! What the text formats have in common: numbers, identifiers and payloads written as words.
 
+use crate::core::error_frame::{ErrorFrame, class};
 use crate::core::frame::{CanId, Frame, MAX_DATA};
 use crate::io::can::candump::{BadLine, Content};
 
-/// A controller saw the bus break a rule: what a plain "error frame" says, in `CAN_ERR_*` bits.
-pub(super) const BUS_ERROR: u32 = 0x88;
+/// A controller saw the bus break a rule: all that a plain "error frame" says.
+pub(super) fn bus_error() -> Content {
+    Content::Error(ErrorFrame::new(class::PROTOCOL | class::BUS_ERROR, &[]))
+}
 
 /// The line as text.
 pub(super) fn text(line: &[u8]) -> Result<&str, BadLine> {
