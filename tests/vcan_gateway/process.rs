@@ -34,6 +34,12 @@ impl Folder {
         self.0.path()
     }
 
+    #[allow(dead_code)] // not every test adds something
+    pub(crate) fn append(&self, name: &str, text: &str) {
+        let before = std::fs::read_to_string(self.path().join(name)).unwrap();
+        self.write(name, &(before + text));
+    }
+
     pub(crate) fn write(&self, name: &str, text: &str) {
         std::fs::write(self.path().join(name), text).unwrap();
     }
