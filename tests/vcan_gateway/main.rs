@@ -74,7 +74,7 @@ impl Bench {
 
 const PATIENT: &str = "
 [message.BCM_TurnIndicators]
-timeout_ms = 20000
+timeout_ms = 60000
 [message.BCM_Hazard]
-timeout_ms = 20000
+timeout_ms = 60000
 ";

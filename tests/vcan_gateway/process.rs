@@ -48,7 +48,8 @@ impl Folder {
 /// `[ros]` on this machine only, in a domain no other test of this run uses, with ports below the
 /// ephemeral range.
 pub(crate) fn ros() -> String {
-    format!("[ros]\ndomain_id = {}\nonly_networks = [\"127.0.0.1\"]\n", domain())
+    let enabled = cfg!(feature = "ros");
+    format!("[ros]\nenabled = {enabled}\ndomain_id = {}\nonly_networks = [\"127.0.0.1\"]\n", domain())
 }
 
 fn domain() -> u32 {

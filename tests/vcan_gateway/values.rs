@@ -242,9 +242,9 @@ dbc = "body.dbc"
 [bus.chassis]
 dbc = "chassis.dbc"
 [message.Lights]
-timeout_ms = 20000
+timeout_ms = 60000
 [message.Warning]
-timeout_ms = 20000
+timeout_ms = 60000
 [turn]
 signal = "Lights.Direction"
 off = [0]
