@@ -162,7 +162,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         tokio::select! {
             () = edges.stop.requested() => break Ok(()),
             () = edges.watchdog.is_hungry() => edges.supervisor.feed_watchdog(),
-            batch = inputs.recv() => {
+            batch = inputs.recv(), if buses > 0 => {
                 let Some(batch) = batch else { break Err(DaemonError::ReceiversEnded) };
                 now = clock.now();
                 // Deadlines that passed while frames were on their way come first, as in a replay.
