@@ -87,6 +87,16 @@ fn an_empty_recording_that_is_to_be_repeated_is_one_that_has_ended() {
 }
 
 #[test]
+fn a_vehicle_without_turn_and_hazard_lights_needs_no_bus() {
+    let folder = Folder::with_demo_vehicle("can0", "");
+    folder.write("bare.toml", "name = \"Bare\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n");
+    folder.write("gateway.toml", "profile = \"bare.toml\"\n[ros]\nenabled = false\n");
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("hazard_lights: publishing");
+    gateway.stop("TERM");
+}
+
+#[test]
 fn a_missing_interface_is_named_once_for_each_topic_and_waited_for() {
     let folder = Folder::with_demo_vehicle("no-such-can", &process::ros());
     let mut gateway = Process::run(&folder);

@@ -161,7 +161,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         tokio::select! {
             () = edges.stop.requested() => break Ok(()),
             () = edges.watchdog.is_hungry() => edges.supervisor.feed_watchdog(),
-            batch = inputs.recv() => match batch {
+            batch = inputs.recv(), if buses > 0 => match batch {
                 Some(batch) => live.take(batch, clock.now()),
                 None => break Err(DaemonError::ReceiversEnded),
             },

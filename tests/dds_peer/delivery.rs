@@ -150,6 +150,33 @@ fn a_late_joiner_gets_the_current_report_nothing_after_a_withdrawal_and_the_next
 }
 
 #[test]
+fn a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before() {
+    let Some(python) = python("a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before")
+    else {
+        return;
+    };
+    let domain = domain();
+    let mut gateway = Gateway::start(None, domain, "transient_local");
+    // First nobody has read the earlier reports, then somebody who is gone.
+    for round in 0..2 {
+        for sec in 1..=5 {
+            gateway.tell(&format!("turn left {sec}"));
+            thread::sleep(Duration::from_millis(20)); // or they overtake each other
+        }
+        gateway.tell(&format!("turn right {round}"));
+        let late = reader(&python, domain, "turn", TURN, "transient_local");
+        late.wait_for("the current report first", |line| {
+            assert!(line["event"] != "sample" || is_report(3, round)(line), "{line}");
+            is_report(3, round)(line)
+        });
+        gateway.tell("turn off 9");
+        late.wait_for("what comes later", is_report(1, 9));
+        drop(late);
+        gateway.wait_until("the reader's leave", |status| status["readers"][0] == 0);
+    }
+}
+
+#[test]
 fn a_report_right_after_a_withdrawal_reaches_every_matched_reader() {
     let Some(python) = python("a_report_right_after_a_withdrawal_reaches_every_matched_reader") else {
         return;

@@ -1,9 +1,10 @@
 """An independent reader (Cyclone DDS) of the gateway's topics, for the tests.
 
-Usage: reader.py DOMAIN KIND TOPIC DURABILITY
+Usage: reader.py DOMAIN KIND TOPIC DURABILITY [KIND TOPIC DURABILITY]...
 KIND is turn, hazard, diagnostics, or gid16 / gid24 (the ROS graph with identifiers of that
 length); DURABILITY is transient_local or volatile. Prints a line of JSON for each event: `ready`,
-`matched` and `unmatched` (with the writer's QoS), `sample`. Ends when standard input does.
+and with the kind `matched` and `unmatched` (with the writer's QoS), `sample`. Ends when standard
+input does.
 """
 
 import json
@@ -98,25 +99,29 @@ def offered(endpoint):
     return {"writer": endpoint.key.bytes.hex(), "qos": " ".join(kinds)}
 
 
-def watch(reader, ended):
-    matched = {}
+def watch(readers, ended):
+    matched = {kind: {} for kind in readers}
     while not ended.is_set():
-        handles = set(reader.get_matched_publications())
-        for handle in handles - matched.keys():
-            endpoint = reader.get_matched_publication_data(handle)
-            if endpoint is not None:
-                matched[handle] = offered(endpoint)
-                say("matched", **matched[handle])
-        for handle in matched.keys() - handles:
-            say("unmatched", **matched.pop(handle))
-        for sample in reader.take(N=100):
-            if sample.sample_info.valid_data:
-                say("sample", data=asdict(sample))
+        for kind, reader in readers.items():
+            look(kind, reader, matched[kind])
         time.sleep(0.005)
 
 
-def main():
-    domain, kind, topic_name, durability = sys.argv[1:]
+def look(kind, reader, matched):
+    handles = set(reader.get_matched_publications())
+    for handle in handles - matched.keys():
+        endpoint = reader.get_matched_publication_data(handle)
+        if endpoint is not None:
+            matched[handle] = offered(endpoint)
+            say("matched", kind=kind, **matched[handle])
+    for handle in matched.keys() - handles:
+        say("unmatched", kind=kind, **matched.pop(handle))
+    for sample in reader.take(N=100):
+        if sample.sample_info.valid_data:
+            say("sample", kind=kind, data=asdict(sample))
+
+
+def open_reader(participant, kind, topic_name, durability):
     types = {"turn": Turn, "hazard": Hazard, "diagnostics": DiagnosticArray}
     message = graph_type(int(kind[3:])) if kind.startswith("gid") else types[kind]
     qos = Qos(
@@ -126,11 +131,17 @@ def main():
         else Policy.Durability.Volatile,
         Policy.History.KeepLast(10),
     )
+    return DataReader(participant, Topic(participant, topic_name, message, qos=qos), qos=qos)
+
+
+def main():
+    domain, *wanted = sys.argv[1:]
     participant = DomainParticipant(int(domain))
-    reader = DataReader(participant, Topic(participant, topic_name, message, qos=qos), qos=qos)
+    triples = zip(*[iter(wanted)] * 3)
+    readers = {triple[0]: open_reader(participant, *triple) for triple in triples}
     say("ready")
     ended = threading.Event()
-    watcher = threading.Thread(target=watch, args=[reader, ended])
+    watcher = threading.Thread(target=watch, args=[readers, ended])
     watcher.start()
     sys.stdin.read()
     ended.set()

@@ -34,6 +34,12 @@ impl Folder {
         self.0.path()
     }
 
+    #[allow(dead_code)] // not every test adds something
+    pub(crate) fn append(&self, name: &str, text: &str) {
+        let before = std::fs::read_to_string(self.path().join(name)).unwrap();
+        self.write(name, &(before + text));
+    }
+
     pub(crate) fn write(&self, name: &str, text: &str) {
         std::fs::write(self.path().join(name), text).unwrap();
     }
@@ -42,7 +48,8 @@ impl Folder {
 /// `[ros]` on this machine only, in a domain no other test of this run uses, with ports below the
 /// ephemeral range.
 pub(crate) fn ros() -> String {
-    format!("[ros]\ndomain_id = {}\nonly_networks = [\"127.0.0.1\"]\n", domain())
+    let enabled = cfg!(feature = "ros");
+    format!("[ros]\nenabled = {enabled}\ndomain_id = {}\nonly_networks = [\"127.0.0.1\"]\n", domain())
 }
 
 fn domain() -> u32 {

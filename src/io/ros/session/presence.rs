@@ -87,7 +87,7 @@ impl Presence {
     /// Publishes or withdraws the turn-indicators report.
     pub(super) fn turn(&mut self, wish: Wish<TurnIndicatorsReport>) -> Result<(), String> {
         match wish {
-            Wish::Publish(report) => self.turn.publish(report),
+            Wish::Publish(report) => self.turn.publish(report, self.readers()[0] > 0),
             Wish::Withdraw => self.turn.withdraw().inspect(|()| self.announce()),
         }
     }
@@ -95,7 +95,7 @@ impl Presence {
     /// Publishes or withdraws the hazard-lights report.
     pub(super) fn hazard(&mut self, wish: Wish<HazardLightsReport>) -> Result<(), String> {
         match wish {
-            Wish::Publish(report) => self.hazard.publish(report),
+            Wish::Publish(report) => self.hazard.publish(report, self.readers()[1] > 0),
             Wish::Withdraw => self.hazard.withdraw().inspect(|()| self.announce()),
         }
     }
@@ -105,9 +105,15 @@ impl Presence {
         self.diagnostics.write(array, Some(Timestamp::now())).map_err(|error| error.to_string())
     }
 
-    /// Repeats reports of young writers.
+    /// Says to new readers what is current, and forgets it when nobody is left.
     pub(super) fn settle(&mut self) -> Result<(), String> {
-        self.turn.settle().and(self.hazard.settle())
+        let [turn, hazard, _] = self.readers();
+        let turn = self.turn.settle(turn > 0)?;
+        let hazard = self.hazard.settle(hazard > 0)?;
+        if turn || hazard {
+            self.announce();
+        }
+        Ok(())
     }
 
     /// Whether every reader has acknowledged everything; waits some milliseconds for it.

@@ -4,6 +4,11 @@
 //! sends it only what comes after that, and a volatile reader need not take what came before. So
 //! that a report is not lost on readers which knew the writer's predecessor, it is repeated (same
 //! stamp) a few times in the writer's first seconds.
+//!
+//! RustDDS tidies a transient-local writer's history every 6 s, up to what all readers have
+//! acknowledged; without readers it keeps thousands of samples, whatever the depth. A late joiner
+//! would be handed minutes of old reports before the current one. So while nobody reads, nothing is
+//! written and the history is empty; the current report is written when somebody comes.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +19,7 @@ use serde::Serialize;
 
 use super::Durability;
 
-/// Ages of a writer at which it repeats the current report.
+/// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =
     [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1), Duration::from_secs(3)];
 /// How long a withdrawal waits for readers to acknowledge what was sent before.
@@ -26,9 +31,12 @@ pub(super) struct ReportTopic<M: Serialize> {
     topic: Topic,
     durability: Durability,
     writer: DataWriterCdr<M>,
+    /// When the writer said something for the first time.
     born: Instant,
     repeats: usize,
     current: Option<M>,
+    /// The writer has said something.
+    used: bool,
 }
 
 impl<M: Serialize + Copy> ReportTopic<M> {
@@ -36,7 +44,16 @@ impl<M: Serialize + Copy> ReportTopic<M> {
     pub(super) fn new(publisher: &Publisher, topic: Topic, durability: Durability) -> CreateResult<Self> {
         let writer = publisher.create_datawriter_no_key_cdr(&topic, None)?;
         let publisher = publisher.clone();
-        Ok(Self { publisher, topic, durability, writer, born: Instant::now(), repeats: 0, current: None })
+        Ok(Self {
+            publisher,
+            topic,
+            durability,
+            writer,
+            born: Instant::now(),
+            repeats: 0,
+            current: None,
+            used: false,
+        })
     }
 
     /// The writer's identity; changes when a report is withdrawn.
@@ -44,10 +61,10 @@ impl<M: Serialize + Copy> ReportTopic<M> {
         self.writer.guid()
     }
 
-    /// Publishes. The error is the text of RustDDS.
-    pub(super) fn publish(&mut self, report: M) -> Result<(), String> {
+    /// Publishes, if anybody reads; else the first reader gets it. The error is the text of RustDDS.
+    pub(super) fn publish(&mut self, report: M, read: bool) -> Result<(), String> {
         self.current = Some(report);
-        self.write(report)
+        if read || self.durability == Durability::Volatile { self.write(report) } else { Ok(()) }
     }
 
     /// Says nothing from now on, not even to readers that come later.
@@ -57,10 +74,14 @@ impl<M: Serialize + Copy> ReportTopic<M> {
         }
         // Readers that do not answer are not waited for any longer: they are gone.
         let _ = self.writer.wait_for_acknowledgments(ACKNOWLEDGE);
+        self.begin_anew()
+    }
+
+    /// A new writer, which has no history.
+    fn begin_anew(&mut self) -> Result<(), String> {
         let fresh = self.publisher.create_datawriter_no_key_cdr(&self.topic, None);
         self.writer = fresh.map_err(|error| error.to_string())?;
-        self.born = Instant::now();
-        self.repeats = 0;
+        self.used = false;
         Ok(())
     }
 
@@ -69,18 +90,28 @@ impl<M: Serialize + Copy> ReportTopic<M> {
         is_acknowledged(&self.writer)
     }
 
-    /// Repeats the current report when its time has come.
-    pub(super) fn settle(&mut self) -> Result<(), String> {
+    /// Says the current report to the first who reads it, and repeats it when its time has come; forgets
+    /// what was said to those who are gone. True when that made a new writer.
+    pub(super) fn settle(&mut self, read: bool) -> Result<bool, String> {
+        if !read && self.durability == Durability::TransientLocal {
+            let forgets = self.used;
+            return if forgets { self.begin_anew().map(|()| true) } else { Ok(false) };
+        }
         let age = self.born.elapsed();
         let due = REPEATS.iter().filter(|repeat| **repeat <= age).count();
-        if due <= self.repeats {
-            return Ok(());
+        if due > self.repeats || !self.used {
+            self.repeats = due;
+            self.current.map_or(Ok(()), |report| self.write(report))?;
         }
-        self.repeats = due;
-        self.current.map_or(Ok(()), |report| self.write(report))
+        Ok(false)
     }
 
-    fn write(&self, report: M) -> Result<(), String> {
+    fn write(&mut self, report: M) -> Result<(), String> {
+        if !self.used {
+            self.used = true;
+            self.born = Instant::now();
+            self.repeats = 0;
+        }
         self.writer.write(report, Some(Timestamp::now())).map_err(|error| error.to_string())
     }
 }
