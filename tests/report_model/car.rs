@@ -138,18 +138,15 @@ fn gateway_toml(car: &Car) -> String {
 }
 
 fn profile_toml(car: &Car) -> String {
-    let mut text = "name = \"random\"\n".to_owned();
-    for bus in ["front", "rear"] {
-        text +=
-            &format!("[bus.{bus}]\ndbc = \"{bus}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n");
-    }
+    let bus = |name: &str| {
+        format!("[bus.{name}]\ndbc = \"{name}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n")
+    };
     let switch = |message: &str| {
         format!(
             "{{ signal = \"front:{message}.ON\", off = [0], on = [1], fault = [2], not_available = [3] }}"
         )
     };
-    text += "[turn]\n";
-    text += &match car.turn {
+    let turn = match car.turn {
         Turn::Enumerated => "signal = \"front:TURN.CODE\"\noff = [0]\nleft = [1]\nright = [4]\nboth = [5]\n\
                              fault = [2]\nnot_available = [3]\n"
             .to_owned(),
@@ -160,6 +157,7 @@ fn profile_toml(car: &Car) -> String {
         }
         Turn::NotFitted => "fitted = false\n".to_owned(),
     };
+    let mut text = format!("name = \"random\"\n{}{}[turn]\n{turn}", bus("front"), bus("rear"));
     text += if car.keep { "while_hazard = \"keep\"\n" } else { "" };
     text += &faults("turn", car.turn_fault);
     text += "[hazard]\n";

@@ -119,10 +119,10 @@ impl Trial {
         while let Some(output) = self.gateway.poll_output() {
             match output {
                 Output::TurnIndicators { report, stamp } => {
-                    published[0].push((report.name(), stamp.as_nanos()))
+                    published[0].push((report.name(), stamp.as_nanos()));
                 }
                 Output::HazardLights { report, stamp } => {
-                    published[1].push((report.name(), stamp.as_nanos()))
+                    published[1].push((report.name(), stamp.as_nanos()));
                 }
                 Output::WithdrawTurnIndicators => withdrawn[0] += 1,
                 Output::WithdrawHazardLights => withdrawn[1] += 1,

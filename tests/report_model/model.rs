@@ -132,22 +132,6 @@ impl Sight<'_> {
         ids
     }
 
-    /// Raw values 2 and 3 mean fault and not available everywhere; `meaning` knows the rest.
-    fn read<T>(&self, seen: Option<Seen>, name: &str, meaning: impl Fn(u8) -> Option<T>) -> Judged<T> {
-        let Some(Seen { raw, at_ns, stamp }) = seen else {
-            return Err((Trouble::Unknown, vec![]));
-        };
-        let named = |trouble| Err((trouble, vec![format!("{name} = {raw}")]));
-        match raw {
-            2 => named(Trouble::HardwareFault),
-            3 => named(Trouble::Unknown),
-            _ => match meaning(raw) {
-                Some(value) => Ok((value, at_ns, stamp)),
-                None => named(Trouble::Invalid),
-            },
-        }
-    }
-
     fn sides(&self, wall: i64) -> Judged<Sides> {
         let see = |id| self.trusted(FRONT, id, self.car.turn_event, TURN_TIMEOUT_NS);
         let switch = |raw| match raw {
@@ -158,7 +142,7 @@ impl Sight<'_> {
         let both_is_hazard = match self.car.turn {
             Turn::NotFitted => return Ok((Sides::None, self.now, wall)),
             Turn::Enumerated => {
-                return self.read(see(TURN), "TURN.CODE", |raw| match raw {
+                return read(see(TURN), "TURN.CODE", |raw| match raw {
                     0 => Some(Sides::None),
                     1 => Some(Sides::Left),
                     4 => Some(Sides::Right),
@@ -168,8 +152,8 @@ impl Sight<'_> {
             }
             Turn::Pair { both_is_hazard } => both_is_hazard,
         };
-        let left = self.read(see(LEFT), "LEFT.ON", switch);
-        let right = self.read(see(RIGHT), "RIGHT.ON", switch);
+        let left = read(see(LEFT), "LEFT.ON", switch);
+        let right = read(see(RIGHT), "RIGHT.ON", switch);
         match (left, right) {
             (Ok((left, left_at, left_stamp)), Ok((right, right_at, right_stamp))) => {
                 let sides = match (left, right) {
@@ -199,12 +183,28 @@ impl Sight<'_> {
             Hazard::BothSides => sides.clone().map(|(sides, at, stamp)| (sides == Sides::Both, at, stamp)),
             Hazard::Signal | Hazard::Reason => {
                 let seen = self.trusted(REAR, HAZARD, self.car.hazard_event, HAZARD_TIMEOUT_NS);
-                self.read(seen, "HAZARD.CODE", |raw| match raw {
+                read(seen, "HAZARD.CODE", |raw| match raw {
                     0 => Some(false),
                     1 | 5 | 6 => Some(true),
                     _ => None,
                 })
             }
         }
+    }
+}
+
+/// Raw values 2 and 3 mean fault and not available everywhere; `meaning` knows the rest.
+fn read<T>(seen: Option<Seen>, name: &str, meaning: impl Fn(u8) -> Option<T>) -> Judged<T> {
+    let Some(Seen { raw, at_ns, stamp }) = seen else {
+        return Err((Trouble::Unknown, vec![]));
+    };
+    let named = |trouble| Err((trouble, vec![format!("{name} = {raw}")]));
+    match raw {
+        2 => named(Trouble::HardwareFault),
+        3 => named(Trouble::Unknown),
+        _ => match meaning(raw) {
+            Some(value) => Ok((value, at_ns, stamp)),
+            None => named(Trouble::Invalid),
+        },
     }
 }
