@@ -134,7 +134,8 @@ struct DemoArgs {
 
 #[derive(Debug, Args)]
 struct RecordingArgs {
-    /// candump -L log, plain or gzip, - for standard input; default: the configured recording
+    /// Recording, plain or gzip, - for standard input: candump -L, Vector ASC or BLF, PCAN TRC, SavvyCAN or GVRET
+    /// CSV, BUSMASTER; default: the configured recording
     log: Option<PathBuf>,
     #[command(flatten)]
     config: ConfigArgs,

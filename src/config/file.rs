@@ -63,7 +63,7 @@ pub struct CanFile {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordingFile {
-    /// candump log, plain or gzip, relative to this file.
+    /// Recording in any known format, plain or gzip, relative to this file.
     pub file: Spanned<String>,
     /// Factor on the original timing.
     pub speed: Option<Spanned<f64>>,

@@ -68,7 +68,7 @@ pub struct LoadedDbc {
 /// Which recording to play, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// candump log, plain or gzip.
+    /// Recording in any known format, plain or gzip.
     pub file: PathBuf,
     /// Factor on the original timing.
     pub speed: f64,
