@@ -132,7 +132,10 @@ impl Desk {
                     }
                 }
                 Output::TurnIndicators { .. } => self.reports += 1,
-                _ => {}
+                Output::HazardLights { .. }
+                | Output::WithdrawTurnIndicators
+                | Output::WithdrawHazardLights
+                | Output::Diagnostics { .. } => {}
             }
         }
     }
@@ -184,7 +187,8 @@ from = "unbound"
 
 /// Skips visibly: eprintln! would be captured.
 fn skipped(test: &str, what: &str) {
-    writeln!(std::io::stderr(), "skipped: {test}: no {what} (run it under tests/with-vcan)").unwrap();
+    let text = format!("skipped: {test}: no {what} (run it under tests/with-vcan)\n");
+    std::io::stderr().write_all(text.as_bytes()).unwrap();
 }
 
 fn has_vcan() -> bool {

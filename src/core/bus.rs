@@ -345,10 +345,12 @@ mod tests {
         assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "what came before is from before the sleep");
     }
 
+    type Death<'a> = (&'a str, &'a dyn Fn(&mut Bus));
+
     #[test]
     fn a_dead_bus_is_not_asleep() {
         let error_on_the_wire = ErrorFrame::new(0x88, &[]);
-        let deaths: [(&str, &dyn Fn(&mut Bus)); 6] = [
+        let deaths: [Death<'_>; 6] = [
             ("an error just before", &|bus| {
                 bus.error_frame(error_on_the_wire, at(15));
                 bus.frame_arrived(at(20));
