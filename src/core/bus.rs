@@ -60,13 +60,20 @@ pub struct BusCounts {
     pub error_classes: BTreeMap<u32, u64>,
 }
 
-/// What is worth saying of a bus.
+/// What is worth saying of a bus: a change of it is news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BusFinding {
-    /// What comes over it.
-    pub reception: Reception,
-    /// State of its controller, `None` when nothing was told of one.
-    pub controller: Option<ControllerState>,
+pub enum BusFinding {
+    /// The controller has left the bus, so nothing can come over it.
+    BusOff {
+        /// Milliseconds to an automatic restart; 0: none. `None`: not told.
+        restart_ms: Option<u32>,
+    },
+    /// The controller does not work, so nothing can come either.
+    Stopped,
+    /// The controller reports many errors.
+    Disturbed(ControllerState, Reception),
+    /// Nothing is wrong with the controller, or there is none, or no link to it.
+    Sound(Reception),
 }
 
 /// What comes over a bus, worst first.
@@ -150,7 +157,7 @@ impl Bus {
         self.last_trouble = Some(now);
     }
 
-    /// An error frame came.
+    /// An error frame came. Without a link it was queued before, and says nothing of the controller.
     pub fn error_frame(&mut self, error: ErrorFrame, now: MonoTime) {
         self.counts.error_frames += 1;
         for bit in error_frame::bits(error.class()) {
@@ -159,8 +166,10 @@ impl Bus {
         if !error.is_state_alone() {
             self.last_trouble = Some(now);
         }
-        self.last_unrest = Some(now);
-        self.controller.error_frame(error, now);
+        if self.link == LinkState::Up {
+            self.last_unrest = Some(now);
+            self.controller.error_frame(error, now);
+        }
     }
 
     /// The kernel told the controller's state. While the link is not up it says nothing.
@@ -207,7 +216,15 @@ impl Bus {
 
     /// What is worth saying now.
     pub fn finding(&self, now: MonoTime) -> BusFinding {
-        BusFinding { reception: self.reception(now), controller: self.controller.shown(now) }
+        let reception = self.reception(now);
+        match self.controller.shown(now) {
+            Some(ControllerState::BusOff) => BusFinding::BusOff { restart_ms: self.controller.restart_ms },
+            Some(ControllerState::Stopped) => BusFinding::Stopped,
+            Some(
+                state @ (ControllerState::Warning | ControllerState::Passive | ControllerState::Restarted),
+            ) => BusFinding::Disturbed(state, reception),
+            Some(ControllerState::ErrorActive) | None => BusFinding::Sound(reception),
+        }
     }
 
     fn reception(&self, now: MonoTime) -> Reception {
@@ -328,10 +345,12 @@ mod tests {
         assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "what came before is from before the sleep");
     }
 
+    type Death<'a> = (&'a str, &'a dyn Fn(&mut Bus));
+
     #[test]
     fn a_dead_bus_is_not_asleep() {
         let error_on_the_wire = ErrorFrame::new(0x88, &[]);
-        let deaths: [(&str, &dyn Fn(&mut Bus)); 6] = [
+        let deaths: [Death<'_>; 6] = [
             ("an error just before", &|bus| {
                 bus.error_frame(error_on_the_wire, at(15));
                 bus.frame_arrived(at(20));
@@ -374,10 +393,10 @@ mod tests {
     fn a_state_that_has_passed_is_no_loss() {
         let mut bus = sleepy();
         bus.error_frame(ErrorFrame::new(0x204, &[0, 0x20, 0, 0, 0, 0, 130, 0]), at(20));
-        let finding = |controller| BusFinding { reception: Reception::Receiving, controller };
-        assert_eq!(bus.finding(at(20)), finding(Some(ControllerState::Passive)));
+        let passive = BusFinding::Disturbed(ControllerState::Passive, Reception::Receiving);
+        assert_eq!(bus.finding(at(20)), passive);
         bus.error_frame(ErrorFrame::new(0x204, &[0, 0x40]), at(2_000));
         bus.frame_arrived(at(2_000));
-        assert_eq!(bus.finding(at(2_000)), finding(Some(ControllerState::ErrorActive)));
+        assert_eq!(bus.finding(at(2_000)), BusFinding::Sound(Reception::Receiving));
     }
 }

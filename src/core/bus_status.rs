@@ -1,6 +1,6 @@
 //! What diagnostics say of one bus.
 
-use super::bus::{Bus, Reception};
+use super::bus::{Bus, BusFinding, Reception};
 use super::diagnostics::{Level, Status};
 use super::error_frame::{ControllerState, class_name};
 use super::event::LinkState;
@@ -45,19 +45,17 @@ pub(super) fn link_text(interface: &str, state: LinkState) -> String {
     }
 }
 
-/// Level and message: the graver of controller and reception first, and no consequence beside its
-/// cause.
+/// Level and message: cause before consequence, and nothing that is a matter of course beside it.
 fn verdict(bus: &Bus, now: MonoTime) -> (Level, String) {
-    let finding = bus.finding(now);
-    let (level, reception) = reception_text(bus, finding.reception);
-    let linked = bus.link() == LinkState::Up;
-    let Some((worse, trouble)) = controller_text(bus, finding.controller).filter(|_| linked) else {
-        return (level, reception);
-    };
-    if worse == Level::Error || level == Level::Ok {
-        return (worse, trouble);
+    match bus.finding(now) {
+        BusFinding::BusOff { restart_ms } => (Level::Error, bus_off_text(bus, restart_ms)),
+        BusFinding::Stopped => (Level::Error, "the controller has stopped: receives nothing".to_owned()),
+        BusFinding::Sound(reception) => reception_text(bus, reception),
+        BusFinding::Disturbed(state, reception) => match reception_text(bus, reception) {
+            (Level::Ok, _) => (Level::Warn, disturbed_text(state).to_owned()),
+            (level, text) => (level.max(Level::Warn), format!("{}; {text}", disturbed_text(state))),
+        },
     }
-    (level.max(worse), format!("{trouble}; {reception}"))
 }
 
 fn reception_text(bus: &Bus, reception: Reception) -> (Level, String) {
@@ -74,28 +72,28 @@ fn reception_text(bus: &Bus, reception: Reception) -> (Level, String) {
     }
 }
 
-/// What is wrong with a controller, if anything.
-fn controller_text(bus: &Bus, state: Option<ControllerState>) -> Option<(Level, String)> {
-    Some(match state? {
-        ControllerState::ErrorActive => return None,
-        ControllerState::Warning => (Level::Warn, "error-warning: the bus is disturbed".to_owned()),
-        ControllerState::Passive => (Level::Warn, "error-passive: the bus is heavily disturbed".to_owned()),
-        ControllerState::BusOff => {
-            let interface = &bus.settings().interface;
-            let rest = match bus.controller().restart_ms {
-                Some(0) => {
-                    format!(
-                        "receives nothing, needs a manual restart: ip link set {interface} type can restart"
-                    )
-                }
-                Some(ms) => format!("receives nothing, restarts by itself after {ms} ms"),
-                None => "receives nothing until it is restarted".to_owned(),
-            };
-            (Level::Error, format!("bus-off: {rest}"))
+fn bus_off_text(bus: &Bus, restart_ms: Option<u32>) -> String {
+    let interface = &bus.settings().interface;
+    match restart_ms {
+        Some(0) => {
+            format!(
+                "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart"
+            )
         }
-        ControllerState::Restarted => (Level::Warn, "restarted after bus-off, no frame since".to_owned()),
-        ControllerState::Stopped => (Level::Error, "the controller has stopped".to_owned()),
-    })
+        Some(ms) => format!("bus-off: receives nothing, restarts by itself after {ms} ms"),
+        None => "bus-off: receives nothing until it is restarted".to_owned(),
+    }
+}
+
+fn disturbed_text(state: ControllerState) -> &'static str {
+    match state {
+        ControllerState::Warning => "error-warning: the bus is disturbed",
+        ControllerState::Passive => "error-passive: the bus is heavily disturbed",
+        ControllerState::Restarted => "restarted after bus-off",
+        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => {
+            state_name(state)
+        }
+    }
 }
 
 /// Nothing for a bus without a controller, such as a virtual one.

@@ -263,11 +263,10 @@ mod tests {
                     bits if bits & 0x40 != 0 => Some(ErrorActive),
                     _ => state,
                 },
-                Event::Error(..) => state,
                 Event::Told(report) => Some(report.state),
                 Event::Frame if state == Some(Restarted) => Some(ErrorActive),
                 Event::Frame if state == Some(BusOff) && !asked => Some(ErrorActive),
-                Event::Frame => state,
+                Event::Error(..) | Event::Frame => state,
                 Event::Lost => None,
             };
             asked = match event {

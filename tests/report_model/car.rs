@@ -22,6 +22,8 @@ pub(crate) struct Car {
     pub(crate) turn_fault: Option<bool>,
     pub(crate) hazard_fault: Option<bool>,
     pub(crate) rhythm: Rhythm,
+    /// Whether its buses may fall asleep.
+    pub(crate) may_sleep: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,13 +75,13 @@ pub(crate) fn any_car() -> impl Strategy<Value = Car> {
         1 => Just(Hazard::Unbound),
     ];
     let rhythm = prop_oneof![Just(Rhythm::Periodic(100_000_000)), Just(Rhythm::OnChange)];
-    let flags = any::<[bool; 3]>();
+    let flags = any::<[bool; 4]>();
     (turn, hazard, rhythm, flags, any::<[Option<bool>; 2]>()).prop_map(
-        |(turn, hazard, rhythm, [turn_event, hazard_event, keep], [turn_fault, hazard_fault])| {
+        |(turn, hazard, rhythm, [turn_event, hazard_event, keep, may_sleep], [turn_fault, hazard_fault])| {
             let shows_both = matches!(turn, Turn::Enumerated | Turn::Pair { both_is_hazard: true });
             let hazard = if hazard == Hazard::BothSides && !shows_both { Hazard::Signal } else { hazard };
             let keep = keep && hazard != Hazard::BothSides;
-            Car { turn, hazard, turn_event, hazard_event, keep, turn_fault, hazard_fault, rhythm }
+            Car { turn, hazard, turn_event, hazard_event, keep, turn_fault, hazard_fault, rhythm, may_sleep }
         },
     )
 }
@@ -138,8 +140,11 @@ fn gateway_toml(car: &Car) -> String {
 }
 
 fn profile_toml(car: &Car) -> String {
+    let sleep = if car.may_sleep { "may_sleep = true\n" } else { "" };
     let bus = |name: &str| {
-        format!("[bus.{name}]\ndbc = \"{name}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n")
+        format!(
+            "[bus.{name}]\ndbc = \"{name}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n{sleep}"
+        )
     };
     let switch = |message: &str| {
         format!(

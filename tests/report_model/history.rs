@@ -1,6 +1,8 @@
 //! What happened to a vehicle's buses, all of it.
 
 use proptest::prelude::*;
+use signal_gateway::core::controller::ControllerReport;
+use signal_gateway::core::error_frame::{ControllerState, ErrorFrame};
 use signal_gateway::core::event::{BusIndex, Input, LinkState};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::time::WallStamp;
@@ -12,6 +14,10 @@ pub(crate) enum Event {
     Frame { bus: u8, id: u16, raw: u8, short: bool },
     /// The link of a bus.
     Link { bus: u8, up: bool },
+    /// An error frame, which changes no report.
+    Error { bus: u8, class: u32, state: u8 },
+    /// What the kernel says of a controller, which changes no report either.
+    Told { bus: u8, report: ControllerReport },
 }
 
 /// The buses, and the identifiers of the messages on them; on the other bus each is another message.
@@ -41,7 +47,23 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
     let short = proptest::bool::weighted(0.04);
     let frame = (place, raw, short).prop_map(|((bus, id), raw, short)| Event::Frame { bus, id, raw, short });
     let link = (FRONT..=REAR, proptest::bool::weighted(0.7)).prop_map(|(bus, up)| Event::Link { bus, up });
-    prop_oneof![24 => frame, 1 => link]
+    let class = prop::sample::select(vec![0x4, 0x204, 0x40, 0x100, 0x88]);
+    let bits = prop::sample::select(vec![0x40, 0x08, 0x20, 0x01]);
+    let error =
+        (FRONT..=REAR, class, bits).prop_map(|(bus, class, state)| Event::Error { bus, class, state });
+    let state = prop::sample::select(vec![
+        ControllerState::ErrorActive,
+        ControllerState::Warning,
+        ControllerState::BusOff,
+        ControllerState::Stopped,
+    ]);
+    let told = (FRONT..=REAR, state, prop::sample::select(vec![None, Some(0), Some(100)])).prop_map(
+        |(bus, state, restart_ms)| Event::Told {
+            bus,
+            report: ControllerReport { state, counters: None, restart_ms },
+        },
+    );
+    prop_oneof![24 => frame, 1 => link, 2 => error, 1 => told]
 }
 
 impl Event {
@@ -57,6 +79,10 @@ impl Event {
                 let state = if up { LinkState::Up } else { LinkState::Down };
                 Input::Link { bus: BusIndex(bus), state }
             }
+            Self::Error { bus, class, state } => {
+                Input::ErrorFrame { bus: BusIndex(bus), error: ErrorFrame::new(class, &[0, state]) }
+            }
+            Self::Told { bus, report } => Input::Controller { bus: BusIndex(bus), report },
         }
     }
 }
@@ -93,7 +119,10 @@ impl History {
     /// Entries of a bus since its link was last lost; `None` while the link is down.
     fn connected(&self, bus: u8, until_ns: u64) -> Option<Vec<&Entry>> {
         let of_bus = |entry: &&Entry| match entry.event {
-            Event::Frame { bus: on, .. } | Event::Link { bus: on, .. } => on == bus,
+            Event::Frame { bus: on, .. }
+            | Event::Link { bus: on, .. }
+            | Event::Error { bus: on, .. }
+            | Event::Told { bus: on, .. } => on == bus,
         };
         let entries: Vec<_> =
             self.entries.iter().filter(of_bus).filter(|entry| entry.at_ns <= until_ns).collect();
@@ -116,7 +145,7 @@ impl History {
             Event::Frame { id: of, raw, short: false, .. } if of == id => {
                 Some(Seen { raw, at_ns: entry.at_ns, stamp: entry.stamp })
             }
-            Event::Frame { .. } | Event::Link { .. } => None,
+            Event::Frame { .. } | Event::Link { .. } | Event::Error { .. } | Event::Told { .. } => None,
         })
     }
 

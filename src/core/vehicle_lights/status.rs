@@ -278,7 +278,7 @@ fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why
             Timing::Event => format!("{} is stale", message.name),
         },
         Absence::BusSilent => format!("bus {interface} is silent"),
-        Absence::BusOff => format!("{interface} is bus-off"),
+        Absence::BusOff => format!("{} does not come, {interface} is bus-off", message.name),
         Absence::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
     }
 }

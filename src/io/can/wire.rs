@@ -178,6 +178,33 @@ mod tests {
     }
 
     #[test]
+    fn error_bits_are_those_of_the_kernel() {
+        use crate::core::error_frame::{class, controller};
+        for (ours, kernels) in [
+            (class::TX_TIMEOUT, libc::CAN_ERR_TX_TIMEOUT),
+            (class::LOST_ARBITRATION, libc::CAN_ERR_LOSTARB),
+            (class::CONTROLLER, libc::CAN_ERR_CRTL),
+            (class::PROTOCOL, libc::CAN_ERR_PROT),
+            (class::TRANSCEIVER, libc::CAN_ERR_TRX),
+            (class::NO_ACK, libc::CAN_ERR_ACK),
+            (class::BUS_OFF, libc::CAN_ERR_BUSOFF),
+            (class::BUS_ERROR, libc::CAN_ERR_BUSERROR),
+            (class::RESTARTED, libc::CAN_ERR_RESTARTED),
+            (class::COUNTERS, libc::CAN_ERR_CNT),
+        ] {
+            assert_eq!(ours, kernels);
+        }
+        for (ours, kernels) in [
+            (controller::OVERFLOW, libc::CAN_ERR_CRTL_RX_OVERFLOW | libc::CAN_ERR_CRTL_TX_OVERFLOW),
+            (controller::WARNING, libc::CAN_ERR_CRTL_RX_WARNING | libc::CAN_ERR_CRTL_TX_WARNING),
+            (controller::PASSIVE, libc::CAN_ERR_CRTL_RX_PASSIVE | libc::CAN_ERR_CRTL_TX_PASSIVE),
+            (controller::ACTIVE, libc::CAN_ERR_CRTL_ACTIVE),
+        ] {
+            assert_eq!(i32::from(ours), kernels);
+        }
+    }
+
+    #[test]
     fn stamp_and_loss_are_read_in_any_order_among_others() {
         let stamp = [2i64.to_ne_bytes(), 5i64.to_ne_bytes()].concat();
         let bytes = [
