@@ -236,3 +236,152 @@ impl CounterState {
         Sequence::WrongSequence { from, to }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::dbc::codec::{ByteOrder, Layout};
+    use crate::core::frame::CanId;
+    use proptest::prelude::*;
+
+    fn rule(first: u32, last: u32) -> CounterRule {
+        CounterRule::new(first, last).unwrap()
+    }
+
+    /// Contents that differ with every frame; the counter itself is given apart.
+    fn run(rule: &CounterRule, values: &[u32]) -> Vec<Sequence> {
+        let mut state = CounterState::default();
+        let frame = |at: usize| Frame::classic(CanId::Standard(1), &at.to_le_bytes()).unwrap();
+        values.iter().enumerate().map(|(at, value)| state.step(rule, *value, &frame(at))).collect()
+    }
+
+    #[test]
+    fn a_running_counter_wraps_at_its_last_value() {
+        use Sequence::{Initial, Ok, OutOfRange};
+        assert_eq!(run(&rule(0, 14), &[13, 14, 0, 15, 1]), [Initial, Ok, Ok, OutOfRange(15), Ok]);
+        assert_eq!(run(&rule(1, 3), &[3, 1, 2, 0]), [Initial, Ok, Ok, OutOfRange(0)]);
+        assert_eq!(run(&rule(0, u32::MAX), &[u32::MAX, 0]), [Initial, Ok]);
+        assert_eq!((rule(0, 14).next(14), rule(1, 3).next(1), rule(1, 3).next(9)), (0, 2, 1));
+    }
+
+    #[test]
+    fn a_step_beyond_the_largest_has_to_be_made_good() {
+        use Sequence::{Initial, Ok, OkSomeLost, Syncing, WrongSequence};
+        let rule = rule(0, 15).with_max_step(3).unwrap().with_sync_after(2);
+        assert_eq!(
+            run(&rule, &[0, 3, 4, 8, 9, 12, 13, 12]),
+            [
+                Initial,
+                OkSomeLost(2),
+                Ok,
+                WrongSequence { from: 4, to: 8 },
+                Syncing(1),
+                Syncing(0),
+                Ok,
+                WrongSequence { from: 13, to: 12 }
+            ]
+        );
+        let at_once = rule.with_sync_after(0);
+        assert_eq!(run(&at_once, &[0, 8, 9])[1..], [WrongSequence { from: 0, to: 8 }, Ok]);
+    }
+
+    #[test]
+    fn too_many_repetitions_break_the_sequence() {
+        use Sequence::{Initial, Ok, Repeated, Syncing};
+        let rule = rule(0, 15).with_tolerated_repeats(1);
+        assert_eq!(run(&rule, &[0, 0, 1]), [Initial, Repeated, Ok]);
+        assert_eq!(run(&rule, &[0, 0, 0, 1, 2]), [Initial, Repeated, Repeated, Syncing(0), Ok]);
+        let mut state = CounterState::default();
+        let frame = Frame::classic(CanId::Standard(1), &[]).unwrap();
+        state.step(&rule, 0, &frame);
+        state.stand();
+        state.stand();
+        assert_eq!(state.step(&rule, 1, &frame), Syncing(0), "frames that did not come count as well");
+    }
+
+    #[test]
+    fn a_counter_of_changes_may_stand_while_nothing_changes() {
+        use Sequence::{Initial, Ok, WrongSequence};
+        let rule = rule(0, 15).with_counts(Counts::Changes);
+        let mut state = CounterState::default();
+        let mut step =
+            |value, data: u8| state.step(&rule, value, &Frame::classic(CanId::Standard(1), &[data]).unwrap());
+        assert_eq!([step(4, 1), step(4, 1), step(4, 1), step(5, 2)], [Initial, Ok, Ok, Ok]);
+        assert_eq!(step(5, 3), WrongSequence { from: 5, to: 5 });
+    }
+
+    #[test]
+    fn counters_that_cannot_run_are_refused() {
+        let signal = |length, signed| {
+            SignalCodec::new(Layout { start: 0, length, order: ByteOrder::Intel, signed }, 8).unwrap()
+        };
+        assert_eq!(CounterRule::new(3, 3), Err(CounterError::Range { first: 3, last: 3 }));
+        for max_step in [0, 15] {
+            assert_eq!(rule(0, 14).with_max_step(max_step), Err(CounterError::Step { max_step, most: 14 }));
+        }
+        assert_eq!(
+            Counter::new(rule(0, 15), signal(3, false)),
+            Err(CounterError::Signal { lowest: 0, highest: 7 })
+        );
+        let multiplexed = signal(4, false).multiplexed(&signal(1, false), &[1..=1]);
+        assert_eq!(Counter::new(rule(0, 15), multiplexed), Err(CounterError::Multiplexed));
+        let negative = Counter::new(rule(0, 7), signal(4, true)).unwrap();
+        let frame = Frame::classic(CanId::Standard(1), &[0x0F]).unwrap();
+        assert_eq!(negative.value(&frame), u32::MAX, "out of range");
+    }
+
+    /// The rule told by walking: how often `next` leads from one value to the other.
+    fn reference(rule: &CounterRule, values: &[u32]) -> Vec<Sequence> {
+        let (mut last, mut standing, mut needed) = (None, 0_u32, 0_u8);
+        let mut told = Vec::new();
+        for value in values.iter().copied() {
+            if value < rule.first || value > rule.last {
+                told.push(Sequence::OutOfRange(value));
+                continue;
+            }
+            let Some(from) = last.replace(value) else {
+                told.push(Sequence::Initial);
+                continue;
+            };
+            let walk = std::iter::successors(Some(from), |at| Some(rule.next(*at)));
+            let steps = walk.take_while(|at| *at != value).count() as u32;
+            told.push(if steps == 0 {
+                standing += 1;
+                Sequence::Repeated
+            } else if steps > rule.max_step {
+                (standing, needed) = (0, rule.sync_after);
+                Sequence::WrongSequence { from, to: value }
+            } else {
+                if standing > u32::from(rule.tolerated_repeats) {
+                    needed = needed.max(rule.sync_after);
+                }
+                standing = 0;
+                match needed.checked_sub(1) {
+                    Some(rest) => {
+                        needed = rest;
+                        Sequence::Syncing(rest)
+                    }
+                    None if steps == 1 => Sequence::Ok,
+                    None => Sequence::OkSomeLost(steps - 1),
+                }
+            });
+        }
+        told
+    }
+
+    proptest! {
+        #[test]
+        fn the_counter_does_what_walking_says(
+            first in 0_u32..3, more in 1_u32..20, max_step in 1_u32..20, tolerated in 0_u8..4, sync in 0_u8..4,
+            steps in prop::collection::vec(prop_oneof![4 => Just(1_u32), 2 => 0_u32..3, 1 => 0_u32..30], 0..200),
+        ) {
+            let rule = rule(first, first + more).with_max_step(max_step.min(more)).unwrap();
+            let rule = rule.with_tolerated_repeats(tolerated).with_sync_after(sync);
+            let values: Vec<_> = steps.iter().scan(0, |at, step| {
+                *at = (*at + step) % (first + more + 2);
+                Some(*at)
+            }).collect();
+            prop_assert_eq!(run(&rule, &values), reference(&rule, &values));
+        }
+    }
+}
