@@ -102,12 +102,14 @@ pub struct CounterState {
 }
 
 impl CounterRule {
-    /// A counter of `first..=last` (e.g. 0 to 14), back to `first` after `last`, each step 1.
+    /// A counter of `first..=last` (e.g. 0 to 14), back to `first` after `last`, that counts sends and
+    /// makes steps of 1. A frame that comes twice (CAN does that after some errors) is no gap; after
+    /// a gap one frame in sequence is needed.
     pub fn new(first: u32, last: u32) -> Result<Self, CounterError> {
         if first >= last {
             return Err(CounterError::Range { first, last });
         }
-        Ok(Self { first, last, max_step: 1, counts: Counts::Sends, tolerated_repeats: 0, sync_after: 1 })
+        Ok(Self { first, last, max_step: 1, counts: Counts::Sends, tolerated_repeats: 1, sync_after: 1 })
     }
 
     /// Tolerates steps of up to `max_step`: one less than that many frames may be lost. At most one
@@ -124,7 +126,7 @@ impl CounterRule {
     }
 
     /// Sets after how many repetitions in a row the sequence counts as broken. (Repetitions are
-    /// never good themselves.) 0: after any.
+    /// never good themselves.)
     pub fn with_tolerated_repeats(self, tolerated_repeats: u8) -> Self {
         Self { tolerated_repeats, ..self }
     }
@@ -288,7 +290,7 @@ mod tests {
     #[test]
     fn too_many_repetitions_break_the_sequence() {
         use Sequence::{Initial, Ok, Repeated, Syncing};
-        let rule = rule(0, 15).with_tolerated_repeats(1);
+        let rule = rule(0, 15);
         assert_eq!(run(&rule, &[0, 0, 1]), [Initial, Repeated, Ok]);
         assert_eq!(run(&rule, &[0, 0, 0, 1, 2]), [Initial, Repeated, Repeated, Syncing(0), Ok]);
         let mut state = CounterState::default();
@@ -344,7 +346,7 @@ mod tests {
                 continue;
             };
             let walk = std::iter::successors(Some(from), |at| Some(rule.next(*at)));
-            let steps = walk.take_while(|at| *at != value).count() as u32;
+            let steps = u32::try_from(walk.take_while(|at| *at != value).count()).unwrap();
             told.push(if steps == 0 {
                 standing += 1;
                 Sequence::Repeated

@@ -102,7 +102,7 @@ pub enum Reject {
 pub struct GuardCounts {
     /// Trusted.
     pub trusted: u64,
-    /// Missing before trusted ones, by their counters.
+    /// Missing before trusted ones, by their counters; damaged ones are missing too.
     pub lost: u64,
     /// [`Reject::WrongLength`].
     pub wrong_length: u64,

@@ -140,10 +140,9 @@ impl WindowState {
         let spoilt = (self.error & mask).count_ones() > u32::from(limits.max_error);
         let next = match self.phase {
             Phase::NoData if matches!(outcome, Outcome::Error | Outcome::NoNewData) => Phase::NoData,
-            Phase::NoData => Phase::Init,
             Phase::Init if spoilt => Phase::Invalid,
             Phase::Init if enough => Phase::Valid,
-            Phase::Init => Phase::Init,
+            Phase::NoData | Phase::Init => Phase::Init,
             Phase::Valid | Phase::Invalid if enough && !spoilt => Phase::Valid,
             Phase::Valid | Phase::Invalid => Phase::Invalid,
         };
@@ -248,8 +247,7 @@ mod tests {
             let ok = newest.clone().filter(|o| **o == Outcome::Ok).count() >= min_ok.into();
             let good = newest.filter(|o| **o == Outcome::Error).count() <= max_error.into();
             let next = match (phase, ok, good) {
-                (Phase::Init, _, false) | (Phase::Valid | Phase::Invalid, false, _) => Phase::Invalid,
-                (Phase::Valid | Phase::Invalid, _, false) => Phase::Invalid,
+                (_, _, false) | (Phase::Valid | Phase::Invalid, false, _) => Phase::Invalid,
                 (_, true, true) => Phase::Valid,
                 (same, ..) => same,
             };

@@ -57,15 +57,15 @@ pub struct Crc16 {
 
 /// The parts that differ in nothing but the width.
 macro_rules! crc {
-    ($name:ident, $word:ty) => {
+    ($name:ident, $word:ty, $width:literal) => {
         impl $name {
             /// A CRC over the first `bytes` bytes of the data (`None` = all) and `extra`.
             ///
             /// For start-up, once a message: a few bytes of it are never given back.
             pub fn new(parameters: Parameters<$word>, extra: Extra, bytes: Option<usize>) -> Self {
                 let Parameters { poly, init, xorout, refin, refout } = parameters;
-                let width = <$word>::BITS as u8;
-                let algorithm = Algorithm { width, poly, init, refin, refout, xorout, check: 0, residue: 0 };
+                let algorithm =
+                    Algorithm { width: $width, poly, init, refin, refout, xorout, check: 0, residue: 0 };
                 // The crate borrows it for ever.
                 let crc = Box::new(Crc::<$word>::new(Box::leak(Box::new(algorithm))));
                 Self { parameters, extra, bytes, crc }
@@ -110,8 +110,8 @@ macro_rules! crc {
     };
 }
 
-crc!(Crc8, u8);
-crc!(Crc16, u16);
+crc!(Crc8, u8, 8);
+crc!(Crc16, u16, 16);
 
 impl Crc8 {
     /// SAE J1850: Chrysler and the rest of FCA, New Eagle.

@@ -18,7 +18,7 @@ fn checksum(rule: Rule, field: SignalCodec) -> Checksum {
 
 /// Every kind, with its field somewhere in the first eight bytes.
 fn kinds() -> Vec<Checksum> {
-    let constants = std::array::from_fn(|i| i as u8 * 7 + 3);
+    let constants = std::array::from_fn(|i| u8::try_from(i).unwrap() * 7 + 3);
     let wide = Parameters { poly: 0x8005, init: 0xFFFF, xorout: 1, refin: true, refout: true };
     let narrow = Parameters { poly: 0x07, init: 0, xorout: 0x55, refin: false, refout: false };
     vec![
@@ -35,6 +35,10 @@ fn kinds() -> Vec<Checksum> {
         checksum(Rule::Crc16(Crc16::hyundai_fd(8).unwrap()), field(0, 16, ByteOrder::Intel)),
         checksum(Rule::Crc16(Crc16::new(wide, Extra::Nothing, None)), field(23, 16, ByteOrder::Motorola)),
     ]
+}
+
+fn nibble(sum: i32) -> u16 {
+    u16::try_from(sum.rem_euclid(16)).unwrap()
 }
 
 fn frame(id: CanId, data: &[u8]) -> Frame {
@@ -140,20 +144,17 @@ fn sums_are_those_of_their_makers() {
     );
     // PSA: the nibbles, the checksum and the start value make 15.
     let psa = checksum(Rule::Psa { start: 0xB }, field(43, 4, ByteOrder::Motorola));
-    assert_eq!(
-        psa.expected(ID, &[0x10, 0x20, 0, 0, 0, 0xF1]),
-        Some((15 - 0xB - 1 - 2 - 0xF_i32).rem_euclid(16) as u16)
-    );
+    assert_eq!(psa.expected(ID, &[0x10, 0x20, 0, 0, 0, 0xF1]), Some(nibble(15 - 0xB - (1 + 2 + 15))));
     let honda = checksum(Rule::Honda, field(59, 4, ByteOrder::Motorola));
     let nibbles = 1 + 2 + 3 + 15 + 15 + 1 + 2;
-    assert_eq!(honda.expected(ID, &data), Some((8 - 3 - 2 - 6 - nibbles as i32).rem_euclid(16) as u16));
+    assert_eq!(honda.expected(ID, &data), Some(nibble(8 - (3 + 2 + 6) - nibbles)));
     let extended = CanId::Extended(0x326);
     assert_eq!(honda.expected(extended, &data), honda.expected(ID, &data).map(|sum| (sum + 3) % 16));
 }
 
 #[test]
 fn a_constant_is_found_from_a_good_frame() {
-    let constants = std::array::from_fn(|i| i as u8 * 13 + 1);
+    let constants = std::array::from_fn(|i| u8::try_from(i).unwrap() * 13 + 1);
     let vw = checksum(Rule::Crc8(Crc8::volkswagen(constants)), byte(0));
     for counter in 0..16_u8 {
         let mut data = [0, 0x50 | counter, 1, 2, 3, 4, 5, 6];

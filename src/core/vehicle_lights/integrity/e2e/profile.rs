@@ -109,9 +109,8 @@ impl Profile {
                 let mut digest = CRC_1D.digest();
                 match mode {
                     DataIdMode::Both => digest.update(&[low, high]),
-                    DataIdMode::Alternating => {
-                        digest.update(&[if counter.is_multiple_of(2) { low } else { high }])
-                    }
+                    DataIdMode::Alternating if counter.is_multiple_of(2) => digest.update(&[low]),
+                    DataIdMode::Alternating => digest.update(&[high]),
                     DataIdMode::Low => digest.update(&[low]),
                     DataIdMode::Nibble => digest.update(&[low, 0]),
                 }
