@@ -12,10 +12,16 @@ use std::time::Duration;
 
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::core::dbc::codec::{ByteOrder, Layout as SignalLayout, SignalCodec};
 use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Rule};
+use signal_gateway::core::vehicle_lights::integrity::counter::{Counter, CounterRule, Counts};
+use signal_gateway::core::vehicle_lights::integrity::e2e::{E2e, Profile};
+use signal_gateway::core::vehicle_lights::integrity::window::{Limits, Window};
+use signal_gateway::core::vehicle_lights::integrity::{Guard, MessageIntegrity, Protection, Verdict};
 use signal_gateway::io::can::log::Log;
 
 /// The system's allocator, counting what each thread asks of it.
@@ -156,6 +162,44 @@ fn decoding_allocates_nothing() {
             black_box((read, signal.codec.needed_length()));
         });
         assert_eq!(asked, 0, "{}", signal.name);
+    }
+}
+
+#[test]
+fn judging_a_frame_allocates_nothing_good_or_bad() {
+    let byte = |start| SignalLayout { start, length: 8, order: ByteOrder::Intel, signed: false };
+    let checksum = SignalCodec::new(byte(56), 8).unwrap();
+    let checksum = Checksum::new(Rule::Crc8(Crc8::j1850()), checksum).unwrap();
+    let counter = SignalCodec::new(byte(0), 8).unwrap();
+    let rule = CounterRule::new(0, 255).unwrap().with_counts(Counts::Changes);
+    let limits = Limits { size: 3, min_ok: 2, max_error: 0 };
+    let own = Protection::Fields {
+        checksum: Some(checksum.clone()),
+        counter: Some(Counter::new(rule, counter).unwrap()),
+    };
+    let e2e = E2e::new(Profile::P05 { data_id: 1 }, 0, 8).unwrap();
+    for protection in [own, Protection::e2e(e2e.clone(), 1).unwrap()] {
+        let mut guard = Guard::new(MessageIntegrity {
+            length: None,
+            protection,
+            window: Some(Window::new(limits, limits, limits, false).unwrap()),
+            forget_after: Some(Duration::from_secs(1)),
+        });
+        let mut trusted = 0;
+        let asked = allocations(|| {
+            for counter in 0..100_u8 {
+                let mut data = [counter; 8];
+                match &guard.rules().protection {
+                    Protection::Fields { .. } => assert!(checksum.seal(TURN, &mut data)),
+                    Protection::E2e { .. } => assert!(e2e.protect(counter.into(), &mut data)),
+                }
+                let damaged = Frame::classic(TURN, &data[..usize::from(counter % 9).min(7)]).unwrap();
+                let frame = Frame::classic(TURN, &data).unwrap();
+                let verdict = guard.check(if counter > 80 { &damaged } else { &frame }, MonoTime::ZERO);
+                trusted += u32::from(verdict == Verdict::Trusted);
+            }
+        });
+        assert_eq!((trusted, asked), (79, 0));
     }
 }
 

@@ -5,6 +5,7 @@
 //! a *doubt* is why it may say nothing; a *finding* is what diagnostics should hear of it.
 
 pub mod binding;
+pub mod integrity;
 pub mod meaning;
 pub mod observation;
 pub mod report;

@@ -1,0 +1,285 @@
+//! AUTOSAR's common E2E state machine: is the message as a whole to be trusted?
+//!
+//! Single results go into a window of the newest ones. Enough good ones make the message valid,
+//! too many errors or too few good ones make it invalid. Each state has its own window and limits.
+
+/// Results the machine can look back on.
+pub const LONGEST_WINDOW: u8 = 64;
+
+/// What a check found, as far as the machine cares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// A good frame.
+    Ok,
+    /// A frame that is damaged or not ours.
+    Error,
+    /// A whole frame that came before.
+    Repeated,
+    /// A whole frame, out of sequence.
+    WrongSequence,
+    /// No frame when one was due.
+    NoNewData,
+}
+
+/// States of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Phase {
+    /// Nothing usable yet.
+    #[default]
+    NoData,
+    /// Frames come; not enough good ones yet.
+    Init,
+    /// To be trusted.
+    Valid,
+    /// Was not good enough.
+    Invalid,
+}
+
+/// What keeps or brings the machine into the valid state, seen from one state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Newest results looked at, 1 to [`LONGEST_WINDOW`].
+    pub size: u8,
+    /// Good ones needed.
+    pub min_ok: u8,
+    /// Errors allowed.
+    pub max_error: u8,
+}
+
+/// Limits of each state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    init: Limits,
+    valid: Limits,
+    invalid: Limits,
+    clear_to_invalid: bool,
+}
+
+/// Limits that contradict each other; AUTOSAR's constraints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum WindowError {
+    /// A size outside 1 to 64.
+    #[error("a window holds 1 to 64 results, not {0}")]
+    Size(u8),
+    /// Another state's window is longer.
+    #[error("the window of the valid state must be the longest")]
+    ValidNotLongest,
+    /// More results needed than the window holds.
+    #[error("of {size} results, {min_ok} good ones and {max_error} errors cannot be asked for")]
+    TooMany {
+        /// Results in the window.
+        size: u8,
+        /// Good ones needed.
+        min_ok: u8,
+        /// Errors allowed.
+        max_error: u8,
+    },
+    /// Good ones needed: not 1 ≤ valid ≤ init ≤ invalid.
+    #[error("min_ok must be at least 1 and must not fall from valid to init to invalid")]
+    MinOkOrder,
+    /// Errors allowed: not valid ≥ init ≥ invalid.
+    #[error("max_error must not rise from valid to init to invalid")]
+    MaxErrorOrder,
+}
+
+/// The machine.
+#[derive(Debug, Clone, Default)]
+pub struct WindowState {
+    phase: Phase,
+    /// The newest result in bit 0.
+    ok: u64,
+    error: u64,
+}
+
+impl Window {
+    /// Limits for the states of that name. With `clear_to_invalid`, results before a fall into the
+    /// invalid state do not count for the way out of it.
+    pub fn new(
+        init: Limits,
+        valid: Limits,
+        invalid: Limits,
+        clear_to_invalid: bool,
+    ) -> Result<Self, WindowError> {
+        for Limits { size, min_ok, max_error } in [init, valid, invalid] {
+            if !(1..=LONGEST_WINDOW).contains(&size) {
+                return Err(WindowError::Size(size));
+            }
+            if min_ok > size || u16::from(min_ok) + u16::from(max_error) > u16::from(valid.size) {
+                return Err(WindowError::TooMany { size, min_ok, max_error });
+            }
+        }
+        if init.size > valid.size || invalid.size > valid.size {
+            return Err(WindowError::ValidNotLongest);
+        }
+        if valid.min_ok == 0 || valid.min_ok > init.min_ok || init.min_ok > invalid.min_ok {
+            return Err(WindowError::MinOkOrder);
+        }
+        if valid.max_error < init.max_error || init.max_error < invalid.max_error {
+            return Err(WindowError::MaxErrorOrder);
+        }
+        Ok(Self { init, valid, invalid, clear_to_invalid })
+    }
+
+    fn limits(&self, phase: Phase) -> Limits {
+        match phase {
+            Phase::NoData | Phase::Init => self.init,
+            Phase::Valid => self.valid,
+            Phase::Invalid => self.invalid,
+        }
+    }
+}
+
+impl WindowState {
+    /// The state after `outcome`.
+    pub fn step(&mut self, window: &Window, outcome: Outcome) -> Phase {
+        let limits = window.limits(self.phase);
+        self.ok = self.ok << 1 | u64::from(outcome == Outcome::Ok);
+        self.error = self.error << 1 | u64::from(outcome == Outcome::Error);
+        let mask = u64::MAX >> (u64::BITS - u32::from(limits.size));
+        let enough = (self.ok & mask).count_ones() >= u32::from(limits.min_ok);
+        let spoilt = (self.error & mask).count_ones() > u32::from(limits.max_error);
+        let next = match self.phase {
+            Phase::NoData if matches!(outcome, Outcome::Error | Outcome::NoNewData) => Phase::NoData,
+            Phase::Init if spoilt => Phase::Invalid,
+            Phase::Init if enough => Phase::Valid,
+            Phase::NoData | Phase::Init => Phase::Init,
+            Phase::Valid | Phase::Invalid if enough && !spoilt => Phase::Valid,
+            Phase::Valid | Phase::Invalid => Phase::Invalid,
+        };
+        if next != self.phase {
+            let forget = self.phase == Phase::NoData || (next == Phase::Invalid && window.clear_to_invalid);
+            // What the state before did not look at does not count for the next one either.
+            let kept = if forget { 0 } else { mask };
+            self.ok &= kept;
+            self.error &= kept;
+        }
+        self.phase = next;
+        next
+    }
+
+    /// The state now.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::VecDeque;
+
+    const INIT: Limits = Limits { size: 3, min_ok: 2, max_error: 0 };
+    const VALID: Limits = Limits { size: 5, min_ok: 1, max_error: 2 };
+    const INVALID: Limits = Limits { size: 4, min_ok: 3, max_error: 0 };
+
+    fn window() -> Window {
+        Window::new(INIT, VALID, INVALID, false).unwrap()
+    }
+
+    fn run(window: &Window, outcomes: &[Outcome]) -> Vec<Phase> {
+        let mut state = WindowState::default();
+        outcomes.iter().map(|outcome| state.step(window, *outcome)).collect()
+    }
+
+    #[test]
+    fn a_message_becomes_valid_after_enough_good_frames() {
+        use Outcome::{Error, NoNewData, Ok, WrongSequence};
+        use Phase::{Init, NoData, Valid};
+        let outcomes = [NoNewData, Error, WrongSequence, Ok, NoNewData, Ok];
+        assert_eq!(run(&window(), &outcomes), [NoData, NoData, Init, Init, Init, Valid]);
+    }
+
+    #[test]
+    fn errors_make_it_invalid_and_good_frames_in_a_row_valid_again() {
+        use Outcome::{Error, Ok};
+        use Phase::{Init, Invalid, Valid};
+        let fall = [Ok, Ok, Ok, Error, Error, Error];
+        assert_eq!(run(&window(), &fall), [Init, Init, Valid, Valid, Valid, Invalid]);
+        // The last error has to leave the window of four.
+        let rise = [fall.to_vec(), vec![Ok; 4]].concat();
+        assert_eq!(run(&window(), &rise)[6..], [Invalid, Invalid, Invalid, Valid]);
+        let cleared = Window::new(INIT, VALID, INVALID, true).unwrap();
+        assert_eq!(run(&cleared, &rise)[6..], [Invalid, Invalid, Valid, Valid]);
+        assert_eq!(run(&window(), &[Ok, Error])[1], Invalid, "an error in the first window");
+    }
+
+    #[test]
+    fn repetitions_push_the_good_ones_out() {
+        use Outcome::{Ok, Repeated};
+        let outcomes = [vec![Ok; 3], vec![Repeated; 5]].concat();
+        let phases = run(&window(), &outcomes);
+        assert_eq!((phases[6], phases[7]), (Phase::Valid, Phase::Invalid));
+    }
+
+    #[test]
+    fn contradicting_limits_are_refused() {
+        let refused = |init, valid, invalid| Window::new(init, valid, invalid, false).unwrap_err();
+        let limits = |size, min_ok, max_error| Limits { size, min_ok, max_error };
+        assert_eq!(refused(limits(0, 0, 0), VALID, INVALID), WindowError::Size(0));
+        assert_eq!(refused(INIT, limits(65, 1, 2), INVALID), WindowError::Size(65));
+        assert_eq!(refused(INIT, limits(3, 1, 2), INVALID), WindowError::ValidNotLongest);
+        assert_eq!(refused(limits(6, 2, 0), VALID, INVALID), WindowError::ValidNotLongest);
+        assert_eq!(
+            refused(limits(3, 3, 3), VALID, INVALID),
+            WindowError::TooMany { size: 3, min_ok: 3, max_error: 3 }
+        );
+        assert_eq!(refused(INIT, limits(5, 0, 2), INVALID), WindowError::MinOkOrder);
+        assert_eq!(refused(limits(3, 3, 0), VALID, limits(4, 2, 0)), WindowError::MinOkOrder);
+        assert_eq!(refused(INIT, limits(5, 1, 0), limits(4, 3, 1)), WindowError::MaxErrorOrder);
+    }
+
+    /// The machine as the standard tells it: a list of results, counted anew each time.
+    fn reference(window: &Window, outcomes: &[Outcome]) -> Vec<Phase> {
+        let (mut phase, mut list) = (Phase::NoData, VecDeque::new());
+        let mut phases = Vec::new();
+        for outcome in outcomes {
+            if phase == Phase::NoData {
+                if !matches!(outcome, Outcome::Error | Outcome::NoNewData) {
+                    phase = Phase::Init;
+                }
+                phases.push(phase);
+                continue;
+            }
+            let Limits { size, min_ok, max_error } = window.limits(phase);
+            list.push_front(*outcome);
+            let newest = list.iter().take(size.into());
+            let ok = newest.clone().filter(|o| **o == Outcome::Ok).count() >= min_ok.into();
+            let good = newest.filter(|o| **o == Outcome::Error).count() <= max_error.into();
+            let next = match (phase, ok, good) {
+                (_, _, false) | (Phase::Valid | Phase::Invalid, false, _) => Phase::Invalid,
+                (_, true, true) => Phase::Valid,
+                (same, ..) => same,
+            };
+            if next != phase {
+                list.truncate(size.into());
+                if next == Phase::Invalid && window.clear_to_invalid {
+                    list.clear();
+                }
+            }
+            phase = next;
+            phases.push(phase);
+        }
+        phases
+    }
+
+    fn limits() -> impl Strategy<Value = Limits> {
+        (1_u8..8, 1_u8..6, 0_u8..4).prop_map(|(size, min_ok, max_error)| Limits { size, min_ok, max_error })
+    }
+
+    proptest! {
+        #[test]
+        fn the_machine_does_what_a_list_of_results_says(
+            all in (limits(), limits(), limits(), any::<bool>()),
+            outcomes in prop::collection::vec(
+                prop::sample::select(vec![Outcome::Ok, Outcome::Ok, Outcome::Error, Outcome::Repeated, Outcome::WrongSequence, Outcome::NoNewData]),
+                0..200,
+            ),
+        ) {
+            let (init, valid, invalid, clear) = all;
+            if let Ok(window) = Window::new(init, valid, invalid, clear) {
+                prop_assert_eq!(run(&window, &outcomes), reference(&window, &outcomes));
+            }
+        }
+    }
+}
