@@ -7,7 +7,9 @@ use super::TurnCode::{Both, Left, Off, Right};
 use super::*;
 
 type Said = Statement<TurnCode, &'static str>;
-const LIMIT: Duration = Duration::from_millis(3000);
+/// Who may stand in, what all say, what comes out, who decided.
+type Case<'a> = (&'a [bool], [Said; 3], Result<TurnCode, &'a str>, usize);
+const LIMIT: Duration = Duration::from_secs(3);
 
 fn at(millis: u64) -> MonoTime {
     MonoTime::from_millis(millis)
@@ -21,7 +23,7 @@ fn fusion(fallbacks: &[bool]) -> Fusion<TurnCode> {
 fn the_first_source_that_speaks_decides_and_its_doubt_stands_unless_another_may_stand_in() {
     const NONE: &[bool] = &[false, false, false];
     const THIRD: &[bool] = &[false, false, true];
-    let table: [(&[bool], [Said; 3], Result<TurnCode, &str>, usize); 8] = [
+    let table: [Case; 8] = [
         (NONE, [Value(Left), Value(Off), Doubt("z")], Ok(Left), 0),
         (NONE, [Silent, Value(Off), Value(Right)], Ok(Off), 1),
         (NONE, [Doubt("x"), Value(Off), Value(Right)], Err("x"), 0),

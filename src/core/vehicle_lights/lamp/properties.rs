@@ -75,9 +75,8 @@ impl Model<'_> {
             state = self.lasting(state, index, seen.at);
             let confirmed = seen.lamps.is_some_and(|lamps| self.confirms(index, lamps));
             state = match seen.lamps {
-                None | Some((false, false)) => state,
                 Some((true, true)) if confirmed => TurnCode::Both,
-                Some((true, true)) => state,
+                None | Some((false, false) | (true, true)) => state,
                 Some(_) if state == TurnCode::Both && !confirmed => state,
                 Some((left, _)) => {
                     if left {

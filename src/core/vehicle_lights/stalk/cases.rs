@@ -86,6 +86,9 @@ fn a_full_press_lasts_with_or_without_a_frame_of_the_half_detent() {
     assert_eq!(press(StalkSettings::default(), &[(1000, LeftFull), (1200, Idle)]), [(1000, Left)]);
 }
 
+/// Name, rules, what follows a full press to the left, what comes of it.
+type Case<'a> = (&'a str, StalkSettings, &'a [(u64, StalkPosition)], &'a [(u64, TurnCode)]);
+
 #[test]
 fn each_way_to_end_a_full_press() {
     use OppositePress::{Cancels, Switches};
@@ -96,7 +99,7 @@ fn each_way_to_end_a_full_press() {
         ..StalkSettings::default()
     };
     let usual = rules(Cancels, Switches, RepeatedPress::Cancels);
-    let table: [(&str, StalkSettings, &[(u64, StalkPosition)], &[(u64, TurnCode)]); 9] = [
+    let table: [Case; 9] = [
         ("opposite tap cancels", usual, &[(5000, RightHalf), (5200, Idle)], &[(5000, Off)]),
         (
             "opposite full press switches, through a frame of cancel",
