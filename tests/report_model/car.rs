@@ -142,9 +142,7 @@ fn gateway_toml(car: &Car) -> String {
 fn profile_toml(car: &Car) -> String {
     let sleep = if car.may_sleep { "may_sleep = true\n" } else { "" };
     let bus = |name: &str| {
-        format!(
-            "[bus.{name}]\ndbc = \"{name}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n{sleep}"
-        )
+        format!("[bus.{name}]\ndbc = \"{name}.dbc\"\nalive_by = [\"ALIVE\"]\nalive_timeout_ms = 500\n{sleep}")
     };
     let switch = |message: &str| {
         format!(

@@ -5,10 +5,13 @@
 //! a *doubt* is why it may say nothing; a *finding* is what diagnostics should hear of it.
 
 pub mod binding;
+pub mod fusion;
 pub mod integrity;
+pub mod lamp;
 pub mod meaning;
 pub mod observation;
 pub mod report;
+pub mod stalk;
 mod status;
 pub mod verdict;
 pub mod vocabulary;

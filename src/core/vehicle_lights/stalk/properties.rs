@@ -1,0 +1,153 @@
+//! A momentary stalk against a model that keeps the whole history as a list of presses.
+
+use std::time::Duration;
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// One press: side, whether it got to the full detent and when, its begin, and its release.
+#[derive(Debug, Clone, Copy)]
+struct Stroke {
+    left: bool,
+    begin: u64,
+    full: Option<u64>,
+    release: Option<u64>,
+}
+
+/// Presses up to and including `now`, in ms, from frames that are all known.
+fn strokes(frames: &[(u64, StalkPosition)], now: u64) -> Vec<Stroke> {
+    let mut strokes: Vec<Stroke> = vec![];
+    let mut held: Option<bool> = None;
+    for (millis, position) in frames.iter().copied().filter(|(millis, _)| *millis <= now) {
+        let (side, full) = match position {
+            StalkPosition::Idle => (None, false),
+            StalkPosition::LeftHalf => (Some(true), false),
+            StalkPosition::LeftFull => (Some(true), true),
+            StalkPosition::RightHalf => (Some(false), false),
+            StalkPosition::RightFull => (Some(false), true),
+        };
+        if side != held {
+            if let (Some(_), None) = (held, side) {
+                strokes.last_mut().unwrap().release = Some(millis);
+            }
+            if let Some(left) = side {
+                strokes.push(Stroke { left, begin: millis, full: None, release: None });
+            }
+            held = side;
+        }
+        if full {
+            strokes.last_mut().unwrap().full.get_or_insert(millis);
+        }
+    }
+    strokes
+}
+
+/// What is on: side, whether it lasts, and the last ms it is on.
+type On = Option<(bool, bool, u64)>;
+
+/// What is on after all strokes, at `now`.
+fn expected(settings: StalkSettings, strokes: &[Stroke], now: u64) -> On {
+    let (last, earlier) = strokes.split_last()?;
+    // What was on when the last stroke began, had nothing come after the earlier ones.
+    let before = expected(settings, earlier, last.begin);
+    let comfort = u64::try_from(settings.comfort.duration().as_millis()).unwrap();
+    let limit = |from: u64| match settings.max_on {
+        Some(limit) => from + u64::try_from(limit.as_millis()).unwrap(),
+        None => u64::MAX,
+    };
+    let tapped = (last.left, false, (last.begin + comfort).max(last.release.unwrap_or(u64::MAX)));
+    let lasting = (last.left, true, last.release.map_or(u64::MAX, limit));
+    let fresh = if last.full.is_some() { lasting } else { tapped };
+    let rule = if last.full.is_some() { settings.opposite_full } else { settings.opposite_half };
+    let on = match before {
+        Some((left, _, _)) if left != last.left => (rule == OppositePress::Switches).then_some(fresh),
+        Some((_, true, _)) => (settings.repeat == RepeatedPress::Keeps).then_some(lasting),
+        Some(_) | None => Some(fresh),
+    };
+    // A stroke never let go before the next one lasts until then. At its release comfort that is
+    // over ends in the same instant.
+    let ended = |(_, lasting, until): (bool, bool, u64)| match last.release {
+        Some(release) if !lasting && until == release && last.begin + comfort < release => now >= until,
+        Some(_) => now > until,
+        None => false,
+    };
+    on.filter(|on| !ended(*on))
+}
+
+fn positions() -> impl Strategy<Value = StalkPosition> {
+    prop_oneof![
+        4 => Just(StalkPosition::Idle),
+        2 => Just(StalkPosition::LeftHalf),
+        1 => Just(StalkPosition::LeftFull),
+        2 => Just(StalkPosition::RightHalf),
+        1 => Just(StalkPosition::RightFull),
+    ]
+}
+
+fn all_settings() -> impl Strategy<Value = StalkSettings> {
+    let opposite = || prop_oneof![Just(OppositePress::Cancels), Just(OppositePress::Switches)];
+    let repeat = prop_oneof![Just(RepeatedPress::Cancels), Just(RepeatedPress::Keeps)];
+    let max_on = prop::option::of((0..3000_u64).prop_map(Duration::from_millis));
+    (0..3000_u64, opposite(), opposite(), repeat, max_on).prop_map(|(comfort, half, full, repeat, max_on)| {
+        StalkSettings {
+            comfort: Comfort::For(Duration::from_millis(comfort)),
+            opposite_half: half,
+            opposite_full: full,
+            repeat,
+            max_on,
+            blind: Duration::from_millis(100),
+            settle: Duration::ZERO,
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn the_state_is_what_the_list_of_presses_says(
+        settings in all_settings(),
+        steps in prop::collection::vec((prop_oneof![3 => 0..400_u64, 1 => 400..4000_u64], positions()), 1..40),
+    ) {
+        let mut stalk = MomentaryStalk::new(settings);
+        let mut frames = vec![];
+        let mut now = 0;
+        let code = |on: On| on.map_or(TurnCode::Off, |(left, ..)| if left { TurnCode::Left } else { TurnCode::Right });
+        for (step, position) in steps {
+            let next = now + step;
+            // Times between frames, too: in ms, and a deadline falls a nanosecond after one.
+            for millis in (now..next).step_by(97).filter(|_| !frames.is_empty()) {
+                stalk.advance(MonoTime::from_millis(millis));
+                let on = expected(settings, &strokes(&frames, millis), millis);
+                prop_assert_eq!(stalk.state(), Some(code(on)), "between frames, {} ms {:?}", millis, frames);
+            }
+            now = next;
+            stalk.observe(Some(position), MonoTime::from_millis(now));
+            frames.push((now, position));
+            let on = expected(settings, &strokes(&frames, now), now);
+            prop_assert_eq!(stalk.state(), Some(code(on)), "{} ms {:?}", now, frames);
+        }
+    }
+
+    #[test]
+    fn a_side_is_on_only_after_a_press_to_it_and_never_while_unseen(
+        settings in all_settings(),
+        steps in prop::collection::vec((any::<u64>(), prop::option::weighted(0.8, positions())), 0..40),
+    ) {
+        let mut stalk = MomentaryStalk::new(settings);
+        let (mut left, mut right) = (false, false);
+        let mut latest = MonoTime::ZERO;
+        for (nanos, position) in steps {
+            let now = MonoTime::from_nanos(nanos);
+            latest = latest.max(now);
+            stalk.observe(position, now);
+            left |= position.is_some_and(|position| position.latched() == TurnCode::Left);
+            right |= position.is_some_and(|position| position.latched() == TurnCode::Right);
+            prop_assert!(left || stalk.state() != Some(TurnCode::Left));
+            prop_assert!(right || stalk.state() != Some(TurnCode::Right));
+            prop_assert_eq!(stalk.state().is_some(), position.is_some());
+            prop_assert!(stalk.next_deadline().is_none_or(|due| due >= latest), "deadlines lie ahead");
+        }
+    }
+}
