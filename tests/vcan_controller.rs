@@ -187,8 +187,8 @@ from = "unbound"
 
 /// Skips visibly: eprintln! would be captured.
 fn skipped(test: &str, what: &str) {
-    let text = format!("skipped: {test}: no {what} (run it under tests/with-vcan)\n");
-    std::io::stderr().write_all(text.as_bytes()).unwrap();
+    let line = format!("skipped: {test}: no {what} (run it under tests/with-vcan)\n");
+    std::io::stderr().write_all(line.as_bytes()).unwrap();
 }
 
 fn has_vcan() -> bool {

@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn a_dead_bus_is_not_asleep() {
         let error_on_the_wire = ErrorFrame::new(0x88, &[]);
-        let deaths: [Death<'_>; 6] = [
+        let deaths: [Death<'_>; 7] = [
             ("an error just before", &|bus| {
                 bus.error_frame(error_on_the_wire, at(15));
                 bus.frame_arrived(at(20));
@@ -362,6 +362,11 @@ mod tests {
                 bus.controller_told(told(ControllerState::ErrorActive), at(40));
             }),
             ("error-warning", &|bus| bus.controller_told(told(ControllerState::Warning), at(5_000))),
+            ("error-warning that was announced long ago", &|bus| {
+                bus.error_frame(ErrorFrame::new(0x204, &[0, 8]), at(15));
+                bus.frame_arrived(at(200));
+                bus.frame_arrived(at(300));
+            }),
             ("a controller that stopped", &|bus| {
                 bus.controller_told(told(ControllerState::Stopped), at(30));
             }),

@@ -10,6 +10,7 @@ use signal_gateway::core::gateway::GatewaySettings;
 
 /// How a vehicle tells its lights.
 #[derive(Debug, Clone, Copy)]
+#[allow(clippy::struct_excessive_bools)] // each is a choice of its own
 pub(crate) struct Car {
     pub(crate) turn: Turn,
     pub(crate) hazard: Hazard,
