@@ -5,6 +5,8 @@
 
 pub mod file;
 pub mod files;
+mod lights;
+mod messages;
 pub mod problem;
 mod roles;
 pub mod settings;

@@ -1,0 +1,106 @@
+//! From `[message.*]` of a profile to how long each bound message is believed.
+
+use std::time::Duration;
+
+use toml::Spanned;
+
+use super::roles::Binder;
+use super::vehicle::{LONGEST_TIMEOUT_MS, is_timeout, out_of_range};
+use super::vehicle_file::{TimingFile, VehicleFile};
+use crate::core::dbc::model::Message;
+use crate::core::frame::CanId;
+use crate::core::vehicle_lights::binding::{BoundMessage, Timing};
+
+/// A timeout in multiples of `GenMsgCycleTime`, when the profile gives none…
+const CYCLES_UNTIL_STALE: u64 = 5;
+/// …and its lower bound: a busy bus and a loaded PC can hold a frame back for some 100 ms.
+const SHORTEST_DEFAULT_TIMEOUT_MS: u64 = 200;
+
+pub(super) fn messages(
+    binder: &mut Binder<'_>,
+    file: &VehicleFile,
+    alive_by: &[Vec<CanId>],
+) -> Vec<BoundMessage> {
+    for (name, timing) in &file.message {
+        if let Some(bus) = timing.bus.as_ref().filter(|bus| !has_bus(binder, bus)) {
+            binder.refuse_bus(bus.span(), bus.get_ref());
+            continue;
+        }
+        let named = timing.bus.as_ref().map(|bus| bus.get_ref().as_str());
+        let bound = |(bus, message): &(usize, &Message)| {
+            message.name == *name.get_ref() && named.is_none_or(|named| binder.buses[*bus].name == named)
+        };
+        match binder.messages.iter().filter(|message| bound(message)).count() {
+            1 => {}
+            0 => binder.refuse(
+                name.span(),
+                "no bound signal is in this message",
+                "remove the section, or bind a signal of it",
+            ),
+            _ => binder.refuse(name.span(), "bound on several buses", "add `bus`"),
+        }
+    }
+    let bound = binder.messages.clone();
+    let timings: Vec<_> = bound.iter().map(|(bus, message)| timing(binder, file, *bus, message)).collect();
+    for ((bus, message), timing) in bound.iter().zip(&timings) {
+        let proof =
+            |(other, timing): (&(usize, &Message), &Timing)| other.0 == *bus && *timing != Timing::Event;
+        let proven = !alive_by[*bus].is_empty() || bound.iter().zip(&timings).any(proof);
+        if *timing == Timing::Event && !proven {
+            let at = file.message.iter().find(|(name, _)| *name.get_ref() == message.name);
+            let at = at.map_or(0..0, |(name, _)| name.span());
+            let reason = "an event message holds while its bus is alive, and nothing proves this bus alive";
+            binder.refuse(at, reason, "name cyclic messages of the DBC in alive_by of the bus");
+        }
+    }
+    let compiled = bound.iter().zip(timings).map(|((bus, message), timing)| BoundMessage {
+        name: message.name.clone(),
+        bus: binder.buses[*bus].index,
+        id: message.id,
+        timing,
+    });
+    compiled.collect()
+}
+
+fn has_bus(binder: &Binder<'_>, bus: &Spanned<String>) -> bool {
+    binder.buses.iter().any(|known| known.name == *bus.get_ref())
+}
+
+fn timing(binder: &mut Binder<'_>, file: &VehicleFile, bus: usize, message: &Message) -> Timing {
+    let bus_name = &binder.buses[bus].name;
+    let section = file.message.iter().find(|(name, section)| {
+        // A bus that does not exist is refused elsewhere and draws no second problem here.
+        let named = section.bus.as_ref().filter(|bus| has_bus(binder, bus));
+        *name.get_ref() == message.name && named.is_none_or(|named| named.get_ref() == bus_name)
+    });
+    let timeout = section.and_then(|(_, section)| section.timeout_ms.as_ref());
+    match (section.map_or(TimingFile::Cyclic, |(_, section)| section.timing), timeout) {
+        (TimingFile::Event, None) => Timing::Event,
+        (TimingFile::Event, Some(timeout)) => {
+            binder.refuse(
+                timeout.span(),
+                "an event message has no timeout",
+                "remove it, or use timing = \"cyclic\"",
+            );
+            Timing::Event
+        }
+        (TimingFile::Cyclic, Some(timeout)) => {
+            if !is_timeout(*timeout.get_ref()) {
+                binder.problems.push(out_of_range(binder.document, timeout));
+            }
+            Timing::Cyclic { timeout: Duration::from_millis(*timeout.get_ref()) }
+        }
+        (TimingFile::Cyclic, None) => {
+            let cycle_ms = message.cycle_ms.map_or(0, u64::from);
+            if cycle_ms == 0 {
+                let at = section.map_or(0..0, |(name, _)| name.span());
+                let reason =
+                    format!("no timeout for {}: the DBC has no GenMsgCycleTime for it", message.name);
+                binder.refuse(at, reason, &format!("add [message.{}] timeout_ms", message.name));
+            }
+            let timeout_ms =
+                (cycle_ms * CYCLES_UNTIL_STALE).clamp(SHORTEST_DEFAULT_TIMEOUT_MS, LONGEST_TIMEOUT_MS);
+            Timing::Cyclic { timeout: Duration::from_millis(timeout_ms) }
+        }
+    }
+}
