@@ -324,6 +324,15 @@ fn a_doubled_rate_on_one_side_is_a_bulb_failure_and_changes_no_state() {
 }
 
 #[test]
+fn frames_too_slow_to_measure_a_fast_rate_do_not_disprove_it() {
+    let mut watch = Watch::cyclic(20);
+    watch.play(20, 0, 4000, |t| only_if(flash(t, 400, 50), LEFT));
+    assert!(watch.lamp.findings().bulb_failure.left);
+    watch.play(90, 4000, 40_000, |t| only_if(flash(t, 400, 50), LEFT));
+    assert!(watch.lamp.findings().bulb_failure.left);
+}
+
+#[test]
 fn flashes_seen_as_one_because_of_unknown_frames_prove_no_ordinary_rate() {
     let mut watch = Watch::cyclic(20);
     watch.play(20, 0, 4000, |t| only_if(flash(t, 320, 50), LEFT));
