@@ -3,7 +3,7 @@
 //! A latched stalk stays where it was put and needs no memory. A momentary one springs back: what a
 //! press does depends on what was on when it began and on the deepest detent it reached. (On its way
 //! to the full detent a stalk passes the half one, in frames or between them.) So the outcome of a
-//! press is worked out anew from what was on before it, each time it goes deeper.
+//! press is worked out anew, with each of its frames, from what was on before it.
 //!
 //! Such memory is only as good as the sight of the stalk: at start, and after a gap in which a press
 //! could have hidden, nothing is taken to be on, and the state is unknown for a while.
@@ -228,16 +228,12 @@ impl MomentaryStalk {
 
     fn pressed(&mut self, side: Side, detent: Detent) {
         let now = self.sight.now();
-        let same = self.press.filter(|press| press.side == side);
-        let deeper = same.is_none_or(|press| detent > press.deepest);
-        let press = match same {
+        let press = match self.press.filter(|press| press.side == side) {
             Some(press) => Press { deepest: press.deepest.max(detent), ..press },
             None => Press { side, deepest: detent, since: now, before: self.asked },
         };
         self.press = Some(press);
-        if deeper {
-            self.asked = self.outcome(press);
-        }
+        self.asked = self.outcome(press);
     }
 
     fn released(&mut self) {

@@ -286,21 +286,64 @@ fn emergency_flashing_is_hazard_and_a_finding() {
 }
 
 #[test]
+fn emergency_flashing_is_over_with_the_hazard_it_showed_in() {
+    let mut watch = Watch::cyclic(20);
+    watch.play(20, 0, 2000, |t| only_if(flash(t, 250, 50), BOTH));
+    assert!(watch.lamp.findings().emergency_flashing);
+    watch.play(20, 2000, 4000, |_| DARK);
+    assert_eq!(watch.states(), [Both, Off]);
+    assert!(!watch.lamp.findings().emergency_flashing);
+}
+
+#[test]
+fn emergency_flashing_with_one_lamp_a_frame_early_is_no_bulb_failure() {
+    let mut watch = Watch::cyclic(20);
+    watch.play(20, 0, 3000, |t| (flash(t, 250, 50), t >= 20 && flash(t - 20, 250, 50)));
+    let found = LampFindings { emergency_flashing: true, ..LampFindings::default() };
+    assert_eq!(watch.lamp.findings(), found);
+}
+
+#[test]
 fn a_doubled_rate_on_one_side_is_a_bulb_failure_and_changes_no_state() {
-    for (per_minute, period) in [(150, 20), (180, 50), (180, 100), (240, 20)] {
-        let mut watch = Watch::cyclic(period);
-        watch.play(period, 0, 4000, |t| only_if(flash(t, 60_000 / per_minute, 50), RIGHT));
-        assert_eq!(watch.states(), [Right], "{per_minute}/min");
-        let broken = Sides { left: false, right: true };
-        assert_eq!(watch.lamp.findings().bulb_failure, broken, "{per_minute}/min");
-        assert!(!watch.lamp.findings().emergency_flashing);
-        watch.play(period, 4000, 14_000, |_| DARK);
-        watch.play(period, 14_000, 14_300, |_| RIGHT);
-        watch.play(period, 14_300, 16_000, |_| DARK);
-        assert_eq!(watch.lamp.findings().bulb_failure, broken, "a pause is not an ordinary rate");
-        watch.play(period, 16_000, 20_000, |t| only_if(flash(t, 600, 50), RIGHT));
-        assert_eq!(watch.lamp.findings().bulb_failure, Sides::default(), "replaced");
+    let (left, right) = (Sides { left: true, right: false }, Sides { left: false, right: true });
+    for (lamps, state, broken) in [(LEFT, Left, left), (RIGHT, Right, right)] {
+        for (per_minute, period) in [(150, 20), (180, 50), (180, 100), (240, 20)] {
+            let mut watch = Watch::cyclic(period);
+            watch.play(period, 0, 4000, |t| only_if(flash(t, 60_000 / per_minute, 50), lamps));
+            assert_eq!(watch.states(), [state], "{per_minute}/min");
+            assert_eq!(watch.lamp.findings().bulb_failure, broken, "{per_minute}/min");
+            assert!(!watch.lamp.findings().emergency_flashing);
+            watch.play(period, 4000, 14_000, |_| DARK);
+            watch.play(period, 14_000, 14_300, |_| lamps);
+            watch.play(period, 14_300, 16_000, |_| DARK);
+            assert_eq!(watch.lamp.findings().bulb_failure, broken, "a pause is not an ordinary rate");
+            watch.play(period, 16_000, 20_000, |t| only_if(flash(t, 600, 50), lamps));
+            assert_eq!(watch.lamp.findings().bulb_failure, Sides::default(), "replaced");
+        }
     }
+}
+
+#[test]
+fn frames_too_slow_to_measure_a_fast_rate_do_not_disprove_it() {
+    let mut watch = Watch::cyclic(20);
+    watch.play(20, 0, 4000, |t| only_if(flash(t, 400, 50), LEFT));
+    assert!(watch.lamp.findings().bulb_failure.left);
+    watch.play(90, 4000, 40_000, |t| only_if(flash(t, 400, 50), LEFT));
+    assert!(watch.lamp.findings().bulb_failure.left);
+}
+
+#[test]
+fn flashes_seen_as_one_because_of_unknown_frames_prove_no_ordinary_rate() {
+    let mut watch = Watch::cyclic(20);
+    watch.play(20, 0, 4000, |t| only_if(flash(t, 320, 50), LEFT));
+    assert!(watch.lamp.findings().bulb_failure.left);
+    // Each second darkness hidden: what is seen looks like flashes twice as long.
+    for millis in (4000..12_000).step_by(20) {
+        let lit = flash(millis, 320, 50);
+        let seen = (lit || millis % 640 >= 320).then_some(lit);
+        watch.observe(seen, seen.map(|_| false), at(millis));
+    }
+    assert!(watch.lamp.findings().bulb_failure.left);
 }
 
 #[test]
