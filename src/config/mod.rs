@@ -5,6 +5,8 @@
 
 pub mod file;
 pub mod files;
+mod integrity;
+pub mod integrity_file;
 mod lights;
 mod messages;
 pub mod problem;

@@ -5,6 +5,7 @@
 
 use std::time::Duration;
 
+use super::integrity::MessageIntegrity;
 use super::meaning::ValueMap;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::event::BusIndex;
@@ -48,6 +49,8 @@ pub struct BoundMessage {
     pub id: CanId,
     /// How long its values may be believed.
     pub timing: Timing,
+    /// What its frames must prove before any of their signals is used.
+    pub integrity: Option<MessageIntegrity>,
 }
 
 /// How a message is sent, and so how long its last values may be believed.

@@ -2,6 +2,7 @@
 
 use super::VehicleLights;
 use super::binding::{FaultBinding, HazardBinding, LightsBinding, SignalIndex, Timing};
+use super::integrity::GuardCounts;
 use super::observation::Absence;
 use super::verdict::{ActiveFault, Doubt, Verdict};
 use crate::core::bus::Bus;
@@ -204,6 +205,27 @@ impl VehicleLights {
             ("rate_hz", format!("{:.1}", task.rate.rate_hz(frames, now))),
             ("too_short_frames", too_short.to_string()),
         ]);
+        self.integrity_values(task, values);
+    }
+
+    /// What the guards of a task's messages say, where there are any.
+    fn integrity_values(&self, task: &LightsTask, values: &mut Vec<(&'static str, String)>) {
+        let messages = self.messages_of(task);
+        let counts: Vec<_> = messages.iter().filter_map(|message| self.seen.guard_counts(*message)).collect();
+        if counts.is_empty() {
+            return;
+        }
+        let last = messages.iter().filter_map(|message| {
+            let name = &self.binding.messages[message.0].name;
+            self.seen.last_reject(*message).map(|reject| format!("{name}: {reject}"))
+        });
+        let last = last.collect::<Vec<_>>().join("; ");
+        values.extend([
+            ("rejected_frames", counts.iter().map(GuardCounts::rejected).sum::<u64>().to_string()),
+            ("wrong_checksums", counts.iter().map(|counts| counts.wrong_checksum).sum::<u64>().to_string()),
+            ("lost_frames", counts.iter().map(|counts| counts.lost).sum::<u64>().to_string()),
+            ("last_reject", if last.is_empty() { "none".to_owned() } else { last }),
+        ]);
     }
 
     fn messages_of(&self, task: &LightsTask) -> Vec<super::binding::MessageIndex> {
@@ -277,6 +299,7 @@ fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why
             }
             Timing::Event => format!("{} is stale", message.name),
         },
+        Absence::NotTrusted(why) => format!("{} is not trusted: {why}", message.name),
         Absence::BusSilent => format!("bus {interface} is silent"),
         Absence::BusOff => format!("{} does not come, {interface} is bus-off", message.name),
         Absence::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
@@ -321,6 +344,7 @@ mod tests {
                 bus: BusIndex(0),
                 id: CanId::Standard(0x123),
                 timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
+                integrity: None,
             }],
             signals: vec![BoundSignal {
                 name: "BLINK.TURN".into(),
