@@ -78,6 +78,8 @@ impl Asc {
     }
 }
 
+const HOUR: i64 = 3_600_000_000_000;
+
 /// `Tue Mar 5 02:30:00.250 pm 2024`, in lower case; am and pm may be missing.
 fn start(words: &[&str]) -> Option<i64> {
     let [_weekday, name, day, time, rest @ ..] = words else { return None };
@@ -86,7 +88,6 @@ fn start(words: &[&str]) -> Option<i64> {
         [year] => (None, year),
         _ => return None,
     };
-    const HOUR: i64 = 3_600_000_000_000;
     let time = time_of_day(time)?;
     let time = match half {
         Some("am") if time >= 12 * HOUR => time - 12 * HOUR,

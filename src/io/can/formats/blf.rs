@@ -198,13 +198,13 @@ impl Read for Contents {
                     *left -= read as u64;
                     read
                 }
-                Inside::Packed(unpacker) => match unpacker.read(buffer) {
-                    Ok(read) => read,
-                    Err(_) => {
+                Inside::Packed(unpacker) => {
+                    let Ok(read) = unpacker.read(buffer) else {
                         self.inside = Inside::Nothing;
                         return Err(ErrorKind::InvalidData.into());
-                    }
-                },
+                    };
+                    read
+                }
                 Inside::Base(base, done) => {
                     let read = (&base[*done..]).read(buffer)?;
                     *done += read;
