@@ -2,7 +2,7 @@
 //!
 //! | module | what it reads | recognised by |
 //! |---|---|---|
-//! | [`candump`](super::candump) | `candump -L` | `(`; also what nothing else claims |
+//! | [`super::candump`] | `candump -L` | `(`; also what nothing else claims |
 //! | [`asc`] | Vector ASC | `date …`, `base …` or `//` |
 //! | [`trc`] | PCAN TRC 1.0 to 1.3, 2.0, 2.1 | `;` |
 //! | [`csv`] | SavvyCAN and GVRET CSV | `Time Stamp,ID,` |
