@@ -373,17 +373,7 @@ mod tests {
         let mut blf = Blf::new(Box::new(Cursor::new(file))).unwrap();
         let mut entries = Vec::new();
         while let Some(entry) = blf.next_entry().unwrap() {
-            entries.extend(entry.transpose().map(|entry| {
-                entry.map(|Entry { stamp, interface, content }| {
-                    let content = match content {
-                        Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
-                            format!("{other:?}")
-                        }
-                    };
-                    format!("{} {interface} {content}", stamp.as_nanos() / 1000 - START_MICROS)
-                })
-            }));
+            entries.extend(entry.transpose().map(|entry| entry.map(|entry| entry.told(START_MICROS))));
         }
         entries
     }

@@ -196,6 +196,25 @@ pub fn not_supported() -> io::Error {
     )
 }
 
+/// What a reader makes of lines, for the tests of each format.
+#[cfg(test)]
+fn told(reader: &mut impl Lines, lines: &[&str]) -> Vec<Result<String, BadLine>> {
+    let entries = lines.iter().filter_map(|line| reader.read(line.as_bytes()).transpose());
+    entries.map(|entry| entry.map(|entry| entry.told(0))).collect()
+}
+
+#[cfg(test)]
+impl Entry<'_> {
+    /// Microseconds since `start_micros`, interface and content.
+    fn told(&self, start_micros: i64) -> String {
+        let content = match self.content {
+            Content::Data(frame) => frame.to_string(),
+            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => format!("{other:?}"),
+        };
+        format!("{} {} {content}", self.stamp.as_nanos() / 1000 - start_micros, self.interface)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
