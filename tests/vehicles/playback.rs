@@ -40,7 +40,7 @@ pub(crate) const HAZARD: &str = "hazard_lights";
 /// Plays a log file; when profile and log know one interface each, they need not agree on its name.
 pub(crate) fn play_file(settings: &Settings, path: &Path) -> Playback {
     let mut routes = Routes::by_interface(&settings.gateway);
-    routes.adopt_only_interface(|| vec![first_interface(path)]);
+    routes.adopt_only_interface(path);
     play(settings, Log::open(path).unwrap(), routes)
 }
 
