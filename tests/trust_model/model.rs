@@ -66,7 +66,7 @@ impl Model {
         let stored = if self.guarded == Guarded::E2e { data[0] } else { data[data.len() - 1] };
         let whole = data.len() == 8 && stored == right_crc(self.guarded, data);
         let counter = Some(data[1] & 0xF).filter(|counter| whole && *counter < values(self.guarded));
-        let last_whole = self.session().filter(|seen| seen.counter.is_some()).last().map(|seen| seen.ms);
+        let last_whole = self.session().rfind(|seen| seen.counter.is_some()).map(|seen| seen.ms);
         let too_old = |last: u64| self.guarded != Guarded::EventFields && ms > last + TIMEOUT_MS;
         let fresh = self.link_lost || last_whole.is_some_and(too_old);
         self.link_lost = false;
@@ -137,7 +137,7 @@ impl Model {
             repeats += 1;
             before = self.before(before).unwrap();
         }
-        let tolerated = if self.guarded == Guarded::E2e { 1 } else { 0 };
+        let tolerated = i32::from(self.guarded == Guarded::E2e);
         repeats <= tolerated && self.step(before).is_none_or(|step| step <= 2)
     }
 
@@ -174,8 +174,8 @@ fn phase(outcomes: &[Outcome]) -> Phase {
         let next = match phase {
             Phase::Init if spoilt => Phase::Invalid,
             Phase::Init if !good => Phase::Init,
-            _ if good && !spoilt => Phase::Valid,
-            _ => Phase::Invalid,
+            Phase::NoData | Phase::Init | Phase::Valid | Phase::Invalid if good && !spoilt => Phase::Valid,
+            Phase::NoData | Phase::Init | Phase::Valid | Phase::Invalid => Phase::Invalid,
         };
         if next != phase {
             // What this state no longer saw the next one does not see either.

@@ -124,7 +124,9 @@ impl Observations {
                     self.rejected[message.0] = Some((reject, false));
                     // What was believed of a message that has become invalid is believed no more.
                     if guard.phase() == Some(Phase::Invalid) {
-                        carried.iter().for_each(|signal| self.last[signal.0] = None);
+                        for signal in carried {
+                            self.last[signal.0] = None;
+                        }
                     }
                     return;
                 }
