@@ -116,7 +116,7 @@ impl Trial {
             prop_assert!(wanted > at.mono.as_nanos(), "a deadline that does not move");
             if wanted > until * 1_000_000 {
                 self.ms = until;
-                return Ok(());
+                return self.check(until);
             }
             let wall = WallStamp::from_nanos(i64::try_from(wanted).unwrap());
             at = Now { mono: MonoTime::from_nanos(wanted), wall };
@@ -152,6 +152,7 @@ impl Trial {
             | Act::Again(_)
             | Act::Corrupt(..)
             | Act::Cut(..)
+            | Act::Stretch(_)
             | Act::Jump(..) => {}
         }
         if let Some(data) = self.sender.act(act) {
@@ -188,6 +189,6 @@ fn now(ms: u64) -> Now {
 }
 
 fn frame(id: u16, data: &[u8]) -> Input {
-    let frame = Frame::classic(CanId::Standard(id), data).unwrap();
+    let frame = Frame::fd(CanId::Standard(id), data).unwrap();
     Input::Frame { bus: BusIndex(0), frame, stamp: WallStamp::default() }
 }

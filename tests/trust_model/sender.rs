@@ -44,6 +44,8 @@ pub(crate) enum Act {
     Corrupt(u8, u64),
     /// It comes cut to so many bytes.
     Cut(u8, usize),
+    /// It comes four bytes longer than it should be, with a checksum that is right for them.
+    Stretch(u8),
     /// Its counter jumps by so much, its checksum is right.
     Jump(u8, u8),
     /// Nothing comes but the bus stays awake.
@@ -65,6 +67,7 @@ pub(crate) fn any_act() -> impl Strategy<Value = Act> {
         2 => (value(), 0..64).prop_map(|(value, bit)| Act::Corrupt(value, 1_u64 << bit)),
         1 => (value(), 1..=u64::MAX).prop_map(|(value, bits)| Act::Corrupt(value, bits)),
         1 => (value(), 1..8_usize).prop_map(|(value, length)| Act::Cut(value, length)),
+        1 => value().prop_map(Act::Stretch),
         2 => (value(), 0..16_u8).prop_map(|(value, by)| Act::Jump(value, by)),
         1 => Just(Act::Silence),
         1 => Just(Act::Sleep),
@@ -110,6 +113,15 @@ impl Sender {
                 Some(frame.iter().zip(bits.to_le_bytes()).map(|(byte, bits)| byte ^ bits).collect())
             }
             Act::Cut(value, length) => Some(self.next(value, 1)[..length].to_vec()),
+            Act::Stretch(value) => {
+                let mut frame = self.next(value, 1);
+                frame.extend([0; 4]);
+                match self.guarded {
+                    Guarded::E2e => frame[0] = right_crc(self.guarded, &frame),
+                    Guarded::Fields | Guarded::EventFields => frame[7] = right_crc(self.guarded, &frame),
+                }
+                Some(frame)
+            }
             Act::Jump(value, by) => Some(self.next(value, by)),
             Act::Silence | Act::Sleep | Act::LinkLost => None,
         }
@@ -136,11 +148,11 @@ fn seal(guarded: Guarded, counter: u8, value: u8) -> Vec<u8> {
     data
 }
 
-/// The CRC that eight bytes should hold.
+/// The CRC that eight bytes or more should hold.
 pub(crate) fn right_crc(guarded: Guarded, data: &[u8]) -> u8 {
     match guarded {
         Guarded::E2e => crc(0, [DATA_ID.as_slice(), &data[1..]].concat()),
-        Guarded::Fields | Guarded::EventFields => !crc(0xFF, data[..7].to_vec()),
+        Guarded::Fields | Guarded::EventFields => !crc(0xFF, [&data[..7], &data[8..]].concat()),
     }
 }
 
