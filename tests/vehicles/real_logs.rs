@@ -173,7 +173,7 @@ fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
     assert_eq!((trusted.len() as u64 - 1, counts.trusted, counts.lost), (168, 168, 11));
     // Of the counter's 26 breaks nine lie in silences, after which it starts anew; twelve are steps of
     // two, a lost frame (one of them while more is amiss); two repetitions and three others remain.
-    let step = |pair: &[(u64, u8)]| (pair[1].1 >> 4) + 4 - (pair[0].1 >> 4 & 3) & 3;
+    let step = |pair: &[(u64, u8)]| ((pair[1].1 >> 4) + 4 - (pair[0].1 >> 4 & 3)) & 3;
     assert_eq!(frames.windows(2).filter(|pair| step(pair) != 1).count(), 26);
     let first = GuardCounts { trusted: 168, lost: 11, initial: 16, ..GuardCounts::default() };
     assert_eq!(counts, GuardCounts { repeated: 2, wrong_sequence: 3, syncing: 4, ..first });
@@ -195,7 +195,7 @@ fn trusted(frames: &[(u64, u8)]) -> Vec<u64> {
             needed = 0;
             return None;
         }
-        let step = (new >> 4) + 4 - (old >> 4 & 3) & 3;
+        let step = ((new >> 4) + 4 - (old >> 4 & 3)) & 3;
         match step {
             1 | 2 if needed == 0 => return Some(at),
             1 | 2 => needed -= 1,

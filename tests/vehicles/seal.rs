@@ -19,25 +19,25 @@ pub(crate) fn sealed(frame: &Frame, count: u8) -> Frame {
     match frame.id() {
         // Honda: two bits of counter, a nibble that makes all nibbles 8.
         CanId::Standard(id @ (0x294 | 0x326)) => {
-            data[7] = data[7] & 0xC0 | count % 4 << 4;
+            data[7] = data[7] & 0xC0 | ((count % 4) << 4);
             let id = i32::from(id);
             data[7] |= nibble(8 - (id & 15) - (id >> 4 & 15) - (id >> 8) - nibbles(&data));
         }
         // PSA: of this message 4.
         CanId::Standard(0x452) => {
-            data[3] = data[3] & 0x0F | count % 16 << 4;
+            data[3] = data[3] & 0x0F | ((count % 16) << 4);
             data[5] &= 0xF0;
             data[5] |= nibble(4 - nibbles(&data));
         }
         CanId::Standard(0x091) => {
-            data[3] = data[3] & 0xF0 | count % 16;
+            data[3] = data[3] & 0xF0 | (count % 16);
             data[4] = data[..4].iter().fold(0xFF, |rest: u8, byte| rest.wrapping_sub(*byte));
         }
         // VW and New Eagle: a nibble of counter.
-        CanId::Standard(0x3D4 | 0x658) => data[1] = data[1] & 0xF0 | count % 16,
-        CanId::Extended(0x1F14) => data[7] = data[7] & 0xF0 | count % 16,
+        CanId::Standard(0x3D4 | 0x658) => data[1] = data[1] & 0xF0 | (count % 16),
+        CanId::Extended(0x1F14) => data[7] = data[7] & 0xF0 | (count % 16),
         // Volvo S60.
-        CanId::Extended(0x0261_300A) => data[0] = data[0] & 0x3F | count % 4 << 6,
+        CanId::Extended(0x0261_300A) => data[0] = data[0] & 0x3F | ((count % 4) << 6),
         CanId::Standard(_) | CanId::Extended(_) => {}
     }
     Frame::classic(frame.id(), &data).unwrap()
