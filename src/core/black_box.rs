@@ -195,9 +195,9 @@ mod tests {
             if step == 34 {
                 let mut early = black_box.clone();
                 let recording = early.take(at(350), line).unwrap();
-                assert_eq!(recording.log.lines().next(), Some("(1700000000.190000) can0 123#13"));
-                assert_eq!(recording.log.lines().count(), 16);
-                assert_eq!(recording.decisions, "110 ERROR turn\n111 ERROR hazard\n");
+                assert_eq!(recording.log.lines().next(), Some("(1700000000.200000) can0 123#14"));
+                assert_eq!(recording.log.lines().count(), 15);
+                assert_eq!(recording.decisions, "100 ERROR turn\n101 ERROR hazard\n");
             }
         }
     }

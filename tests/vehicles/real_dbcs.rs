@@ -26,7 +26,7 @@ const TWINS: [(&str, &str, &[&str]); 21] = [
     ("psa_aee2010", "psa_aee2010_r3", &[]),
     ("tesla_model3", "tesla_model3_vehicle", &[]),
     ("toyota_nodsu", "toyota_nodsu_pt_generated", &[]),
-    ("volvo_s60_2002", "volvo_s60_2002", &[]),
+    ("volvo_s60_2002", "volvo_s60_2002", &["Counter"]),
     ("volvo_v40_2017", "volvo_v40_2017_pt", &[]),
     ("vw_meb", "vw_meb_generated", &[]),
     ("vw_mqb", "vw_mqb", &[]),
