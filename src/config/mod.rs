@@ -5,11 +5,13 @@
 
 pub mod file;
 pub mod files;
+mod hazard;
 mod lights;
 mod messages;
 pub mod problem;
 mod roles;
 pub mod settings;
+mod turn;
 pub mod vehicle;
 pub mod vehicle_file;
 

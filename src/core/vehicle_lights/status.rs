@@ -1,9 +1,12 @@
 //! What diagnostics say of the two reports.
 
 use super::VehicleLights;
-use super::binding::{FaultBinding, HazardBinding, LightsBinding, SignalIndex, Timing};
+use super::binding::{
+    FaultBinding, HazardBinding, HazardSource, LightsBinding, SignalIndex, Timing, TurnBinding,
+};
 use super::observation::Absence;
-use super::verdict::{ActiveFault, Doubt, Verdict};
+use super::remark::Remarks;
+use super::verdict::{ActiveFault, Doubt, Reason, Verdict};
 use crate::core::bus::Bus;
 use crate::core::bus_status::link_text;
 use crate::core::diagnostics::{Level, RateMeter, Status};
@@ -28,12 +31,13 @@ impl Task {
     }
 }
 
-/// What diagnostics should hear: nothing wrong, a doubt, a fault, or both.
+/// What diagnostics should hear: nothing wrong, a doubt, a fault, or both; and what is odd.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LightsFinding {
     doubt: Option<Doubt>,
     fault: Option<ActiveFault>,
     withheld: bool,
+    remarks: Remarks,
 }
 
 impl LightsFinding {
@@ -43,6 +47,7 @@ impl LightsFinding {
             doubt: verdict.state.as_ref().err().copied(),
             fault: verdict.fault,
             withheld: verdict.publish.is_none(),
+            remarks: verdict.remarks,
         }
     }
 
@@ -51,9 +56,16 @@ impl LightsFinding {
         match (self.fault, self.doubt) {
             (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Trouble::HardwareFault),
             (None, Some(Doubt::Undefined(..) | Doubt::BothOn(..))) => Some(Trouble::Invalid),
-            (None, Some(Doubt::Absent(..) | Doubt::NotAvailable(..) | Doubt::Unbound)) => {
-                Some(Trouble::Unknown)
-            }
+            (
+                None,
+                Some(
+                    Doubt::Absent(..)
+                    | Doubt::NotAvailable(..)
+                    | Doubt::Unbound
+                    | Doubt::WatchingLamps(_)
+                    | Doubt::Settling(_),
+                ),
+            ) => Some(Trouble::Unknown),
             (None, None) => None,
         }
     }
@@ -76,7 +88,7 @@ pub(super) struct LightsTask {
     task: Task,
     signals: Vec<SignalIndex>,
     finding: Option<LightsFinding>,
-    reason: Option<u8>,
+    reason: Option<Reason>,
     unknown: u64,
     invalid: u64,
     faults: u64,
@@ -103,7 +115,7 @@ impl LightsTask {
     pub(super) fn update(
         &mut self,
         finding: LightsFinding,
-        reason: Option<u8>,
+        reason: Option<Reason>,
         (binding, buses, now): (&LightsBinding, &[Bus], MonoTime),
     ) -> bool {
         self.reason = reason;
@@ -136,9 +148,10 @@ impl VehicleLights {
         };
         let finding = task.finding.unwrap_or_default();
         let bad = finding.kind().is_some();
+        let level = if finding.remarks.any() { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
-        if let (HazardBinding::Signal { reasons, .. }, Some(reason)) = (&self.binding.hazard, task.reason) {
-            values.push(("reason", reasons.get(usize::from(reason)).cloned().unwrap_or_default()));
+        if let Some(reason) = task.reason {
+            values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
         self.signal_values(task, now, &mut values);
         values.extend([
@@ -156,7 +169,7 @@ impl VehicleLights {
         ));
         Status {
             name: format!("{node}: {}", which.name()),
-            level: if bad { Level::Error } else { Level::Ok },
+            level: if bad { Level::Error } else { level },
             message: message(&self.binding, buses, which, finding),
             values,
         }
@@ -226,9 +239,34 @@ fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: LightsFi
     };
     let doubt = finding.doubt.map(|doubt| doubt_text(binding, buses, doubt));
     let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
-    match [fault, doubt].into_iter().flatten().collect::<Vec<_>>() {
+    let source = |position| source_name(binding, task, position);
+    let remarks = finding.remarks.texts(binding, source);
+    match fault.into_iter().chain(doubt).chain(remarks).collect::<Vec<_>>() {
         texts if texts.is_empty() => "publishing".to_owned(),
         texts => texts.join("; "),
+    }
+}
+
+fn source_name(binding: &LightsBinding, task: Task, position: usize) -> &str {
+    let name = match (task, &binding.turn, &binding.hazard) {
+        (Task::TurnIndicators, TurnBinding::From(sources), _) => {
+            sources.list.get(position).map(|named| &named.name)
+        }
+        (Task::HazardLights, _, HazardBinding::From(sources)) => {
+            sources.list.get(position).map(|named| &named.name)
+        }
+        _ => None,
+    };
+    name.map_or("", String::as_str)
+}
+
+fn reason_text(binding: &LightsBinding, reason: Reason) -> &str {
+    let HazardBinding::From(sources) = &binding.hazard else { return "" };
+    match sources.list.get(reason.source).map(|named| &named.source) {
+        Some(HazardSource::Signal { reasons, .. }) => {
+            reasons.get(usize::from(reason.index)).map_or("", String::as_str)
+        }
+        Some(HazardSource::BothSides | HazardSource::Button { .. }) | None => "",
     }
 }
 
@@ -262,6 +300,12 @@ fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
         Doubt::Fault(signal, raw) => {
             format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))
         }
+        Doubt::WatchingLamps([left, right]) => {
+            format!("unknown: watching the lamps {} and {}", name(left), name(right))
+        }
+        Doubt::Settling(signal) => {
+            format!("unknown: watching {}, which may have been pressed before", name(signal))
+        }
     }
 }
 
@@ -292,7 +336,9 @@ fn raw_text(raw: i128) -> String {
 mod tests {
     use std::time::Duration;
 
-    use super::super::binding::{BoundMessage, BoundSignal, MessageIndex, Role, TurnBinding, TurnCode};
+    use super::super::binding::{
+        BoundMessage, BoundSignal, MessageIndex, Role, Sources, TurnCode, TurnSource,
+    };
     use super::super::meaning::{Meaning, RawRange, ValueMap};
     use super::super::report::Publish;
     use super::*;
@@ -327,10 +373,10 @@ mod tests {
                 message: MessageIndex(0),
                 codec: SignalCodec::new(byte, 1).unwrap(),
             }],
-            turn: TurnBinding::Enumerated(Role {
+            turn: TurnBinding::From(Sources::only(TurnSource::Enumerated(Role {
                 signal: SignalIndex(0),
                 values: ValueMap::new(values).unwrap(),
-            }),
+            }))),
             turn_faults: FaultBinding::default(),
             hazard: HazardBinding::Unbound,
             hazard_faults: FaultBinding::default(),
