@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::frame::{CanId, Frame};
@@ -17,19 +17,20 @@ use signal_gateway::core::vehicle_lights::integrity::{
 use signal_gateway::io::can::candump::Content;
 use signal_gateway::io::can::log::Log;
 
-/// A recording; `None`, and said so, where there is none.
-fn recording(test: &str, name: &str) -> Option<PathBuf> {
+/// A recording; `None`, and the test that calls says so, where there is none.
+fn recording(name: &str) -> Option<PathBuf> {
     let project = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let shared = std::env::var_os("SIGNAL_GATEWAY_SHARED").map_or(project.join("../shared"), PathBuf::from);
     let path = shared.join("data/can-logs").join(name);
     if !path.exists() {
-        println!("skipped: {test}: ../shared is absent");
+        let thread = std::thread::current();
+        println!("skipped: {}: ../shared is absent", thread.name().unwrap());
     }
     path.exists().then_some(path)
 }
 
 /// The data frames of a recording, by message and in order.
-fn messages(path: &PathBuf) -> BTreeMap<CanId, Vec<Frame>> {
+fn messages(path: &Path) -> BTreeMap<CanId, Vec<Frame>> {
     let mut log = Log::open(path).unwrap();
     let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
     while let Some(record) = log.next_record().unwrap() {
@@ -89,7 +90,7 @@ fn honda_counter(length: usize) -> Counter {
 
 #[test]
 fn every_honda_frame_of_icsim_is_whole_and_in_sequence() {
-    let Some(path) = recording("every_honda_frame_of_icsim", "icsim-sample-can.log") else { return };
+    let Some(path) = recording("icsim-sample-can.log") else { return };
     let messages = messages(&path);
     let rates = messages.values().map(|frames| rate(frames, honda));
     let (good, all) = rates.fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
@@ -105,7 +106,7 @@ fn every_honda_frame_of_icsim_is_whole_and_in_sequence() {
 #[test]
 fn the_civic_lost_frames_but_damaged_none() {
     let name = "eld-civic-type-r-2019-turnonanddrive.log";
-    let Some(path) = recording("the_civic_lost_frames_but_damaged_none", name) else { return };
+    let Some(path) = recording(name) else { return };
     let messages = messages(&path);
     let not_whole = messages.iter().filter_map(|(id, frames)| {
         let (good, all) = rate(frames, honda);
@@ -120,7 +121,7 @@ fn the_civic_lost_frames_but_damaged_none() {
 #[test]
 fn every_toyota_frame_of_the_checksummed_messages_is_whole() {
     let name = "comma2k19-rav4-b0c9d232-seg40.candump.log.gz";
-    let Some(path) = recording("every_toyota_frame_of_the_checksummed_messages", name) else { return };
+    let Some(path) = recording(name) else { return };
     let ids = [0x024, 0x025, 0x0B4, 0x1C4, 0x1D0, 0x1D2, 0x1D3, 0x223, 0x260, 0x2C1, 0x320, 0x3F9, 0x420];
     let messages = messages(&path);
     let toyota = |length| Checksum::new(Rule::Sum(Sum::TOYOTA), last_byte(length)).unwrap();
@@ -137,7 +138,7 @@ fn every_toyota_frame_of_the_checksummed_messages_is_whole() {
 #[test]
 fn twenty_seven_durango_messages_have_a_j1850() {
     let name = "eld-durango-keyon.log";
-    let Some(path) = recording("twenty_seven_durango_messages_have_a_j1850", name) else { return };
+    let Some(path) = recording(name) else { return };
     let messages = messages(&path);
     // Three frames of a message prove nothing.
     let whole = messages.iter().filter(|(_, frames)| frames.len() >= 10).filter(|(_, frames)| {
@@ -158,8 +159,8 @@ fn twenty_seven_durango_messages_have_a_j1850() {
 }
 
 /// Name, identifier and payload of each known-good frame, by DBC.
-fn known_good(test: &str, dbc: &str) -> Option<Vec<(String, CanId, Vec<u8>)>> {
-    let text = fs::read_to_string(recording(test, "e2e-known-good-frames.csv")?).unwrap();
+fn known_good(dbc: &str) -> Option<Vec<(String, CanId, Vec<u8>)>> {
+    let text = fs::read_to_string(recording("e2e-known-good-frames.csv")?).unwrap();
     let rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let rows = rows.filter(|row| row[0] == dbc).map(|row| {
         let id = u32::from_str_radix(row[2].trim_start_matches("0x"), 16).unwrap();
@@ -183,7 +184,7 @@ fn holds_as_it_is(checksum: &Checksum, id: CanId, data: &[u8], free: std::ops::R
 
 #[test]
 fn the_known_good_frames_of_volkswagen_are_good() {
-    let Some(frames) = known_good("the_known_good_frames_of_volkswagen", "vw_mqb") else { return };
+    let Some(frames) = known_good("vw_mqb") else { return };
     let mut constants: BTreeMap<&str, [Option<u8>; 16]> = BTreeMap::new();
     for (message, _, data) in &frames {
         let (counter, constant) = Crc8::volkswagen_constant(data).unwrap();
@@ -203,7 +204,7 @@ fn the_known_good_frames_of_volkswagen_are_good() {
 
 #[test]
 fn the_known_good_frames_of_giorgio_are_good_but_for_a_damaged_one() {
-    let Some(frames) = known_good("the_known_good_frames_of_giorgio", "fca_giorgio") else { return };
+    let Some(frames) = known_good("fca_giorgio") else { return };
     let mut damaged = vec![];
     for (message, id, data) in &frames {
         let last_xor = match message.as_str() {

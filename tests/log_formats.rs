@@ -163,7 +163,8 @@ fn two_buses_of_one_file_do_not_mix() {
 fn hyundai(recording: &Path, interface: &str) -> Replay {
     let profile = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/hyundai_kia.toml");
     let file = tempfile::NamedTempFile::new().unwrap();
-    let text = format!("profile = {profile:?}\n[can.powertrain]\ninterface = \"{interface}\"\n");
+    let text =
+        format!("profile = \"{}\"\n[can.powertrain]\ninterface = \"{interface}\"\n", profile.display());
     std::fs::write(file.path(), text).unwrap();
     let settings = load(&Disk, file.path(), &Overrides::default()).unwrap();
     let routes = Routes(vec![(interface.to_owned(), BusIndex(0))]);
@@ -205,6 +206,8 @@ fn random_candump(kinds: &'static [&'static str]) -> String {
     text
 }
 
+const ALL: &[&str] = &["classic", "fd", "remote", "error"];
+
 #[test]
 fn what_python_can_writes_is_read_back() {
     let Some(python) = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON") else {
@@ -212,7 +215,6 @@ fn what_python_can_writes_is_read_back() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    const ALL: &[&str] = &["classic", "fd", "remote", "error"];
     // python-can writes nothing but classic data frames in TRC.
     for (ending, kinds) in [("asc", ALL), ("blf", ALL), ("trc", &["classic"])] {
         let (source, written) =

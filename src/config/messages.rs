@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use toml::Spanned;
 
+use super::integrity::integrity;
 use super::roles::Binder;
 use super::vehicle::{LONGEST_TIMEOUT_MS, is_timeout, out_of_range};
-use super::vehicle_file::{TimingFile, VehicleFile};
+use super::vehicle_file::{MessageFile, TimingFile, VehicleFile};
 use crate::core::dbc::model::Message;
 use crate::core::frame::CanId;
 use crate::core::vehicle_lights::binding::{BoundMessage, Timing};
@@ -53,13 +54,33 @@ pub(super) fn messages(
             binder.refuse(at, reason, "name cyclic messages of the DBC in alive_by of the bus");
         }
     }
-    let compiled = bound.iter().zip(timings).map(|((bus, message), timing)| BoundMessage {
-        name: message.name.clone(),
-        bus: binder.buses[*bus].index,
-        id: message.id,
-        timing,
-    });
-    compiled.collect()
+    let mut compiled = Vec::new();
+    for ((bus, message), timing) in bound.iter().zip(timings) {
+        let forget_after = match timing {
+            Timing::Cyclic { timeout } => Some(timeout),
+            Timing::Event => None,
+        };
+        let section = section(binder, file, *bus, message).map(|(_, section)| section);
+        let integrity = section.and_then(|section| integrity(binder, section, message, forget_after));
+        let (name, bus) = (message.name.clone(), binder.buses[*bus].index);
+        compiled.push(BoundMessage { name, bus, id: message.id, timing, integrity });
+    }
+    compiled
+}
+
+/// What the profile says of a message.
+fn section<'f>(
+    binder: &Binder<'_>,
+    file: &'f VehicleFile,
+    bus: usize,
+    message: &Message,
+) -> Option<(&'f Spanned<String>, &'f MessageFile)> {
+    let bus_name = &binder.buses[bus].name;
+    file.message.iter().find(|(name, section)| {
+        // A bus that does not exist is refused elsewhere and draws no second problem here.
+        let named = section.bus.as_ref().filter(|bus| has_bus(binder, bus));
+        *name.get_ref() == message.name && named.is_none_or(|named| named.get_ref() == bus_name)
+    })
 }
 
 fn has_bus(binder: &Binder<'_>, bus: &Spanned<String>) -> bool {
@@ -67,12 +88,7 @@ fn has_bus(binder: &Binder<'_>, bus: &Spanned<String>) -> bool {
 }
 
 fn timing(binder: &mut Binder<'_>, file: &VehicleFile, bus: usize, message: &Message) -> Timing {
-    let bus_name = &binder.buses[bus].name;
-    let section = file.message.iter().find(|(name, section)| {
-        // A bus that does not exist is refused elsewhere and draws no second problem here.
-        let named = section.bus.as_ref().filter(|bus| has_bus(binder, bus));
-        *name.get_ref() == message.name && named.is_none_or(|named| named.get_ref() == bus_name)
-    });
+    let section = section(binder, file, bus, message);
     let timeout = section.and_then(|(_, section)| section.timeout_ms.as_ref());
     match (section.map_or(TimingFile::Cyclic, |(_, section)| section.timing), timeout) {
         (TimingFile::Event, None) => Timing::Event,

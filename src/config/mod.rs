@@ -6,6 +6,8 @@
 pub mod file;
 pub mod files;
 mod hazard;
+mod integrity;
+pub mod integrity_file;
 mod lights;
 mod messages;
 pub mod problem;

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use serde::de::{Unexpected, Visitor};
 use toml::Spanned;
 
+use super::integrity_file::{ChecksumFile, CounterFile, E2eFile, WindowFile};
 use crate::core::vehicle_lights::binding::{BothOn, OnFault, TurnWhileHazard};
 use crate::core::vehicle_lights::meaning::RawRange;
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress};
@@ -59,6 +60,16 @@ pub struct MessageFile {
     pub timing: TimingFile,
     /// Longest believed silence, ms.
     pub timeout_ms: Option<Spanned<u64>>,
+    /// The only right length, bytes.
+    pub length: Option<Spanned<usize>>,
+    /// Its checksum.
+    pub checksum: Option<Spanned<ChecksumFile>>,
+    /// Its counter.
+    pub counter: Option<Spanned<CounterFile>>,
+    /// Its E2E protection, instead of the two.
+    pub e2e: Option<Spanned<E2eFile>>,
+    /// What its latest frames together must show.
+    pub window: Option<Spanned<WindowFile>>,
 }
 
 /// `timing = …`

@@ -47,9 +47,11 @@ fn section(sections: &[(String, Vec<String>)], name: &str) -> Vec<String> {
 }
 
 const DBC: &str = "\
-BO_ 256 BLINKERS: 4 X
+BO_ 256 BLINKERS: 8 X
  SG_ TURN : 0|4@1+ (1,0) [0|15] \"\" X
  SG_ HAZARD : 4|3@1+ (1,0) [0|7] \"\" X
+ SG_ CHECKSUM : 56|4@1+ (1,0) [0|15] \"\" X
+ SG_ COUNTER : 60|2@1+ (1,0) [0|3] \"\" X
 BO_ 257 LAMPS: 4 X
  SG_ LEFT : 0|1@1+ (1,0) [0|1] \"\" X
  SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X
@@ -98,9 +100,10 @@ fn what_the_gateway_file_shows_are_the_defaults() {
                  [recording]\nfile = \"drive.log.gz\"\n";
     let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
     let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();
-    // Shown as examples: without them the environment and all networks count.
+    // Shown as examples: without them the environment, all networks and systemd's folder count.
     default.ros.domain_id = shown.ros.domain_id;
     default.ros.only_networks.clone_from(&shown.ros.only_networks);
+    default.black_box.folder.clone_from(&shown.black_box.folder);
     assert_eq!(format!("{shown:?}"), format!("{default:?}"));
 }
 

@@ -9,6 +9,7 @@
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+mod black_box;
 mod interface;
 mod joining;
 mod links;

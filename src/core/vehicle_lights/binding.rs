@@ -6,6 +6,7 @@
 use std::time::Duration;
 
 use super::fusion::SourceSettings;
+use super::integrity::MessageIntegrity;
 use super::lamp::LampSettings;
 use super::lamp::timing::Resolution;
 use super::meaning::{Meaning, ValueMap};
@@ -52,6 +53,8 @@ pub struct BoundMessage {
     pub id: CanId,
     /// How long its values may be believed.
     pub timing: Timing,
+    /// What its frames must prove before any of their signals is used.
+    pub integrity: Option<MessageIntegrity>,
 }
 
 /// How a message is sent, and so how long its last values may be believed.

@@ -1,6 +1,8 @@
 //! What was last seen of each bound signal, and whether it may still be believed.
 
 use super::binding::{BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex, Timing};
+use super::integrity::window::Phase;
+use super::integrity::{Guard, GuardCounts, Reject, Verdict};
 use super::meaning::Meaning;
 use crate::core::bus::{Bus, Received, past};
 use crate::core::error_frame::ControllerState;
@@ -18,6 +20,8 @@ pub enum Absence {
     NeverSeen,
     /// The last frame is older than the message's limit.
     Stale,
+    /// Frames come, but the last ones did not prove what they must; why, in words.
+    NotTrusted(&'static str),
     /// An event message holds as long as its bus is alive, and the bus is silent.
     BusSilent,
     /// The bus's controller is bus-off: nothing can be received.
@@ -54,7 +58,7 @@ pub struct Observation {
 /// Frames of one bound message since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MessageCounts {
-    /// Frames used.
+    /// Frames long enough, trusted or not.
     pub frames: u64,
     /// Frames too short for a signal they should carry; none of their signals was used.
     pub too_short: u64,
@@ -65,6 +69,10 @@ pub struct MessageCounts {
 pub struct Observations {
     last: Vec<Option<Observation>>,
     counts: Vec<MessageCounts>,
+    /// What judges the frames of each message, where something must be proven.
+    guards: Vec<Option<Guard>>,
+    /// The last rejection of each message, and whether a trusted frame has come since.
+    rejected: Vec<Option<(Reject, bool)>>,
     /// Signals of each message, by message.
     carried: Vec<Vec<SignalIndex>>,
 }
@@ -82,6 +90,12 @@ impl Observations {
         Self {
             last: vec![None; binding.signals.len()],
             counts: vec![MessageCounts::default(); binding.messages.len()],
+            guards: binding
+                .messages
+                .iter()
+                .map(|message| message.integrity.clone().map(Guard::new))
+                .collect(),
+            rejected: vec![None; binding.messages.len()],
             carried,
         }
     }
@@ -104,6 +118,25 @@ impl Observations {
             return;
         }
         self.counts[message.0].frames += 1;
+        if let Some(guard) = &mut self.guards[message.0] {
+            match guard.check(frame, now.mono) {
+                Verdict::Rejected(reject) => {
+                    self.rejected[message.0] = Some((reject, false));
+                    // What was believed of a message that has become invalid is believed no more.
+                    if guard.phase() == Some(Phase::Invalid) {
+                        for signal in carried {
+                            self.last[signal.0] = None;
+                        }
+                    }
+                    return;
+                }
+                Verdict::Trusted => {
+                    if let Some((_, trusted_since)) = &mut self.rejected[message.0] {
+                        *trusted_since = true;
+                    }
+                }
+            }
+        }
         let received = Received { at: now.mono, stamp };
         for signal in carried.iter().filter(present) {
             let raw = binding.signals[signal.0].codec.value(data);
@@ -116,6 +149,13 @@ impl Observations {
         for (slot, signal) in self.last.iter_mut().zip(&binding.signals) {
             if binding.messages[signal.message.0].bus == bus {
                 *slot = None;
+            }
+        }
+        let of_bus = binding.messages.iter().map(|message| message.bus == bus);
+        for ((guard, rejected), of_bus) in self.guards.iter_mut().zip(&mut self.rejected).zip(of_bus) {
+            if of_bus {
+                guard.iter_mut().for_each(Guard::forget);
+                *rejected = None;
             }
         }
     }
@@ -139,19 +179,29 @@ impl Observations {
         buses: &[Bus],
         now: MonoTime,
     ) -> Reading<T> {
-        let message = &binding.messages[binding.signals[role.signal.0].message.0];
+        let index = binding.signals[role.signal.0].message;
+        let message = &binding.messages[index.0];
         let bus = &buses[usize::from(message.bus.0)];
         let Some(Observation { raw, received }) = self.last[role.signal.0] else {
-            return Reading::Absent(cause(bus, None, now).unwrap_or(Absence::NeverSeen));
+            let why = self.distrust(index).unwrap_or(Absence::NeverSeen);
+            return Reading::Absent(cause(bus, None, now).unwrap_or(why));
         };
         let absent = match message.timing {
-            Timing::Cyclic { timeout } => (now.since(received.at) > timeout).then_some(Absence::Stale),
+            Timing::Cyclic { timeout } => {
+                (now.since(received.at) > timeout).then(|| self.distrust(index).unwrap_or(Absence::Stale))
+            }
             Timing::Event => (!bus.is_alive(now)).then_some(Absence::BusSilent),
         };
         absent.map_or_else(
             || Reading::Seen { meaning: role.values.meaning(raw), raw, received },
             |why| Reading::Absent(cause(bus, Some(received.at), now).unwrap_or(why)),
         )
+    }
+
+    /// Why the latest frames of a message are not trusted, if they are not.
+    fn distrust(&self, message: MessageIndex) -> Option<Absence> {
+        let (reject, trusted_since) = self.rejected[message.0]?;
+        (!trusted_since).then(|| Absence::NotTrusted(reject.words()))
     }
 
     /// When a signal may go stale with nothing happening. (Event messages: see the bus.)
@@ -169,6 +219,16 @@ impl Observations {
     /// The last value of a signal, believable or not.
     pub fn last(&self, signal: SignalIndex) -> Option<Observation> {
         self.last[signal.0]
+    }
+
+    /// What the guard of a message has counted; `None` where nothing must be proven.
+    pub fn guard_counts(&self, message: MessageIndex) -> Option<GuardCounts> {
+        self.guards[message.0].as_ref().map(Guard::counts)
+    }
+
+    /// The last frame of a message that was not trusted, since start or the last loss of its link.
+    pub fn last_reject(&self, message: MessageIndex) -> Option<Reject> {
+        self.rejected[message.0].map(|(reject, _)| reject)
     }
 
     /// Frames of a message since start.

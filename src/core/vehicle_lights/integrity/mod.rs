@@ -9,6 +9,7 @@ pub mod counter;
 pub mod e2e;
 pub mod window;
 
+use std::fmt;
 use std::time::Duration;
 
 use crate::core::frame::Frame;
@@ -95,6 +96,42 @@ pub enum Reject {
     Syncing(u8),
     /// Right by itself, but the message as a whole is not yet, or no more, trusted.
     NotValid(Phase),
+}
+
+impl Reject {
+    /// What is wrong, in words that stay the same from frame to frame.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::WrongLength(_) => "wrong length",
+            Self::WrongChecksum { .. } => "wrong checksum",
+            Self::WrongDataId { .. } => "wrong data ID",
+            Self::CounterOutOfRange(_) => "counter out of range",
+            Self::Initial => "first frame, its counter has nothing to follow",
+            Self::Repeated => "repeated counter",
+            Self::WrongSequence { .. } => "counter out of sequence",
+            Self::Syncing(_) => "counter not in sequence for long enough",
+            Self::NotValid(_) => "too few good frames",
+        }
+    }
+}
+
+/// With the numbers.
+impl fmt::Display for Reject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = self.words();
+        match self {
+            Self::WrongLength(length) => write!(f, "{words}: {length} bytes"),
+            Self::WrongChecksum { stored, expected } => {
+                write!(f, "{words}: 0x{stored:X}, not 0x{expected:X}")
+            }
+            Self::WrongDataId { stored, expected } => write!(f, "{words}: 0x{stored:X}, not 0x{expected:X}"),
+            Self::CounterOutOfRange(value) => write!(f, "{words}: {value}"),
+            Self::WrongSequence { from, to } => write!(f, "{words}: {to} after {from}"),
+            Self::Syncing(missing) => write!(f, "{words}: {missing} more needed"),
+            Self::NotValid(phase) => write!(f, "{words}: {phase:?}"),
+            Self::Initial | Self::Repeated => f.write_str(words),
+        }
+    }
 }
 
 /// Frames judged since start, by verdict.

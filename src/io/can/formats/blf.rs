@@ -58,7 +58,7 @@ impl Blf {
         Ok(Self { objects: BufReader::new(contents), start, count: 0 })
     }
 
-    /// Objects met so far.
+    /// Objects met so far; a container that cannot be unpacked counts as one.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -70,8 +70,11 @@ impl Blf {
     /// When the source fails or ends within an object.
     pub fn next_entry(&mut self) -> io::Result<Option<Outcome>> {
         match self.next_object() {
-            // A container that cannot be unpacked.
-            Err(error) if error.kind() == ErrorKind::InvalidData => Ok(Some(Err(BadLine::BadData))),
+            // A container that cannot be unpacked, in place of its objects.
+            Err(error) if error.kind() == ErrorKind::InvalidData => {
+                self.count += 1;
+                Ok(Some(Err(BadLine::BadData)))
+            }
             outcome => outcome,
         }
     }
@@ -198,13 +201,13 @@ impl Read for Contents {
                     *left -= read as u64;
                     read
                 }
-                Inside::Packed(unpacker) => match unpacker.read(buffer) {
-                    Ok(read) => read,
-                    Err(_) => {
+                Inside::Packed(unpacker) => {
+                    let Ok(read) = unpacker.read(buffer) else {
                         self.inside = Inside::Nothing;
                         return Err(ErrorKind::InvalidData.into());
-                    }
-                },
+                    };
+                    read
+                }
                 Inside::Base(base, done) => {
                     let read = (&base[*done..]).read(buffer)?;
                     *done += read;
@@ -370,17 +373,7 @@ mod tests {
         let mut blf = Blf::new(Box::new(Cursor::new(file))).unwrap();
         let mut entries = Vec::new();
         while let Some(entry) = blf.next_entry().unwrap() {
-            entries.extend(entry.transpose().map(|entry| {
-                entry.map(|Entry { stamp, interface, content }| {
-                    let content = match content {
-                        Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
-                            format!("{other:?}")
-                        }
-                    };
-                    format!("{} {interface} {content}", stamp.as_nanos() / 1000 - START_MICROS)
-                })
-            }));
+            entries.extend(entry.transpose().map(|entry| entry.map(|entry| entry.told(START_MICROS))));
         }
         entries
     }
@@ -431,7 +424,11 @@ mod tests {
         let after = Ok("1000 can1 1A0#01".to_owned());
         let mut packed = container(2, &whole());
         packed[40..44].fill(0xAA);
-        assert_eq!(read(file(&[packed, container(2, &whole())])), [Err(BadLine::BadData), after.clone()]);
+        let packed = file(&[packed, container(2, &whole())]);
+        assert_eq!(read(packed.clone()), [Err(BadLine::BadData), after.clone()]);
+        let mut blf = Blf::new(Box::new(Cursor::new(packed))).unwrap();
+        blf.next_entry().unwrap();
+        assert_eq!(blf.count(), 1, "it has a number to be found by");
         let mut magic = whole();
         magic[0] = b'X';
         assert_eq!(read(file(&[magic, whole(), whole()])), [after.clone(), after.clone()], "outside, unseen");

@@ -153,27 +153,13 @@ pub fn parse_line(line: &[u8], radix: u32) -> Result<(i64, Entry<'_>), BadLine> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::told;
     use super::*;
 
     const START: &str = "***START DATE AND TIME 5:3:2024 14:30:0:250***";
 
     fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        let mut log = Busmaster::default();
-        lines
-            .iter()
-            .filter_map(|line| log.read(line.as_bytes()).transpose())
-            .map(|entry| {
-                entry.map(|Entry { stamp, interface, content }| {
-                    let content = match content {
-                        Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
-                            format!("{other:?}")
-                        }
-                    };
-                    format!("{} {interface} {content}", stamp.as_nanos() / 1000)
-                })
-            })
-            .collect()
+        told(&mut Busmaster::default(), lines)
     }
 
     fn good(lines: &[&str]) -> Vec<String> {

@@ -2,7 +2,7 @@
 //!
 //! | module | what it reads | recognised by |
 //! |---|---|---|
-//! | [`candump`](super::candump) | `candump -L` | `(`; also what nothing else claims |
+//! | [`super::candump`] | `candump -L` | `(`; also what nothing else claims |
 //! | [`asc`] | Vector ASC | `date …`, `base …` or `//` |
 //! | [`trc`] | PCAN TRC 1.0 to 1.3, 2.0, 2.1 | `;` |
 //! | [`csv`] | SavvyCAN and GVRET CSV | `Time Stamp,ID,` |
@@ -194,6 +194,25 @@ pub fn not_supported() -> io::Error {
         "ASAM MDF (MF4) is not supported: convert it with python-can, \
          `pip install python-can asammdf` and `python -m can.logconvert recording.mf4 recording.log`",
     )
+}
+
+/// What a reader makes of lines, for the tests of each format.
+#[cfg(test)]
+fn told(reader: &mut impl Lines, lines: &[&str]) -> Vec<Result<String, BadLine>> {
+    let entries = lines.iter().filter_map(|line| reader.read(line.as_bytes()).transpose());
+    entries.map(|entry| entry.map(|entry| entry.told(0))).collect()
+}
+
+#[cfg(test)]
+impl Entry<'_> {
+    /// Microseconds since `start_micros`, interface and content.
+    fn told(&self, start_micros: i64) -> String {
+        let content = match self.content {
+            Content::Data(frame) => frame.to_string(),
+            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => format!("{other:?}"),
+        };
+        format!("{} {} {content}", self.stamp.as_nanos() / 1000 - start_micros, self.interface)
+    }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 use super::words::{data_frame, decimal, id, nothing_more, number, text};
 use super::{Entry, Interface, Lines};
 use crate::core::time::WallStamp;
-use crate::io::can::candump::BadLine;
+use crate::io::can::candump::{BadLine, Content};
 
 /// Such lines have no headings.
 #[derive(Debug, Clone, Copy)]
@@ -30,41 +30,39 @@ impl Lines for Plain {
 /// Why it cannot be read.
 pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
     let text = text(line)?;
-    let (stamp, content) = match text.split_once(':') {
-        Some((start, data)) => {
-            let (time, identifier) = start.split_once([' ', '\t']).ok_or(BadLine::NoTime)?;
-            let nanos = decimal(time, 1_000_000).ok_or(BadLine::NoTime)?;
-            let digits = identifier.trim().strip_prefix("0x").ok_or(BadLine::NoFrame)?;
-            let id = id(number(digits, 16).ok_or(BadLine::BadId)?, digits.len() > 3)?;
-            let mut words = data.split_ascii_whitespace();
-            let length = words.clone().count();
-            (WallStamp::from_nanos(nanos), data_frame(id, false, length, &mut words, 16)?)
-        }
-        None => {
-            let mut bytes = text.split_ascii_whitespace();
-            let mut byte = || {
-                let word = bytes.next().filter(|word| word.len() == 2);
-                word.and_then(|word| number(word, 16))
-            };
-            let length = byte().filter(|length| *length <= 8).ok_or(BadLine::BadLength)?;
-            let identifier = (0..4).try_fold(0, |id, _| Some(id << 8 | byte()?)).ok_or(BadLine::BadId)?;
-            let id = id(identifier & !(1 << 31), identifier >> 31 == 1)?;
-            let length = usize::try_from(length).map_err(|_| BadLine::BadLength)?;
-            let content = data_frame(id, false, length, &mut bytes, 16)?;
-            if bytes.next() != Some("00") {
-                return Err(BadLine::BadLength);
-            }
-            nothing_more(bytes)?;
-            (WallStamp::default(), content)
-        }
-    };
+    let (stamp, content) =
+        if let Some((start, data)) = text.split_once(':') { timed(start, data)? } else { serial(text)? };
     Ok(Entry { stamp, interface: Interface::Numbered(0), content })
+}
+
+fn timed(start: &str, data: &str) -> Result<(WallStamp, Content), BadLine> {
+    let (time, identifier) = start.split_once([' ', '\t']).ok_or(BadLine::NoTime)?;
+    let nanos = decimal(time, 1_000_000).ok_or(BadLine::NoTime)?;
+    let digits = identifier.trim().strip_prefix("0x").ok_or(BadLine::NoFrame)?;
+    let id = id(number(digits, 16).ok_or(BadLine::BadId)?, digits.len() > 3)?;
+    let mut words = data.split_ascii_whitespace();
+    let length = words.clone().count();
+    Ok((WallStamp::from_nanos(nanos), data_frame(id, false, length, &mut words, 16)?))
+}
+
+fn serial(text: &str) -> Result<(WallStamp, Content), BadLine> {
+    let mut words = text.split_ascii_whitespace();
+    let mut byte = || words.next().filter(|word| word.len() == 2).and_then(|word| number(word, 16));
+    let length = byte().filter(|length| *length <= 8).ok_or(BadLine::BadLength)?;
+    let identifier = (0..4).try_fold(0, |id, _| Some(id << 8 | byte()?)).ok_or(BadLine::BadId)?;
+    let id = id(identifier & !(1 << 31), identifier >> 31 == 1)?;
+    let length = usize::try_from(length).map_err(|_| BadLine::BadLength)?;
+    let content = data_frame(id, false, length, &mut words, 16)?;
+    if words.next() != Some("00") {
+        return Err(BadLine::BadLength);
+    }
+    nothing_more(words)?;
+    Ok((WallStamp::default(), content))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::can::candump::Content;
 
     fn read(line: &str) -> Result<String, BadLine> {
         parse_line(line.as_bytes()).map(|Entry { stamp, content, .. }| match content {

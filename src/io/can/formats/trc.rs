@@ -167,25 +167,11 @@ fn frame<'a>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::told;
     use super::*;
 
     fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        let mut trc = Trc::default();
-        lines
-            .iter()
-            .filter_map(|line| trc.read(line.as_bytes()).transpose())
-            .map(|entry| {
-                entry.map(|Entry { stamp, interface, content }| {
-                    let content = match content {
-                        Content::Data(frame) => frame.to_string(),
-                        other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => {
-                            format!("{other:?}")
-                        }
-                    };
-                    format!("{} {interface} {content}", stamp.as_nanos() / 1000)
-                })
-            })
-            .collect()
+        told(&mut Trc::default(), lines)
     }
 
     fn good(lines: &[&str]) -> Vec<String> {
