@@ -104,12 +104,8 @@ impl VehicleLights {
         Steps {
             turn: self.turn.update(published(&verdicts.turn), now.mono),
             hazard: self.hazard.update(published(&verdicts.hazard), now.mono),
-            turn_changed: self.turn_task.update(LightsFinding::of(&verdicts.turn), None, context),
-            hazard_changed: self.hazard_task.update(
-                LightsFinding::of(&verdicts.hazard),
-                verdicts.hazard.reason,
-                context,
-            ),
+            turn_changed: self.turn_task.update(&verdicts.turn, context),
+            hazard_changed: self.hazard_task.update(&verdicts.hazard, context),
         }
     }
 

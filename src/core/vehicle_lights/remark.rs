@@ -2,14 +2,26 @@
 
 use super::binding::{LightsBinding, SignalIndex};
 use super::lamp::LampFindings;
+use super::verdict::Doubt;
 
 /// What is odd about the sources of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Remarks {
     /// Lamps that do not flash as they should; of the most trusted source that sees any.
     pub lamps: Option<LampRemark>,
+    /// A source in doubt, and the one that stands in for it.
+    pub stand_in: Option<StandIn>,
     /// The most trusted source that contradicts the believed one for too long.
     pub disagreement: Option<Contradiction>,
+}
+
+/// A fallback at work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StandIn {
+    /// The source that is believed instead, by position.
+    pub by: usize,
+    /// Why the most trusted source is not.
+    pub doubt: Doubt,
 }
 
 /// Odd lamps.
@@ -36,11 +48,13 @@ impl Remarks {
         self != Self::default()
     }
 
-    /// Each remark in a few words; `source_name` names a source by its position.
+    /// Each remark in a few words; `source_name` names a source by its position, `doubt_text` says why
+    /// a source is in doubt.
     pub fn texts<'a>(
         self,
         binding: &LightsBinding,
         source_name: impl Fn(usize) -> &'a str,
+        doubt_text: impl Fn(Doubt) -> String,
     ) -> impl Iterator<Item = String> {
         let lamps = self.lamps.map(|remark| lamp_text(binding, remark));
         let disagreement = self.disagreement.map(|Contradiction { chosen, other }| {
@@ -48,7 +62,10 @@ impl Remarks {
                 [chosen, other].map(|(source, value)| format!("{} = {value}", source_name(source)));
             format!("sources disagree: {chosen} is believed, but {other}")
         });
-        lamps.into_iter().chain(disagreement)
+        let stand_in = self
+            .stand_in
+            .map(|StandIn { by, doubt }| format!("{} stands in: {}", source_name(by), doubt_text(doubt)));
+        lamps.into_iter().chain(stand_in).chain(disagreement)
     }
 }
 

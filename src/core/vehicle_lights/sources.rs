@@ -9,7 +9,7 @@ use super::fusion::{Disagreement, Fusion, Statement, turn_codes_agree};
 use super::lamp::{Lamp, LampFindings};
 use super::meaning::Meaning;
 use super::observation::{Observations, Reading};
-use super::remark::{Contradiction, LampRemark, Remarks};
+use super::remark::{Contradiction, LampRemark, Remarks, StandIn};
 use super::stalk::button::HazardToggle;
 use super::stalk::{MomentaryStalk, StalkPosition};
 use super::verdict::{Doubt, Judged};
@@ -141,8 +141,11 @@ impl Memory {
     }
 }
 
-const UNBOUND: Told<HazardCode> =
-    Told { state: Err(Doubt::Unbound), source: 0, remarks: Remarks { lamps: None, disagreement: None } };
+const UNBOUND: Told<HazardCode> = Told {
+    state: Err(Doubt::Unbound),
+    source: 0,
+    remarks: Remarks { lamps: None, stand_in: None, disagreement: None },
+};
 
 /// What a turn state is called where sources disagree.
 fn turn_word(code: TurnCode) -> &'static str {
@@ -202,7 +205,11 @@ impl<R, T: Copy + PartialEq> Panel<R, T> {
             Contradiction { chosen: (chosen, word(chosen_value)), other: (other, word(other_value)) }
         });
         let (state, source) = self.choose(|_| true);
-        Told { state, source, remarks: Remarks { lamps: None, disagreement } }
+        let stand_in = match self.said.first() {
+            Some(Statement::Doubt(doubt)) if source > 0 => Some(StandIn { by: source, doubt: *doubt }),
+            Some(Statement::Doubt(_) | Statement::Value(_) | Statement::Silent) | None => None,
+        };
+        Told { state, source, remarks: Remarks { lamps: None, stand_in, disagreement } }
     }
 
     /// What the sources that `count` come to.

@@ -93,6 +93,7 @@ pub(super) struct LightsTask {
     signals: Vec<SignalIndex>,
     finding: Option<LightsFinding>,
     reason: Option<Reason>,
+    source: usize,
     unknown: u64,
     invalid: u64,
     faults: u64,
@@ -107,6 +108,7 @@ impl LightsTask {
             signals,
             finding: None,
             reason: None,
+            source: 0,
             unknown: 0,
             invalid: 0,
             faults: 0,
@@ -115,14 +117,15 @@ impl LightsTask {
         }
     }
 
-    /// Takes the finding of now; true when it is another than before.
-    pub(super) fn update(
+    /// Takes the verdict of now; true when its finding is another than before.
+    pub(super) fn update<T>(
         &mut self,
-        finding: LightsFinding,
-        reason: Option<Reason>,
+        verdict: &Verdict<T>,
         (binding, buses, now): (&LightsBinding, &[Bus], MonoTime),
     ) -> bool {
-        self.reason = reason;
+        let finding = LightsFinding::of(verdict);
+        self.reason = verdict.reason;
+        self.source = verdict.source;
         if self.finding == Some(finding) {
             return false;
         }
@@ -154,6 +157,10 @@ impl VehicleLights {
         let bad = finding.kind().is_some();
         let level = if finding.remarks.any() { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
+        let source = source_name(&self.binding, which, task.source);
+        if !source.is_empty() {
+            values.push(("source", source.to_owned()));
+        }
         if let Some(reason) = task.reason {
             values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
@@ -265,7 +272,7 @@ fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: LightsFi
     let doubt = finding.doubt.map(|doubt| doubt_text(binding, buses, doubt));
     let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
     let source = |position| source_name(binding, task, position);
-    let remarks = finding.remarks.texts(binding, source);
+    let remarks = finding.remarks.texts(binding, source, |doubt| doubt_text(binding, buses, doubt));
     match fault.into_iter().chain(doubt).chain(remarks).collect::<Vec<_>>() {
         texts if texts.is_empty() => "publishing".to_owned(),
         texts => texts.join("; "),

@@ -98,6 +98,8 @@ pub struct Verdict<T> {
     pub reason: Option<Reason>,
     /// What is odd, though it changes nothing.
     pub remarks: Remarks,
+    /// The source that decided the state, by position in the profile.
+    pub source: usize,
 }
 
 /// A state and when it was received, or why there is none.
@@ -141,8 +143,8 @@ pub fn judge(memory: &mut Memory, view: View<'_>) -> Verdicts {
     let turn_verdict = with_faults(view, turn_state, &binding.turn_faults);
     let hazard_verdict = with_faults(view, hazard_state, &binding.hazard_faults);
     Verdicts {
-        turn: Verdict { remarks: turn.remarks, ..turn_verdict },
-        hazard: Verdict { remarks: hazard.remarks, reason, ..hazard_verdict },
+        turn: Verdict { remarks: turn.remarks, source: turn.source, ..turn_verdict },
+        hazard: Verdict { remarks: hazard.remarks, source: hazard.source, reason, ..hazard_verdict },
     }
 }
 
@@ -169,5 +171,5 @@ fn with_faults<T: Copy>(view: View<'_>, state: Judged<T>, faults: &FaultBinding)
     let fault = faults.signals.iter().enumerate().find_map(is_on);
     let withheld = fault.is_some() && faults.on_fault == OnFault::Withhold;
     let publish = state.ok().filter(|_| !withheld);
-    Verdict { state, fault, publish, reason: None, remarks: Remarks::default() }
+    Verdict { state, fault, publish, reason: None, remarks: Remarks::default(), source: 0 }
 }
