@@ -178,5 +178,5 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
             seen.insert(profile);
         }
     }
-    assert_eq!(seen.len(), 18);
+    assert_eq!(seen.len(), 46);
 }
