@@ -12,6 +12,8 @@ use std::time::Duration;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::load_profile;
+use signal_gateway::core::controller::ControllerReport;
+use signal_gateway::core::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
 use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
@@ -82,9 +84,22 @@ fuzz_target!(|bytes: &[u8]| {
                 let state = states.get(usize::from(choice >> 1)).copied().unwrap_or(LinkState::Ended);
                 Input::Link { bus: BusIndex(choice & 1), state }
             }
+            (5, choice) if kind & 8 == 0 => {
+                let states =
+                    [ControllerState::ErrorActive, ControllerState::Passive, ControllerState::BusOff];
+                let state =
+                    states.get(usize::from(choice >> 1 & 3)).copied().unwrap_or(ControllerState::Stopped);
+                let counters = next().map(|count| ErrorCounters { tx: count.into(), rx: choice.into() });
+                let report = ControllerReport { state, counters, restart_ms: Some(choice.into()) };
+                Input::Controller { bus: BusIndex(choice & 1), report }
+            }
             (5, choice) => Input::Drops { bus: BusIndex(choice & 1), lost: u32::MAX },
             (6, choice) if kind & 8 == 0 => Input::BadRecords { bus: BusIndex(choice & 1), count: 1 },
-            (6, choice) => Input::ErrorFrame { bus: BusIndex(0), class: u32::from(choice) << (kind >> 3) },
+            (6, choice) => {
+                let data: Vec<u8> = (0..8).map_while(|_| next()).collect();
+                let error = ErrorFrame::new(u32::from(choice) << (kind >> 3), &data);
+                Input::ErrorFrame { bus: BusIndex(0), error }
+            }
             (_, choice) => {
                 // As a caller does who has nothing else to do.
                 for _ in 0..choice & 7 {
