@@ -140,7 +140,7 @@ impl LightsTask {
             }
         }
         if kind.is_some() {
-            self.last_error = Some((message(binding, buses, self.task, finding), now));
+            self.last_error = Some((message(binding, buses, self.task, &finding), now));
         }
         true
     }
@@ -181,7 +181,7 @@ impl VehicleLights {
         Status {
             name: format!("{node}: {}", which.name()),
             level: if bad { Level::Error } else { level },
-            message: message(&self.binding, buses, which, finding),
+            message: message(&self.binding, buses, which, &finding),
             values,
         }
     }
@@ -264,7 +264,7 @@ impl VehicleLights {
     }
 }
 
-fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: LightsFinding) -> String {
+fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsFinding) -> String {
     let faults = match task {
         Task::TurnIndicators => &binding.turn_faults,
         Task::HazardLights => &binding.hazard_faults,
@@ -306,7 +306,7 @@ fn fault_text(
     binding: &LightsBinding,
     faults: &FaultBinding,
     fault: ActiveFault,
-    finding: LightsFinding,
+    finding: &LightsFinding,
 ) -> String {
     let text = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
     let signal = &binding.signals[fault.signal.0].name;
