@@ -10,9 +10,11 @@ use crate::core::dbc::model::Severity;
 use crate::core::event::Input;
 use crate::core::time::MonoTime;
 use crate::core::vehicle_lights::binding::{
-    BoundMessage, HazardBinding, MessageIndex, SignalIndex, Timing, TurnBinding,
+    BoundMessage, HazardBinding, HazardSource, MessageIndex, NamedSource, SignalIndex, Sources, Timing,
+    TurnBinding, TurnSource,
 };
 use crate::core::vehicle_lights::integrity::{GuardCounts, MessageIntegrity};
+use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::meaning::RawRange;
 use crate::core::vehicle_lights::vocabulary::{roles, words};
 use crate::core::vehicle_lights::{Task, Trouble};
@@ -78,19 +80,92 @@ pub fn binding(settings: &Settings) -> Report {
         let name = &lights.signals[role.signal.0].name;
         report.line(&role.subject, &format!("{name}: {}; anything else is invalid", values.join(", ")));
     }
-    match lights.turn {
-        TurnBinding::NotFitted => report.line("turn", "no indicators fitted: DISABLE for ever"),
-        TurnBinding::Enumerated(_) | TurnBinding::Pair { .. } => {}
-    }
-    match lights.hazard {
-        HazardBinding::NotFitted => report.line("hazard", "no hazard lights fitted: DISABLE for ever"),
-        HazardBinding::BothLamps => report.line("hazard", "on when both turn sides are on"),
-        HazardBinding::Unbound => {
-            report.line("hazard", "bound to no signal: never published, diagnostics say unknown");
-        }
-        HazardBinding::Signal { .. } => {}
+    turn_sources(&lights.turn, &mut report);
+    hazard_sources(&lights.hazard, &mut report);
+    for note in notes(settings) {
+        report.line("note", &note);
     }
     report
+}
+
+/// What an integrator should know of a configuration that is sound.
+pub fn notes(settings: &Settings) -> Vec<String> {
+    let lights = &settings.gateway.lights;
+    let TurnBinding::From(sources) = &lights.turn else { return vec![] };
+    let note = |named: &NamedSource<TurnSource>| match &named.source {
+        TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {
+            let [left, right] = [&pair.left, &pair.right].map(|role| &lights.signals[role.signal.0].name);
+            Some(format!(
+                "{left} and {right}: frames are further apart than the shortest legal flash, which may fall \
+                 between them unseen"
+            ))
+        }
+        TurnSource::Lamps { .. }
+        | TurnSource::Enumerated(_)
+        | TurnSource::Pair(_)
+        | TurnSource::Stalk { .. } => None,
+    };
+    sources.list.iter().filter_map(note).collect()
+}
+
+fn turn_sources(turn: &TurnBinding, report: &mut Report) {
+    let TurnBinding::From(sources) = turn else {
+        report.line("turn", "no indicators fitted: DISABLE for ever");
+        return;
+    };
+    for named in &sources.list {
+        match &named.source {
+            TurnSource::Enumerated(_) | TurnSource::Pair(_) => {}
+            TurnSource::Lamps { settings, .. } => {
+                let (hold, confirm) = (settings.hold.as_millis(), settings.confirm.as_millis());
+                report.line("lamps", &format!("held {hold} ms, hazard after {confirm} ms of both"));
+            }
+            TurnSource::Stalk { settings, .. } => {
+                let comfort = settings.comfort.duration().as_millis();
+                let settle = settings.settle.as_millis();
+                report.line(
+                    "stalk",
+                    &format!("a tap blinks for {comfort} ms; unknown for {settle} ms at start"),
+                );
+            }
+        }
+    }
+    source_order("turn", sources, report);
+}
+
+fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
+    let sources = match hazard {
+        HazardBinding::NotFitted => {
+            return report.line("hazard", "no hazard lights fitted: DISABLE for ever");
+        }
+        HazardBinding::Unbound => {
+            let text = "bound to no signal: never published, diagnostics say unknown";
+            return report.line("hazard", text);
+        }
+        HazardBinding::From(sources) => sources,
+    };
+    for named in &sources.list {
+        match &named.source {
+            HazardSource::BothSides => report.line("hazard", "on when both turn sides are on"),
+            HazardSource::Signal { .. } => {}
+            HazardSource::Button { settle, .. } => {
+                let settle = settle.as_millis();
+                report.line("hazard", &format!("each press toggles; unknown for {settle} ms at start"));
+            }
+        }
+    }
+    source_order("hazard", sources, report);
+}
+
+fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut Report) {
+    if let [_, _, ..] = sources.list.as_slice() {
+        let name = |named: &NamedSource<S>| {
+            format!("{}{}", named.name, if named.settings.fallback { " (fallback)" } else { "" })
+        };
+        let names: Vec<_> = sources.list.iter().map(name).collect();
+        let limit = sources.disagreement.as_millis();
+        report.line(subject, &format!("from {}; may disagree for {limit} ms", names.join(", then ")));
+    }
 }
 
 /// Plays a recording to its end and says what it would have given.

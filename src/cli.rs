@@ -275,6 +275,9 @@ fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
         let (path, rejected) = (dbc.path.display(), dbc.database.rejected());
         tracing::warn!("{path}: {rejected} statements rejected; signal-gateway check lists them");
     }
+    for note in check::notes(&settings) {
+        tracing::warn!("{note}");
+    }
     Ok(settings)
 }
 

@@ -1,7 +1,7 @@
 //! The way of a frame through the gateway asks for no memory: nothing can grow, fragment or wait
 //! for the allocator however long and busy the drive.
 
-#![allow(clippy::unwrap_used)] // a test's own functions
+#![allow(clippy::unwrap_used, clippy::panic)] // a test's own functions
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -10,13 +10,14 @@ use std::io::Cursor;
 use std::path::Path;
 use std::time::Duration;
 
-use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
-use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
+use signal_gateway::config::{Overrides, Settings, load, load_profile};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout as SignalLayout, SignalCodec};
 use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Rule};
 use signal_gateway::core::vehicle_lights::integrity::counter::{Counter, CounterRule, Counts};
 use signal_gateway::core::vehicle_lights::integrity::e2e::{E2e, Profile};
@@ -150,6 +151,40 @@ fn frames_with_faults_and_of_any_length_allocate_nothing_once_they_were_reported
     let input = Input::Frame { bus: BusIndex(0), frame: short, stamp: car.now.wall };
     assert_eq!(allocations(|| car.gateway.handle(input, car.now)), 0);
     assert_eq!(car.outputs(), []);
+}
+
+#[test]
+fn flashing_lamps_of_several_sources_allocate_nothing() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/subaru_outback_2015.toml");
+    let mut settings = load_profile(&Disk, &path).unwrap().gateway;
+    let TurnBinding::From(sources) = &mut settings.lights.turn else { panic!("it has lamps") };
+    let lamps = sources.list[0].clone();
+    sources.list.push(lamps);
+    let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+    let mut gateway = Gateway::new(settings, LinkState::Up, now);
+    let mut frame = |gateway: &mut Gateway, lamps: u8| {
+        now.mono = now.mono.after(Duration::from_millis(10));
+        let frame = Frame::classic(CanId::Standard(0x282), &[0, 0, 0, 0, 0, lamps, 0, 0]).unwrap();
+        gateway.handle(Input::Frame { bus: BusIndex(0), frame, stamp: now.wall }, now);
+    };
+    let drained = |gateway: &mut Gateway| {
+        let outputs = std::iter::from_fn(|| gateway.poll_output());
+        outputs.filter(|output| matches!(output, Output::Diagnostics { .. })).count()
+    };
+    // Left is on, and the diagnostics were refreshed just now.
+    (0..100).for_each(|_| frame(&mut gateway, 0));
+    frame(&mut gateway, 0b1_0000);
+    drained(&mut gateway);
+    while drained(&mut gateway) == 0 {
+        frame(&mut gateway, 0b1_0000);
+    }
+    let asked = allocations(|| {
+        for lamps in [0, 0b1_0000, 0b11_0000, 0b10_0000, 0] {
+            (0..4).for_each(|_| frame(&mut gateway, lamps));
+            black_box(gateway.next_deadline(MonoTime::ZERO));
+        }
+    });
+    assert_eq!((asked, drained(&mut gateway)), (0, 0), "no refresh meanwhile");
 }
 
 #[test]

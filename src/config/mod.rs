@@ -5,6 +5,7 @@
 
 pub mod file;
 pub mod files;
+mod hazard;
 mod integrity;
 pub mod integrity_file;
 mod lights;
@@ -12,6 +13,7 @@ mod messages;
 pub mod problem;
 mod roles;
 pub mod settings;
+mod turn;
 pub mod vehicle;
 pub mod vehicle_file;
 

@@ -6,10 +6,12 @@ use std::time::Duration;
 use toml::Spanned;
 
 use super::files::Files;
-use super::lights::{faults, hazard, turn, while_hazard};
+use super::hazard::hazard;
+use super::lights::{faults, while_hazard};
 use super::messages::messages;
 use super::problem::{Document, Problem};
 use super::roles::{Binder, ProfileBus};
+use super::turn::turn;
 use super::vehicle_file::VehicleFile;
 use crate::core::dbc;
 use crate::core::dbc::model::Database;
@@ -61,8 +63,8 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
     let hazard = hazard(&mut binder, &file.hazard, turn.as_ref());
     let turn_file = file.turn.get_ref();
     let hazard_file = file.hazard.get_ref();
-    let turn_faults = faults(&mut binder, &turn_file.fault_signal, turn_file.on_fault);
-    let hazard_faults = faults(&mut binder, &hazard_file.fault_signal, hazard_file.on_fault);
+    let turn_faults = faults(&mut binder, &turn_file.fault_signal, turn_file.on_fault.as_ref());
+    let hazard_faults = faults(&mut binder, &hazard_file.fault_signal, hazard_file.on_fault.as_ref());
     let turn_while_hazard = while_hazard(&mut binder, turn_file, hazard_file);
     let alive_by: Vec<_> = buses.iter().map(|bus| alive_by(&mut binder, file, bus)).collect();
     let messages = messages(&mut binder, file, &alive_by);

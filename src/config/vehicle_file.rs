@@ -13,6 +13,7 @@ use toml::Spanned;
 use super::integrity_file::{ChecksumFile, CounterFile, E2eFile, WindowFile};
 use crate::core::vehicle_lights::binding::{BothOn, OnFault, TurnWhileHazard};
 use crate::core::vehicle_lights::meaning::RawRange;
+use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress};
 
 /// A whole profile.
 #[derive(Debug, Clone, Deserialize)]
@@ -82,10 +83,17 @@ pub enum TimingFile {
     Event,
 }
 
-/// `[turn]`: one enumerated signal, a left and a right one, or none fitted.
+/// `[turn]` and `[[turn.source]]`: one enumerated signal, a left and a right one, lamps, a stalk, or,
+/// in `[turn]` alone, sources or none fitted.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TurnFile {
+    /// What diagnostics call a source.
+    pub name: Option<Spanned<String>>,
+    /// Whether a source may stand in for one above it.
+    pub fallback: Option<Spanned<bool>>,
+    /// What the signals show, unless the state itself.
+    pub kind: Option<Spanned<TurnKind>>,
     /// `false`: the vehicle has no indicators.
     pub fitted: Option<Spanned<bool>>,
     /// The enumerated signal.
@@ -108,22 +116,148 @@ pub struct TurnFile {
     pub right_signal: Option<Spanned<SwitchFile>>,
     /// What both sides of a pair mean.
     pub both_on: Option<Spanned<BothOnFile>>,
+    /// Times of lamps.
+    pub lamp: Option<Spanned<LampFile>>,
+    /// Values of a stalk in the middle.
+    pub idle: Option<RawValues>,
+    /// Values of the first detent to the left.
+    pub left_half: Option<RawValues>,
+    /// Values of the second detent to the left.
+    pub left_full: Option<RawValues>,
+    /// Values of the first detent to the right.
+    pub right_half: Option<RawValues>,
+    /// Values of the second detent to the right.
+    pub right_full: Option<RawValues>,
+    /// Rules and times of a stalk.
+    pub stalk: Option<Spanned<StalkFile>>,
+    /// Several sources, the most trusted first.
+    #[serde(default)]
+    pub source: Vec<Spanned<TurnFile>>,
+    /// How long sources may contradict each other, ms.
+    pub disagreement_ms: Option<Spanned<u64>>,
     /// What is reported while the hazard lights are on.
     pub while_hazard: Option<Spanned<WhileHazardFile>>,
     /// What a reported fault does.
-    #[serde(default)]
-    pub on_fault: OnFaultFile,
+    pub on_fault: Option<Spanned<OnFaultFile>>,
     /// Signals that report a fault.
     #[serde(default)]
     pub fault_signal: Vec<FaultSignalFile>,
 }
 
-/// `[hazard]`
+/// `kind = …`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TurnKind {
+    /// Lamps, which blink.
+    Lamp,
+    /// A stalk that springs back.
+    Stalk,
+}
+
+/// `lamp = { … }`
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LampFile {
+    /// When the message shows the lamps.
+    #[serde(default)]
+    pub sent: SentFile,
+    /// Time from frame to frame, ms.
+    pub period_ms: Option<Spanned<u64>>,
+    /// By how much more frames may be apart, ms.
+    pub jitter_ms: Option<Spanned<u64>>,
+    /// Longest time from a change to its frame, ms.
+    pub latency_ms: Option<Spanned<u64>>,
+    /// How long a side stays on after it was last seen lit, ms.
+    pub hold_ms: Option<Spanned<u64>>,
+    /// How long both lamps must be lit together to mean hazard, ms.
+    pub confirm_ms: Option<Spanned<u64>>,
+    /// Longest time a lamp may be lit without a dark frame, ms.
+    pub steady_limit_ms: Option<Spanned<u64>>,
+    /// A mean flash cycle below this is too fast, ms.
+    pub fast_period_ms: Option<Spanned<u64>>,
+}
+
+/// `sent = …`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SentFile {
+    /// Again and again.
+    #[default]
+    Cyclic,
+    /// At each change of a lamp.
+    OnChange,
+}
+
+/// `stalk = { … }`
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StalkFile {
+    /// Flashes after a tap.
+    pub comfort_flashes: Option<Spanned<u8>>,
+    /// Blinking after a tap, ms.
+    pub comfort_ms: Option<Spanned<u64>>,
+    /// What a tap against the side that is on does.
+    pub opposite_half: Option<OppositeFile>,
+    /// What a full press against the side that is on does.
+    pub opposite_full: Option<OppositeFile>,
+    /// What a press to the side that is latched does.
+    pub repeat: Option<RepeatFile>,
+    /// Longest time a full press is believed to last, ms.
+    pub max_on_ms: Option<Spanned<u64>>,
+    /// Longest time of unknown positions that cannot hide a press, ms.
+    pub blind_ms: Option<Spanned<u64>>,
+    /// How long the stalk is watched before its state is known, ms.
+    pub settle_ms: Option<Spanned<u64>>,
+}
+
+/// `opposite_half = …`, `opposite_full = …`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OppositeFile {
+    /// Ends what is on.
+    Cancels,
+    /// Asks for the other side.
+    Switches,
+}
+
+impl From<OppositeFile> for OppositePress {
+    fn from(file: OppositeFile) -> Self {
+        match file {
+            OppositeFile::Cancels => Self::Cancels,
+            OppositeFile::Switches => Self::Switches,
+        }
+    }
+}
+
+/// `repeat = …`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RepeatFile {
+    /// Ends what is on.
+    Cancels,
+    /// Changes nothing.
+    Keeps,
+}
+
+impl From<RepeatFile> for RepeatedPress {
+    fn from(file: RepeatFile) -> Self {
+        match file {
+            RepeatFile::Cancels => Self::Cancels,
+            RepeatFile::Keeps => Self::Keeps,
+        }
+    }
+}
+
+/// `[hazard]` and `[[hazard.source]]`
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HazardFile {
+    /// What diagnostics call a source.
+    pub name: Option<Spanned<String>>,
+    /// Whether a source may stand in for one above it.
+    pub fallback: Option<Spanned<bool>>,
     /// Where the state comes from.
-    pub from: Spanned<HazardFrom>,
+    pub from: Option<Spanned<HazardFrom>>,
     /// The signal.
     pub signal: Option<Spanned<String>>,
     /// Its values for "on".
@@ -136,9 +270,17 @@ pub struct HazardFile {
     pub fault: Option<RawValues>,
     /// Values by reason; each means "on".
     pub reasons: Option<Spanned<BTreeMap<String, RawValues>>>,
-    /// What a reported fault does.
+    /// Longest time of unknown positions of a button that cannot hide a press, ms.
+    pub blind_ms: Option<Spanned<u64>>,
+    /// How long a button is watched before the state is known, ms.
+    pub settle_ms: Option<Spanned<u64>>,
+    /// Several sources, the most trusted first.
     #[serde(default)]
-    pub on_fault: OnFaultFile,
+    pub source: Vec<Spanned<HazardFile>>,
+    /// How long sources may contradict each other, ms.
+    pub disagreement_ms: Option<Spanned<u64>>,
+    /// What a reported fault does.
+    pub on_fault: Option<Spanned<OnFaultFile>>,
     /// Signals that report a fault.
     #[serde(default)]
     pub fault_signal: Vec<FaultSignalFile>,
@@ -154,6 +296,8 @@ pub enum HazardFrom {
     Reason,
     /// Both turn sides on.
     BothSides,
+    /// A button that springs back.
+    Button,
     /// No hazard lights.
     NotFitted,
     /// Not visible on the bus.

@@ -258,7 +258,7 @@ pub fn past(start: MonoTime, limit: Duration) -> MonoTime {
 }
 
 /// Stamp and monotonic time of the newest of several sources.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Received {
     /// Decides age and order.
     pub at: MonoTime,

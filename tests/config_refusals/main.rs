@@ -6,6 +6,7 @@ mod garbled;
 mod gateway_file;
 mod integrity_keys;
 mod reference;
+mod sources;
 mod vehicle_profile;
 
 use std::collections::BTreeMap;
@@ -77,6 +78,8 @@ BO_ 257 CLIMATE: 8 X
  SG_ HEAT : 0|32@1+ (1,0) [0|0] "" X
 BO_ 258 LAMPS 8 X
 SIG_VALTYPE_ 257 HEAT : 1;
+BO_ 259 OTHER: 1 X
+ SG_ LAMP : 0|1@1+ (1,0) [0|1] "" X
 "#;
 
 fn load_texts(texts: &Texts) -> Result<Settings, Vec<Problem>> {

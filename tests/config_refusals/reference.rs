@@ -119,16 +119,40 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
     let pair = of(&["left_signal", "right_signal", "both_on"]);
     let both = pair.replace("both_on = \"undefined\"", "both_on = \"hazard\"");
+    let lamps = both.clone() + &of(&["lamp"]) + "kind = \"lamp\"\n";
+    let stalk_keys = of(&["idle", "left_half", "left_full", "right_half", "right_full", "stalk"]);
+    let stalk = of(&["signal", "not_available", "fault"]) + &stalk_keys + "kind = \"stalk\"\n";
+    let disagreement = of(&["disagreement_ms"]);
+    let name = section(&sections, "[[turn.source]]").join("\n");
+    let several = format!(
+        "{disagreement}[[turn.source]]\n{name}\n{lamps}[[turn.source]]\nname = \"state\"\n{enumerated}"
+    );
     let rest = of(&["while_hazard", "on_fault"]);
-    assert_eq!(turn.len(), (enumerated + &pair + &rest).lines().count() + 1, "and `fitted`");
-    let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
+    let shown = [&enumerated, &pair, &of(&["lamp"]), &stalk_keys, &disagreement, &rest];
+    let shown: usize = shown.iter().map(|keys| keys.lines().count()).sum();
+    assert_eq!(turn.len(), shown + 3, "and `fitted`, `kind` twice");
     let faults = section(&sections, "[[turn.fault_signal]]").join("\n");
-    let hazard = section(&sections, "[hazard]").join("\n");
+    let all = section(&sections, "[hazard]");
+    let hazard_of = |without: &[&str]| -> String {
+        let wanted = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
+        all.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+    };
+    let button_keys = ["blind_ms", "settle_ms"];
+    let hazard = hazard_of(&[&button_keys[..], &["disagreement_ms"]].concat());
+    let button = hazard_of(&["on_fault", "disagreement_ms"]).replace("\"signal\"", "\"button\"");
+    let hazard_name = section(&sections, "[[hazard.source]]").join("\n");
+    let hazard_sources = format!(
+        "disagreement_ms = 1000\n[[hazard.source]]\n{hazard_name}\n{button}[[hazard.source]]\n\
+         name = \"signal\"\n{}",
+        hazard.replace("on_fault = \"report\"\n", "")
+    );
     let reasons = section(&sections, "[hazard.reasons]").join("\n");
     let reason = hazard.replace("from = \"signal\"", "from = \"reason\"").replace("\non = [1]", "\n");
     let hazards = [
         hazard.clone(),
         format!("{reason}\n[hazard.reasons]\n{reasons}"),
+        button,
+        hazard_sources,
         "from = \"both_sides\"".to_owned(),
         "from = \"not_fitted\"".to_owned(),
         "from = \"unbound\"".to_owned(),
@@ -137,10 +161,10 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     let message = section(&sections, "[message.BLINKERS]").join("\n");
     let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
     let mut seen = BTreeSet::new();
-    for turn in [&enumerated, &pair, &both, &of(&["fitted"])] {
+    for turn in [&enumerated, &pair, &both, &lamps, &stalk, &several, &of(&["fitted"])] {
         for hazard in &hazards {
-            let shows_both = *turn == enumerated || *turn == both;
-            let uses_blinkers = *turn == enumerated || hazard.contains("BLINKERS");
+            let shows_both = [&enumerated, &both, &lamps, &several].contains(&turn);
+            let uses_blinkers = turn.contains("BLINKERS") || hazard.contains("BLINKERS");
             if hazard.contains("both_sides") && !shows_both {
                 continue;
             }
@@ -148,11 +172,11 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
                 if uses_blinkers { format!("[message.BLINKERS]\n{message}") } else { String::new() };
             let profile = format!(
                 "name = \"x\"\n[bus.body]\n{bus}\n[message.LAMPS]\ntimeout_ms = 100\n{blinkers}\n\
-                 [turn]\n{turn}{rest}\n[[turn.fault_signal]]\n{faults}\n[hazard]\n{hazard}\n"
+                 [turn]\n{rest}{turn}\n[[turn.fault_signal]]\n{faults}\n[hazard]\n{hazard}\n"
             );
             assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
             seen.insert(profile);
         }
     }
-    assert_eq!(seen.len(), 18);
+    assert_eq!(seen.len(), 46);
 }

@@ -1,6 +1,7 @@
 //! Each shipped profile: frames written by hand from public facts, and the reports they must give.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
@@ -12,7 +13,7 @@ use crate::playback::{HAZARD, TURN};
 use crate::seal::sealed;
 use crate::{profile, profile_names};
 
-/// Profile, frames (see [`frame`], several with `;`), and what becomes of turn and hazard report:
+/// Profile, frames (see [`frame`], several with `;`, `9*` in front for nine times, 50 ms apart), and what becomes of turn and hazard report:
 /// a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
 type Case = (&'static str, &'static str, &'static str, &'static str);
 
@@ -108,6 +109,12 @@ const CASES: &[Case] = &[
     ("psa_aee2010", "452 6 5|2@0=2", LEFT, OFF),
     ("psa_aee2010", "452 6 5|2@0=1", RIGHT, OFF),
     ("psa_aee2010", "452 6 5|2@0=3", OFF, ON),
+    ("subaru_outback_2015", "282 8", "unknown", "unknown"),
+    ("subaru_outback_2015", "20*282 8 12|4@1=9 40|1@1=1", OFF, OFF),
+    ("subaru_outback_2015", "20*282 8; 282 8 44|1@1=1; 14*282 8", LEFT, OFF),
+    ("subaru_outback_2015", "20*282 8; 282 8 45|1@1=1; 14*282 8", RIGHT, OFF),
+    ("subaru_outback_2015", "20*282 8; 282 8 45|1@1=1; 20*282 8", OFF, OFF),
+    ("subaru_outback_2015", "20*282 8; 3*282 8 44|1@1=1 45|1@1=1; 14*282 8", OFF, ON),
     ("tesla_model3", "3F5 8", OFF, OFF),
     ("tesla_model3", "3F5 8 0|2@1=1 50|2@1=1", LEFT, OFF),
     ("tesla_model3", "3F5 8 2|2@1=2 52|2@1=3", RIGHT, OFF),
@@ -152,13 +159,23 @@ const CASES: &[Case] = &[
 
 /// What the two reports come to after the frames, in the words of [`Case`].
 fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
-    let now = Now { mono: MonoTime::from_millis(5), wall: WallStamp::from_nanos(5_000_000) };
+    let at = |millis| Now {
+        mono: MonoTime::from_millis(millis),
+        wall: WallStamp::default().after(Duration::from_millis(millis)),
+    };
+    let mut now = at(5);
     let mut gateway = Gateway::new(profile(profile_name).gateway, LinkState::Up, now);
     // A counter says something of the second frame only.
     for count in [0, 1] {
         for text in frames.split(';') {
-            let frame = sealed(&frame(text), count);
-            gateway.handle(Input::Frame { bus: BusIndex(0), frame, stamp: now.wall }, now);
+            let (times, text) = text.split_once('*').unwrap_or(("1", text));
+            for _ in 0..times.trim().parse::<u32>().unwrap() {
+                let frame = sealed(&frame(text), count);
+                gateway.handle(Input::Frame { bus: BusIndex(0), frame, stamp: now.wall }, now);
+                if times != "1" {
+                    now = at(now.mono.as_nanos() / 1_000_000 + 50);
+                }
+            }
         }
     }
     let (mut turn, mut hazard) = (None, None);

@@ -9,7 +9,7 @@ use signal_gateway::core::frame::MAX_DATA;
 use crate::{profile_names, project, real_files};
 
 /// Profile, public DBC, and our signals that differ from it on purpose.
-const TWINS: [(&str, &str, &[&str]); 21] = [
+const TWINS: [(&str, &str, &[&str]); 22] = [
     ("acura_ilx_2016", "acura_ilx_2016_can_generated", &[]),
     ("bmw_e9x", "bmw_e9x_e8x", &["TurnBits"]),
     ("chrysler_pacifica_2017", "chrysler_pacifica_2017_hybrid_generated", &[]),
@@ -24,6 +24,7 @@ const TWINS: [(&str, &str, &[&str]); 21] = [
     ("nissan_leaf_2018", "nissan_leaf_2018_generated", &[]),
     ("nissan_leaf_aze0", "leaf_CAR-can_AZE0", &[]),
     ("psa_aee2010", "psa_aee2010_r3", &[]),
+    ("subaru_outback_2015", "subaru_outback_2015_generated", &[]),
     ("tesla_model3", "tesla_model3_vehicle", &[]),
     ("toyota_nodsu", "toyota_nodsu_pt_generated", &[]),
     ("volvo_s60_2002", "volvo_s60_2002", &["Counter"]),

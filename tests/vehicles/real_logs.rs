@@ -11,7 +11,7 @@ use crate::playback::{HAZARD, Playback, TURN, play_file, play_interface, play_te
 use crate::{profile, real_files};
 
 /// Log and profile.
-const RECORDINGS: [(&str, &str); 10] = [
+const RECORDINGS: [(&str, &str); 11] = [
     ("ford-falcon-fg-candump-2021-01-20_205722.log.gz", "ford_falcon_fg"),
     ("css-truck-j1939-00000001.candump.log.gz", "j1939_truck"),
     ("comma2k19-rav4-b0c9d232-seg40.candump.log.gz", "toyota_nodsu"),
@@ -20,6 +20,7 @@ const RECORDINGS: [(&str, &str); 10] = [
     ("eld-camaro-engineon.log", "gm_global_a"),
     ("eld-durango-keyon.log", "chrysler_pacifica_2017"),
     ("eld-gt350-engineoffthenonthenoff.log", "ford_lincoln"),
+    ("eld-subaru-va-cruise.log", "subaru_outback_2015"),
     ("icsim-sample-can.log", "acura_ilx_2016"),
     ("savvycan-candump.log", "volvo_v40_2017"),
 ];
@@ -304,4 +305,15 @@ fn candump_of(csv: &str) -> String {
         format!("({}.{:06}) can{} {id:0width$X}#{data}\n", us / 1_000_000, us % 1_000_000, fields[3])
     };
     csv.lines().skip(1).map(line).collect()
+}
+
+#[test]
+fn dark_lamps_of_the_subaru_are_off_once_they_were_watched() {
+    let Some(folder) = real_files("dark_lamps_of_the_subaru_are_off_once_they_were_watched") else { return };
+    let subaru = play_real(&folder, "eld-subaru-va-cruise.log");
+    let first_frame = subaru.of(TURN).find(|told| told.message.contains("watching the lamps")).unwrap().ms;
+    let [(turn_ms, "DISABLE")] = subaru.turn[..] else { panic!("{:?}", subaru.turn) };
+    assert!((864..=866).contains(&(turn_ms - first_frame)), "{turn_ms} {first_frame}");
+    assert_eq!(subaru.hazard, subaru.turn);
+    assert_eq!(subaru.value(TURN, "frames"), "139");
 }

@@ -5,8 +5,12 @@
 
 use std::time::Duration;
 
+use super::fusion::SourceSettings;
 use super::integrity::MessageIntegrity;
-use super::meaning::ValueMap;
+use super::lamp::LampSettings;
+use super::lamp::timing::Resolution;
+use super::meaning::{Meaning, ValueMap};
+use super::stalk::{StalkPosition, StalkSettings};
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::event::BusIndex;
 use crate::core::frame::CanId;
@@ -103,17 +107,98 @@ pub enum TurnCode {
 pub enum TurnBinding {
     /// The vehicle has no indicators: DISABLE for ever.
     NotFitted,
+    /// What the vehicle sends of them.
+    From(Sources<TurnSource>),
+}
+
+/// Sources of one state.
+#[derive(Debug, Clone)]
+pub struct Sources<S> {
+    /// The most trusted first; at least one.
+    pub list: Vec<NamedSource<S>>,
+    /// How long a source may contradict the one that is believed before diagnostics warn.
+    pub disagreement: Duration,
+}
+
+/// One of several sources of a state.
+#[derive(Debug, Clone)]
+pub struct NamedSource<S> {
+    /// What diagnostics call it; empty for the only one.
+    pub name: String,
+    /// Whether it may stand in for others.
+    pub settings: SourceSettings,
+    /// Its signals.
+    pub source: S,
+}
+
+impl<S> Sources<S> {
+    /// A state with one source.
+    pub fn only(source: S) -> Self {
+        let settings = SourceSettings::default();
+        Self {
+            list: vec![NamedSource { name: String::new(), settings, source }],
+            disagreement: Duration::ZERO,
+        }
+    }
+}
+
+/// One thing that tells the turn state.
+#[derive(Debug, Clone)]
+pub enum TurnSource {
     /// One enumerated signal.
     Enumerated(Role<TurnCode>),
-    /// One signal a side, `true` = on.
-    Pair {
-        /// Left side.
-        left: Role<bool>,
-        /// Right side.
-        right: Role<bool>,
-        /// What both sides on at once means.
-        both: BothOn,
+    /// One steady signal a side.
+    Pair(SidePair),
+    /// One lamp a side, which blinks.
+    Lamps {
+        /// `true` = lit; both in the same message.
+        pair: SidePair,
+        /// Times.
+        settings: LampSettings,
+        /// Whether the message shows every flash.
+        resolution: Resolution,
     },
+    /// A stalk that springs back.
+    Stalk {
+        /// Where it is.
+        role: Role<StalkPosition>,
+        /// Rules and times.
+        settings: StalkSettings,
+    },
+}
+
+impl TurnSource {
+    /// Whether it can tell that both sides are on.
+    pub fn shows_both(&self) -> bool {
+        match self {
+            Self::Enumerated(role) => {
+                role.values.entries().iter().any(|(_, meaning)| *meaning == Meaning::Defined(TurnCode::Both))
+            }
+            Self::Pair(pair) | Self::Lamps { pair, .. } => pair.both == BothOn::Hazard,
+            Self::Stalk { .. } => false,
+        }
+    }
+
+    /// Its signals.
+    pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
+        let (first, second) = match self {
+            Self::Enumerated(role) => (role.signal, None),
+            Self::Pair(pair) | Self::Lamps { pair, .. } => (pair.left.signal, Some(pair.right.signal)),
+            Self::Stalk { role, .. } => (role.signal, None),
+        };
+        std::iter::once(first).chain(second)
+    }
+}
+
+/// One signal a side, `true` = on.
+#[derive(Debug, Clone)]
+pub struct SidePair {
+    /// Left side.
+    pub left: Role<bool>,
+    /// Right side.
+    pub right: Role<bool>,
+    /// What both sides on at once means.
+    pub both: BothOn,
 }
 
 /// What a pair with both sides on means.
@@ -132,14 +217,30 @@ pub enum HazardBinding {
     NotFitted,
     /// The vehicle has them but the profile cannot see them: never published.
     Unbound,
-    /// Both turn sides on at once.
-    BothLamps,
+    /// What the vehicle sends of them.
+    From(Sources<HazardSource>),
+}
+
+/// One thing that tells the hazard state.
+#[derive(Debug, Clone)]
+pub enum HazardSource {
+    /// Both turn sides on at once, as told by the turn sources that can show it.
+    BothSides,
     /// A signal of its own.
     Signal {
         /// The signal.
         role: Role<HazardCode>,
         /// Names of the reasons that [`HazardCode::reason`] points into; empty when it has none.
         reasons: Vec<String>,
+    },
+    /// A button that springs back: each press turns the lights on or off.
+    Button {
+        /// `true` = pressed.
+        role: Role<bool>,
+        /// Longest time of unknown positions that cannot hide a press.
+        blind: Duration,
+        /// How long it must be watched before the state is known.
+        settle: Duration,
     },
 }
 

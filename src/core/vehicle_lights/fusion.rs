@@ -97,7 +97,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
     pub fn update<D: Copy>(&mut self, said: &[Statement<T, D>], now: MonoTime) -> Option<Fused<T, D>> {
         self.now = self.now.max(now);
         let said = &said[..said.len().min(self.sources.len())];
-        let fused = self.fuse(said);
+        let fused = self.choose(said.iter().copied().enumerate());
         let chosen = fused.and_then(|fused| Some((fused.source, fused.state.ok()?)));
         let same_source = chosen.map(|(source, _)| source) == self.chosen.map(|(source, _)| source);
         self.chosen = chosen;
@@ -130,13 +130,18 @@ impl<T: Copy + PartialEq> Fusion<T> {
         self.sources.iter().filter_map(due).filter(|at| *at > self.now).min()
     }
 
-    fn fuse<D: Copy>(&self, said: &[Statement<T, D>]) -> Option<Fused<T, D>> {
-        let opinion = |(source, statement): (usize, &Statement<T, D>)| match *statement {
+    /// What comes out of these statements, each with its source, in the profile's order. Changes
+    /// nothing: with some sources left out it tells what the others say.
+    pub fn choose<D: Copy>(
+        &self,
+        said: impl IntoIterator<Item = (usize, Statement<T, D>)>,
+    ) -> Option<Fused<T, D>> {
+        let opinion = |(source, statement)| match statement {
             Statement::Silent => None,
             Statement::Value(value) => Some(Fused { state: Ok(value), source }),
             Statement::Doubt(doubt) => Some(Fused { state: Err(doubt), source }),
         };
-        let mut opinions = said.iter().enumerate().filter_map(opinion);
+        let mut opinions = said.into_iter().filter_map(opinion);
         let first = opinions.next()?;
         if first.state.is_ok() {
             return Some(first);

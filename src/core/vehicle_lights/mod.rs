@@ -10,7 +10,9 @@ pub mod integrity;
 pub mod lamp;
 pub mod meaning;
 pub mod observation;
+pub mod remark;
 pub mod report;
+pub mod sources;
 pub mod stalk;
 mod status;
 pub mod verdict;
@@ -20,9 +22,10 @@ use crate::core::bus::Bus;
 use crate::core::event::BusIndex;
 use crate::core::frame::Frame;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use binding::{LightsBinding, MessageIndex, SignalIndex, TurnBinding};
+use binding::{HazardBinding, HazardSource, LightsBinding, MessageIndex, SignalIndex, TurnBinding};
 use observation::Observations;
 use report::{Publish, ReportFlow, Step};
+use sources::{Memory, View};
 use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
@@ -33,6 +36,7 @@ pub use status::{LightsFinding, Task, Trouble};
 pub struct VehicleLights {
     binding: LightsBinding,
     seen: Observations,
+    memory: Memory,
     turn: ReportFlow<TurnIndicators>,
     hazard: ReportFlow<HazardLights>,
     turn_task: LightsTask,
@@ -60,6 +64,7 @@ impl VehicleLights {
             turn_task: LightsTask::new(Task::TurnIndicators, signals_of(Task::TurnIndicators)),
             hazard_task: LightsTask::new(Task::HazardLights, signals_of(Task::HazardLights)),
             seen: Observations::new(&binding),
+            memory: Memory::new(&binding),
             turn: ReportFlow::new(publish),
             hazard: ReportFlow::new(publish),
             binding,
@@ -93,24 +98,25 @@ impl VehicleLights {
 
     /// Judges what is known now and says what to do.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
-        let verdicts = judge(&self.binding, &self.seen, buses, now);
+        let view = View { binding: &self.binding, seen: &self.seen, buses, now };
+        let verdicts = judge(&mut self.memory, view);
         let context = (&self.binding, buses, now.mono);
         Steps {
             turn: self.turn.update(published(&verdicts.turn), now.mono),
             hazard: self.hazard.update(published(&verdicts.hazard), now.mono),
-            turn_changed: self.turn_task.update(LightsFinding::of(&verdicts.turn), None, context),
-            hazard_changed: self.hazard_task.update(
-                LightsFinding::of(&verdicts.hazard),
-                verdicts.hazard.reason,
-                context,
-            ),
+            turn_changed: self.turn_task.update(&verdicts.turn, context),
+            hazard_changed: self.hazard_task.update(&verdicts.hazard, context),
         }
     }
 
     /// When to call [`Self::settle`] with nothing happening.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let stale = self.seen.next_deadline(&self.binding, now);
-        [stale, self.turn.next_deadline(), self.hazard.next_deadline()].into_iter().flatten().min()
+        let remembered = self.memory.next_deadline();
+        [stale, remembered, self.turn.next_deadline(), self.hazard.next_deadline()]
+            .into_iter()
+            .flatten()
+            .min()
     }
 }
 
@@ -120,15 +126,29 @@ fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
 
 /// The signals a task's state depends on, without fault signals.
 fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
-    use binding::HazardBinding;
     let turn = match &binding.turn {
-        TurnBinding::NotFitted => vec![],
-        TurnBinding::Enumerated(role) => vec![role.signal],
-        TurnBinding::Pair { left, right, .. } => vec![left.signal, right.signal],
+        TurnBinding::NotFitted => &[][..],
+        TurnBinding::From(sources) => &sources.list,
     };
-    match (task, &binding.hazard) {
-        (Task::TurnIndicators, _) | (Task::HazardLights, HazardBinding::BothLamps) => turn,
-        (Task::HazardLights, HazardBinding::Signal { role, .. }) => vec![role.signal],
-        (Task::HazardLights, HazardBinding::NotFitted | HazardBinding::Unbound) => vec![],
+    let hazard = match &binding.hazard {
+        HazardBinding::NotFitted | HazardBinding::Unbound => &[][..],
+        HazardBinding::From(sources) => &sources.list,
+    };
+    let mut signals: Vec<SignalIndex> = Vec::new();
+    match task {
+        Task::TurnIndicators => signals.extend(turn.iter().flat_map(|named| named.source.signals())),
+        Task::HazardLights => {
+            for named in hazard {
+                match &named.source {
+                    HazardSource::BothSides => {
+                        let sides = turn.iter().filter(|named| named.source.shows_both());
+                        signals.extend(sides.flat_map(|named| named.source.signals()));
+                    }
+                    HazardSource::Signal { role, .. } => signals.push(role.signal),
+                    HazardSource::Button { role, .. } => signals.push(role.signal),
+                }
+            }
+        }
     }
+    signals
 }

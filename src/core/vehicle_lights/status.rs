@@ -1,10 +1,16 @@
 //! What diagnostics say of the two reports.
 
+#[cfg(test)]
+mod tests;
+
 use super::VehicleLights;
-use super::binding::{FaultBinding, HazardBinding, LightsBinding, SignalIndex, Timing};
+use super::binding::{
+    FaultBinding, HazardBinding, HazardSource, LightsBinding, SignalIndex, Timing, TurnBinding,
+};
 use super::integrity::GuardCounts;
 use super::observation::Absence;
-use super::verdict::{ActiveFault, Doubt, Verdict};
+use super::remark::Remarks;
+use super::verdict::{ActiveFault, Doubt, Reason, Verdict};
 use crate::core::bus::Bus;
 use crate::core::bus_status::link_text;
 use crate::core::diagnostics::{Level, RateMeter, Status};
@@ -29,12 +35,13 @@ impl Task {
     }
 }
 
-/// What diagnostics should hear: nothing wrong, a doubt, a fault, or both.
+/// What diagnostics should hear: nothing wrong, a doubt, a fault, or both; and what is odd.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LightsFinding {
     doubt: Option<Doubt>,
     fault: Option<ActiveFault>,
     withheld: bool,
+    remarks: Remarks,
 }
 
 impl LightsFinding {
@@ -44,6 +51,7 @@ impl LightsFinding {
             doubt: verdict.state.as_ref().err().copied(),
             fault: verdict.fault,
             withheld: verdict.publish.is_none(),
+            remarks: verdict.remarks,
         }
     }
 
@@ -52,9 +60,16 @@ impl LightsFinding {
         match (self.fault, self.doubt) {
             (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Trouble::HardwareFault),
             (None, Some(Doubt::Undefined(..) | Doubt::BothOn(..))) => Some(Trouble::Invalid),
-            (None, Some(Doubt::Absent(..) | Doubt::NotAvailable(..) | Doubt::Unbound)) => {
-                Some(Trouble::Unknown)
-            }
+            (
+                None,
+                Some(
+                    Doubt::Absent(..)
+                    | Doubt::NotAvailable(..)
+                    | Doubt::Unbound
+                    | Doubt::WatchingLamps(_)
+                    | Doubt::Settling(_),
+                ),
+            ) => Some(Trouble::Unknown),
             (None, None) => None,
         }
     }
@@ -77,7 +92,8 @@ pub(super) struct LightsTask {
     task: Task,
     signals: Vec<SignalIndex>,
     finding: Option<LightsFinding>,
-    reason: Option<u8>,
+    reason: Option<Reason>,
+    source: usize,
     unknown: u64,
     invalid: u64,
     faults: u64,
@@ -92,6 +108,7 @@ impl LightsTask {
             signals,
             finding: None,
             reason: None,
+            source: 0,
             unknown: 0,
             invalid: 0,
             faults: 0,
@@ -100,14 +117,15 @@ impl LightsTask {
         }
     }
 
-    /// Takes the finding of now; true when it is another than before.
-    pub(super) fn update(
+    /// Takes the verdict of now; true when its finding is another than before.
+    pub(super) fn update<T>(
         &mut self,
-        finding: LightsFinding,
-        reason: Option<u8>,
+        verdict: &Verdict<T>,
         (binding, buses, now): (&LightsBinding, &[Bus], MonoTime),
     ) -> bool {
-        self.reason = reason;
+        let finding = LightsFinding::of(verdict);
+        self.reason = verdict.reason;
+        self.source = verdict.source;
         if self.finding == Some(finding) {
             return false;
         }
@@ -122,7 +140,7 @@ impl LightsTask {
             }
         }
         if kind.is_some() {
-            self.last_error = Some((message(binding, buses, self.task, finding), now));
+            self.last_error = Some((message(binding, buses, self.task, &finding), now));
         }
         true
     }
@@ -137,9 +155,14 @@ impl VehicleLights {
         };
         let finding = task.finding.unwrap_or_default();
         let bad = finding.kind().is_some();
+        let level = if finding.remarks.any() { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
-        if let (HazardBinding::Signal { reasons, .. }, Some(reason)) = (&self.binding.hazard, task.reason) {
-            values.push(("reason", reasons.get(usize::from(reason)).cloned().unwrap_or_default()));
+        let source = source_name(&self.binding, which, task.source);
+        if !source.is_empty() {
+            values.push(("source", source.to_owned()));
+        }
+        if let Some(reason) = task.reason {
+            values.push(("reason", reason_text(&self.binding, reason).to_owned()));
         }
         self.signal_values(task, now, &mut values);
         values.extend([
@@ -157,8 +180,8 @@ impl VehicleLights {
         ));
         Status {
             name: format!("{node}: {}", which.name()),
-            level: if bad { Level::Error } else { Level::Ok },
-            message: message(&self.binding, buses, which, finding),
+            level: if bad { Level::Error } else { level },
+            message: message(&self.binding, buses, which, &finding),
             values,
         }
     }
@@ -241,16 +264,41 @@ impl VehicleLights {
     }
 }
 
-fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: LightsFinding) -> String {
+fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsFinding) -> String {
     let faults = match task {
         Task::TurnIndicators => &binding.turn_faults,
         Task::HazardLights => &binding.hazard_faults,
     };
     let doubt = finding.doubt.map(|doubt| doubt_text(binding, buses, doubt));
     let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
-    match [fault, doubt].into_iter().flatten().collect::<Vec<_>>() {
+    let source = |position| source_name(binding, task, position);
+    let remarks = finding.remarks.texts(binding, source, |doubt| doubt_text(binding, buses, doubt));
+    match fault.into_iter().chain(doubt).chain(remarks).collect::<Vec<_>>() {
         texts if texts.is_empty() => "publishing".to_owned(),
         texts => texts.join("; "),
+    }
+}
+
+fn source_name(binding: &LightsBinding, task: Task, position: usize) -> &str {
+    let name = match (task, &binding.turn, &binding.hazard) {
+        (Task::TurnIndicators, TurnBinding::From(sources), _) => {
+            sources.list.get(position).map(|named| &named.name)
+        }
+        (Task::HazardLights, _, HazardBinding::From(sources)) => {
+            sources.list.get(position).map(|named| &named.name)
+        }
+        _ => None,
+    };
+    name.map_or("", String::as_str)
+}
+
+fn reason_text(binding: &LightsBinding, reason: Reason) -> &str {
+    let HazardBinding::From(sources) = &binding.hazard else { return "" };
+    match sources.list.get(reason.source).map(|named| &named.source) {
+        Some(HazardSource::Signal { reasons, .. }) => {
+            reasons.get(usize::from(reason.index)).map_or("", String::as_str)
+        }
+        Some(HazardSource::BothSides | HazardSource::Button { .. }) | None => "",
     }
 }
 
@@ -258,7 +306,7 @@ fn fault_text(
     binding: &LightsBinding,
     faults: &FaultBinding,
     fault: ActiveFault,
-    finding: LightsFinding,
+    finding: &LightsFinding,
 ) -> String {
     let text = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
     let signal = &binding.signals[fault.signal.0].name;
@@ -283,6 +331,12 @@ fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
         }
         Doubt::Fault(signal, raw) => {
             format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))
+        }
+        Doubt::WatchingLamps([left, right]) => {
+            format!("unknown: watching the lamps {} and {}", name(left), name(right))
+        }
+        Doubt::Settling(signal) => {
+            format!("unknown: watching {}, which may have been pressed before", name(signal))
         }
     }
 }
@@ -309,130 +363,4 @@ fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why
 /// Decimal and hexadecimal, for those who read candump beside it.
 fn raw_text(raw: i128) -> String {
     if raw < 10 { raw.to_string() } else { format!("{raw} (0x{raw:X})") }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::super::binding::{BoundMessage, BoundSignal, MessageIndex, Role, TurnBinding, TurnCode};
-    use super::super::meaning::{Meaning, RawRange, ValueMap};
-    use super::super::report::Publish;
-    use super::*;
-    use crate::core::bus::BusSettings;
-    use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-    use crate::core::event::BusIndex;
-    use crate::core::event::LinkState;
-    use crate::core::frame::{CanId, Frame};
-    use crate::core::time::{Now, WallStamp};
-
-    const TURN: Task = Task::TurnIndicators;
-
-    /// A byte that says 0 off, 1 left, 15 not available, 14 fault; hazard is not visible.
-    fn binding() -> LightsBinding {
-        let byte = Layout { start: 0, length: 8, order: ByteOrder::Intel, signed: false };
-        let values = [
-            (0, Meaning::Defined(TurnCode::Off)),
-            (1, Meaning::Defined(TurnCode::Left)),
-            (14, Meaning::Fault),
-            (15, Meaning::NotAvailable),
-        ];
-        let values = values.map(|(raw, meaning)| (RawRange::single(raw), meaning)).to_vec();
-        LightsBinding {
-            messages: vec![BoundMessage {
-                name: "BLINK".into(),
-                bus: BusIndex(0),
-                id: CanId::Standard(0x123),
-                timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
-                integrity: None,
-            }],
-            signals: vec![BoundSignal {
-                name: "BLINK.TURN".into(),
-                message: MessageIndex(0),
-                codec: SignalCodec::new(byte, 1).unwrap(),
-            }],
-            turn: TurnBinding::Enumerated(Role {
-                signal: SignalIndex(0),
-                values: ValueMap::new(values).unwrap(),
-            }),
-            turn_faults: FaultBinding::default(),
-            hazard: HazardBinding::Unbound,
-            hazard_faults: FaultBinding::default(),
-            turn_while_hazard: super::super::binding::TurnWhileHazard::default(),
-        }
-    }
-
-    struct Bench {
-        lights: VehicleLights,
-        buses: [Bus; 1],
-    }
-
-    impl Bench {
-        fn new() -> Self {
-            let settings = BusSettings {
-                name: "body".into(),
-                interface: "can0".into(),
-                alive_by: vec![],
-                alive_timeout: Duration::from_secs(1),
-                may_sleep: false,
-            };
-            let lights = VehicleLights::new(binding(), Publish::OnChange);
-            Self { lights, buses: [Bus::new(settings, LinkState::Up)] }
-        }
-
-        /// Takes a frame, if any, and gives what is said then.
-        fn at(&mut self, millis: u64, data: Option<&[u8]>) -> Status {
-            let now = Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() };
-            if let Some(data) = data {
-                let frame = Frame::classic(CanId::Standard(0x123), data).unwrap();
-                self.lights.frame_arrived(MessageIndex(0), &frame, now.wall, now);
-            }
-            self.lights.settle(&self.buses, now);
-            self.lights.status(TURN, "gw", &self.buses, now.mono)
-        }
-    }
-
-    fn value<'a>(status: &'a Status, key: &str) -> &'a str {
-        &status.values.iter().find(|(name, _)| *name == key).unwrap().1
-    }
-
-    #[test]
-    fn every_kind_of_trouble_is_counted_once_for_each_time_it_comes() {
-        let mut bench = Bench::new();
-        bench.at(0, None);
-        for (millis, raw) in [(10, 0), (20, 150), (30, 151), (40, 1), (50, 15), (60, 15), (70, 14), (80, 0)] {
-            bench.at(millis, Some(&[raw]));
-        }
-        let status = bench.at(90, Some(&[150]));
-        assert_eq!(value(&status, "unknown_count"), "2", "before the first frame, and not available");
-        assert_eq!(value(&status, "invalid_count"), "2", "150 and 151 came as one trouble");
-        assert_eq!(value(&status, "hardware_fault_count"), "1");
-    }
-
-    #[test]
-    fn the_last_error_is_remembered_after_recovery_with_its_age() {
-        let mut bench = Bench::new();
-        assert_eq!(value(&bench.at(0, Some(&[0])), "last_error"), "none");
-        let text = "invalid: BLINK.TURN = 150 (0x96) is not a defined value";
-        let status = bench.at(100, Some(&[150]));
-        assert_eq!((status.level, status.message.as_str()), (Level::Error, text));
-        assert_eq!(value(&status, "last_error"), text);
-        assert_eq!(value(&status, "report"), "not published");
-        bench.at(400, Some(&[1]));
-        let status = bench.at(3_200, Some(&[1]));
-        assert_eq!((status.level, status.message.as_str()), (Level::Ok, "publishing"));
-        assert_eq!(value(&status, "last_error"), format!("{text} (3 s ago)"));
-        assert_eq!(value(&status, "report"), "ENABLE_LEFT");
-    }
-
-    #[test]
-    fn short_frames_are_counted_and_change_nothing() {
-        let mut bench = Bench::new();
-        bench.at(0, Some(&[1]));
-        let status = bench.at(200, Some(&[]));
-        assert_eq!(value(&status, "too_short_frames"), "1");
-        assert_eq!(value(&status, "frames"), "1");
-        assert_eq!((value(&status, "age_ms"), value(&status, "raw_value")), ("200", "1"));
-        assert_eq!(bench.at(501, None).message, "unknown: BLINK is stale, silent for more than 500 ms");
-    }
 }

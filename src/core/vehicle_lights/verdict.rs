@@ -4,13 +4,13 @@
 //! (vehicle-interface sections 1.3 and 4.2).
 
 use super::binding::{
-    BothOn, FaultBinding, HazardBinding, HazardCode, LightsBinding, OnFault, Role, SignalIndex, TurnBinding,
-    TurnCode, TurnWhileHazard,
+    FaultBinding, FaultSignal, HazardCode, OnFault, SignalIndex, TurnCode, TurnWhileHazard,
 };
 use super::meaning::Meaning;
-use super::observation::{Absence, Observations, Reading};
-use crate::core::bus::{Bus, Received};
-use crate::core::time::Now;
+use super::observation::{Absence, Reading};
+use super::remark::Remarks;
+use super::sources::{Heard, Memory, View};
+use crate::core::bus::Received;
 
 /// `TurnIndicatorsReport.report`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -68,6 +68,10 @@ pub enum Doubt {
     BothOn([(SignalIndex, i128); 2]),
     /// The value itself says "fault".
     Fault(SignalIndex, i128),
+    /// Unknown: lamps that are dark may be between two flashes.
+    WatchingLamps([SignalIndex; 2]),
+    /// Unknown: what this stalk or button was used for before it came into sight.
+    Settling(SignalIndex),
 }
 
 /// A fault signal that is on: the signal and its position in the [`FaultBinding`].
@@ -85,13 +89,29 @@ pub struct ActiveFault {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verdict<T> {
     /// The state and when it was received, or why there is none.
-    pub state: Result<(T, Received), Doubt>,
+    pub state: Judged<T>,
     /// A fault the vehicle reports beside the state; the first one in the profile's order.
     pub fault: Option<ActiveFault>,
     /// What to publish: the state unless in doubt, or withheld for the fault.
     pub publish: Option<(T, Received)>,
-    /// Reason code of a hazard signal, for diagnostics.
-    pub reason: Option<u8>,
+    /// Why the hazard lights are on, for diagnostics.
+    pub reason: Option<Reason>,
+    /// What is odd, though it changes nothing.
+    pub remarks: Remarks,
+    /// The source that decided the state, by position in the profile.
+    pub source: usize,
+}
+
+/// A state and when it was received, or why there is none.
+pub type Judged<T> = Result<(T, Received), Doubt>;
+
+/// Why the hazard lights are on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reason {
+    /// The source that says so, by position.
+    pub source: usize,
+    /// Position in its list of reasons.
+    pub index: u8,
 }
 
 /// Both verdicts at one moment.
@@ -103,12 +123,12 @@ pub struct Verdicts {
     pub hazard: Verdict<HazardLights>,
 }
 
-/// Judges both reports now.
-pub fn judge(binding: &LightsBinding, seen: &Observations, buses: &[Bus], now: Now) -> Verdicts {
-    let bench = Bench { binding, seen, buses, now };
-    let sides = bench.sides();
-    let (hazard_state, reason) = bench.hazard(&sides);
-    let turn_state = sides.map(|(code, received)| {
+/// Judges both reports now, and moves on what their sources remember.
+pub fn judge(memory: &mut Memory, view: View<'_>) -> Verdicts {
+    let binding = view.binding;
+    let Heard { turn, hazard } = memory.hear(view);
+    let hazard_state = hazard.state.map(|(code, received)| (lights_of(code), received));
+    let turn_state = turn.state.map(|(code, received)| {
         let hazard_on = match hazard_state {
             Ok((HazardLights::Enable, since)) => Some(since),
             Ok((HazardLights::Disable, _)) | Err(_) => None,
@@ -118,10 +138,18 @@ pub fn judge(binding: &LightsBinding, seen: &Observations, buses: &[Bus], now: N
             (TurnWhileHazard::Keep, _) | (TurnWhileHazard::Disable, None) => (turn_of(code), received),
         }
     });
+    let reason = hazard.state.ok().and_then(|(code, _)| code.reason);
+    let reason = reason.map(|index| Reason { source: hazard.source, index });
+    let turn_verdict = with_faults(view, turn_state, &binding.turn_faults);
+    let hazard_verdict = with_faults(view, hazard_state, &binding.hazard_faults);
     Verdicts {
-        turn: bench.with_faults(turn_state, &binding.turn_faults, None),
-        hazard: bench.with_faults(hazard_state, &binding.hazard_faults, reason),
+        turn: Verdict { remarks: turn.remarks, source: turn.source, ..turn_verdict },
+        hazard: Verdict { remarks: hazard.remarks, source: hazard.source, reason, ..hazard_verdict },
     }
+}
+
+fn lights_of(code: HazardCode) -> HazardLights {
+    if code.active { HazardLights::Enable } else { HazardLights::Disable }
 }
 
 /// Both sides on is hazard; the turn indicators then show no direction.
@@ -133,105 +161,15 @@ fn turn_of(code: TurnCode) -> TurnIndicators {
     }
 }
 
-type Judged<T> = Result<(T, Received), Doubt>;
-
-struct Bench<'a> {
-    binding: &'a LightsBinding,
-    seen: &'a Observations,
-    buses: &'a [Bus],
-    now: Now,
-}
-
-impl Bench<'_> {
-    fn judge<T: Copy>(&self, role: &Role<T>) -> Judged<T> {
-        let signal = role.signal;
-        match self.seen.read(self.binding, role, self.buses, self.now.mono) {
-            Reading::Absent(why) => Err(Doubt::Absent(signal, why)),
-            Reading::Seen { meaning, raw, received } => match meaning {
-                Meaning::Defined(value) => Ok((value, received)),
-                Meaning::NotAvailable => Err(Doubt::NotAvailable(signal, raw)),
-                Meaning::Undefined => Err(Doubt::Undefined(signal, raw)),
-                Meaning::Fault => Err(Doubt::Fault(signal, raw)),
-            },
+fn with_faults<T: Copy>(view: View<'_>, state: Judged<T>, faults: &FaultBinding) -> Verdict<T> {
+    let is_on = |(index, fault): (usize, &FaultSignal)| match view.read(&fault.role) {
+        Reading::Seen { meaning: Meaning::Defined(true) | Meaning::Fault, raw, .. } => {
+            Some(ActiveFault { signal: fault.role.signal, raw, index })
         }
-    }
-
-    /// What is not fitted is off for ever, as of now.
-    fn not_fitted<T>(&self, off: T) -> (T, Received) {
-        (off, Received { at: self.now.mono, stamp: self.now.wall })
-    }
-
-    fn sides(&self) -> Judged<TurnCode> {
-        match &self.binding.turn {
-            TurnBinding::NotFitted => Ok(self.not_fitted(TurnCode::Off)),
-            TurnBinding::Enumerated(role) => self.judge(role),
-            TurnBinding::Pair { left, right, both } => {
-                let (left_on, right_on) = match (self.judge(left), self.judge(right)) {
-                    (Ok(left), Ok(right)) => (left, right),
-                    (Err(doubt), Ok(_)) | (Ok(_), Err(doubt)) => return Err(doubt),
-                    (Err(first), Err(second)) => return Err(graver(first, second)),
-                };
-                let code = match (left_on.0, right_on.0, both) {
-                    (false, false, _) => TurnCode::Off,
-                    (true, false, _) => TurnCode::Left,
-                    (false, true, _) => TurnCode::Right,
-                    (true, true, BothOn::Hazard) => TurnCode::Both,
-                    (true, true, BothOn::Undefined) => {
-                        let raw = |signal| self.seen.last(signal).map_or(0, |last| last.raw);
-                        let sides = [left.signal, right.signal].map(|signal| (signal, raw(signal)));
-                        return Err(Doubt::BothOn(sides));
-                    }
-                };
-                Ok((code, left_on.1.newest(right_on.1)))
-            }
-        }
-    }
-
-    fn hazard(&self, sides: &Judged<TurnCode>) -> (Judged<HazardLights>, Option<u8>) {
-        let lights = |on| if on { HazardLights::Enable } else { HazardLights::Disable };
-        match &self.binding.hazard {
-            HazardBinding::NotFitted => (Ok(self.not_fitted(HazardLights::Disable)), None),
-            HazardBinding::Unbound => (Err(Doubt::Unbound), None),
-            HazardBinding::BothLamps => {
-                (sides.map(|(code, received)| (lights(code == TurnCode::Both), received)), None)
-            }
-            HazardBinding::Signal { role, .. } => match self.judge(role) {
-                Ok((HazardCode { active, reason }, received)) => (Ok((lights(active), received)), reason),
-                Err(doubt) => (Err(doubt), None),
-            },
-        }
-    }
-
-    fn with_faults<T: Copy>(
-        &self,
-        state: Judged<T>,
-        faults: &FaultBinding,
-        reason: Option<u8>,
-    ) -> Verdict<T> {
-        let is_on = |(index, fault): (usize, &super::binding::FaultSignal)| match self.seen.read(
-            self.binding,
-            &fault.role,
-            self.buses,
-            self.now.mono,
-        ) {
-            Reading::Seen { meaning: Meaning::Defined(true) | Meaning::Fault, raw, .. } => {
-                Some(ActiveFault { signal: fault.role.signal, raw, index })
-            }
-            Reading::Seen { .. } | Reading::Absent(_) => None,
-        };
-        let fault = faults.signals.iter().enumerate().find_map(is_on);
-        let withheld = fault.is_some() && faults.on_fault == OnFault::Withhold;
-        Verdict { state, fault, publish: state.ok().filter(|_| !withheld), reason }
-    }
-}
-
-/// Of two doubts the one an operator should hear first: fault, invalid, then unknown.
-fn graver(first: Doubt, second: Doubt) -> Doubt {
-    let gravity = |doubt| match doubt {
-        Doubt::Fault(..) => 3,
-        Doubt::Undefined(..) | Doubt::BothOn(..) => 2,
-        Doubt::NotAvailable(..) => 1,
-        Doubt::Absent(..) | Doubt::Unbound => 0,
+        Reading::Seen { .. } | Reading::Absent(_) => None,
     };
-    if gravity(second) > gravity(first) { second } else { first }
+    let fault = faults.signals.iter().enumerate().find_map(is_on);
+    let withheld = fault.is_some() && faults.on_fault == OnFault::Withhold;
+    let publish = state.ok().filter(|_| !withheld);
+    Verdict { state, fault, publish, reason: None, remarks: Remarks::default(), source: 0 }
 }

@@ -1,7 +1,11 @@
 //! Words for what raw values mean, for people who look at a bus or check a profile.
 
-use super::binding::{FaultBinding, HazardBinding, LightsBinding, Role, SignalIndex, TurnBinding, TurnCode};
+use super::binding::{
+    FaultBinding, HazardBinding, HazardSource, LightsBinding, Role, SignalIndex, TurnBinding, TurnCode,
+    TurnSource,
+};
 use super::meaning::{Meaning, RawRange};
+use super::stalk::StalkPosition;
 
 /// What one raw value of a signal means for the gateway.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,44 +44,73 @@ pub struct RoleWords {
 
 /// Every use of every signal, in the order turn, hazard, faults.
 pub fn roles(binding: &LightsBinding) -> Vec<RoleWords> {
-    let on_off = |on: bool| if on { "on" } else { "off" }.to_owned();
     let mut roles = Vec::new();
-    match &binding.turn {
-        TurnBinding::NotFitted => {}
-        TurnBinding::Enumerated(role) => roles.push(role_words(role, "turn".into(), |code| {
-            match code {
-                TurnCode::Off => "off",
-                TurnCode::Left => "left",
-                TurnCode::Right => "right",
-                TurnCode::Both => "both",
-            }
-            .to_owned()
-        })),
-        TurnBinding::Pair { left, right, .. } => {
-            roles.push(role_words(left, "left".into(), on_off));
-            roles.push(role_words(right, "right".into(), on_off));
-        }
+    if let TurnBinding::From(sources) = &binding.turn {
+        sources.list.iter().for_each(|named| turn_roles(&named.source, &mut roles));
     }
-    match &binding.hazard {
-        HazardBinding::NotFitted | HazardBinding::Unbound | HazardBinding::BothLamps => {}
-        HazardBinding::Signal { role, reasons } => roles.push(role_words(role, "hazard".into(), |code| {
+    if let HazardBinding::From(sources) = &binding.hazard {
+        sources.list.iter().for_each(|named| hazard_role(&named.source, &mut roles));
+    }
+    for faults in [&binding.turn_faults, &binding.hazard_faults] {
+        roles.extend(fault_roles(faults));
+    }
+    roles
+}
+
+fn on_off(on: bool) -> String {
+    if on { "on" } else { "off" }.to_owned()
+}
+
+fn turn_roles(source: &TurnSource, roles: &mut Vec<RoleWords>) {
+    let code = |code| {
+        match code {
+            TurnCode::Off => "off",
+            TurnCode::Left => "left",
+            TurnCode::Right => "right",
+            TurnCode::Both => "both",
+        }
+        .to_owned()
+    };
+    let position = |position| {
+        match position {
+            StalkPosition::Idle => "idle",
+            StalkPosition::LeftHalf => "left half",
+            StalkPosition::LeftFull => "left full",
+            StalkPosition::RightHalf => "right half",
+            StalkPosition::RightFull => "right full",
+        }
+        .to_owned()
+    };
+    match source {
+        TurnSource::Enumerated(role) => roles.push(role_words(role, "turn".into(), code)),
+        TurnSource::Pair(pair) => {
+            roles.push(role_words(&pair.left, "left".into(), on_off));
+            roles.push(role_words(&pair.right, "right".into(), on_off));
+        }
+        TurnSource::Lamps { pair, .. } => {
+            roles.push(role_words(&pair.left, "left lamp".into(), on_off));
+            roles.push(role_words(&pair.right, "right lamp".into(), on_off));
+        }
+        TurnSource::Stalk { role, .. } => roles.push(role_words(role, "stalk".into(), position)),
+    }
+}
+
+fn hazard_role(source: &HazardSource, roles: &mut Vec<RoleWords>) {
+    let pressed = |pressed| if pressed { "pressed" } else { "released" }.to_owned();
+    match source {
+        HazardSource::BothSides => {}
+        HazardSource::Signal { role, reasons } => roles.push(role_words(role, "hazard".into(), |code| {
             match code.reason.and_then(|reason| reasons.get(usize::from(reason))) {
                 Some(reason) => format!("on ({reason})"),
                 None => on_off(code.active),
             }
         })),
+        HazardSource::Button { role, .. } => roles.push(role_words(role, "hazard button".into(), pressed)),
     }
-    for faults in [&binding.turn_faults, &binding.hazard_faults] {
-        roles.extend(fault_roles(faults, on_off));
-    }
-    roles
 }
 
-fn fault_roles(faults: &FaultBinding, on_off: fn(bool) -> String) -> impl Iterator<Item = RoleWords> {
-    faults
-        .signals
-        .iter()
-        .map(move |fault| role_words(&fault.role, format!("fault of {}", fault.text), on_off))
+fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleWords> {
+    faults.signals.iter().map(|fault| role_words(&fault.role, format!("fault of {}", fault.text), on_off))
 }
 
 fn role_words<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> String) -> RoleWords {

@@ -1,0 +1,124 @@
+//! Counts and texts of a status, case by case.
+
+use std::time::Duration;
+
+use super::super::binding::{BoundMessage, BoundSignal, MessageIndex, Role, Sources, TurnCode, TurnSource};
+use super::super::meaning::{Meaning, RawRange, ValueMap};
+use super::super::report::Publish;
+use super::*;
+use crate::core::bus::BusSettings;
+use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
+use crate::core::event::BusIndex;
+use crate::core::event::LinkState;
+use crate::core::frame::{CanId, Frame};
+use crate::core::time::{Now, WallStamp};
+
+const TURN: Task = Task::TurnIndicators;
+
+/// A byte that says 0 off, 1 left, 15 not available, 14 fault; hazard is not visible.
+fn binding() -> LightsBinding {
+    let byte = Layout { start: 0, length: 8, order: ByteOrder::Intel, signed: false };
+    let values = [
+        (0, Meaning::Defined(TurnCode::Off)),
+        (1, Meaning::Defined(TurnCode::Left)),
+        (14, Meaning::Fault),
+        (15, Meaning::NotAvailable),
+    ];
+    let values = values.map(|(raw, meaning)| (RawRange::single(raw), meaning)).to_vec();
+    LightsBinding {
+        messages: vec![BoundMessage {
+            name: "BLINK".into(),
+            bus: BusIndex(0),
+            id: CanId::Standard(0x123),
+            timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
+            integrity: None,
+        }],
+        signals: vec![BoundSignal {
+            name: "BLINK.TURN".into(),
+            message: MessageIndex(0),
+            codec: SignalCodec::new(byte, 1).unwrap(),
+        }],
+        turn: TurnBinding::From(Sources::only(TurnSource::Enumerated(Role {
+            signal: SignalIndex(0),
+            values: ValueMap::new(values).unwrap(),
+        }))),
+        turn_faults: FaultBinding::default(),
+        hazard: HazardBinding::Unbound,
+        hazard_faults: FaultBinding::default(),
+        turn_while_hazard: super::super::binding::TurnWhileHazard::default(),
+    }
+}
+
+struct Bench {
+    lights: VehicleLights,
+    buses: [Bus; 1],
+}
+
+impl Bench {
+    fn new() -> Self {
+        let settings = BusSettings {
+            name: "body".into(),
+            interface: "can0".into(),
+            alive_by: vec![],
+            alive_timeout: Duration::from_secs(1),
+            may_sleep: false,
+        };
+        let lights = VehicleLights::new(binding(), Publish::OnChange);
+        Self { lights, buses: [Bus::new(settings, LinkState::Up)] }
+    }
+
+    /// Takes a frame, if any, and gives what is said then.
+    fn at(&mut self, millis: u64, data: Option<&[u8]>) -> Status {
+        let now = Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() };
+        if let Some(data) = data {
+            let frame = Frame::classic(CanId::Standard(0x123), data).unwrap();
+            self.lights.frame_arrived(MessageIndex(0), &frame, now.wall, now);
+        }
+        self.lights.settle(&self.buses, now);
+        self.lights.status(TURN, "gw", &self.buses, now.mono)
+    }
+}
+
+fn value<'a>(status: &'a Status, key: &str) -> &'a str {
+    &status.values.iter().find(|(name, _)| *name == key).unwrap().1
+}
+
+#[test]
+fn every_kind_of_trouble_is_counted_once_for_each_time_it_comes() {
+    let mut bench = Bench::new();
+    bench.at(0, None);
+    for (millis, raw) in [(10, 0), (20, 150), (30, 151), (40, 1), (50, 15), (60, 15), (70, 14), (80, 0)] {
+        bench.at(millis, Some(&[raw]));
+    }
+    let status = bench.at(90, Some(&[150]));
+    assert_eq!(value(&status, "unknown_count"), "2", "before the first frame, and not available");
+    assert_eq!(value(&status, "invalid_count"), "2", "150 and 151 came as one trouble");
+    assert_eq!(value(&status, "hardware_fault_count"), "1");
+}
+
+#[test]
+fn the_last_error_is_remembered_after_recovery_with_its_age() {
+    let mut bench = Bench::new();
+    assert_eq!(value(&bench.at(0, Some(&[0])), "last_error"), "none");
+    let text = "invalid: BLINK.TURN = 150 (0x96) is not a defined value";
+    let status = bench.at(100, Some(&[150]));
+    assert_eq!((status.level, status.message.as_str()), (Level::Error, text));
+    assert_eq!(value(&status, "last_error"), text);
+    assert_eq!(value(&status, "report"), "not published");
+    bench.at(400, Some(&[1]));
+    let status = bench.at(3_200, Some(&[1]));
+    assert_eq!((status.level, status.message.as_str()), (Level::Ok, "publishing"));
+    assert_eq!(value(&status, "last_error"), format!("{text} (3 s ago)"));
+    assert_eq!(value(&status, "report"), "ENABLE_LEFT");
+}
+
+#[test]
+fn short_frames_are_counted_and_change_nothing() {
+    let mut bench = Bench::new();
+    bench.at(0, Some(&[1]));
+    let status = bench.at(200, Some(&[]));
+    assert_eq!(value(&status, "too_short_frames"), "1");
+    assert_eq!(value(&status, "frames"), "1");
+    assert_eq!((value(&status, "age_ms"), value(&status, "raw_value")), ("200", "1"));
+    assert_eq!(bench.at(501, None).message, "unknown: BLINK is stale, silent for more than 500 ms");
+}

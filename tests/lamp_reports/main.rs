@@ -1,0 +1,10 @@
+//! Lamps, stalks, buttons and several sources: from frames to published reports, through the whole
+//! gateway and a profile as an integrator writes it.
+
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
+
+mod car;
+mod controls;
+mod lamps;
+mod refusals;
+mod sources;
