@@ -13,13 +13,14 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use criterion::Criterion;
-use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
-use signal_gateway::config::{Overrides, load};
+use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
+use signal_gateway::config::{Overrides, load, load_profile};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::event::{BusIndex, Input, LinkState};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::vehicle_lights::binding::MessageIndex;
 use signal_gateway::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Rule, Sum};
 use signal_gateway::core::vehicle_lights::integrity::counter::{Counter, CounterRule};
 use signal_gateway::core::vehicle_lights::integrity::e2e::{DataIdMode, E2e, Profile};
@@ -50,6 +51,9 @@ fn main() -> ExitCode {
     time_of_a_frame(&mut criterion, "frame, sign of life only", [WHEEL_SPEEDS, WHEEL_SPEEDS], 0);
     time_of_a_frame(&mut criterion, "frame, not relevant", [UNBOUND, UNBOUND], 0);
     time_of_a_check(&mut criterion);
+    for (name, checked) in [("gateway with all checks", true), ("gateway without checks", false)] {
+        time_with_checks(&mut criterion, name, checked);
+    }
     criterion.bench_function("next deadline", |bencher| {
         let gateway = gateway();
         bencher.iter(|| gateway.next_deadline(black_box(NOW.mono)));
@@ -96,6 +100,40 @@ fn time_of_a_frame(
     });
     samples.sort_by(f64::total_cmp);
     (samples.len() >= 10).then(|| samples[samples.len() / 2])
+}
+
+/// The whole way of the Civic's frames, which have a checksum and a counter, checked or taken as
+/// they are.
+fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
+    let profile =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/honda_civic_hatchback_2017.toml");
+    let mut settings = load_profile(&Disk, &profile).unwrap().gateway;
+    let message = &mut settings.lights.messages[0];
+    let Some(Protection::Fields { checksum: Some(checksum), .. }) =
+        message.integrity.clone().map(|integrity| integrity.protection)
+    else {
+        unreachable!("the profile has a checksum");
+    };
+    if !checked {
+        message.integrity = None;
+    }
+    let frames = [0, 1, 2, 3].map(|counter| {
+        let mut data = [0, 0, 0, 0b100, 0, 0, 0, counter << 4];
+        assert!(checksum.seal(message.id, &mut data));
+        let frame = Frame::classic(message.id, &data).unwrap();
+        Input::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
+    });
+    let mut gateway = Gateway::new(settings, LinkState::Up, NOW);
+    let mut round = frames.iter().cycle();
+    for _ in 0..frames.len() {
+        take(&mut gateway, *round.next().unwrap(), NOW);
+    }
+    criterion.bench_function(name, |bencher| {
+        bencher.iter(|| take(&mut gateway, *round.next().unwrap(), NOW));
+    });
+    let seen = gateway.lights().observations();
+    let rejected = seen.guard_counts(MessageIndex(0)).map(|counts| counts.rejected());
+    assert_eq!(rejected, checked.then_some(1), "all frames but the first are good");
 }
 
 /// What the guard of a message costs, by what the message proves.

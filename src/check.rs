@@ -10,9 +10,10 @@ use crate::core::dbc::model::Severity;
 use crate::core::event::Input;
 use crate::core::time::MonoTime;
 use crate::core::vehicle_lights::binding::{
-    BoundMessage, HazardBinding, HazardSource, NamedSource, SignalIndex, Sources, Timing, TurnBinding,
-    TurnSource,
+    BoundMessage, HazardBinding, HazardSource, MessageIndex, NamedSource, SignalIndex, Sources, Timing,
+    TurnBinding, TurnSource,
 };
+use crate::core::vehicle_lights::integrity::{GuardCounts, MessageIntegrity};
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::meaning::RawRange;
 use crate::core::vehicle_lights::vocabulary::{roles, words};
@@ -70,6 +71,8 @@ pub fn binding(settings: &Settings) -> Report {
         };
         let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
         report.line("message", &format!("{} ({}) on {bus}: {timing}", message.name, message.id));
+        let proof = message.integrity.as_ref().map_or("nothing".to_owned(), MessageIntegrity::to_string);
+        report.line("", &format!("must prove {proof}"));
     }
     for role in roles(lights) {
         let values: Vec<_> =
@@ -296,14 +299,17 @@ impl Survey {
             report
                 .concern(&format!("{late} stamps run backwards, {jumps} times the recorder's clock jumped"));
         }
-        self.report_messages(settings, &mut report);
+        self.report_messages(settings, replay, &mut report);
         self.report_values(settings, &mut report);
         self.report_troubles(replay, &mut report);
         report
     }
 
-    fn report_messages(&self, settings: &Settings, report: &mut Report) {
-        for (message, seen) in settings.gateway.lights.messages.iter().zip(&self.messages) {
+    fn report_messages(&self, settings: &Settings, replay: &Replay, report: &mut Report) {
+        let guards = replay.gateway().lights().observations();
+        for (index, (message, seen)) in
+            settings.gateway.lights.messages.iter().zip(&self.messages).enumerate()
+        {
             let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
             let (name, id) = (&message.name, message.id);
             if seen.frames == 0 {
@@ -315,6 +321,9 @@ impl Survey {
             if seen.too_long > 0 {
                 report
                     .concern(&format!("{name} was silent for longer than its limit {} times", seen.too_long));
+            }
+            if let Some(counts) = guards.guard_counts(MessageIndex(index)) {
+                report_guard(name, counts, report);
             }
         }
     }
@@ -372,6 +381,21 @@ impl Survey {
     }
 }
 
+/// What became of the frames of a message that must prove something. That the first of a counter
+/// proves nothing, also after a silence, is as it should be.
+fn report_guard(name: &str, counts: GuardCounts, report: &mut Report) {
+    let reasons: Vec<_> = counts
+        .by_reason()
+        .into_iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(reason, count)| format!("{count} {reason}"))
+        .collect();
+    let (trusted, lost, rejected) = (counts.trusted, counts.lost, counts.rejected());
+    let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
+    let text = format!("{name}: {trusted} trusted, {rejected} rejected{why}, {lost} lost by the counter");
+    if rejected > counts.initial { report.concern(&text) } else { report.line("", &text) }
+}
+
 /// Seconds with three decimals.
 fn seconds_text(at: MonoTime) -> String {
     let millis = at.as_nanos() / 1_000_000;
@@ -391,17 +415,20 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::config::files::{DEMO_CONFIG, Embedded};
-    use crate::config::{Overrides, load};
+    use crate::config::files::{DEMO_CONFIG, Disk, Embedded};
+    use crate::config::{Overrides, load, load_profile};
     use crate::io::can::log::Log;
     use crate::replay::Routes;
 
     fn survey(text: &str) -> Report {
-        let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
+        survey_of(&load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap(), text)
+    }
+
+    fn survey_of(settings: &Settings, text: &str) -> Report {
         let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
         let routes = Routes::by_interface(&settings.gateway);
         let replay = Replay::new(settings.gateway.clone(), log, routes).unwrap();
-        let (report, outcome) = recording(&settings, replay);
+        let (report, outcome) = recording(settings, replay);
         outcome.unwrap();
         report
     }
@@ -420,6 +447,34 @@ mod tests {
         let report = survey("(1.0) can0 111#00\n(1.3) can0 2A5#0000000000000000\n(1.4) can0 2A5#00\n");
         assert!(report.text.contains("turn_indicators unknown 1 times, 0.300 s in all"), "{}", report.text);
         assert!(report.text.contains("turn_indicators would be published for 0.100 s of 0.400 s"));
+    }
+
+    /// The Volvo's two bits of counter, and 20 ms between frames.
+    fn volvo(counters: &[u8]) -> (Settings, Report) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/volvo_s60_2002.toml");
+        let settings = load_profile(&Disk, &path).unwrap();
+        let line = |(at, counter): (usize, &u8)| {
+            format!("(1.{:03}) can0 0261300A#{:02X}00000000000000\n", at * 20, counter << 6)
+        };
+        let text: String = counters.iter().enumerate().map(line).collect();
+        let report = survey_of(&settings, &text);
+        (settings, report)
+    }
+
+    #[test]
+    fn rejected_frames_are_a_concern_unless_they_are_the_first() {
+        let (settings, report) = volvo(&[0, 1, 2, 3, 0]);
+        let text =
+            "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, its counter has nothing";
+        assert!(report.text.contains(text), "{}", report.text);
+        assert_eq!(report.concerns, 1, "only that hazard is not bound: {}", report.text);
+        let (_, report) = volvo(&[0, 1, 3, 3, 0, 1, 2]);
+        let text = "! Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, its counter has nothing to follow, \
+                    1 repeated counter, 1 counter not in sequence for long enough), 1 lost by the counter";
+        assert!(report.text.contains(text), "{}", report.text);
+        assert_eq!(report.concerns, 2, "{}", report.text);
+        let text = binding(&settings).text;
+        assert!(text.contains("must prove a counter of 0 to 3 in steps of at most 2"), "{text}");
     }
 
     #[test]

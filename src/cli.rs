@@ -16,7 +16,7 @@ use crate::core::time::MonoTime;
 use crate::daemon::{self, DaemonError, Playback};
 use crate::decode::Decoder;
 use crate::io::can::log::Log;
-use crate::publisher::topics;
+use crate::publisher::{PublisherError, topics};
 use crate::replay::{Replay, Routes};
 use crate::timeline::{Changes, JsonTimeline};
 use crate::view::{Style, View, time_text};
@@ -139,7 +139,8 @@ struct RecordingArgs {
     log: Option<PathBuf>,
     #[command(flatten)]
     config: ConfigArgs,
-    /// Take what the log calls INTERFACE as the frames of BUS of the profile; repeatable
+    /// Take what the log calls INTERFACE as the frames of BUS of the profile; repeatable. Not needed
+    /// when both have just one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     map: Vec<(String, String)>,
 }
@@ -230,6 +231,10 @@ pub fn main() -> ExitCode {
             say(&format!("signal-gateway: {failure}"));
             ExitCode::from(match failure {
                 Failure::Refused(_) => 3,
+                // A setting, though it stands in the environment: trying again does not help.
+                Failure::Daemon(DaemonError::Publisher(
+                    PublisherError::DomainId(_) | PublisherError::NotBuilt,
+                )) => 3,
                 Failure::Usage(_) => 2,
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,
             })
@@ -348,6 +353,9 @@ fn write_output(
 /// What a replay of a log with faults should not keep to itself.
 fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
+    if counts.records == 0 {
+        say("no frame was found in the recording");
+    }
     if let Some((line, reason)) = log.first_bad() {
         say(&format!("{} lines could not be read; the first is line {line}: {reason}", log.bad_lines()));
     }
@@ -449,7 +457,7 @@ fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Rout
     })?;
     let mut routes = Routes::by_interface(&settings.gateway);
     if args.map.is_empty() {
-        routes.adopt_only_interface(|| names_in(&path));
+        routes.adopt_only_interface(&path);
         return Ok((path, routes));
     }
     routes.0.clear();
@@ -462,21 +470,4 @@ fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Rout
         routes.0.push((interface.clone(), BusIndex(index)));
     }
     Ok((path, routes))
-}
-
-/// How far into a log its interface names are looked for.
-const LOOK_AHEAD: usize = 20_000;
-
-/// Interface names at the beginning of a log; none if it can be read only once.
-fn names_in(path: &Path) -> Vec<String> {
-    if path == Path::new("-") {
-        return Vec::new();
-    }
-    let Ok(mut log) = Log::open(path) else { return Vec::new() };
-    for _ in 0..LOOK_AHEAD {
-        if !matches!(log.next_record(), Ok(Some(_))) {
-            break;
-        }
-    }
-    log.interfaces().to_vec()
 }

@@ -5,6 +5,7 @@
 //! recording gives the same outputs byte for byte, however fast it is played.
 
 use std::io;
+use std::path::Path;
 use std::time::Duration;
 
 use crate::core::event::{BusIndex, Input, LinkState, Output};
@@ -143,6 +144,11 @@ impl Replay {
         Ok(Some(input))
     }
 
+    /// Virtual time of the last entry read, of whatever interface.
+    pub fn length(&self) -> MonoTime {
+        self.tape.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
+    }
+
     /// What was read so far.
     pub fn counts(&self) -> Counts {
         self.tape.counts
@@ -166,11 +172,12 @@ impl Routes {
     }
 
     /// Takes the log's interface for the bus, whatever it is called, when there is one of each.
-    /// `names` are the interfaces of the log.
-    pub fn adopt_only_interface(&mut self, names: impl FnOnce() -> Vec<String>) {
+    pub fn adopt_only_interface(&mut self, log: &Path) {
         if let [(interface, _)] = self.0.as_mut_slice()
-            && let [only] = names().as_slice()
+            && let [only] = Log::interfaces_in(log).as_slice()
+            && only != interface
         {
+            tracing::info!("the recording's {only} is taken for {interface}");
             interface.clone_from(only);
         }
     }

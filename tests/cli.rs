@@ -119,6 +119,18 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
 }
 
 #[test]
+fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
+    assert!(out(&["check", "--config", "config/gateway.toml"]).contains("0 things to look at"));
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let (_, behind) = readme.split_once("## Configuration in five minutes\n\n```toml\n").unwrap();
+    let (shown, _) = behind.split_once("```").unwrap();
+    let profiles = concat!("profile = \"", env!("CARGO_MANIFEST_DIR"), "/config/vehicles/");
+    let (folder, path) = file("gateway.toml", &shown.replace("profile = \"vehicles/", profiles));
+    assert!(out(&["check", "--config", path.to_str().unwrap()]).contains("0 things to look at"));
+    drop(folder);
+}
+
+#[test]
 fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
     refused(2, &["fly"]);
     refused(2, &["replay", "--speed", "fast"]);

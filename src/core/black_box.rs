@@ -32,15 +32,15 @@ pub struct BlackBox {
     /// Link of each bus before the first kept input.
     links: Vec<LinkState>,
     decisions: VecDeque<(MonoTime, String)>,
-    /// When the open window closes.
-    closes: Option<MonoTime>,
+    /// The change to ERROR that opened the window.
+    fault: Option<Now>,
 }
 
 /// A window that has closed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recording {
-    /// Wall time of its first line, for its name.
-    pub start: Now,
+    /// When the change to ERROR was that it is about.
+    pub fault: Now,
     /// A candump log. Lines that begin with `#` tell what candump has no line for.
     pub log: String,
     /// A decision a line, as `replay` prints them.
@@ -51,7 +51,7 @@ impl BlackBox {
     /// An empty box for buses on these interfaces, with their links.
     pub fn new(settings: BlackBoxSettings, interfaces: Vec<String>, links: Vec<LinkState>) -> Self {
         let (inputs, decisions) = (VecDeque::new(), VecDeque::new());
-        Self { settings, interfaces, inputs, links, decisions, closes: None }
+        Self { settings, interfaces, inputs, links, decisions, fault: None }
     }
 
     /// Keeps an input at the time it is handled.
@@ -60,35 +60,23 @@ impl BlackBox {
             return;
         }
         self.inputs.push_back((input, at));
-        let kept = self.settings.before + self.settings.after;
-        while self.inputs.len() > self.settings.most_inputs
-            || self.inputs.front().is_some_and(|(_, first)| at.mono.since(first.mono) > kept)
-        {
-            self.drop_first();
-        }
+        self.forget_before(at.mono);
     }
 
     /// Keeps a decision, as a line without its time; `fault` says that it is a change to ERROR.
-    pub fn decided(&mut self, line: String, fault: bool, at: MonoTime) {
-        if fault && self.closes.is_none() {
-            self.closes = Some(at.after(self.settings.after));
+    pub fn decided(&mut self, line: String, fault: bool, at: Now) {
+        if fault && self.fault.is_none() {
+            self.fault = Some(at);
         }
-        self.decisions.push_back((at, line));
-        let kept = self.settings.before + self.settings.after;
-        while self.decisions.len() > self.settings.most_inputs
-            || self.decisions.front().is_some_and(|(first, _)| at.since(*first) > kept)
-        {
-            self.decisions.pop_front();
-        }
+        self.decisions.push_back((at.mono, line));
+        self.forget_before(at.mono);
     }
 
     /// The window that closes now, if one does. `line` writes a decision with its time.
-    pub fn take(&mut self, now: MonoTime, line: impl Fn(MonoTime, &str) -> String) -> Option<Recording> {
-        if self.closes.is_none_or(|closes| now < closes) {
-            return None;
-        }
-        self.closes = None;
-        let start = self.inputs.front()?.1;
+    pub fn take(&mut self, now: Now, line: impl Fn(MonoTime, &str) -> String) -> Option<Recording> {
+        let fault = self.fault.take_if(|fault| now.mono >= fault.mono.after(self.settings.after))?;
+        self.forget_before(now.mono);
+        let start = self.inputs.front().map_or(fault, |(_, at)| *at);
         let mut log = String::new();
         for (interface, link) in self.interfaces.iter().zip(&self.links) {
             if *link != LinkState::Up {
@@ -101,7 +89,19 @@ impl BlackBox {
         let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.mono.as_nanos()));
         let covered = self.decisions.iter().filter(|(at, _)| *at >= start.mono);
         let decisions = covered.map(|(at, text)| line(since(*at), text) + "\n").collect();
-        Some(Recording { start, log, decisions })
+        Some(Recording { fault, log, decisions })
+    }
+
+    /// Drops what no window that is open at `now` or later can cover, inputs and decisions alike.
+    fn forget_before(&mut self, now: MonoTime) {
+        let (kept, most) = (self.settings.before + self.settings.after, self.settings.most_inputs);
+        let is_old = |at: MonoTime| now.since(at) > kept;
+        while self.inputs.len() > most || self.inputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
+            self.drop_first();
+        }
+        while self.decisions.len() > most || self.decisions.front().is_some_and(|(at, _)| is_old(*at)) {
+            self.decisions.pop_front();
+        }
     }
 
     fn drop_first(&mut self) {
@@ -188,16 +188,16 @@ mod tests {
             let millis = u64::from(step) * 10;
             black_box.keep(frame(step, millis), at(millis));
             if step == 30 {
-                black_box.decided("ERROR turn".into(), true, at(millis).mono);
-                black_box.decided("ERROR hazard".into(), true, at(millis + 1).mono);
+                black_box.decided("ERROR turn".into(), true, at(millis));
+                black_box.decided("ERROR hazard".into(), true, at(millis + 1));
             }
-            assert_eq!(black_box.take(at(millis).mono, line).is_some(), step == 35, "{step}");
+            assert_eq!(black_box.take(at(millis), line).is_some(), step == 35, "{step}");
             if step == 34 {
                 let mut early = black_box.clone();
-                let recording = early.take(at(350).mono, line).unwrap();
-                assert_eq!(recording.log.lines().next(), Some("(1700000000.190000) can0 123#13"));
-                assert_eq!(recording.log.lines().count(), 16);
-                assert_eq!(recording.decisions, "110 ERROR turn\n111 ERROR hazard\n");
+                let recording = early.take(at(350), line).unwrap();
+                assert_eq!(recording.log.lines().next(), Some("(1700000000.200000) can0 123#14"));
+                assert_eq!(recording.log.lines().count(), 15);
+                assert_eq!(recording.decisions, "100 ERROR turn\n101 ERROR hazard\n");
             }
         }
     }
@@ -208,8 +208,8 @@ mod tests {
         black_box.keep(Input::Link { bus: BUS, state: LinkState::Down }, at(0));
         black_box.keep(Input::Drops { bus: BUS, lost: 3 }, at(1));
         black_box.keep(Input::Link { bus: BUS, state: LinkState::Up }, at(2));
-        black_box.decided("ERROR".into(), true, at(2).mono);
-        let recording = black_box.take(at(60).mono, line).unwrap();
+        black_box.decided("ERROR".into(), true, at(2));
+        let recording = black_box.take(at(60), line).unwrap();
         assert_eq!(
             recording.log,
             "# (1700000000.001000) can0 link down\n# (1700000000.001000) can0 drops 3\n\
@@ -219,13 +219,30 @@ mod tests {
     }
 
     #[test]
+    fn log_and_decisions_cover_the_same_time_however_long_no_frame_came() {
+        let mut black_box = black_box(1000);
+        for millis in [0, 90] {
+            black_box.keep(frame(1, millis), at(millis));
+            black_box.decided(format!("seen at {millis}"), false, at(millis));
+        }
+        black_box.decided("ERROR stale".into(), true, at(150));
+        let recording = black_box.take(at(200), line).unwrap();
+        assert_eq!(recording.log, "(1700000000.090000) can0 123#01\n");
+        assert_eq!(recording.decisions, "0 seen at 90\n60 ERROR stale\n");
+        assert_eq!(recording.fault, at(150));
+        black_box.decided("ERROR again".into(), true, at(900));
+        let silent = black_box.take(at(960), line).unwrap();
+        assert_eq!((silent.log.as_str(), silent.decisions.as_str()), ("", "0 ERROR again\n"));
+    }
+
+    #[test]
     fn memory_is_bounded_by_count_as_well() {
         let mut black_box = black_box(5);
         for step in 0..50 {
             black_box.keep(frame(0, 0), at(0));
-            black_box.decided(step.to_string(), false, at(0).mono);
+            black_box.decided(step.to_string(), false, at(0));
         }
         assert_eq!((black_box.inputs.len(), black_box.decisions.len()), (5, 5));
-        assert_eq!(black_box.take(at(1000).mono, line), None, "nothing without a fault");
+        assert_eq!(black_box.take(at(1000), line), None, "nothing without a fault");
     }
 }

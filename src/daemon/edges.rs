@@ -70,7 +70,7 @@ impl Edges {
         while let Some(output) = poll() {
             self.publisher.send(&output);
             if let Some(faults) = &mut self.faults {
-                faults.decided(&output, now.mono);
+                faults.decided(&output, now);
             }
             match &self.json {
                 Some(json) => {

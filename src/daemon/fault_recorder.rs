@@ -56,7 +56,7 @@ impl FaultRecorder {
     pub(super) fn keep(&mut self, input: Input, at: Now) {
         self.black_box.keep(input, at);
         let line = |at: MonoTime, text: &str| format!("{} {text}", time_text(at));
-        if let Some(recording) = self.black_box.take(at.mono, line) {
+        if let Some(recording) = self.black_box.take(at, line) {
             let recorder = self.recorder.clone();
             // Off the loop: a slow disk must not hold up frames.
             drop(spawn_blocking(move || save(&recorder, &recording)));
@@ -64,7 +64,7 @@ impl FaultRecorder {
     }
 
     /// Keeps what was decided.
-    pub(super) fn decided(&mut self, output: &Output, at: MonoTime) {
+    pub(super) fn decided(&mut self, output: &Output, at: Now) {
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {
@@ -87,7 +87,7 @@ fn state_folder(variable: Option<OsString>) -> Option<PathBuf> {
 
 fn save(recorder: &Recorder, recording: &Recording) {
     let name =
-        format!("{:010}.{:03}", recording.start.wall.sec(), recording.start.wall.nanosec() / 1_000_000);
+        format!("{:010}.{:03}", recording.fault.wall.sec(), recording.fault.wall.nanosec() / 1_000_000);
     match recorder.save(&name, &recording.log, &recording.decisions) {
         Ok(path) => tracing::info!("black box written: {}", path.display()),
         Err(error) => tracing::error!("black box not written: {error}"),

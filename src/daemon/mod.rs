@@ -94,7 +94,8 @@ pub fn run(settings: Settings, view: View) -> Result<(), DaemonError> {
             };
             let reopen = || Log::open(&recording.file);
             let name = recording.file.display().to_string();
-            let routes = Routes::by_interface(&settings.gateway);
+            let mut routes = Routes::by_interface(&settings.gateway);
+            routes.adopt_only_interface(&recording.file);
             play(settings, view, None, (&name, &reopen, routes), playback)
         }
     }

@@ -4,6 +4,7 @@
 
 mod garbled;
 mod gateway_file;
+mod integrity_keys;
 mod reference;
 mod sources;
 mod vehicle_profile;
@@ -60,7 +61,7 @@ on = [1]
 off = [0]
 "#;
 
-/// `BLINK` has no cycle time; line 6 goes beyond its message and line 10 is no statement.
+/// `BLINK` has no cycle time; line 6 goes beyond its message and line 15 is no statement.
 const DBC: &str = r#"BO_ 256 BLINK: 4 X
  SG_ TURN : 0|4@1+ (1,0) [0|15] "" X
  SG_ HAZARD : 4|2@1+ (1,0) [0|3] "" X
@@ -68,6 +69,11 @@ const DBC: &str = r#"BO_ 256 BLINK: 4 X
  SG_ RIGHT : 9|1@1+ (1,0) [0|1] "" X
  SG_ TORN : 28|8@1+ (1,0) [0|255] "" X
  SG_ TILT : 12|4@1- (1,0) [-8|7] "" X
+ SG_ COUNT : 10|2@1+ (1,0) [0|3] "" X
+ SG_ CRC : 16|8@1+ (1,0) [0|255] "" X
+ SG_ NIBBLE : 24|4@1+ (1,0) [0|15] "" X
+ SG_ PAGE M : 28|1@1+ (1,0) [0|1] "" X
+ SG_ PAGED m1 : 0|4@1+ (1,0) [0|15] "" X
 BO_ 257 CLIMATE: 8 X
  SG_ HEAT : 0|32@1+ (1,0) [0|0] "" X
 BO_ 258 LAMPS 8 X

@@ -70,7 +70,7 @@ fn texts(gateway: String, profile: String) -> Texts {
 
 const PROFILE: &str = "\
 name = \"x\"
-bus.body.dbc = \"../../dbc/my_car.dbc\"
+bus.powertrain.dbc = \"../../dbc/my_car.dbc\"
 turn.fitted = false
 hazard.from = \"not_fitted\"
 ";
@@ -96,7 +96,7 @@ fn the_gateway_file_with_everything_uncommented_is_accepted() {
 fn what_the_gateway_file_shows_are_the_defaults() {
     let (gateway, _) = halves();
     let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
-    let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.body]\ninterface = \"can0\"\n\
+    let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.powertrain]\ninterface = \"can0\"\n\
                  [recording]\nfile = \"drive.log.gz\"\n";
     let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
     let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();

@@ -118,7 +118,7 @@ fn signals_that_cannot_be_bound_are_refused() {
             row(turn, "@@\"BLINK.TURNS\"", "turn.signal", "BLINK has no signal TURNS", "it has TURN, HAZARD"),
             row(turn, "@@\"boot:BLINK.TURN\"", "turn.signal", "there is no bus boot", "it has body"),
             row(turn, "@@\"BLINK.TORN\"", "turn.signal", "rejected at car.dbc:6: ", "it has TURN"),
-            row(turn, "@@\"LAMPS.TURN\"", "turn.signal", "rejected at car.dbc:10: ", "name a message"),
+            row(turn, "@@\"LAMPS.TURN\"", "turn.signal", "rejected at car.dbc:15: ", "name a message"),
             row(turn, "@@\"CLIMATE.HEAT\"", "turn.signal", "HEAT is a floating-point signal", "integer"),
         ],
     );

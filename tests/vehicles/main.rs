@@ -9,6 +9,7 @@ mod playback;
 mod profiles;
 mod real_dbcs;
 mod real_logs;
+mod seal;
 mod silences;
 
 use std::path::{Path, PathBuf};

@@ -7,6 +7,8 @@ use std::path::Path;
 use signal_gateway::config::Settings;
 use signal_gateway::core::diagnostics::{Level, Status};
 use signal_gateway::core::event::{BusIndex, Output};
+use signal_gateway::core::vehicle_lights::binding::MessageIndex;
+use signal_gateway::core::vehicle_lights::integrity::GuardCounts;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
@@ -20,6 +22,8 @@ pub(crate) struct Playback {
     pub(crate) told: Vec<Told>,
     /// All statuses at the end.
     pub(crate) last: Vec<Status>,
+    /// What the guard of the first bound message counted; nothing when it has none.
+    pub(crate) guard: GuardCounts,
     /// Length, ms.
     pub(crate) end_ms: u64,
 }
@@ -40,14 +44,13 @@ pub(crate) const HAZARD: &str = "hazard_lights";
 /// Plays a log file; when profile and log know one interface each, they need not agree on its name.
 pub(crate) fn play_file(settings: &Settings, path: &Path) -> Playback {
     let mut routes = Routes::by_interface(&settings.gateway);
-    routes.adopt_only_interface(|| vec![first_interface(path)]);
+    routes.adopt_only_interface(path);
     play(settings, Log::open(path).unwrap(), routes)
 }
 
-fn first_interface(path: &Path) -> String {
-    let mut log = Log::open(path).unwrap();
-    log.next_record().unwrap();
-    log.interfaces()[0].clone()
+/// Plays one interface of a log file, whatever the profile's only bus calls it.
+pub(crate) fn play_interface(settings: &Settings, path: &Path, interface: &str) -> Playback {
+    play(settings, Log::open(path).unwrap(), Routes(vec![(interface.to_owned(), BusIndex(0))]))
 }
 
 /// Plays candump text; `interface` is that of the only bus.
@@ -58,7 +61,14 @@ pub(crate) fn play_text(settings: &Settings, text: &str, interface: &str) -> Pla
 
 fn play(settings: &Settings, log: Log, routes: Routes) -> Playback {
     let mut replay = Replay::new(settings.gateway.clone(), log, routes).unwrap();
-    let mut playback = Playback { turn: vec![], hazard: vec![], told: vec![], last: vec![], end_ms: 0 };
+    let mut playback = Playback {
+        turn: vec![],
+        hazard: vec![],
+        told: vec![],
+        last: vec![],
+        guard: GuardCounts::default(),
+        end_ms: 0,
+    };
     loop {
         let ms = replay.now().mono.as_nanos() / 1_000_000;
         while let Some(output) = replay.poll_output() {
@@ -70,6 +80,8 @@ fn play(settings: &Settings, log: Log, routes: Routes) -> Playback {
     }
     playback.end_ms = replay.now().mono.as_nanos() / 1_000_000;
     playback.last = replay.gateway().statuses(replay.now().mono);
+    let seen = replay.gateway().lights().observations();
+    playback.guard = seen.guard_counts(MessageIndex(0)).unwrap_or_default();
     assert_eq!(replay.log().bad_lines(), 0);
     playback
 }

@@ -27,7 +27,7 @@ const TWINS: [(&str, &str, &[&str]); 22] = [
     ("subaru_outback_2015", "subaru_outback_2015_generated", &[]),
     ("tesla_model3", "tesla_model3_vehicle", &[]),
     ("toyota_nodsu", "toyota_nodsu_pt_generated", &[]),
-    ("volvo_s60_2002", "volvo_s60_2002", &[]),
+    ("volvo_s60_2002", "volvo_s60_2002", &["Counter"]),
     ("volvo_v40_2017", "volvo_v40_2017_pt", &[]),
     ("vw_meb", "vw_meb_generated", &[]),
     ("vw_mqb", "vw_mqb", &[]),

@@ -37,6 +37,8 @@ pub struct Log {
     first_bad: Option<(u64, BadLine)>,
 }
 
+/// How far into a file its interface names are looked for.
+const LOOK_AHEAD: usize = 20_000;
 const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 const BUFFER: usize = 64 << 10;
 /// More names than this are a sign of garbage; the rest counts as bad lines.
@@ -75,6 +77,20 @@ impl Log {
             if packed { Box::new(MultiGzDecoder::new(plain)) } else { Box::new(plain) };
         let reader = Reader::new(source)?;
         Ok(Self { reader, interfaces: Vec::new(), bad_lines: 0, first_bad: None })
+    }
+
+    /// Interface names at the beginning of a file; none when it cannot be read twice.
+    pub fn interfaces_in(path: &Path) -> Vec<String> {
+        if path == Path::new("-") {
+            return Vec::new();
+        }
+        let Ok(mut log) = Self::open(path) else { return Vec::new() };
+        for _ in 0..LOOK_AHEAD {
+            if !matches!(log.next_record(), Ok(Some(_))) {
+                break;
+            }
+        }
+        log.interfaces
     }
 
     /// The next entry; lines that cannot be read are counted and left out.

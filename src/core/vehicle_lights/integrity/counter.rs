@@ -147,6 +147,11 @@ impl CounterRule {
         (self.first, self.last)
     }
 
+    /// Largest step that is tolerated.
+    pub fn max_step(&self) -> u32 {
+        self.max_step
+    }
+
     /// Steps from one value to another, both in range: 0 to `last - first`.
     fn steps(&self, from: u32, to: u32) -> u32 {
         // The number of values may be 2^32.

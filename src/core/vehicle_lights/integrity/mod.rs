@@ -8,6 +8,7 @@ pub mod checksum;
 pub mod counter;
 pub mod e2e;
 pub mod window;
+mod words;
 
 use std::fmt;
 use std::time::Duration;

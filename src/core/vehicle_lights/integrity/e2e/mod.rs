@@ -126,6 +126,11 @@ impl E2e {
         true
     }
 
+    /// The profile.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
     /// First and last value of the counter.
     pub fn counter_range(&self) -> (u32, u32) {
         self.profile.counter_range()
