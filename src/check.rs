@@ -287,7 +287,7 @@ impl Survey {
     fn report(&self, settings: &Settings, replay: &Replay) -> Report {
         let mut report = Report::default();
         let (counts, log) = (replay.counts(), replay.log());
-        let length = seconds_text(replay.now().mono);
+        let length = seconds_text(replay.length());
         let interfaces = log.interfaces().join(", ");
         report.line("recording", &format!("{} frames in {length} on {interfaces}", counts.records));
         if let Some((line, reason)) = log.first_bad() {
@@ -298,6 +298,9 @@ impl Survey {
             let (late, jumps) = (counts.backwards, counts.jumps);
             report
                 .concern(&format!("{late} stamps run backwards, {jumps} times the recorder's clock jumped"));
+        }
+        if counts.records > 0 && counts.foreign == counts.records {
+            report.concern("no frame came on a configured interface: use --map INTERFACE=BUS");
         }
         self.report_messages(settings, replay, &mut report);
         self.report_values(settings, &mut report);

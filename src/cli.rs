@@ -230,9 +230,9 @@ pub fn main() -> ExitCode {
         Err(failure) => {
             say(&format!("signal-gateway: {failure}"));
             ExitCode::from(match failure {
-                Failure::Refused(_) => 3,
-                // A setting, though it stands in the environment: trying again does not help.
-                Failure::Daemon(DaemonError::Publisher(
+                // ROS_DOMAIN_ID is a setting too, though it stands in the environment.
+                Failure::Refused(_)
+                | Failure::Daemon(DaemonError::Publisher(
                     PublisherError::DomainId(_) | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,

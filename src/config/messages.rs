@@ -21,6 +21,7 @@ pub(super) fn messages(
     binder: &mut Binder<'_>,
     file: &VehicleFile,
     alive_by: &[Vec<CanId>],
+    all_bound: bool,
 ) -> Vec<BoundMessage> {
     for (name, timing) in &file.message {
         if let Some(bus) = timing.bus.as_ref().filter(|bus| !has_bus(binder, bus)) {
@@ -33,6 +34,8 @@ pub(super) fn messages(
         };
         match binder.messages.iter().filter(|message| bound(message)).count() {
             1 => {}
+            // What failed to be bound may have been in it.
+            0 if !all_bound => {}
             0 => binder.refuse(
                 name.span(),
                 "no bound signal is in this message",
@@ -62,7 +65,7 @@ pub(super) fn messages(
         };
         let section = section(binder, file, *bus, message).map(|(_, section)| section);
         let integrity = section.and_then(|section| integrity(binder, section, message, forget_after));
-        let (name, bus) = (message.name.clone(), binder.buses[*bus].index);
+        let (name, bus) = (binder.message_name(*bus, message), binder.buses[*bus].index);
         compiled.push(BoundMessage { name, bus, id: message.id, timing, integrity });
     }
     compiled

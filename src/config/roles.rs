@@ -111,13 +111,19 @@ impl<'a> Binder<'a> {
         Some((self.intern(bus, message, signal), signal))
     }
 
+    /// The message's name for people: with its bus, when several buses have one of that name.
+    pub(super) fn message_name(&self, bus: usize, message: &Message) -> String {
+        let twins = self.buses.iter().filter(|bus| bus.database.message(&message.name).is_some()).count();
+        if twins > 1 { format!("{}:{}", self.buses[bus].name, message.name) } else { message.name.clone() }
+    }
+
     fn intern(&mut self, bus: usize, message: &'a Message, signal: &'a Signal) -> SignalIndex {
         let is_it = |known: &(usize, &Message)| known.0 == bus && known.1.name == message.name;
         let message_index = self.messages.iter().position(is_it).unwrap_or_else(|| {
             self.messages.push((bus, message));
             self.messages.len() - 1
         });
-        let name = format!("{}.{}", message.name, signal.name);
+        let name = format!("{}.{}", self.message_name(bus, message), signal.name);
         let same = |known: &BoundSignal| known.message.0 == message_index && known.name == name;
         SignalIndex(self.signals.iter().position(same).unwrap_or_else(|| {
             let message = MessageIndex(message_index);

@@ -67,7 +67,8 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
     let hazard_faults = faults(&mut binder, &hazard_file.fault_signal, hazard_file.on_fault.as_ref());
     let turn_while_hazard = while_hazard(&mut binder, turn_file, hazard_file);
     let alive_by: Vec<_> = buses.iter().map(|bus| alive_by(&mut binder, file, bus)).collect();
-    let messages = messages(&mut binder, file, &alive_by);
+    let all_bound = turn.is_some() && hazard.is_some();
+    let messages = messages(&mut binder, file, &alive_by, all_bound);
     let (signals, problems) = (binder.signals, binder.problems);
     match (turn, hazard, problems) {
         (Some(turn), Some(hazard), problems) if problems.is_empty() => {

@@ -28,6 +28,7 @@ pub(crate) const LAMPS: u16 = 256;
 pub(crate) const STALK: u16 = 257;
 pub(crate) const BODY: u16 = 258;
 pub(crate) const PANEL: u16 = 259;
+pub(crate) const ALIVE: u16 = 260;
 
 pub(crate) const DARK: u8 = 0;
 pub(crate) const LEFT: u8 = 0b0001;

@@ -2,7 +2,7 @@
 
 use signal_gateway::core::diagnostics::Level;
 
-use crate::car::{BOTH, Car, DARK, LAMPS, LEFT, RIGHT, UNBOUND, lamp_keys};
+use crate::car::{ALIVE, BOTH, Car, DARK, LAMPS, LEFT, RIGHT, UNBOUND, lamp_keys};
 
 const WATCHING: &str = "unknown: watching the lamps LAMPS.LEFT and LAMPS.RIGHT";
 const BY_LAMPS: &str = "[hazard]\nfrom = \"both_sides\"\n";
@@ -83,6 +83,15 @@ fn a_tap_of_three_flashes_is_one_activation() {
     car.frames(LAMPS, 50, 2000..6000, |ms| if ms < 4000 && flash(ms, 2000, 667, 50) { RIGHT } else { DARK });
     assert_eq!(car.turns(), ["DISABLE", "ENABLE_RIGHT", "DISABLE"]);
     assert_eq!(car.turn[1].0, 2000, "with the first lit frame");
+}
+
+#[test]
+fn what_else_comes_over_the_bus_makes_no_lamp_seen_again() {
+    let mut car = watched();
+    car.frame(LAMPS, LEFT, 2000);
+    car.frame(ALIVE, 0, 2049);
+    car.frames(LAMPS, 50, 2050..4000, |_| DARK);
+    assert_eq!(car.turn[1..], [(2000, "ENABLE_LEFT"), (2865, "DISABLE")], "a hold after the lit frame");
 }
 
 #[test]
@@ -180,7 +189,7 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
 fn lamps_sent_on_change_only_stay_as_they_are() {
     let turn = lamp_keys("hazard", "sent = \"on_change\", latency_ms = 20");
     let mut car = Car::new(&format!("[message.LAMPS]\ntiming = \"event\"\n[turn]\n{turn}{BY_LAMPS}"));
-    let alive = |car: &mut Car, span: std::ops::Range<u64>| car.frames(260, 100, span, |_| 0);
+    let alive = |car: &mut Car, span: std::ops::Range<u64>| car.frames(ALIVE, 100, span, |_| 0);
     alive(&mut car, 0..10);
     car.frame(LAMPS, DARK, 10);
     alive(&mut car, 100..2000);

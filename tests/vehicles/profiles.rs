@@ -13,8 +13,8 @@ use crate::playback::{HAZARD, TURN};
 use crate::seal::sealed;
 use crate::{profile, profile_names};
 
-/// Profile, frames (see [`frame`], several with `;`, `9*` in front for nine times, 50 ms apart), and what becomes of turn and hazard report:
-/// a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
+/// Profile, frames (see [`frame`], several with `;`; `9*` in front: nine times, 50 ms apart), and what becomes of turn and
+/// hazard report: a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
 type Case = (&'static str, &'static str, &'static str, &'static str);
 
 const OFF: &str = "DISABLE";
@@ -169,8 +169,8 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
     for count in [0, 1] {
         for text in frames.split(';') {
             let (times, text) = text.split_once('*').unwrap_or(("1", text));
+            let frame = sealed(&frame(text), count);
             for _ in 0..times.trim().parse::<u32>().unwrap() {
-                let frame = sealed(&frame(text), count);
                 gateway.handle(Input::Frame { bus: BusIndex(0), frame, stamp: now.wall }, now);
                 if times != "1" {
                     now = at(now.mono.as_nanos() / 1_000_000 + 50);

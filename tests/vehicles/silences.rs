@@ -90,7 +90,7 @@ fn an_event_message_must_be_seen_again_after_its_bus_was_silent() {
                 "unknown: no frame of BLINKERS_STATE (614) on can0 yet",
                 "publishing",
                 "unknown: bus can0 is silent",
-                "unknown: no frame of BLINKERS_STATE (614) on can0 yet",
+                "unknown: no new frame of BLINKERS_STATE (614) on can0 yet",
                 "publishing",
             ],
             "{task}"

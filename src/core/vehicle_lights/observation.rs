@@ -1,6 +1,6 @@
 //! What was last seen of each bound signal, and whether it may still be believed.
 
-use super::binding::{BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex, Timing};
+use super::binding::{BoundMessage, BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex, Timing};
 use super::integrity::window::Phase;
 use super::integrity::{Guard, GuardCounts, Reject, Verdict};
 use super::meaning::Meaning;
@@ -15,13 +15,18 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 pub enum Absence {
     /// The link below the bus is not up.
     Link(LinkState),
-    /// No frame with this signal since start, since the link came back, or, of an event message,
-    /// since the bus woke up.
+    /// No frame with this signal since start.
     NeverSeen,
+    /// None since the link came back or, of an event message, since the bus woke up.
+    NotAgain,
     /// The last frame is older than the message's limit.
     Stale,
     /// Frames come, but the last ones did not prove what they must; why, in words.
     NotTrusted(&'static str),
+    /// Frames come, but the last one ended before a signal it should carry.
+    TooShort,
+    /// Frames come, but not those that carry this multiplexed signal.
+    NotCarried,
     /// An event message holds as long as its bus is alive, and the bus is silent.
     BusSilent,
     /// The bus's controller is bus-off: nothing can be received.
@@ -64,6 +69,15 @@ pub struct MessageCounts {
     pub too_short: u64,
 }
 
+/// What the last frame of a message was.
+#[derive(Debug, Clone, Copy)]
+enum Latest {
+    /// Long enough; when it came.
+    Whole(MonoTime),
+    /// Not; when it came.
+    TooShort(MonoTime),
+}
+
 /// The last value of every bound signal.
 #[derive(Debug, Clone)]
 pub struct Observations {
@@ -73,6 +87,8 @@ pub struct Observations {
     guards: Vec<Option<Guard>>,
     /// The last rejection of each message, and whether a trusted frame has come since.
     rejected: Vec<Option<(Reject, bool)>>,
+    /// The last frame of each message since its link came up.
+    latest: Vec<Option<Latest>>,
     /// Signals of each message, by message.
     carried: Vec<Vec<SignalIndex>>,
 }
@@ -96,6 +112,7 @@ impl Observations {
                 .map(|message| message.integrity.clone().map(Guard::new))
                 .collect(),
             rejected: vec![None; binding.messages.len()],
+            latest: vec![None; binding.messages.len()],
             carried,
         }
     }
@@ -115,9 +132,11 @@ impl Observations {
         let needed = |signal: &SignalIndex| binding.signals[signal.0].codec.needed_length();
         if carried.iter().filter(present).any(|signal| needed(signal) > length) {
             self.counts[message.0].too_short += 1;
+            self.latest[message.0] = Some(Latest::TooShort(now.mono));
             return;
         }
         self.counts[message.0].frames += 1;
+        self.latest[message.0] = Some(Latest::Whole(now.mono));
         if let Some(guard) = &mut self.guards[message.0] {
             match guard.check(frame, now.mono) {
                 Verdict::Rejected(reject) => {
@@ -152,8 +171,10 @@ impl Observations {
             }
         }
         let of_bus = binding.messages.iter().map(|message| message.bus == bus);
-        for ((guard, rejected), of_bus) in self.guards.iter_mut().zip(&mut self.rejected).zip(of_bus) {
+        let messages = self.guards.iter_mut().zip(&mut self.rejected).zip(&mut self.latest);
+        for (((guard, rejected), latest), of_bus) in messages.zip(of_bus) {
             if of_bus {
+                *latest = None;
                 guard.iter_mut().for_each(Guard::forget);
                 *rejected = None;
             }
@@ -167,6 +188,11 @@ impl Observations {
             let message = &binding.messages[signal.message.0];
             if message.bus == bus && message.timing == Timing::Event {
                 *slot = None;
+            }
+        }
+        for (latest, message) in self.latest.iter_mut().zip(&binding.messages) {
+            if message.bus == bus && message.timing == Timing::Event {
+                *latest = None;
             }
         }
     }
@@ -183,13 +209,16 @@ impl Observations {
         let message = &binding.messages[index.0];
         let bus = &buses[usize::from(message.bus.0)];
         let Some(Observation { raw, received }) = self.last[role.signal.0] else {
-            let why = self.distrust(index).unwrap_or(Absence::NeverSeen);
+            let before = self.counts[index.0].frames > 0;
+            let none = if before { Absence::NotAgain } else { Absence::NeverSeen };
+            let why = self.shortcoming(binding, index, None, now).unwrap_or(none);
             return Reading::Absent(cause(bus, None, now).unwrap_or(why));
         };
         let absent = match message.timing {
-            Timing::Cyclic { timeout } => {
-                (now.since(received.at) > timeout).then(|| self.distrust(index).unwrap_or(Absence::Stale))
-            }
+            Timing::Cyclic { timeout } => (now.since(received.at) > timeout).then(|| {
+                let last = Some(received.at);
+                self.shortcoming(binding, index, last, now).unwrap_or(Absence::Stale)
+            }),
             Timing::Event => (!bus.is_alive(now)).then_some(Absence::BusSilent),
         };
         absent.map_or_else(
@@ -198,10 +227,27 @@ impl Observations {
         )
     }
 
-    /// Why the latest frames of a message are not trusted, if they are not.
-    fn distrust(&self, message: MessageIndex) -> Option<Absence> {
-        let (reject, trusted_since) = self.rejected[message.0]?;
-        (!trusted_since).then(|| Absence::NotTrusted(reject.words()))
+    /// What is wrong with the frames of a message that come all the same, as it seems to a signal
+    /// that was seen last at `last`.
+    fn shortcoming(
+        &self,
+        binding: &LightsBinding,
+        message: MessageIndex,
+        last: Option<MonoTime>,
+        now: MonoTime,
+    ) -> Option<Absence> {
+        if let Some((reject, false)) = self.rejected[message.0] {
+            return Some(Absence::NotTrusted(reject.words()));
+        }
+        match (self.latest[message.0]?, binding.messages[message.0].timing) {
+            (Latest::Whole(at) | Latest::TooShort(at), Timing::Cyclic { timeout })
+                if now.since(at) > timeout =>
+            {
+                None
+            }
+            (Latest::TooShort(_), _) => Some(Absence::TooShort),
+            (Latest::Whole(at), _) => last.is_none_or(|last| last < at).then_some(Absence::NotCarried),
+        }
     }
 
     /// When a signal may go stale with nothing happening. (Event messages: see the bus.)
@@ -213,7 +259,15 @@ impl Observations {
             Timing::Cyclic { timeout } => last.map(|seen| past(seen.received.at, timeout)),
             Timing::Event => None,
         };
-        self.last.iter().zip(&binding.signals).filter_map(stale_at).filter(|at| *at > now).min()
+        let over_at = |(latest, message): (&Option<Latest>, &BoundMessage)| match (latest, message.timing) {
+            (Some(Latest::Whole(at) | Latest::TooShort(at)), Timing::Cyclic { timeout }) => {
+                Some(past(*at, timeout))
+            }
+            (Some(_), Timing::Event) | (None, _) => None,
+        };
+        let signals = self.last.iter().zip(&binding.signals).filter_map(stale_at);
+        let messages = self.latest.iter().zip(&binding.messages).filter_map(over_at);
+        signals.chain(messages).filter(|at| *at > now).min()
     }
 
     /// The last value of a signal, believable or not.

@@ -347,6 +347,14 @@ fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why
     match why {
         Absence::Link(state) => link_text(interface, state),
         Absence::NeverSeen => format!("no frame of {} ({}) on {interface} yet", message.name, message.id),
+        Absence::NotAgain => format!("no new frame of {} ({}) on {interface} yet", message.name, message.id),
+        Absence::TooShort => format!("{} ({}) comes, but too short", message.name, message.id),
+        Absence::NotCarried => {
+            format!(
+                "{} ({}) comes, but not with {}",
+                message.name, message.id, binding.signals[signal.0].name
+            )
+        }
         Absence::Stale => match message.timing {
             Timing::Cyclic { timeout } => {
                 format!("{} is stale, silent for more than {} ms", message.name, timeout.as_millis())

@@ -120,5 +120,6 @@ fn short_frames_are_counted_and_change_nothing() {
     assert_eq!(value(&status, "too_short_frames"), "1");
     assert_eq!(value(&status, "frames"), "1");
     assert_eq!((value(&status, "age_ms"), value(&status, "raw_value")), ("200", "1"));
-    assert_eq!(bench.at(501, None).message, "unknown: BLINK is stale, silent for more than 500 ms");
+    assert_eq!(bench.at(501, None).message, "unknown: BLINK (123) comes, but too short");
+    assert_eq!(bench.at(701, None).message, "unknown: BLINK is stale, silent for more than 500 ms");
 }
