@@ -1,0 +1,171 @@
+//! `check`: what is bound, what is missing, and what a recording would have given, before the drive.
+
+mod survey;
+
+use std::fmt::Write as _;
+
+use crate::config::Settings;
+use crate::core::dbc::model::Severity;
+use crate::core::vehicle_lights::binding::{
+    HazardBinding, HazardSource, NamedSource, Sources, Timing, TurnBinding, TurnSource,
+};
+use crate::core::vehicle_lights::integrity::MessageIntegrity;
+use crate::core::vehicle_lights::lamp::timing::Resolution;
+use crate::core::vehicle_lights::meaning::RawRange;
+use crate::core::vehicle_lights::vocabulary::roles;
+pub use survey::recording;
+
+/// What a check has to say.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Report {
+    /// The text.
+    pub text: String,
+    /// Things an integrator should look at before the drive.
+    pub concerns: u32,
+}
+
+impl Report {
+    fn line(&mut self, heading: &str, text: &str) {
+        // Writing to a String cannot fail.
+        let _ = writeln!(self.text, "{heading:<10} {text}");
+    }
+
+    fn concern(&mut self, text: &str) {
+        self.concerns += 1;
+        self.line("", &format!("! {text}"));
+    }
+}
+
+/// Says what a configuration binds, and what of its DBCs was rejected.
+pub fn binding(settings: &Settings) -> Report {
+    let mut report = Report::default();
+    report.line("vehicle", &settings.vehicle);
+    let lights = &settings.gateway.lights;
+    for (bus, dbc) in settings.gateway.buses.iter().zip(&settings.dbcs) {
+        let (messages, signals) = (dbc.database.messages.len(), dbc.database.signal_count());
+        let rejected = dbc.database.rejected();
+        let path = dbc.path.display();
+        report.line(
+            "bus",
+            &format!(
+                "{} on {}: {path}, {messages} messages, {signals} signals, {rejected} statements rejected",
+                bus.name, bus.interface
+            ),
+        );
+        for finding in dbc.database.findings.iter().filter(|finding| finding.severity == Severity::Rejected) {
+            report.line("", &format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
+        }
+    }
+    for message in &lights.messages {
+        let timing = match message.timing {
+            Timing::Cyclic { timeout } => {
+                format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
+            }
+            Timing::Event => "event, holds while the bus is alive".to_owned(),
+        };
+        let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
+        report.line("message", &format!("{} ({}) on {bus}: {timing}", message.name, message.id));
+        let proof = message.integrity.as_ref().map_or("nothing".to_owned(), MessageIntegrity::to_string);
+        report.line("", &format!("must prove {proof}"));
+    }
+    for role in roles(lights) {
+        let values: Vec<_> =
+            role.named.iter().map(|(range, text)| format!("{} {text}", range_text(*range))).collect();
+        let name = &lights.signals[role.signal.0].name;
+        report.line(&role.subject, &format!("{name}: {}; anything else is invalid", values.join(", ")));
+    }
+    turn_sources(&lights.turn, &mut report);
+    hazard_sources(&lights.hazard, &mut report);
+    for note in notes(settings) {
+        report.line("note", &note);
+    }
+    report
+}
+
+/// What an integrator should know of a configuration that is sound.
+pub fn notes(settings: &Settings) -> Vec<String> {
+    let lights = &settings.gateway.lights;
+    let TurnBinding::From(sources) = &lights.turn else { return vec![] };
+    let note = |named: &NamedSource<TurnSource>| match &named.source {
+        TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {
+            let [left, right] = [&pair.left, &pair.right].map(|role| &lights.signals[role.signal.0].name);
+            Some(format!(
+                "{left} and {right}: frames are further apart than the shortest legal flash, which may fall \
+                 between them unseen"
+            ))
+        }
+        TurnSource::Lamps { .. }
+        | TurnSource::Enumerated(_)
+        | TurnSource::Pair(_)
+        | TurnSource::Stalk { .. } => None,
+    };
+    sources.list.iter().filter_map(note).collect()
+}
+
+fn turn_sources(turn: &TurnBinding, report: &mut Report) {
+    let TurnBinding::From(sources) = turn else {
+        report.line("turn", "no indicators fitted: DISABLE for ever");
+        return;
+    };
+    for named in &sources.list {
+        match &named.source {
+            TurnSource::Enumerated(_) | TurnSource::Pair(_) => {}
+            TurnSource::Lamps { settings, .. } => {
+                let (hold, confirm) = (settings.hold.as_millis(), settings.confirm.as_millis());
+                report.line("lamps", &format!("held {hold} ms, hazard after {confirm} ms of both"));
+            }
+            TurnSource::Stalk { settings, .. } => {
+                let comfort = settings.comfort.duration().as_millis();
+                let settle = settings.settle.as_millis();
+                report.line(
+                    "stalk",
+                    &format!("a tap blinks for {comfort} ms; unknown for {settle} ms at start"),
+                );
+            }
+        }
+    }
+    source_order("turn", sources, report);
+}
+
+fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
+    let sources = match hazard {
+        HazardBinding::NotFitted => {
+            return report.line("hazard", "no hazard lights fitted: DISABLE for ever");
+        }
+        HazardBinding::Unbound => {
+            let text = "bound to no signal: never published, diagnostics say unknown";
+            return report.line("hazard", text);
+        }
+        HazardBinding::From(sources) => sources,
+    };
+    for named in &sources.list {
+        match &named.source {
+            HazardSource::BothSides => report.line("hazard", "on when both turn sides are on"),
+            HazardSource::Signal { .. } => {}
+            HazardSource::Button { settle, .. } => {
+                let settle = settle.as_millis();
+                report.line("hazard", &format!("each press toggles; unknown for {settle} ms at start"));
+            }
+        }
+    }
+    source_order("hazard", sources, report);
+}
+
+fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut Report) {
+    if let [_, _, ..] = sources.list.as_slice() {
+        let name = |named: &NamedSource<S>| {
+            format!("{}{}", named.name, if named.settings.fallback { " (fallback)" } else { "" })
+        };
+        let names: Vec<_> = sources.list.iter().map(name).collect();
+        let limit = sources.disagreement.as_millis();
+        report.line(subject, &format!("from {}; may disagree for {limit} ms", names.join(", then ")));
+    }
+}
+
+fn range_text(range: RawRange) -> String {
+    if range.first == range.last {
+        range.first.to_string()
+    } else {
+        format!("{}..={}", range.first, range.last)
+    }
+}
