@@ -24,7 +24,7 @@ use crate::view::{Style, View, time_text};
 /// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
 /// reports and diagnostics on ROS 2
 #[derive(Debug, Parser)]
-#[command(name = "signal-gateway", version, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "signal-gateway", version, max_term_width = 100, disable_help_subcommand = true, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -83,25 +83,33 @@ impl Publisher {
         well
     }
 
-    /// Domain, distribution and readers, for people.
+    /// Distribution and domain, for people.
+    pub fn graph(&self) -> String {
+        #[cfg(feature = "ros")]
+        if self.session.is_some() {
+            return format!("ROS 2 {DISTRO}, domain {}", self.domain_id);
+        }
+        let _ = self.domain_id;
+        "ROS 2 off".to_owned()
+    }
+
+    /// Likewise, with the readers of each topic.
     pub fn describe(&self) -> String {
         #[cfg(feature = "ros")]
         if let Some(session) = &self.session {
             let status = session.status();
-            let readers = [status.turn_readers, status.hazard_readers, status.diagnostics_readers]
-                .map(|n| n.to_string());
+            let (turn, hazard, diagnostics) =
+                (status.turn_readers, status.hazard_readers, status.diagnostics_readers);
             let missing = match status.missing_peers {
                 0 => String::new(),
                 count => format!(", {count} lost"),
             };
+            let graph = self.graph();
             return format!(
-                "ROS 2 {DISTRO}, domain {}, readers {}{missing}",
-                self.domain_id,
-                readers.join("/")
+                "{graph}, readers: turn {turn}, hazard {hazard}, diagnostics {diagnostics}{missing}"
             );
         }
-        let _ = self.domain_id;
-        "ROS 2 off".to_owned()
+        self.graph()
     }
 
     /// Leaves the graph, within half a second.

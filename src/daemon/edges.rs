@@ -40,7 +40,7 @@ impl Edges {
         let supervisor = Supervisor::from_env()?;
         let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
-        tracing::info!("{}: {}", settings.vehicle, publisher.describe());
+        tracing::info!("{}: {}", settings.vehicle, publisher.graph());
         Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None })
     }
 
