@@ -142,3 +142,33 @@ fn a_message_that_two_buses_have_is_named_with_its_bus() {
     }
     assert!(!heard.iter().any(|line| line.ends_with("ENABLE_RIGHT")), "the other bus says something else");
 }
+
+const SLOW: &str = "\
+BO_ 291 BODY: 8 X
+ SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X
+BO_ 292 ALIVE: 8 X
+ SG_ COUNT : 0|8@1+ (1,0) [0|255] \"\" X
+";
+
+#[test]
+fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
+    let gateway = "profile = \"slow.toml\"\n[can.body]\ninterface = \"can0\"\n";
+    let profile = "name = \"slow\"\n[bus.body]\ndbc = \"slow.dbc\"\nalive_by = [\"ALIVE\"]\n\
+        alive_timeout_ms = 500\n[message.BODY]\ntiming = \"event_cyclic\"\ntimeout_ms = 1500\n\
+        [turn]\nsignal = \"BODY.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    let settings = settings(&[("gateway.toml", gateway), ("slow.toml", profile), ("slow.dbc", SLOW)]);
+    let body = |tenth| lines("can0", "123#01", tenth..tenth + 1);
+    // Repeated in time on a live bus; then missing on a live bus; then the bus silent.
+    let log = body(0) + &lines("can0", "124#00", 1..14) + &body(14) + &lines("can0", "124#00", 15..35);
+    let log = log + &body(35) + &body(45);
+    let heard = heard(&settings, &log);
+    let turn: Vec<_> = heard.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
+    assert_eq!(
+        turn,
+        [
+            "turn_indicators unknown: no frame of BODY (123) on can0 yet",
+            "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
+            "turn_indicators unknown: bus can0 is silent",
+        ]
+    );
+}

@@ -62,6 +62,10 @@ pub fn binding(settings: &Settings) -> Report {
                 format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
             }
             Timing::Event => "event, holds while the bus is alive".to_owned(),
+            Timing::EventCyclic { timeout } => {
+                let limit = timeout.as_millis();
+                format!("event and slowly repeated, unknown after {limit} ms of silence or with a silent bus")
+            }
         };
         let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
         report.line("message", &format!("{} ({}) on {bus}: {timing}", message.name, message.id));

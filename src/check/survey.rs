@@ -8,7 +8,7 @@ use super::Report;
 use crate::config::Settings;
 use crate::core::event::Input;
 use crate::core::time::MonoTime;
-use crate::core::vehicle_lights::binding::{BoundMessage, MessageIndex, SignalIndex, Timing};
+use crate::core::vehicle_lights::binding::{BoundMessage, MessageIndex, SignalIndex};
 use crate::core::vehicle_lights::integrity::GuardCounts;
 use crate::core::vehicle_lights::vocabulary::words;
 use crate::core::vehicle_lights::{Task, Trouble};
@@ -102,7 +102,7 @@ impl Survey {
         if let Some(last) = seen.last.replace(at) {
             let gap = at.since(last);
             seen.longest_gap = seen.longest_gap.max(gap);
-            if let Timing::Cyclic { timeout } = lights.messages[position].timing {
+            if let Some(timeout) = lights.messages[position].timing.timeout() {
                 seen.too_long += u64::from(gap > timeout);
             }
         }

@@ -59,10 +59,7 @@ pub(super) fn messages(
     }
     let mut compiled = Vec::new();
     for ((bus, message), timing) in bound.iter().zip(timings) {
-        let forget_after = match timing {
-            Timing::Cyclic { timeout } => Some(timeout),
-            Timing::Event => None,
-        };
+        let forget_after = timing.timeout();
         let section = section(binder, file, *bus, message).map(|(_, section)| section);
         let integrity = section.and_then(|section| integrity(binder, section, message, forget_after));
         let (name, bus) = (binder.message_name(*bus, message), binder.buses[*bus].index);
@@ -93,23 +90,24 @@ fn has_bus(binder: &Binder<'_>, bus: &Spanned<String>) -> bool {
 fn timing(binder: &mut Binder<'_>, file: &VehicleFile, bus: usize, message: &Message) -> Timing {
     let section = section(binder, file, bus, message);
     let timeout = section.and_then(|(_, section)| section.timeout_ms.as_ref());
-    match (section.map_or(TimingFile::Cyclic, |(_, section)| section.timing), timeout) {
-        (TimingFile::Event, None) => Timing::Event,
+    let timing = section.map_or(TimingFile::Cyclic, |(_, section)| section.timing);
+    let timeout_ms = match (timing, timeout) {
+        (TimingFile::Event, None) => return Timing::Event,
         (TimingFile::Event, Some(timeout)) => {
             binder.refuse(
                 timeout.span(),
                 "an event message has no timeout",
-                "remove it, or use timing = \"cyclic\"",
+                "remove it, or use timing = \"event_cyclic\" for one that is slowly repeated",
             );
-            Timing::Event
+            return Timing::Event;
         }
-        (TimingFile::Cyclic, Some(timeout)) => {
+        (TimingFile::Cyclic | TimingFile::EventCyclic, Some(timeout)) => {
             if !is_timeout(*timeout.get_ref()) {
                 binder.problems.push(out_of_range(binder.document, timeout));
             }
-            Timing::Cyclic { timeout: Duration::from_millis(*timeout.get_ref()) }
+            *timeout.get_ref()
         }
-        (TimingFile::Cyclic, None) => {
+        (TimingFile::Cyclic | TimingFile::EventCyclic, None) => {
             let cycle_ms = message.cycle_ms.map_or(0, u64::from);
             if cycle_ms == 0 {
                 let at = section.map_or(0..0, |(name, _)| name.span());
@@ -117,9 +115,13 @@ fn timing(binder: &mut Binder<'_>, file: &VehicleFile, bus: usize, message: &Mes
                     format!("no timeout for {}: the DBC has no GenMsgCycleTime for it", message.name);
                 binder.refuse(at, reason, &format!("add [message.{}] timeout_ms", message.name));
             }
-            let timeout_ms =
-                (cycle_ms * CYCLES_UNTIL_STALE).clamp(SHORTEST_DEFAULT_TIMEOUT_MS, LONGEST_TIMEOUT_MS);
-            Timing::Cyclic { timeout: Duration::from_millis(timeout_ms) }
+            (cycle_ms * CYCLES_UNTIL_STALE).clamp(SHORTEST_DEFAULT_TIMEOUT_MS, LONGEST_TIMEOUT_MS)
         }
+    };
+    let timeout = Duration::from_millis(timeout_ms);
+    if timing == TimingFile::EventCyclic {
+        Timing::EventCyclic { timeout }
+    } else {
+        Timing::Cyclic { timeout }
     }
 }

@@ -17,7 +17,7 @@ use crate::core::dbc;
 use crate::core::dbc::model::Database;
 use crate::core::event::BusIndex;
 use crate::core::frame::CanId;
-use crate::core::vehicle_lights::binding::{BoundMessage, LightsBinding, Timing};
+use crate::core::vehicle_lights::binding::{BoundMessage, LightsBinding};
 
 /// What a profile comes to.
 #[derive(Debug)]
@@ -141,12 +141,8 @@ pub(super) fn out_of_range(document: &Document, limit: &Spanned<u64>) -> Problem
 /// As the profile says; by default no bus is called silent while its liveliest message may be.
 fn alive_timeout(file: &VehicleFile, bus: &ProfileBus, messages: &[BoundMessage]) -> Duration {
     let given = file.bus.get(bus.name.as_str()).and_then(|bus| bus.alive_timeout_ms.as_ref());
-    let silences = messages.iter().filter(|message| message.bus == bus.index).filter_map(|message| {
-        match message.timing {
-            Timing::Cyclic { timeout } => Some(timeout),
-            Timing::Event => None,
-        }
-    });
+    let of_bus = messages.iter().filter(|message| message.bus == bus.index);
+    let silences = of_bus.filter_map(|message| message.timing.timeout());
     let default = silences.min().unwrap_or_default().max(Duration::from_millis(ALIVE_TIMEOUT_MS));
     given.map_or(default, |ms| Duration::from_millis(*ms.get_ref()))
 }

@@ -81,6 +81,8 @@ pub enum TimingFile {
     Cyclic,
     /// On change only.
     Event,
+    /// On change, and slowly repeated.
+    EventCyclic,
 }
 
 /// `[turn]` and `[[turn.source]]`: one enumerated signal, a left and a right one, lamps, a stalk, or,

@@ -67,6 +67,29 @@ pub enum Timing {
     },
     /// Sent on change only: its values hold as long as the bus is alive.
     Event,
+    /// Sent on change and slowly repeated: both must hold.
+    EventCyclic {
+        /// Longest silence that is still believed.
+        timeout: Duration,
+    },
+}
+
+impl Timing {
+    /// Longest silence of the message that is still believed.
+    pub fn timeout(self) -> Option<Duration> {
+        match self {
+            Self::Cyclic { timeout } | Self::EventCyclic { timeout } => Some(timeout),
+            Self::Event => None,
+        }
+    }
+
+    /// Whether it is sent on change: a change may be missed while the bus is silent.
+    pub fn is_event(self) -> bool {
+        match self {
+            Self::Event | Self::EventCyclic { .. } => true,
+            Self::Cyclic { .. } => false,
+        }
+    }
 }
 
 /// One signal of a bound message.

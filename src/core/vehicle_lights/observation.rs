@@ -1,6 +1,6 @@
 //! What was last seen of each bound signal, and whether it may still be believed.
 
-use super::binding::{BoundMessage, BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex, Timing};
+use super::binding::{BoundMessage, BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex};
 use super::integrity::window::Phase;
 use super::integrity::{Guard, GuardCounts, Reject, Verdict};
 use super::meaning::Meaning;
@@ -76,6 +76,14 @@ enum Latest {
     Whole(MonoTime),
     /// Not; when it came.
     TooShort(MonoTime),
+}
+
+impl Latest {
+    fn at(self) -> MonoTime {
+        match self {
+            Self::Whole(at) | Self::TooShort(at) => at,
+        }
+    }
 }
 
 /// The last value of every bound signal.
@@ -186,12 +194,12 @@ impl Observations {
     pub fn forget_events(&mut self, binding: &LightsBinding, bus: BusIndex) {
         for (slot, signal) in self.last.iter_mut().zip(&binding.signals) {
             let message = &binding.messages[signal.message.0];
-            if message.bus == bus && message.timing == Timing::Event {
+            if message.bus == bus && message.timing.is_event() {
                 *slot = None;
             }
         }
         for (latest, message) in self.latest.iter_mut().zip(&binding.messages) {
-            if message.bus == bus && message.timing == Timing::Event {
+            if message.bus == bus && message.timing.is_event() {
                 *latest = None;
             }
         }
@@ -214,12 +222,12 @@ impl Observations {
             let why = self.shortcoming(binding, index, None, now).unwrap_or(none);
             return Reading::Absent(cause(bus, None, now).unwrap_or(why));
         };
-        let absent = match message.timing {
-            Timing::Cyclic { timeout } => (now.since(received.at) > timeout).then(|| {
-                let last = Some(received.at);
-                self.shortcoming(binding, index, last, now).unwrap_or(Absence::Stale)
-            }),
-            Timing::Event => (!bus.is_alive(now)).then_some(Absence::BusSilent),
+        let stale = message.timing.timeout().is_some_and(|timeout| now.since(received.at) > timeout);
+        let absent = if stale {
+            let last = Some(received.at);
+            Some(self.shortcoming(binding, index, last, now).unwrap_or(Absence::Stale))
+        } else {
+            (message.timing.is_event() && !bus.is_alive(now)).then_some(Absence::BusSilent)
         };
         absent.map_or_else(
             || Reading::Seen { meaning: role.values.meaning(raw), raw, received },
@@ -239,31 +247,25 @@ impl Observations {
         if let Some((reject, false)) = self.rejected[message.0] {
             return Some(Absence::NotTrusted(reject.words()));
         }
-        match (self.latest[message.0]?, binding.messages[message.0].timing) {
-            (Latest::Whole(at) | Latest::TooShort(at), Timing::Cyclic { timeout })
-                if now.since(at) > timeout =>
-            {
-                None
-            }
-            (Latest::TooShort(_), _) => Some(Absence::TooShort),
-            (Latest::Whole(at), _) => last.is_none_or(|last| last < at).then_some(Absence::NotCarried),
+        let latest = self.latest[message.0]?;
+        let silent = |timeout| now.since(latest.at()) > timeout;
+        if binding.messages[message.0].timing.timeout().is_some_and(silent) {
+            return None;
+        }
+        match latest {
+            Latest::TooShort(_) => Some(Absence::TooShort),
+            Latest::Whole(at) => last.is_none_or(|last| last < at).then_some(Absence::NotCarried),
         }
     }
 
     /// When a signal may go stale with nothing happening. (Event messages: see the bus.)
     pub fn next_deadline(&self, binding: &LightsBinding, now: MonoTime) -> Option<MonoTime> {
-        let stale_at = |(last, signal): (&Option<Observation>, &BoundSignal)| match binding.messages
-            [signal.message.0]
-            .timing
-        {
-            Timing::Cyclic { timeout } => last.map(|seen| past(seen.received.at, timeout)),
-            Timing::Event => None,
+        let stale_at = |(last, signal): (&Option<Observation>, &BoundSignal)| {
+            let timeout = binding.messages[signal.message.0].timing.timeout()?;
+            Some(past(last.as_ref()?.received.at, timeout))
         };
-        let over_at = |(latest, message): (&Option<Latest>, &BoundMessage)| match (latest, message.timing) {
-            (Some(Latest::Whole(at) | Latest::TooShort(at)), Timing::Cyclic { timeout }) => {
-                Some(past(*at, timeout))
-            }
-            (Some(_), Timing::Event) | (None, _) => None,
+        let over_at = |(latest, message): (&Option<Latest>, &BoundMessage)| {
+            Some(past(latest.as_ref()?.at(), message.timing.timeout()?))
         };
         let signals = self.last.iter().zip(&binding.signals).filter_map(stale_at);
         let messages = self.latest.iter().zip(&binding.messages).filter_map(over_at);

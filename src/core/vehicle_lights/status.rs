@@ -4,9 +4,7 @@
 mod tests;
 
 use super::VehicleLights;
-use super::binding::{
-    FaultBinding, HazardBinding, HazardSource, LightsBinding, SignalIndex, Timing, TurnBinding,
-};
+use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, SignalIndex, TurnBinding};
 use super::integrity::GuardCounts;
 use super::observation::Absence;
 use super::remark::Remarks;
@@ -355,12 +353,10 @@ fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why
                 message.name, message.id, binding.signals[signal.0].name
             )
         }
-        Absence::Stale => match message.timing {
-            Timing::Cyclic { timeout } => {
-                format!("{} is stale, silent for more than {} ms", message.name, timeout.as_millis())
-            }
-            Timing::Event => format!("{} is stale", message.name),
-        },
+        Absence::Stale => {
+            let limit = message.timing.timeout().unwrap_or_default().as_millis();
+            format!("{} is stale, silent for more than {limit} ms", message.name)
+        }
         Absence::NotTrusted(why) => format!("{} is not trusted: {why}", message.name),
         Absence::BusSilent => format!("bus {interface} is silent"),
         Absence::BusOff => format!("{} does not come, {interface} is bus-off", message.name),

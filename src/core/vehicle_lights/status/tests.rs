@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use super::super::binding::{BoundMessage, BoundSignal, MessageIndex, Role, Sources, TurnCode, TurnSource};
+use super::super::binding::{
+    BoundMessage, BoundSignal, MessageIndex, Role, Sources, Timing, TurnCode, TurnSource,
+};
 use super::super::meaning::{Meaning, RawRange, ValueMap};
 use super::super::report::Publish;
 use super::*;
