@@ -39,6 +39,10 @@ const CASES: &[Case] = &[
     ("chrysler_pacifica_2017", "318 8 0|2@1=1", LEFT, "unknown"),
     ("chrysler_pacifica_2017", "318 8 0|2@1=2", RIGHT, "unknown"),
     ("chrysler_pacifica_2017", "318 8 0|2@1=3", "invalid 3", "unknown"),
+    ("dacia_sandero_2", "5DE 8", OFF, OFF),
+    ("dacia_sandero_2", "5DE 8 0|8@1=32 24|8@1=128 56|8@1=66", LEFT, OFF),
+    ("dacia_sandero_2", "5DE 8 0|8@1=64 24|8@1=128 56|8@1=66", RIGHT, OFF),
+    ("dacia_sandero_2", "5DE 8 0|8@1=96 24|8@1=128 56|8@1=66", OFF, ON),
     ("demo_vehicle", "2A5 8; 2C1 8", OFF, OFF),
     ("demo_vehicle", "2A5 8 17|3@1=1; 2C1 8", LEFT, OFF),
     ("demo_vehicle", "2A5 8 17|3@1=2; 2C1 8", RIGHT, OFF),
@@ -55,6 +59,10 @@ const CASES: &[Case] = &[
     ("ford_falcon_fg", "128 8 24|8@1=16", RIGHT, "unknown"),
     ("ford_falcon_fg", "128 8 16|8@1=150", "invalid 150 (0x96)", "unknown"),
     ("ford_falcon_fg", "128 8 16|8@1=8 24|8@1=8", "invalid 2056 (0x808)", "unknown"),
+    ("ford_fusion_2018", "083 8 28|1@0=1", OFF, "unknown"),
+    ("ford_fusion_2018", "083 8 4|1@0=1", LEFT, "unknown"),
+    ("ford_fusion_2018", "083 8 5|1@0=1", RIGHT, "unknown"),
+    ("ford_fusion_2018", "083 8 4|1@0=1 5|1@0=1", "invalid at once", "unknown"),
     ("ford_lincoln", "083 8", OFF, "unknown"),
     ("ford_lincoln", "083 8 5|2@0=1", LEFT, "unknown"),
     ("ford_lincoln", "083 8 5|2@0=2", RIGHT, "unknown"),
@@ -68,6 +76,15 @@ const CASES: &[Case] = &[
     ("honda_civic_hatchback_2017", "326 8 26|1@0=1", LEFT, "unknown"),
     ("honda_civic_hatchback_2017", "326 8 27|1@0=1", RIGHT, "unknown"),
     ("honda_civic_hatchback_2017", "326 8 26|1@0=1 27|1@0=1", "invalid at once", "unknown"),
+    ("honda_civic_touring_2016", "326 8", OFF, "unknown"),
+    ("honda_civic_touring_2016", "326 8 26|1@0=1", LEFT, "unknown"),
+    ("honda_civic_touring_2016", "326 8 27|1@0=1", RIGHT, "unknown"),
+    ("honda_civic_touring_2016", "326 8 26|1@0=1 27|1@0=1", "invalid at once", "unknown"),
+    ("hyundai_i30_2014", "690 8", "unknown", "unknown"),
+    ("hyundai_i30_2014", "20*690 8 49|1@1=1", OFF, OFF),
+    ("hyundai_i30_2014", "20*690 8; 3*690 8 24|1@1=1; 14*690 8", LEFT, OFF),
+    ("hyundai_i30_2014", "20*690 8; 3*690 8 25|1@1=1; 14*690 8", RIGHT, OFF),
+    ("hyundai_i30_2014", "20*690 8; 5*690 8 24|1@1=1 25|1@1=1; 14*690 8", OFF, ON),
     ("hyundai_kia", "541 8", OFF, "unknown"),
     ("hyundai_kia", "541 8 42|1@1=1 19|2@1=3", LEFT, "unknown"),
     ("hyundai_kia", "541 8 41|1@1=1 62|2@1=2", RIGHT, "unknown"),
@@ -81,11 +98,19 @@ const CASES: &[Case] = &[
     ("j1939_truck", "0CFDCC27 8 12|4@1=14 10|2@1=2", "fault", "fault"),
     ("j1939_truck", "0CFDCC27 8 12|4@1=3", "invalid 3", OFF),
     ("j1939_truck", "0CFDCC28 8", "unknown", "unknown"),
+    ("luxgen_s5", "410 8 3|1@0=1", OFF, "unknown"),
+    ("luxgen_s5", "410 8 1|1@0=1", LEFT, "unknown"),
+    ("luxgen_s5", "410 8 2|1@0=1", RIGHT, "unknown"),
+    ("luxgen_s5", "410 8 1|1@0=1 2|1@0=1", "invalid at once", "unknown"),
     ("mazda_2017", "091 8", OFF, "unknown"),
     ("mazda_2017", "091 8 13|1@0=1", LEFT, "unknown"),
     ("mazda_2017", "091 8 12|1@0=1", RIGHT, "unknown"),
     ("mazda_2017", "091 8 10|1@0=1", OFF, "unknown"),
     ("mazda_2017", "091 8 12|1@0=1 13|1@0=1", "invalid at once", "unknown"),
+    ("mercedes_e350_2010", "045 8 18|1@0=1", OFF, "unknown"),
+    ("mercedes_e350_2010", "045 8 16|1@0=1", LEFT, "unknown"),
+    ("mercedes_e350_2010", "045 8 17|1@0=1", RIGHT, "unknown"),
+    ("mercedes_e350_2010", "045 8 16|1@0=1 17|1@0=1", "invalid at once", "unknown"),
     ("mg", "46A 8", OFF, "unknown"),
     ("mg", "46A 8 3|2@0=1", LEFT, "unknown"),
     ("mg", "46A 8 3|2@0=2", RIGHT, "unknown"),
@@ -105,10 +130,25 @@ const CASES: &[Case] = &[
     ("nissan_leaf_aze0", "358 8 16|8@1=8", RIGHT, OFF),
     ("nissan_leaf_aze0", "358 8 16|8@1=12", OFF, ON),
     ("nissan_leaf_aze0", "358 8 16|8@1=2", "invalid 2", "invalid 2"),
+    ("opel_260", "260 3 8|8@1=64 16|8@1=128", OFF, OFF),
+    ("opel_260", "260 3 0|8@1=37 8|8@1=64 16|8@1=128", LEFT, OFF),
+    ("opel_260", "260 3 0|8@1=58 8|8@1=64 16|8@1=128", RIGHT, OFF),
+    ("opel_260", "260 3 0|8@1=31 8|8@1=64 16|8@1=128", OFF, ON),
+    ("opel_260", "260 3 0|8@1=5 8|8@1=64 16|8@1=128", "invalid 5", "invalid 5"),
+    ("opel_260", "260 8 0|8@1=37", "unknown", "unknown"),
     ("psa_aee2010", "452 6", OFF, OFF),
     ("psa_aee2010", "452 6 5|2@0=2", LEFT, OFF),
     ("psa_aee2010", "452 6 5|2@0=1", RIGHT, OFF),
     ("psa_aee2010", "452 6 5|2@0=3", OFF, ON),
+    ("psa_can_confort", "0F6 8 59|1@1=1", OFF, OFF),
+    ("psa_can_confort", "0F6 8 56|2@1=2", LEFT, OFF),
+    ("psa_can_confort", "0F6 8 56|2@1=1", RIGHT, OFF),
+    ("psa_can_confort", "0F6 8 56|2@1=3", OFF, ON),
+    ("subaru_global", "390 8", "unknown", "unknown"),
+    ("subaru_global", "20*390 8 48|1@1=1", OFF, OFF),
+    ("subaru_global", "20*390 8; 3*390 8 50|1@1=1; 14*390 8", LEFT, OFF),
+    ("subaru_global", "20*390 8; 3*390 8 51|1@1=1; 14*390 8", RIGHT, OFF),
+    ("subaru_global", "20*390 8; 5*390 8 50|1@1=1 51|1@1=1; 14*390 8", OFF, ON),
     ("subaru_outback_2015", "282 8", "unknown", "unknown"),
     ("subaru_outback_2015", "20*282 8 12|4@1=9 40|1@1=1", OFF, OFF),
     ("subaru_outback_2015", "20*282 8; 282 8 44|1@1=1; 14*282 8", LEFT, OFF),
@@ -123,6 +163,16 @@ const CASES: &[Case] = &[
     ("tesla_model3", "3F5 8 4|4@1=8", OFF, ON),
     ("tesla_model3", "3F5 8 0|2@1=3 4|4@1=9", "invalid 3", "invalid 9"),
     ("tesla_model3", "3F5 8 0|2@1=1 50|2@1=2", "ENABLE_LEFT +fault", OFF),
+    ("tesla_model3_party", "311 7 22|1@0=1 23|1@0=1", OFF, "unknown"),
+    ("tesla_model3_party", "311 7 25|2@0=1", LEFT, "unknown"),
+    ("tesla_model3_party", "311 7 25|2@0=2", LEFT, "unknown"),
+    ("tesla_model3_party", "311 7 26|2@1=1", RIGHT, "unknown"),
+    ("tesla_model3_party", "311 7 26|2@1=2", RIGHT, "unknown"),
+    ("tesla_model3_party", "311 7 25|2@0=3", "invalid 3", "unknown"),
+    ("tesla_model_s", "045 8", OFF, "unknown"),
+    ("tesla_model_s", "045 8 16|2@1=1", LEFT, "unknown"),
+    ("tesla_model_s", "045 8 16|2@1=2", RIGHT, "unknown"),
+    ("tesla_model_s", "045 8 16|2@1=3", "unknown", "unknown"),
     ("toyota_nodsu", "620 8; 614 8 29|2@0=3", OFF, OFF),
     ("toyota_nodsu", "620 8; 614 8 29|2@0=1", LEFT, OFF),
     ("toyota_nodsu", "620 8; 614 8 29|2@0=2 15|1@0=1", RIGHT, OFF),
@@ -165,12 +215,16 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
     };
     let mut now = at(5);
     let mut gateway = Gateway::new(profile(profile_name).gateway, LinkState::Up, now);
+    let mut sent = BTreeMap::new();
     // A counter says something of the second frame only.
-    for count in [0, 1] {
+    for _ in 0..2 {
         for text in frames.split(';') {
             let (times, text) = text.split_once('*').unwrap_or(("1", text));
-            let frame = sealed(&frame(text), count);
+            let plain = frame(text);
             for _ in 0..times.trim().parse::<u32>().unwrap() {
+                let count = sent.entry(plain.id().number()).or_insert(0_u8);
+                let frame = sealed(&plain, *count);
+                *count = count.wrapping_add(1);
                 gateway.handle(Input::Frame { bus: BusIndex(0), frame, stamp: now.wall }, now);
                 if times != "1" {
                     now = at(now.mono.as_nanos() / 1_000_000 + 50);

@@ -9,23 +9,32 @@ use signal_gateway::core::frame::MAX_DATA;
 use crate::{profile_names, project, real_files};
 
 /// Profile, public DBC, and our signals that differ from it on purpose.
-const TWINS: [(&str, &str, &[&str]); 22] = [
+const TWINS: [(&str, &str, &[&str]); 31] = [
     ("acura_ilx_2016", "acura_ilx_2016_can_generated", &[]),
     ("bmw_e9x", "bmw_e9x_e8x", &["TurnBits"]),
     ("chrysler_pacifica_2017", "chrysler_pacifica_2017_hybrid_generated", &[]),
     ("ford_falcon_fg", "ford_falcon_fg", &["TurnStalkSwitchSatus"]),
+    ("ford_fusion_2018", "ford_fusion_2018_pt", &[]),
     ("ford_lincoln", "ford_lincoln_base_pt", &[]),
     ("gm_global_a", "gm_global_a_powertrain_generated", &[]),
     ("honda_civic_hatchback_2017", "honda_civic_hatchback_ex_2017_can_generated", &[]),
+    ("honda_civic_touring_2016", "honda_civic_touring_2016_can_generated", &[]),
+    ("hyundai_i30_2014", "hyundai_i30_2014", &[]),
     ("hyundai_kia", "hyundai_can_generated", &[]),
+    ("luxgen_s5", "luxgen_s5_2015", &[]),
     ("mazda_2017", "mazda_2017", &[]),
+    ("mercedes_e350_2010", "mercedes_benz_e350_2010", &[]),
     ("mg", "mg", &[]),
     ("new_eagle_dbw", "New_Eagle_DBW_3.4", &[]),
     ("nissan_leaf_2018", "nissan_leaf_2018_generated", &[]),
     ("nissan_leaf_aze0", "leaf_CAR-can_AZE0", &[]),
     ("psa_aee2010", "psa_aee2010_r3", &[]),
+    ("psa_can_confort", "psa_can_confort", &[]),
+    ("subaru_global", "subaru_global_2017_generated", &[]),
     ("subaru_outback_2015", "subaru_outback_2015_generated", &[]),
     ("tesla_model3", "tesla_model3_vehicle", &[]),
+    ("tesla_model3_party", "tesla_model3_party", &[]),
+    ("tesla_model_s", "tesla_can", &[]),
     ("toyota_nodsu", "toyota_nodsu_pt_generated", &[]),
     ("volvo_s60_2002", "volvo_s60_2002", &["Counter"]),
     ("volvo_v40_2017", "volvo_v40_2017_pt", &[]),
@@ -33,8 +42,8 @@ const TWINS: [(&str, &str, &[&str]); 22] = [
     ("vw_mqb", "vw_mqb", &[]),
     ("vw_pq", "vw_pq", &[]),
 ];
-/// Invented, or written from a standard.
-const WITHOUT_TWIN: [&str; 2] = ["demo_vehicle", "j1939_truck"];
+/// Invented, written from a standard, or from labelled frames.
+const WITHOUT_TWIN: [&str; 4] = ["dacia_sandero_2", "demo_vehicle", "j1939_truck", "opel_260"];
 
 fn load(path: &Path) -> Database {
     let database = parse(&std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())));

@@ -33,9 +33,19 @@ pub(crate) fn sealed(frame: &Frame, count: u8) -> Frame {
             data[3] = data[3] & 0xF0 | (count % 16);
             data[4] = data[..4].iter().fold(0xFF, |rest: u8, byte| rest.wrapping_sub(*byte));
         }
+        // Tesla, and Subaru of the global platform (nothing that VW PQ reads under 0x390): address and bytes in a sum.
+        CanId::Standard(id @ (0x311 | 0x390)) => {
+            data[1] = data[1] & 0xF0 | (count % 16);
+            let [high, low] = id.to_be_bytes();
+            data[0] = data[1..].iter().fold(high.wrapping_add(low), |sum, byte| sum.wrapping_add(*byte));
+        }
         // VW and New Eagle: a nibble of counter.
         CanId::Standard(0x3D4 | 0x658) => data[1] = data[1] & 0xF0 | (count % 16),
         CanId::Extended(0x1F14) => data[7] = data[7] & 0xF0 | (count % 16),
+        // Hyundai i30.
+        CanId::Standard(0x690) => data[6] = data[6] & 0xC3 | ((count % 16) << 2),
+        // Mercedes and Tesla Model S.
+        CanId::Standard(0x045) => data[6] = data[6] & 0x0F | ((count % 16) << 4),
         // Volvo S60.
         CanId::Extended(0x0261_300A) => data[0] = data[0] & 0x3F | ((count % 4) << 6),
         CanId::Standard(_) | CanId::Extended(_) => {}
@@ -52,15 +62,23 @@ fn nibble(sum: i32) -> u8 {
 }
 
 /// Profile, a frame that says left, its counter's values, and whether it has a checksum.
-const GUARDED: [(&str, &str, u8, bool); 7] = [
+const GUARDED: [(&str, &str, u8, bool); 11] = [
     ("acura_ilx_2016", "294 8 5|1@0=1", 4, true),
     ("honda_civic_hatchback_2017", "326 8 26|1@0=1", 4, true),
+    ("honda_civic_touring_2016", "326 8 26|1@0=1", 4, true),
     ("mazda_2017", "091 8 13|1@0=1", 16, true),
+    ("mercedes_e350_2010", "045 8 16|1@0=1", 16, false),
     ("new_eagle_dbw", "00001F14 8 4|3@1=1", 16, false),
     ("psa_aee2010", "452 6 5|2@0=2", 16, true),
+    ("tesla_model3_party", "311 7 25|2@0=1", 16, true),
+    ("tesla_model_s", "045 8 16|2@1=1", 16, false),
     ("volvo_s60_2002", "0261300A 8 34|2@1=2", 4, false),
     ("vw_meb", "3D4 8 12|1@1=1", 16, false),
 ];
+
+/// Lamps, known only after a while of watching: profile, a dark frame, and whether it has a checksum.
+const GUARDED_LAMPS: [(&str, &str, bool); 2] =
+    [("hyundai_i30_2014", "690 8", false), ("subaru_global", "390 8", true)];
 
 /// What the turn topic carries after the frames, 20 ms apart.
 fn turn_after(gateway: &mut Gateway, from_ms: u64, frames: &[Frame]) -> Option<&'static str> {
@@ -89,10 +107,17 @@ fn the_guarded_profiles_are_these() {
     let guarded = |name: &String| {
         let settings = profile(name);
         let mut messages = settings.gateway.lights.messages.iter();
-        messages.any(|message| message.integrity.is_some())
+        messages.any(|message| {
+            let integrity = message.integrity.as_ref();
+            integrity.is_some_and(|integrity| {
+                !matches!(integrity.protection, Protection::Fields { checksum: None, counter: None })
+            })
+        })
     };
     let guarded: BTreeSet<_> = profile_names().into_iter().filter(guarded).collect();
-    assert_eq!(guarded, GUARDED.iter().map(|(name, ..)| (*name).to_owned()).collect());
+    let lamps = GUARDED_LAMPS.iter().map(|(name, ..)| *name);
+    let known = GUARDED.iter().map(|(name, ..)| *name).chain(lamps);
+    assert_eq!(guarded, known.map(str::to_owned).collect());
     for (name, _, _, has_checksum) in GUARDED {
         let settings = profile(name);
         let integrity = settings.gateway.lights.messages.iter().find_map(|message| message.integrity.clone());
@@ -150,6 +175,28 @@ fn where_there_is_a_checksum_no_frame_with_a_changed_bit_is_believed() {
             data[bit / 8] ^= 1 << (bit % 8);
             let changed = Frame::classic(second.id(), &data).unwrap();
             assert_eq!(turn_after(&mut fresh(name), 10, &[first, changed]), None, "{name} bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn lamps_are_watched_only_in_frames_that_prove_themselves() {
+    for (name, text, has_checksum) in GUARDED_LAMPS {
+        let right: Vec<_> = (0..80).map(|count| sealed(&frame(text), count)).collect();
+        assert_eq!(turn_after(&mut fresh(name), 10, &right), Some("DISABLE"), "{name}");
+        let standing = vec![right[0]; 80];
+        assert_eq!(turn_after(&mut fresh(name), 10, &standing), None, "{name}");
+        for bit in (0..64).filter(|_| has_checksum) {
+            let changed = right.iter().map(|frame| {
+                let mut data = frame.data().to_vec();
+                data[bit / 8] ^= 1 << (bit % 8);
+                Frame::classic(frame.id(), &data).unwrap()
+            });
+            assert_eq!(
+                turn_after(&mut fresh(name), 10, &changed.collect::<Vec<_>>()),
+                None,
+                "{name} bit {bit}"
+            );
         }
     }
 }
