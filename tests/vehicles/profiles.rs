@@ -11,7 +11,7 @@ use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use crate::payload::frame;
 use crate::playback::{HAZARD, TURN};
 use crate::seal::sealed;
-use crate::{profile, profile_names};
+use crate::{profile, profile_names, real_files};
 
 /// Profile, frames (see [`frame`], several with `;`; `9*` in front: nine times, 50 ms apart), and what becomes of turn and
 /// hazard report: a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
@@ -288,5 +288,44 @@ fn every_shipped_profile_is_tried_off_left_and_right() {
     assert!(tried.keys().eq(profile_names().iter()), "{:?}", tried.keys());
     for (profile, turns) in tried {
         assert!([OFF, LEFT, RIGHT].iter().all(|turn| turns.contains(turn)), "{profile}");
+    }
+}
+
+#[test]
+fn labelled_frames_of_real_vehicles_give_what_their_labels_say() {
+    let Some(folder) = real_files("labelled_frames_of_real_vehicles_give_what_their_labels_say") else {
+        return;
+    };
+    for (profile, file, id, labels) in [
+        (
+            "dacia_sandero_2",
+            "candrive-5de-labelled-frames.csv",
+            "5DE",
+            [("Off", OFF, OFF), ("Left", LEFT, OFF), ("Right", RIGHT, OFF), ("Hazard warning", OFF, ON)],
+        ),
+        (
+            "opel_260",
+            "candrive-opel-labelled-frames.csv",
+            "260",
+            [
+                ("turning light idle", OFF, OFF),
+                ("turning light left", LEFT, OFF),
+                ("turning light right", RIGHT, OFF),
+                ("jam indicator", OFF, ON),
+            ],
+        ),
+    ] {
+        let rows = std::fs::read_to_string(folder.join("can-logs").join(file)).unwrap();
+        for (label, turn, hazard) in labels {
+            // Label, identifier, two flags, length in hexadecimal, bytes.
+            let row = rows.lines().find(|row| row.starts_with(&format!("{label},{id} ")));
+            let cells: Vec<_> = row.unwrap_or_else(|| panic!("{label}")).split(',').skip(4).collect();
+            let byte = |cell: &str| u8::from_str_radix(cell, 16).unwrap();
+            let bytes = cells[1..].iter().take(byte(cells[0]).into()).enumerate();
+            let text = bytes.fold(format!("{id} {}", byte(cells[0])), |text, (index, cell)| {
+                format!("{text} {}|8@1={}", index * 8, byte(cell))
+            });
+            assert_eq!(outcome(profile, &text), [turn, hazard], "{profile} {label}");
+        }
     }
 }
