@@ -126,7 +126,7 @@ impl Document {
 /// Appends the deepest key whose name or value spans `offset`; false when there is none.
 fn find(table: &DeTable<'_>, offset: usize, path: &mut Vec<String>) -> bool {
     for (key, value) in table {
-        path.push(key.get_ref().to_string());
+        path.push(spelled(key.get_ref()));
         if find_in(value.get_ref(), offset, path)
             || key.span().contains(&offset)
             || value.span().contains(&offset)
@@ -136,6 +136,12 @@ fn find(table: &DeTable<'_>, offset: usize, path: &mut Vec<String>) -> bool {
         path.pop();
     }
     false
+}
+
+/// A key as TOML spells it: quoted unless it is a bare one.
+fn spelled(key: &str) -> String {
+    let is_bare = |char: char| char.is_ascii_alphanumeric() || char == '_' || char == '-';
+    if key.chars().all(is_bare) && !key.is_empty() { key.to_owned() } else { format!("{key:?}") }
 }
 
 fn find_in(value: &DeValue<'_>, offset: usize, path: &mut Vec<String>) -> bool {
@@ -179,6 +185,14 @@ mod tests {
     fn text_that_is_not_utf8_is_refused_with_its_line() {
         let problem = Document::new(Path::new("g.toml"), b"a = 1\nb = \"\xFF\"".to_vec()).unwrap_err();
         assert_eq!(problem.position, Some((2, 6)));
+    }
+
+    #[test]
+    fn a_key_of_many_lines_stays_on_one() {
+        let problem = document("a = { \"b\\nc\" = 1 }\n").problem(15..16, "no", "");
+        assert_eq!(problem.key, "a.\"b\\nc\"");
+        let torn = document("0pronal = { signal = \"BLINK.LEF\n'''s.body]\n$lb").parse::<toml::Table>();
+        assert!(!torn.unwrap_err().to_string().contains('\n'));
     }
 
     #[test]
