@@ -11,7 +11,6 @@ use crate::core::vehicle_lights::binding::{
 };
 use crate::core::vehicle_lights::integrity::MessageIntegrity;
 use crate::core::vehicle_lights::lamp::timing::Resolution;
-use crate::core::vehicle_lights::meaning::RawRange;
 use crate::core::vehicle_lights::vocabulary::roles;
 pub use survey::recording;
 
@@ -73,8 +72,7 @@ pub fn binding(settings: &Settings) -> Report {
         report.line("", &format!("must prove {proof}"));
     }
     for role in roles(lights) {
-        let values: Vec<_> =
-            role.named.iter().map(|(range, text)| format!("{} {text}", range_text(*range))).collect();
+        let values: Vec<_> = role.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
         let name = &lights.signals[role.signal.0].name;
         report.line(&role.subject, &format!("{name}: {}; anything else is invalid", values.join(", ")));
     }
@@ -163,13 +161,5 @@ fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut Report) {
         let names: Vec<_> = sources.list.iter().map(name).collect();
         let limit = sources.disagreement.as_millis();
         report.line(subject, &format!("from {}; may disagree for {limit} ms", names.join(", then ")));
-    }
-}
-
-fn range_text(range: RawRange) -> String {
-    if range.first == range.last {
-        range.first.to_string()
-    } else {
-        format!("{}..={}", range.first, range.last)
     }
 }

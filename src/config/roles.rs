@@ -173,7 +173,7 @@ impl<'a> Binder<'a> {
                 if let Some(signal) = signal {
                     let (lowest, highest) = signal.codec.range();
                     if range.first < lowest || range.last > highest {
-                        let reason = format!("{} cannot hold {}", signal.name, range_text(range));
+                        let reason = format!("{} cannot hold {range}", signal.name);
                         let remedy = format!("its raw values are {lowest} to {highest}");
                         self.refuse(value.span(), reason, &remedy);
                     }
@@ -181,7 +181,7 @@ impl<'a> Binder<'a> {
                 if let Some(twin) =
                     seen.iter().find(|known| known.first <= range.last && range.first <= known.last)
                 {
-                    let reason = format!("{} overlaps {}", range_text(range), range_text(*twin));
+                    let reason = format!("{range} overlaps {twin}");
                     self.refuse(value.span(), reason, "give each raw value one meaning");
                 }
                 seen.push(range);
@@ -196,12 +196,4 @@ impl<'a> Binder<'a> {
 fn rejected(bus: &ProfileBus, name: &str) -> Option<String> {
     let finding = bus.database.findings.iter().find(|finding| finding.excerpt.contains(name))?;
     Some(format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason))
-}
-
-fn range_text(range: RawRange) -> String {
-    if range.first == range.last {
-        range.first.to_string()
-    } else {
-        format!("{}..={}", range.first, range.last)
-    }
 }

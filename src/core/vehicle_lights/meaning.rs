@@ -3,6 +3,8 @@
 //! The fates stay apart all the way to the report (vehicle-interface section 4.2). A value that
 //! the profile does not name is undefined; nothing is guessed from all-ones or from `VAL_`.
 
+use std::fmt;
+
 /// What one raw value means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning<T> {
@@ -33,6 +35,14 @@ impl RawRange {
 
     const fn contains(self, raw: i128) -> bool {
         self.first <= raw && raw <= self.last
+    }
+}
+
+/// As a profile spells it: `3`, or `4..=7`.
+impl fmt::Display for RawRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { first, last } = self;
+        if first == last { write!(f, "{first}") } else { write!(f, "{first}..={last}") }
     }
 }
 
