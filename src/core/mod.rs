@@ -14,6 +14,8 @@ pub mod event;
 pub mod frame;
 pub mod gateway;
 pub mod live_time;
+pub mod map;
 pub mod note;
 pub mod time;
+pub mod traffic_light;
 pub mod vehicle_lights;

@@ -1,0 +1,114 @@
+//! Heads and groups of a map, and how an id of either kind expands (traffic-lights section 2).
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A signal head, by position in [`LightMap::heads`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct HeadIndex(pub u32);
+
+/// A physical light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Head {
+    /// Id of its way.
+    pub way_id: i64,
+    /// The groups that refer to it, in the order of the map.
+    pub relation_ids: Arc<[i64]>,
+    /// Where its lamps are, metres in the map frame; only for drawing.
+    pub lamps: Vec<Lamp>,
+}
+
+/// A lamp of a head.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lamp {
+    /// Its colour.
+    pub color: LampColor,
+    /// x, y, z in the map frame, metres.
+    pub position_m: [f64; 3],
+}
+
+/// The colours a map gives to lamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LampColor {
+    /// `green`
+    Green,
+    /// `yellow`
+    Yellow,
+    /// `red`
+    Red,
+}
+
+/// The traffic lights of a map. Heads are sorted by way id.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LightMap {
+    heads: Vec<Head>,
+    groups: BTreeMap<i64, Group>,
+}
+
+/// A traffic-flow group: a regulatory element.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// The heads it refers to, in the order of the map.
+    pub heads: Vec<HeadIndex>,
+    /// A crosswalk obeys it.
+    pub is_pedestrian: bool,
+}
+
+/// What a map says of one group.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GroupEntry {
+    /// Id of the regulatory element.
+    pub relation_id: i64,
+    /// Way ids of the heads it refers to, in the order of the map.
+    pub way_ids: Vec<i64>,
+    /// A crosswalk obeys it.
+    pub is_pedestrian: bool,
+}
+
+impl LightMap {
+    /// Joins heads without a group, given with their lamps, and groups in the order of the map's
+    /// regulatory-element layer. A head named by a group alone is a head without lamps.
+    pub fn new(lamps: impl IntoIterator<Item = (i64, Vec<Lamp>)>, groups: &[GroupEntry]) -> Self {
+        let mut known: BTreeMap<i64, (Vec<i64>, Vec<Lamp>)> =
+            lamps.into_iter().map(|(way_id, lamps)| (way_id, (Vec::new(), lamps))).collect();
+        for group in groups {
+            for way_id in &group.way_ids {
+                let (relation_ids, _) = known.entry(*way_id).or_default();
+                if !relation_ids.contains(&group.relation_id) {
+                    relation_ids.push(group.relation_id);
+                }
+            }
+        }
+        let heads: Vec<_> = known
+            .into_iter()
+            .map(|(way_id, (relation_ids, lamps))| Head { way_id, relation_ids: relation_ids.into(), lamps })
+            .collect();
+        let mut map = Self { heads, groups: BTreeMap::new() };
+        for group in groups {
+            let heads = group.way_ids.iter().filter_map(|way_id| map.head(*way_id)).collect();
+            map.groups.insert(group.relation_id, Group { heads, is_pedestrian: group.is_pedestrian });
+        }
+        map
+    }
+
+    /// All heads, ascending by way id; [`HeadIndex`] points here.
+    pub fn heads(&self) -> &[Head] {
+        &self.heads
+    }
+
+    /// All groups, ascending by relation id.
+    pub fn groups(&self) -> impl Iterator<Item = (i64, &Group)> {
+        self.groups.iter().map(|(relation_id, group)| (*relation_id, group))
+    }
+
+    /// The head whose way id this is.
+    pub fn head(&self, way_id: i64) -> Option<HeadIndex> {
+        let found = self.heads.binary_search_by_key(&way_id, |head| head.way_id).ok()?;
+        u32::try_from(found).ok().map(HeadIndex)
+    }
+
+    /// The group whose relation id this is.
+    pub fn group(&self, relation_id: i64) -> Option<&Group> {
+        self.groups.get(&relation_id)
+    }
+}

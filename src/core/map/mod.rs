@@ -1,0 +1,3 @@
+//! The road as a lanelet2 map describes it; shared by the flows.
+
+pub mod light_map;
