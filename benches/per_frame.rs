@@ -20,11 +20,11 @@ use signal_gateway::core::event::{BusIndex, Input, LinkState};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::vehicle_lights::binding::MessageIndex;
-use signal_gateway::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Rule, Sum};
-use signal_gateway::core::vehicle_lights::integrity::counter::{Counter, CounterRule};
-use signal_gateway::core::vehicle_lights::integrity::e2e::{DataIdMode, E2e, Profile};
-use signal_gateway::core::vehicle_lights::integrity::{Guard, MessageIntegrity, Protection};
+use signal_gateway::core::trust::integrity::checksum::{Checksum, Crc8, Rule, Sum};
+use signal_gateway::core::trust::integrity::counter::{Counter, CounterRule};
+use signal_gateway::core::trust::integrity::e2e::{DataIdMode, E2e, Profile};
+use signal_gateway::core::trust::integrity::{Guard, MessageIntegrity, Protection};
+use signal_gateway::core::trust::table::MessageIndex;
 
 /// Handling a frame must be this much faster than decoding it with cantools; measured: 15 to 20.
 const LEAST_RATIO: f64 = 5.0;
@@ -108,7 +108,7 @@ fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
     let profile =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/honda_civic_hatchback_2017.toml");
     let mut settings = load_profile(&Disk, &profile).unwrap().gateway;
-    let message = &mut settings.lights.messages[0];
+    let message = &mut settings.lights.table.messages[0];
     let Some(Protection::Fields { checksum: Some(checksum), .. }) =
         message.integrity.clone().map(|integrity| integrity.protection)
     else {

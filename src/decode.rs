@@ -6,7 +6,8 @@ use crate::config::Settings;
 use crate::core::event::{BusIndex, Input};
 use crate::core::frame::{CanId, Frame};
 use crate::core::time::WallStamp;
-use crate::core::vehicle_lights::binding::{BoundSignal, LightsBinding, SignalIndex};
+use crate::core::trust::table::{BoundSignal, SignalIndex, SignalTable};
+use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::vocabulary::words;
 
 /// Prints bound signals of frames.
@@ -20,19 +21,19 @@ pub struct Decoder {
 
 /// A bound message, whether a frame is it, and the signals it carries with their raw values.
 pub fn signals_in<'a>(
-    binding: &'a LightsBinding,
+    table: &'a SignalTable,
     bus: BusIndex,
     frame: &'a Frame,
 ) -> impl Iterator<Item = (SignalIndex, &'a BoundSignal, i128)> {
     let id: CanId = frame.id();
     let carried = move |signal: &BoundSignal| {
-        let message = &binding.messages[signal.message.0];
+        let message = &table.messages[signal.message.0];
         message.bus == bus
             && message.id == id
             && signal.codec.needed_length() <= frame.data().len()
             && signal.codec.is_present(frame.padded())
     };
-    let signals = binding.signals.iter().enumerate().filter(move |(_, signal)| carried(signal));
+    let signals = table.signals.iter().enumerate().filter(move |(_, signal)| carried(signal));
     signals.map(|(index, signal)| (SignalIndex(index), signal, signal.codec.value(frame.padded())))
 }
 
@@ -42,7 +43,7 @@ impl Decoder {
     pub fn new(settings: &Settings, changes_only: bool) -> Self {
         let binding = settings.gateway.lights.clone();
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
-        Self { last: vec![None; binding.signals.len()], binding, interfaces, changes_only }
+        Self { last: vec![None; binding.table.signals.len()], binding, interfaces, changes_only }
     }
 
     /// Prints what an input holds of bound signals: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`.
@@ -52,7 +53,7 @@ impl Decoder {
     pub fn print(&mut self, input: &Input, out: &mut dyn Write) -> io::Result<()> {
         let Input::Frame { bus, frame, stamp } = input else { return Ok(()) };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
-        for (index, signal, raw) in signals_in(&self.binding, *bus, frame) {
+        for (index, signal, raw) in signals_in(&self.binding.table, *bus, frame) {
             let before = self.last[index.0].replace(raw);
             if self.changes_only && before == Some(raw) {
                 continue;

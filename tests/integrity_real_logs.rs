@@ -9,11 +9,9 @@ use std::path::{Path, PathBuf};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Rule, Sum};
-use signal_gateway::core::vehicle_lights::integrity::counter::{Counter, CounterRule};
-use signal_gateway::core::vehicle_lights::integrity::{
-    Guard, GuardCounts, MessageIntegrity, Protection, Verdict,
-};
+use signal_gateway::core::trust::integrity::checksum::{Checksum, Crc8, Rule, Sum};
+use signal_gateway::core::trust::integrity::counter::{Counter, CounterRule};
+use signal_gateway::core::trust::integrity::{Guard, GuardCounts, MessageIntegrity, Protection, Verdict};
 use signal_gateway::io::can::candump::Content;
 use signal_gateway::io::can::log::Log;
 

@@ -17,12 +17,12 @@ use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::trust::integrity::checksum::{Checksum, Crc8, Rule};
+use signal_gateway::core::trust::integrity::counter::{Counter, CounterRule, Counts};
+use signal_gateway::core::trust::integrity::e2e::{E2e, Profile};
+use signal_gateway::core::trust::integrity::window::{Limits, Window};
+use signal_gateway::core::trust::integrity::{Guard, MessageIntegrity, Protection, Verdict};
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
-use signal_gateway::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Rule};
-use signal_gateway::core::vehicle_lights::integrity::counter::{Counter, CounterRule, Counts};
-use signal_gateway::core::vehicle_lights::integrity::e2e::{E2e, Profile};
-use signal_gateway::core::vehicle_lights::integrity::window::{Limits, Window};
-use signal_gateway::core::vehicle_lights::integrity::{Guard, MessageIntegrity, Protection, Verdict};
 use signal_gateway::io::can::log::Log;
 
 /// The system's allocator, counting what each thread asks of it.
@@ -191,7 +191,7 @@ fn flashing_lamps_of_several_sources_allocate_nothing() {
 fn decoding_allocates_nothing() {
     let binding = demo().gateway.lights;
     let frame = Frame::classic(TURN, &LEFT).unwrap();
-    for signal in &binding.signals {
+    for signal in &binding.table.signals {
         let asked = allocations(|| {
             let read = (signal.codec.is_present(frame.padded()), signal.codec.value(frame.padded()));
             black_box((read, signal.codec.needed_length()));

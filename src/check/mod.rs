@@ -6,10 +6,11 @@ use std::fmt::Write as _;
 
 use crate::config::Settings;
 use crate::core::dbc::model::Severity;
+use crate::core::trust::integrity::MessageIntegrity;
+use crate::core::trust::table::Timing;
 use crate::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, NamedSource, Sources, Timing, TurnBinding, TurnSource,
+    HazardBinding, HazardSource, NamedSource, Sources, TurnBinding, TurnSource,
 };
-use crate::core::vehicle_lights::integrity::MessageIntegrity;
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::vocabulary::roles;
 pub use survey::recording;
@@ -55,7 +56,7 @@ pub fn binding(settings: &Settings) -> Report {
             report.line("", &format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
         }
     }
-    for message in &lights.messages {
+    for message in &lights.table.messages {
         let timing = match message.timing {
             Timing::Cyclic { timeout } => {
                 format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
@@ -73,7 +74,7 @@ pub fn binding(settings: &Settings) -> Report {
     }
     for role in roles(lights) {
         let values: Vec<_> = role.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
-        let name = &lights.signals[role.signal.0].name;
+        let name = &lights.table.signals[role.signal.0].name;
         report.line(&role.subject, &format!("{name}: {}; anything else is invalid", values.join(", ")));
     }
     turn_sources(&lights.turn, &mut report);
@@ -90,7 +91,8 @@ pub fn notes(settings: &Settings) -> Vec<String> {
     let TurnBinding::From(sources) = &lights.turn else { return vec![] };
     let note = |named: &NamedSource<TurnSource>| match &named.source {
         TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {
-            let [left, right] = [&pair.left, &pair.right].map(|role| &lights.signals[role.signal.0].name);
+            let [left, right] =
+                [&pair.left, &pair.right].map(|role| &lights.table.signals[role.signal.0].name);
             Some(format!(
                 "{left} and {right}: frames are further apart than the shortest legal flash, which may fall \
                  between them unseen"

@@ -8,8 +8,8 @@ use super::Report;
 use crate::config::Settings;
 use crate::core::event::Input;
 use crate::core::time::MonoTime;
-use crate::core::vehicle_lights::binding::{BoundMessage, MessageIndex, SignalIndex};
-use crate::core::vehicle_lights::integrity::GuardCounts;
+use crate::core::trust::integrity::GuardCounts;
+use crate::core::trust::table::{BoundMessage, MessageIndex, SignalIndex};
 use crate::core::vehicle_lights::vocabulary::words;
 use crate::core::vehicle_lights::{Task, Trouble};
 use crate::decode::signals_in;
@@ -74,8 +74,8 @@ impl Survey {
     fn new(settings: &Settings, replay: &Replay) -> Self {
         let (lights, start) = (&settings.gateway.lights, replay.now().mono);
         let mut survey = Self {
-            messages: vec![MessageSurvey::default(); lights.messages.len()],
-            values: vec![BTreeMap::new(); lights.signals.len()],
+            messages: vec![MessageSurvey::default(); lights.table.messages.len()],
+            values: vec![BTreeMap::new(); lights.table.signals.len()],
             troubles: BTreeMap::new(),
             current: [(None, false); 2],
             start,
@@ -89,20 +89,20 @@ impl Survey {
     fn frame(&mut self, settings: &Settings, input: &Input, at: MonoTime) {
         let Input::Frame { bus, frame, .. } = input else { return };
         let lights = &settings.gateway.lights;
-        for (index, _, raw) in signals_in(lights, *bus, frame) {
+        for (index, _, raw) in signals_in(&lights.table, *bus, frame) {
             let values = &mut self.values[index.0];
             if values.len() < MOST_VALUES || values.contains_key(&raw) {
                 values.entry(raw).or_insert((0, at)).0 += 1;
             }
         }
         let is_it = |message: &BoundMessage| message.bus == *bus && message.id == frame.id();
-        let Some(position) = lights.messages.iter().position(is_it) else { return };
+        let Some(position) = lights.table.messages.iter().position(is_it) else { return };
         let seen = &mut self.messages[position];
         seen.frames += 1;
         if let Some(last) = seen.last.replace(at) {
             let gap = at.since(last);
             seen.longest_gap = seen.longest_gap.max(gap);
-            if let Some(timeout) = lights.messages[position].timing.timeout() {
+            if let Some(timeout) = lights.table.messages[position].timing.timeout() {
                 seen.too_long += u64::from(gap > timeout);
             }
         }
@@ -158,7 +158,7 @@ impl Survey {
     fn report_messages(&self, settings: &Settings, replay: &Replay, report: &mut Report) {
         let guards = replay.gateway().lights().observations();
         for (index, (message, seen)) in
-            settings.gateway.lights.messages.iter().zip(&self.messages).enumerate()
+            settings.gateway.lights.table.messages.iter().zip(&self.messages).enumerate()
         {
             let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
             let (name, id) = (&message.name, message.id);
@@ -181,7 +181,7 @@ impl Survey {
     fn report_values(&self, settings: &Settings, report: &mut Report) {
         let lights = &settings.gateway.lights;
         for (index, values) in self.values.iter().enumerate() {
-            let name = &lights.signals[index].name;
+            let name = &lights.table.signals[index].name;
             for (raw, (count, first)) in values {
                 let words = words(lights, SignalIndex(index), *raw);
                 let text: Vec<_> = words.iter().map(|word| word.text.as_str()).collect();

@@ -9,10 +9,11 @@ use toml::Spanned;
 use super::lights::{disagreement, keys_missing, millis, refuse_keys, source_settings, spans};
 use super::roles::{Binder, Meanings};
 use super::vehicle_file::{HazardFile, HazardFrom, RawValues, SwitchFile};
+use crate::core::trust::meaning::Meaning;
+use crate::core::trust::table::Role;
 use crate::core::vehicle_lights::binding::{
-    HazardBinding, HazardCode, HazardSource, NamedSource, Role, Sources, TurnBinding,
+    HazardBinding, HazardCode, HazardSource, NamedSource, Sources, TurnBinding,
 };
-use crate::core::vehicle_lights::meaning::Meaning;
 use crate::core::vehicle_lights::stalk::StalkSettings;
 
 /// The lights are taken to be off until their button was watched for this long.

@@ -12,11 +12,11 @@ use super::roles::Binder;
 use super::vehicle_file::MessageFile;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Message;
-use crate::core::vehicle_lights::integrity::checksum::{Checksum, Crc8, Crc16, Extra, Parameters, Rule, Sum};
-use crate::core::vehicle_lights::integrity::counter::{Counter, CounterRule, Counts};
-use crate::core::vehicle_lights::integrity::e2e::{DataIdMode, E2e, Profile};
-use crate::core::vehicle_lights::integrity::window::{Limits, Window};
-use crate::core::vehicle_lights::integrity::{MessageIntegrity, Protection};
+use crate::core::trust::integrity::checksum::{Checksum, Crc8, Crc16, Extra, Parameters, Rule, Sum};
+use crate::core::trust::integrity::counter::{Counter, CounterRule, Counts};
+use crate::core::trust::integrity::e2e::{DataIdMode, E2e, Profile};
+use crate::core::trust::integrity::window::{Limits, Window};
+use crate::core::trust::integrity::{MessageIntegrity, Protection};
 
 /// What the section asks a message to prove; `None` when it asks for nothing.
 pub(super) fn integrity(

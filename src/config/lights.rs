@@ -10,7 +10,8 @@ use super::vehicle::{is_timeout, out_of_range};
 use super::vehicle_file::{
     FaultSignalFile, HazardFile, HazardFrom, OnFaultFile, SwitchFile, TurnFile, WhileHazardFile,
 };
-use crate::core::vehicle_lights::binding::{FaultBinding, FaultSignal, TurnWhileHazard};
+use crate::core::trust::table::FaultSignal;
+use crate::core::vehicle_lights::binding::{FaultBinding, TurnWhileHazard};
 use crate::core::vehicle_lights::fusion::SourceSettings;
 
 /// How long sources may contradict each other when the profile does not say.

@@ -10,7 +10,7 @@ use super::vehicle::{LONGEST_TIMEOUT_MS, is_timeout, out_of_range};
 use super::vehicle_file::{MessageFile, TimingFile, VehicleFile};
 use crate::core::dbc::model::Message;
 use crate::core::frame::CanId;
-use crate::core::vehicle_lights::binding::{BoundMessage, Timing};
+use crate::core::trust::table::{BoundMessage, Timing};
 
 /// A timeout in multiples of `GenMsgCycleTime`, when the profile gives none…
 const CYCLES_UNTIL_STALE: u64 = 5;

@@ -6,8 +6,8 @@ use super::problem::{Document, Problem};
 use super::vehicle_file::{RawValues, SwitchFile};
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::event::BusIndex;
-use crate::core::vehicle_lights::binding::{BoundSignal, MessageIndex, Role, SignalIndex};
-use crate::core::vehicle_lights::meaning::{Meaning, RawRange, ValueMap};
+use crate::core::trust::meaning::{Meaning, RawRange, ValueMap};
+use crate::core::trust::table::{BoundSignal, MessageIndex, Role, SignalIndex};
 
 /// A bus of the profile with its DBC.
 #[derive(Debug)]

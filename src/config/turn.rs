@@ -8,12 +8,12 @@ use toml::Spanned;
 use super::lights::{disagreement, keys_missing, millis, refuse_keys, source_settings, spans};
 use super::roles::{Binder, Meanings};
 use super::vehicle_file::{LampFile, SentFile, StalkFile, TurnFile, TurnKind};
+use crate::core::trust::meaning::Meaning;
 use crate::core::vehicle_lights::binding::{
     NamedSource, SidePair, Sources, TurnBinding, TurnCode, TurnSource,
 };
 use crate::core::vehicle_lights::lamp::LampSettings;
 use crate::core::vehicle_lights::lamp::timing::{Sampling, Unresolvable, resolvable};
-use crate::core::vehicle_lights::meaning::Meaning;
 use crate::core::vehicle_lights::stalk::{Comfort, StalkPosition, StalkSettings};
 
 /// The ways to bind the turn state.

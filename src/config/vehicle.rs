@@ -17,7 +17,8 @@ use crate::core::dbc;
 use crate::core::dbc::model::Database;
 use crate::core::event::BusIndex;
 use crate::core::frame::CanId;
-use crate::core::vehicle_lights::binding::{BoundMessage, LightsBinding};
+use crate::core::trust::table::{BoundMessage, SignalTable};
+use crate::core::vehicle_lights::binding::LightsBinding;
 
 /// What a profile comes to.
 #[derive(Debug)]
@@ -73,15 +74,15 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
     match (turn, hazard, problems) {
         (Some(turn), Some(hazard), problems) if problems.is_empty() => {
             let lights = LightsBinding {
-                messages,
-                signals,
+                table: SignalTable { messages, signals },
                 turn,
                 turn_faults,
                 hazard,
                 hazard_faults,
                 turn_while_hazard,
             };
-            let limits: Vec<_> = buses.iter().map(|bus| alive_timeout(file, bus, &lights.messages)).collect();
+            let limits: Vec<_> =
+                buses.iter().map(|bus| alive_timeout(file, bus, &lights.table.messages)).collect();
             let buses =
                 buses.into_iter().zip(alive_by).zip(limits).map(|((bus, alive_by), limit)| VehicleBus {
                     alive_timeout: limit,

@@ -11,8 +11,8 @@ use serde::de::{Unexpected, Visitor};
 use toml::Spanned;
 
 use super::integrity_file::{ChecksumFile, CounterFile, E2eFile, WindowFile};
+use crate::core::trust::meaning::RawRange;
 use crate::core::vehicle_lights::binding::{BothOn, OnFault, TurnWhileHazard};
-use crate::core::vehicle_lights::meaning::RawRange;
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress};
 
 /// A whole profile.

@@ -12,7 +12,8 @@ use super::diagnostics::{Diagnostics, RateMeter, Status};
 use super::event::{BusIndex, Input, LinkState, Output};
 use super::frame::{CanId, Frame};
 use super::time::{MonoTime, Now, WallStamp};
-use super::vehicle_lights::binding::{LightsBinding, MessageIndex};
+use super::trust::table::{BoundMessage, MessageIndex};
+use super::vehicle_lights::binding::LightsBinding;
 use super::vehicle_lights::report::{Publish, Step};
 use super::vehicle_lights::{Task, VehicleLights};
 
@@ -36,7 +37,7 @@ impl GatewaySettings {
     /// others can be filtered out before they cost anything.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<CanId> {
         let bound =
-            self.lights.messages.iter().filter(|message| message.bus == bus).map(|message| message.id);
+            self.lights.table.messages.iter().filter(|message| message.bus == bus).map(|message| message.id);
         let alive = self.buses[usize::from(bus.0)].alive_by.iter().copied();
         let mut ids: Vec<_> = bound.chain(alive).collect();
         ids.sort_unstable();
@@ -219,9 +220,8 @@ impl Gateway {
 
 fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Option<MessageIndex>)> {
     let message_of = |id: CanId| {
-        let is_it =
-            |message: &super::vehicle_lights::binding::BoundMessage| message.bus == bus && message.id == id;
-        settings.lights.messages.iter().position(is_it).map(MessageIndex)
+        let is_it = |message: &BoundMessage| message.bus == bus && message.id == id;
+        settings.lights.table.messages.iter().position(is_it).map(MessageIndex)
     };
     settings.relevant_ids(bus).into_iter().map(|id| (id, message_of(id))).collect()
 }

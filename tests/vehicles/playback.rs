@@ -7,8 +7,8 @@ use std::path::Path;
 use signal_gateway::config::Settings;
 use signal_gateway::core::diagnostics::{Level, Status};
 use signal_gateway::core::event::{BusIndex, Output};
-use signal_gateway::core::vehicle_lights::binding::MessageIndex;
-use signal_gateway::core::vehicle_lights::integrity::GuardCounts;
+use signal_gateway::core::trust::integrity::GuardCounts;
+use signal_gateway::core::trust::table::MessageIndex;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::vehicle_lights::integrity::GuardCounts;
+use signal_gateway::core::trust::integrity::GuardCounts;
 
 use crate::playback::{HAZARD, Playback, TURN, play_file, play_interface, play_text};
 use crate::{profile, real_files};

@@ -7,7 +7,7 @@ use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::vehicle_lights::integrity::Protection;
+use signal_gateway::core::trust::integrity::Protection;
 
 use crate::payload::frame;
 use crate::{profile, profile_names};
@@ -106,7 +106,7 @@ fn fresh(profile_name: &str) -> Gateway {
 fn the_guarded_profiles_are_these() {
     let guarded = |name: &String| {
         let settings = profile(name);
-        let mut messages = settings.gateway.lights.messages.iter();
+        let mut messages = settings.gateway.lights.table.messages.iter();
         messages.any(|message| {
             let integrity = message.integrity.as_ref();
             integrity.is_some_and(|integrity| {
@@ -120,7 +120,8 @@ fn the_guarded_profiles_are_these() {
     assert_eq!(guarded, known.map(str::to_owned).collect());
     for (name, _, _, has_checksum) in GUARDED {
         let settings = profile(name);
-        let integrity = settings.gateway.lights.messages.iter().find_map(|message| message.integrity.clone());
+        let integrity =
+            settings.gateway.lights.table.messages.iter().find_map(|message| message.integrity.clone());
         let Protection::Fields { checksum, counter } = integrity.unwrap().protection else {
             panic!("{name}")
         };
@@ -138,11 +139,12 @@ fn a_counter_that_runs_is_believed_from_its_second_frame_on_and_round_its_end() 
         let counts: u64 = gateway
             .lights()
             .binding()
+            .table
             .messages
             .iter()
             .enumerate()
             .map(|(index, _)| {
-                let index = signal_gateway::core::vehicle_lights::binding::MessageIndex(index);
+                let index = signal_gateway::core::trust::table::MessageIndex(index);
                 gateway.lights().observations().guard_counts(index).map_or(0, |counts| counts.trusted)
             })
             .sum();

@@ -1,4 +1,4 @@
-//! What a vehicle profile says, compiled: which bits of which message mean what.
+//! What a vehicle profile says of the lights, compiled: which signals tell them, and how.
 //!
 //! Built once at start by `config::settings`, which has checked it against the DBC. Everything
 //! here is by index: nothing is looked up by name per frame.
@@ -6,30 +6,17 @@
 use std::time::Duration;
 
 use super::fusion::SourceSettings;
-use super::integrity::MessageIntegrity;
 use super::lamp::LampSettings;
 use super::lamp::timing::Resolution;
-use super::meaning::{Meaning, ValueMap};
 use super::stalk::{StalkPosition, StalkSettings};
-use crate::core::dbc::codec::SignalCodec;
-use crate::core::event::BusIndex;
-use crate::core::frame::CanId;
-
-/// A bound message, by position in [`LightsBinding::messages`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct MessageIndex(pub usize);
-
-/// A bound signal, by position in [`LightsBinding::signals`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct SignalIndex(pub usize);
+use crate::core::trust::meaning::Meaning;
+use crate::core::trust::table::{FaultSignal, Role, SignalIndex, SignalTable};
 
 /// Everything the profile binds for turn indicators and hazard lights.
 #[derive(Debug, Clone)]
 pub struct LightsBinding {
-    /// The messages needed, each once.
-    pub messages: Vec<BoundMessage>,
-    /// The signals needed, each once.
-    pub signals: Vec<BoundSignal>,
+    /// The messages and signals it takes.
+    pub table: SignalTable,
     /// Where the turn state comes from.
     pub turn: TurnBinding,
     /// Fault signals beside the turn state.
@@ -40,76 +27,6 @@ pub struct LightsBinding {
     pub hazard_faults: FaultBinding,
     /// What the turn report says while the hazard lights are on.
     pub turn_while_hazard: TurnWhileHazard,
-}
-
-/// A message of the DBC on one bus.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BoundMessage {
-    /// DBC name.
-    pub name: String,
-    /// The bus it comes on; the same id on another bus is another message.
-    pub bus: BusIndex,
-    /// Identifier.
-    pub id: CanId,
-    /// How long its values may be believed.
-    pub timing: Timing,
-    /// What its frames must prove before any of their signals is used.
-    pub integrity: Option<MessageIntegrity>,
-}
-
-/// How a message is sent, and so how long its last values may be believed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Timing {
-    /// Sent again and again: silence longer than the limit makes its values unknown.
-    Cyclic {
-        /// Longest silence that is still believed.
-        timeout: Duration,
-    },
-    /// Sent on change only: its values hold as long as the bus is alive.
-    Event,
-    /// Sent on change and slowly repeated: both must hold.
-    EventCyclic {
-        /// Longest silence that is still believed.
-        timeout: Duration,
-    },
-}
-
-impl Timing {
-    /// Longest silence of the message that is still believed.
-    pub fn timeout(self) -> Option<Duration> {
-        match self {
-            Self::Cyclic { timeout } | Self::EventCyclic { timeout } => Some(timeout),
-            Self::Event => None,
-        }
-    }
-
-    /// Whether it is sent on change: a change may be missed while the bus is silent.
-    pub fn is_event(self) -> bool {
-        match self {
-            Self::Event | Self::EventCyclic { .. } => true,
-            Self::Cyclic { .. } => false,
-        }
-    }
-}
-
-/// One signal of a bound message.
-#[derive(Debug, Clone)]
-pub struct BoundSignal {
-    /// `MESSAGE.SIGNAL`, for people.
-    pub name: String,
-    /// The message that carries it.
-    pub message: MessageIndex,
-    /// How to read it.
-    pub codec: SignalCodec,
-}
-
-/// A signal with the meaning of its raw values.
-#[derive(Debug, Clone)]
-pub struct Role<T> {
-    /// The signal.
-    pub signal: SignalIndex,
-    /// Its values.
-    pub values: ValueMap<T>,
 }
 
 /// What an enumerated turn signal can say.
@@ -283,15 +200,6 @@ pub struct FaultBinding {
     pub signals: Vec<FaultSignal>,
     /// What a fault does to a report whose state is still defined.
     pub on_fault: OnFault,
-}
-
-/// One signal that reports a fault.
-#[derive(Debug, Clone)]
-pub struct FaultSignal {
-    /// `true` = broken.
-    pub role: Role<bool>,
-    /// What an operator reads, e.g. `left front lamp`.
-    pub text: String,
 }
 
 /// What a reported fault does to a report whose state is still defined.

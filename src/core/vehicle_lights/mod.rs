@@ -6,10 +6,7 @@
 
 pub mod binding;
 pub mod fusion;
-pub mod integrity;
 pub mod lamp;
-pub mod meaning;
-pub mod observation;
 pub mod remark;
 pub mod report;
 pub mod sources;
@@ -22,8 +19,9 @@ use crate::core::bus::Bus;
 use crate::core::event::BusIndex;
 use crate::core::frame::Frame;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use binding::{HazardBinding, HazardSource, LightsBinding, MessageIndex, SignalIndex, TurnBinding};
-use observation::Observations;
+use crate::core::trust::observation::Observations;
+use crate::core::trust::table::{MessageIndex, SignalIndex};
+use binding::{HazardBinding, HazardSource, LightsBinding, TurnBinding};
 use report::{Publish, ReportFlow, Step};
 use sources::{Memory, View};
 use status::LightsTask;
@@ -63,7 +61,7 @@ impl VehicleLights {
         Self {
             turn_task: LightsTask::new(Task::TurnIndicators, signals_of(Task::TurnIndicators)),
             hazard_task: LightsTask::new(Task::HazardLights, signals_of(Task::HazardLights)),
-            seen: Observations::new(&binding),
+            seen: Observations::new(&binding.table),
             memory: Memory::new(&binding),
             turn: ReportFlow::new(publish),
             hazard: ReportFlow::new(publish),
@@ -83,17 +81,17 @@ impl VehicleLights {
 
     /// Takes a frame of a bound message. Call [`Self::settle`] afterwards.
     pub fn frame_arrived(&mut self, message: MessageIndex, frame: &Frame, stamp: WallStamp, now: Now) {
-        self.seen.frame_arrived(&self.binding, message, frame, stamp, now);
+        self.seen.frame_arrived(&self.binding.table, message, frame, stamp, now);
     }
 
     /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.seen.forget_bus(&self.binding, bus);
+        self.seen.forget_bus(&self.binding.table, bus);
     }
 
     /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
     pub fn forget_events(&mut self, bus: BusIndex) {
-        self.seen.forget_events(&self.binding, bus);
+        self.seen.forget_events(&self.binding.table, bus);
     }
 
     /// Judges what is known now and says what to do.
@@ -111,7 +109,7 @@ impl VehicleLights {
 
     /// When to call [`Self::settle`] with nothing happening.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let stale = self.seen.next_deadline(&self.binding, now);
+        let stale = self.seen.next_deadline(&self.binding.table, now);
         let remembered = self.memory.next_deadline();
         [stale, remembered, self.turn.next_deadline(), self.hazard.next_deadline()]
             .into_iter()

@@ -1,8 +1,9 @@
 //! What diagnostics should hear although it changes no report: odd lamps, sources at odds.
 
-use super::binding::{LightsBinding, SignalIndex};
+use super::binding::LightsBinding;
 use super::lamp::LampFindings;
 use super::verdict::Doubt;
+use crate::core::trust::table::SignalIndex;
 
 /// What is odd about the sources of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -70,7 +71,7 @@ impl Remarks {
 }
 
 fn lamp_text(binding: &LightsBinding, LampRemark { lamps, findings }: LampRemark) -> String {
-    let [left, right] = lamps.map(|lamp| binding.signals[lamp.0].name.as_str());
+    let [left, right] = lamps.map(|lamp| binding.table.signals[lamp.0].name.as_str());
     let mut texts = Vec::new();
     for (name, bulb, steady) in [
         (left, findings.bulb_failure.left, findings.does_not_flash.left),

@@ -2,19 +2,20 @@
 //! a report's sources made into one.
 
 use super::binding::{
-    BothOn, HazardBinding, HazardCode, HazardSource, LightsBinding, Role, SidePair, Sources, TurnBinding,
-    TurnCode, TurnSource,
+    BothOn, HazardBinding, HazardCode, HazardSource, LightsBinding, SidePair, Sources, TurnBinding, TurnCode,
+    TurnSource,
 };
 use super::fusion::{Disagreement, Fusion, Statement, turn_codes_agree};
 use super::lamp::{Lamp, LampFindings};
-use super::meaning::Meaning;
-use super::observation::{Observations, Reading};
 use super::remark::{Contradiction, LampRemark, Remarks, StandIn};
 use super::stalk::button::HazardToggle;
 use super::stalk::{MomentaryStalk, StalkPosition};
 use super::verdict::{Doubt, Judged};
 use crate::core::bus::{Bus, Received};
 use crate::core::time::{MonoTime, Now};
+use crate::core::trust::meaning::Meaning;
+use crate::core::trust::observation::{Observations, Reading};
+use crate::core::trust::table::Role;
 
 /// All there is to judge by, at one moment.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +33,7 @@ pub struct View<'a> {
 impl View<'_> {
     /// The last value of a signal, judged.
     pub fn read<T: Copy>(self, role: &Role<T>) -> Reading<T> {
-        self.seen.read(self.binding, role, self.buses, self.now.mono)
+        self.seen.read(&self.binding.table, role, self.buses, self.now.mono)
     }
 
     fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {

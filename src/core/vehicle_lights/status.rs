@@ -4,15 +4,15 @@
 mod tests;
 
 use super::VehicleLights;
-use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, SignalIndex, TurnBinding};
-use super::integrity::GuardCounts;
-use super::observation::Absence;
+use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, TurnBinding};
 use super::remark::Remarks;
 use super::verdict::{ActiveFault, Doubt, Reason, Verdict};
 use crate::core::bus::Bus;
-use crate::core::bus_status::link_text;
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::time::MonoTime;
+use crate::core::trust::integrity::GuardCounts;
+use crate::core::trust::table::{MessageIndex, SignalIndex};
+use crate::core::trust::words::{absence_text, raw_text};
 
 /// One of the two diagnostic tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -213,7 +213,7 @@ impl VehicleLights {
         let frames = self.frames(task);
         let too_short: u64 = self.messages_of(task).iter().map(|m| self.seen.counts(*m).too_short).sum();
         values.extend([
-            ("signal", joined(&|signal| self.binding.signals[signal.0].name.clone())),
+            ("signal", joined(&|signal| self.binding.table.signals[signal.0].name.clone())),
             (
                 "raw_value",
                 joined(&|signal| self.seen.last(signal).map_or("none".into(), |seen| raw_text(seen.raw))),
@@ -237,7 +237,7 @@ impl VehicleLights {
             return;
         }
         let last = messages.iter().filter_map(|message| {
-            let name = &self.binding.messages[message.0].name;
+            let name = &self.binding.table.messages[message.0].name;
             self.seen.last_reject(*message).map(|reject| format!("{name}: {reject}"))
         });
         let last = last.collect::<Vec<_>>().join("; ");
@@ -249,9 +249,9 @@ impl VehicleLights {
         ]);
     }
 
-    fn messages_of(&self, task: &LightsTask) -> Vec<super::binding::MessageIndex> {
+    fn messages_of(&self, task: &LightsTask) -> Vec<MessageIndex> {
         let mut messages: Vec<_> =
-            task.signals.iter().map(|signal| self.binding.signals[signal.0].message).collect();
+            task.signals.iter().map(|signal| self.binding.table.signals[signal.0].message).collect();
         messages.sort_unstable();
         messages.dedup();
         messages
@@ -307,16 +307,18 @@ fn fault_text(
     finding: &LightsFinding,
 ) -> String {
     let text = faults.signals.get(fault.index).map_or("", |signal| signal.text.as_str());
-    let signal = &binding.signals[fault.signal.0].name;
+    let signal = &binding.table.signals[fault.signal.0].name;
     let effect = if finding.withheld { "not published" } else { "still published" };
     format!("hardware fault: {text} ({signal} = {}), {effect}", raw_text(fault.raw))
 }
 
 fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
-    let name = |signal: SignalIndex| binding.signals[signal.0].name.as_str();
+    let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     match doubt {
         Doubt::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
-        Doubt::Absent(signal, why) => format!("unknown: {}", absence_text(binding, buses, signal, why)),
+        Doubt::Absent(signal, why) => {
+            format!("unknown: {}", absence_text(&binding.table, buses, signal, why))
+        }
         Doubt::NotAvailable(signal, raw) => {
             format!("unknown: {} = {} means not available", name(signal), raw_text(raw))
         }
@@ -337,34 +339,4 @@ fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
             format!("unknown: watching {}, which may have been pressed before", name(signal))
         }
     }
-}
-
-fn absence_text(binding: &LightsBinding, buses: &[Bus], signal: SignalIndex, why: Absence) -> String {
-    let message = &binding.messages[binding.signals[signal.0].message.0];
-    let interface = &buses[usize::from(message.bus.0)].settings().interface;
-    match why {
-        Absence::Link(state) => link_text(interface, state),
-        Absence::NeverSeen => format!("no frame of {} ({}) on {interface} yet", message.name, message.id),
-        Absence::NotAgain => format!("no new frame of {} ({}) on {interface} yet", message.name, message.id),
-        Absence::TooShort => format!("{} ({}) comes, but too short", message.name, message.id),
-        Absence::NotCarried => {
-            format!(
-                "{} ({}) comes, but not with {}",
-                message.name, message.id, binding.signals[signal.0].name
-            )
-        }
-        Absence::Stale => {
-            let limit = message.timing.timeout().unwrap_or_default().as_millis();
-            format!("{} is stale, silent for more than {limit} ms", message.name)
-        }
-        Absence::NotTrusted(why) => format!("{} is not trusted: {why}", message.name),
-        Absence::BusSilent => format!("bus {interface} is silent"),
-        Absence::BusOff => format!("{} does not come, {interface} is bus-off", message.name),
-        Absence::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
-    }
-}
-
-/// Decimal and hexadecimal, for those who read candump beside it.
-fn raw_text(raw: i128) -> String {
-    if raw < 10 { raw.to_string() } else { format!("{raw} (0x{raw:X})") }
 }

@@ -3,14 +3,13 @@
 //! This is the one place where the four fates of a value collapse into a report
 //! (vehicle-interface sections 1.3 and 4.2).
 
-use super::binding::{
-    FaultBinding, FaultSignal, HazardCode, OnFault, SignalIndex, TurnCode, TurnWhileHazard,
-};
-use super::meaning::Meaning;
-use super::observation::{Absence, Reading};
+use super::binding::{FaultBinding, HazardCode, OnFault, TurnCode, TurnWhileHazard};
 use super::remark::Remarks;
 use super::sources::{Heard, Memory, View};
 use crate::core::bus::Received;
+use crate::core::trust::meaning::Meaning;
+use crate::core::trust::observation::{Absence, Reading};
+use crate::core::trust::table::{FaultSignal, SignalIndex};
 
 /// `TurnIndicatorsReport.report`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

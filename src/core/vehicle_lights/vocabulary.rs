@@ -1,45 +1,15 @@
 //! Words for what raw values mean, for people who look at a bus or check a profile.
 
 use super::binding::{
-    FaultBinding, HazardBinding, HazardSource, LightsBinding, Role, SignalIndex, TurnBinding, TurnCode,
-    TurnSource,
+    FaultBinding, HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnCode, TurnSource,
 };
-use super::meaning::{Meaning, RawRange};
 use super::stalk::StalkPosition;
-
-/// What one raw value of a signal means for the gateway.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Word {
-    /// E.g. `turn left`, `hazard on (crash)`, `turn not available`.
-    pub text: String,
-    /// False when the profile gives the value no meaning.
-    pub defined: bool,
-}
+use crate::core::trust::table::SignalIndex;
+use crate::core::trust::words::{RoleWords, Word, role_words};
 
 /// What `raw` of `signal` means, once for each role the signal has.
 pub fn words(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> Vec<Word> {
-    roles(binding)
-        .into_iter()
-        .filter(|role| role.signal == signal)
-        .map(|role| {
-            let named = role.named.into_iter().find(|(range, _)| range.first <= raw && raw <= range.last);
-            match named {
-                Some((_, text)) => Word { text: format!("{} {text}", role.subject), defined: true },
-                None => Word { text: format!("{} UNDEFINED", role.subject), defined: false },
-            }
-        })
-        .collect()
-}
-
-/// One use of a signal, with its named values in ascending order.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RoleWords {
-    /// The signal.
-    pub signal: SignalIndex,
-    /// What it tells of, e.g. `turn`, `left`, `hazard`, `fault of front lamp`.
-    pub subject: String,
-    /// Its values and what they mean.
-    pub named: Vec<(RawRange, String)>,
+    roles(binding).into_iter().filter(|role| role.signal == signal).map(|role| role.word(raw)).collect()
 }
 
 /// Every use of every signal, in the order turn, hazard, faults.
@@ -111,17 +81,4 @@ fn hazard_role(source: &HazardSource, roles: &mut Vec<RoleWords>) {
 
 fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleWords> {
     faults.signals.iter().map(|fault| role_words(&fault.role, format!("fault of {}", fault.text), on_off))
-}
-
-fn role_words<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> String) -> RoleWords {
-    let word = |(range, meaning): &(RawRange, Meaning<T>)| {
-        let text = match meaning {
-            Meaning::Defined(value) => name(*value),
-            Meaning::NotAvailable => "not available".to_owned(),
-            Meaning::Fault => "fault".to_owned(),
-            Meaning::Undefined => "UNDEFINED".to_owned(),
-        };
-        (*range, text)
-    };
-    RoleWords { signal: role.signal, subject, named: role.values.entries().iter().map(word).collect() }
 }

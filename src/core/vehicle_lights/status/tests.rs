@@ -2,10 +2,7 @@
 
 use std::time::Duration;
 
-use super::super::binding::{
-    BoundMessage, BoundSignal, MessageIndex, Role, Sources, Timing, TurnCode, TurnSource,
-};
-use super::super::meaning::{Meaning, RawRange, ValueMap};
+use super::super::binding::{Sources, TurnCode, TurnSource};
 use super::super::report::Publish;
 use super::*;
 use crate::core::bus::BusSettings;
@@ -14,6 +11,8 @@ use crate::core::event::BusIndex;
 use crate::core::event::LinkState;
 use crate::core::frame::{CanId, Frame};
 use crate::core::time::{Now, WallStamp};
+use crate::core::trust::meaning::{Meaning, RawRange, ValueMap};
+use crate::core::trust::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};
 
 const TURN: Task = Task::TurnIndicators;
 
@@ -28,18 +27,20 @@ fn binding() -> LightsBinding {
     ];
     let values = values.map(|(raw, meaning)| (RawRange::single(raw), meaning)).to_vec();
     LightsBinding {
-        messages: vec![BoundMessage {
-            name: "BLINK".into(),
-            bus: BusIndex(0),
-            id: CanId::Standard(0x123),
-            timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
-            integrity: None,
-        }],
-        signals: vec![BoundSignal {
-            name: "BLINK.TURN".into(),
-            message: MessageIndex(0),
-            codec: SignalCodec::new(byte, 1).unwrap(),
-        }],
+        table: SignalTable {
+            messages: vec![BoundMessage {
+                name: "BLINK".into(),
+                bus: BusIndex(0),
+                id: CanId::Standard(0x123),
+                timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
+                integrity: None,
+            }],
+            signals: vec![BoundSignal {
+                name: "BLINK.TURN".into(),
+                message: MessageIndex(0),
+                codec: SignalCodec::new(byte, 1).unwrap(),
+            }],
+        },
         turn: TurnBinding::From(Sources::only(TurnSource::Enumerated(Role {
             signal: SignalIndex(0),
             values: ValueMap::new(values).unwrap(),

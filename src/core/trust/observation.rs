@@ -1,9 +1,9 @@
 //! What was last seen of each bound signal, and whether it may still be believed.
 
-use super::binding::{BoundMessage, BoundSignal, LightsBinding, MessageIndex, Role, SignalIndex};
 use super::integrity::window::Phase;
 use super::integrity::{Guard, GuardCounts, Reject, Verdict};
 use super::meaning::Meaning;
+use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
 use crate::core::bus::{Bus, Received, past};
 use crate::core::error_frame::ControllerState;
 use crate::core::event::{BusIndex, LinkState};
@@ -103,24 +103,20 @@ pub struct Observations {
 
 impl Observations {
     /// Nothing seen yet.
-    pub fn new(binding: &LightsBinding) -> Self {
-        let carried = (0..binding.messages.len())
+    pub fn new(table: &SignalTable) -> Self {
+        let carried = (0..table.messages.len())
             .map(|message| {
                 let of_message = |signal: &&(usize, &BoundSignal)| signal.1.message == MessageIndex(message);
-                let signals: Vec<_> = binding.signals.iter().enumerate().collect();
+                let signals: Vec<_> = table.signals.iter().enumerate().collect();
                 signals.iter().filter(of_message).map(|(index, _)| SignalIndex(*index)).collect()
             })
             .collect();
         Self {
-            last: vec![None; binding.signals.len()],
-            counts: vec![MessageCounts::default(); binding.messages.len()],
-            guards: binding
-                .messages
-                .iter()
-                .map(|message| message.integrity.clone().map(Guard::new))
-                .collect(),
-            rejected: vec![None; binding.messages.len()],
-            latest: vec![None; binding.messages.len()],
+            last: vec![None; table.signals.len()],
+            counts: vec![MessageCounts::default(); table.messages.len()],
+            guards: table.messages.iter().map(|message| message.integrity.clone().map(Guard::new)).collect(),
+            rejected: vec![None; table.messages.len()],
+            latest: vec![None; table.messages.len()],
             carried,
         }
     }
@@ -128,7 +124,7 @@ impl Observations {
     /// Takes a frame of `message`: all signals it carries, or none when it is too short for one.
     pub fn frame_arrived(
         &mut self,
-        binding: &LightsBinding,
+        table: &SignalTable,
         message: MessageIndex,
         frame: &Frame,
         stamp: WallStamp,
@@ -136,8 +132,8 @@ impl Observations {
     ) {
         let (data, length) = (frame.padded(), frame.data().len());
         let carried = &self.carried[message.0];
-        let present = |signal: &&SignalIndex| binding.signals[signal.0].codec.is_present(data);
-        let needed = |signal: &SignalIndex| binding.signals[signal.0].codec.needed_length();
+        let present = |signal: &&SignalIndex| table.signals[signal.0].codec.is_present(data);
+        let needed = |signal: &SignalIndex| table.signals[signal.0].codec.needed_length();
         if carried.iter().filter(present).any(|signal| needed(signal) > length) {
             self.counts[message.0].too_short += 1;
             self.latest[message.0] = Some(Latest::TooShort(now.mono));
@@ -166,19 +162,19 @@ impl Observations {
         }
         let received = Received { at: now.mono, stamp };
         for signal in carried.iter().filter(present) {
-            let raw = binding.signals[signal.0].codec.value(data);
+            let raw = table.signals[signal.0].codec.value(data);
             self.last[signal.0] = Some(Observation { raw, received });
         }
     }
 
     /// Forgets what came over a bus: after a lost link nothing seen before it counts.
-    pub fn forget_bus(&mut self, binding: &LightsBinding, bus: BusIndex) {
-        for (slot, signal) in self.last.iter_mut().zip(&binding.signals) {
-            if binding.messages[signal.message.0].bus == bus {
+    pub fn forget_bus(&mut self, table: &SignalTable, bus: BusIndex) {
+        for (slot, signal) in self.last.iter_mut().zip(&table.signals) {
+            if table.messages[signal.message.0].bus == bus {
                 *slot = None;
             }
         }
-        let of_bus = binding.messages.iter().map(|message| message.bus == bus);
+        let of_bus = table.messages.iter().map(|message| message.bus == bus);
         let messages = self.guards.iter_mut().zip(&mut self.rejected).zip(&mut self.latest);
         for (((guard, rejected), latest), of_bus) in messages.zip(of_bus) {
             if of_bus {
@@ -191,14 +187,14 @@ impl Observations {
 
     /// Forgets the event messages of a bus: a change may have been sent while it was silent, so what
     /// was seen before holds no longer.
-    pub fn forget_events(&mut self, binding: &LightsBinding, bus: BusIndex) {
-        for (slot, signal) in self.last.iter_mut().zip(&binding.signals) {
-            let message = &binding.messages[signal.message.0];
+    pub fn forget_events(&mut self, table: &SignalTable, bus: BusIndex) {
+        for (slot, signal) in self.last.iter_mut().zip(&table.signals) {
+            let message = &table.messages[signal.message.0];
             if message.bus == bus && message.timing.is_event() {
                 *slot = None;
             }
         }
-        for (latest, message) in self.latest.iter_mut().zip(&binding.messages) {
+        for (latest, message) in self.latest.iter_mut().zip(&table.messages) {
             if message.bus == bus && message.timing.is_event() {
                 *latest = None;
             }
@@ -208,24 +204,24 @@ impl Observations {
     /// Reads and judges one signal.
     pub fn read<T: Copy>(
         &self,
-        binding: &LightsBinding,
+        table: &SignalTable,
         role: &Role<T>,
         buses: &[Bus],
         now: MonoTime,
     ) -> Reading<T> {
-        let index = binding.signals[role.signal.0].message;
-        let message = &binding.messages[index.0];
+        let index = table.signals[role.signal.0].message;
+        let message = &table.messages[index.0];
         let bus = &buses[usize::from(message.bus.0)];
         let Some(Observation { raw, received }) = self.last[role.signal.0] else {
             let before = self.counts[index.0].frames > 0;
             let none = if before { Absence::NotAgain } else { Absence::NeverSeen };
-            let why = self.shortcoming(binding, index, None, now).unwrap_or(none);
+            let why = self.shortcoming(table, index, None, now).unwrap_or(none);
             return Reading::Absent(cause(bus, None, now).unwrap_or(why));
         };
         let stale = message.timing.timeout().is_some_and(|timeout| now.since(received.at) > timeout);
         let absent = if stale {
             let last = Some(received.at);
-            Some(self.shortcoming(binding, index, last, now).unwrap_or(Absence::Stale))
+            Some(self.shortcoming(table, index, last, now).unwrap_or(Absence::Stale))
         } else {
             (message.timing.is_event() && !bus.is_alive(now)).then_some(Absence::BusSilent)
         };
@@ -239,7 +235,7 @@ impl Observations {
     /// that was seen last at `last`.
     fn shortcoming(
         &self,
-        binding: &LightsBinding,
+        table: &SignalTable,
         message: MessageIndex,
         last: Option<MonoTime>,
         now: MonoTime,
@@ -249,7 +245,7 @@ impl Observations {
         }
         let latest = self.latest[message.0]?;
         let silent = |timeout| now.since(latest.at()) > timeout;
-        if binding.messages[message.0].timing.timeout().is_some_and(silent) {
+        if table.messages[message.0].timing.timeout().is_some_and(silent) {
             return None;
         }
         match latest {
@@ -259,16 +255,16 @@ impl Observations {
     }
 
     /// When a signal may go stale with nothing happening. (Event messages: see the bus.)
-    pub fn next_deadline(&self, binding: &LightsBinding, now: MonoTime) -> Option<MonoTime> {
+    pub fn next_deadline(&self, table: &SignalTable, now: MonoTime) -> Option<MonoTime> {
         let stale_at = |(last, signal): (&Option<Observation>, &BoundSignal)| {
-            let timeout = binding.messages[signal.message.0].timing.timeout()?;
+            let timeout = table.messages[signal.message.0].timing.timeout()?;
             Some(past(last.as_ref()?.received.at, timeout))
         };
         let over_at = |(latest, message): (&Option<Latest>, &BoundMessage)| {
             Some(past(latest.as_ref()?.at(), message.timing.timeout()?))
         };
-        let signals = self.last.iter().zip(&binding.signals).filter_map(stale_at);
-        let messages = self.latest.iter().zip(&binding.messages).filter_map(over_at);
+        let signals = self.last.iter().zip(&table.signals).filter_map(stale_at);
+        let messages = self.latest.iter().zip(&table.messages).filter_map(over_at);
         signals.chain(messages).filter(|at| *at > now).min()
     }
 
