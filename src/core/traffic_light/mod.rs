@@ -5,6 +5,7 @@
 //! a *group* is a regulatory element that refers to heads, known by its relation id; a *channel* is
 //! the equipment a state comes over; each channel has a *ground truth* and a *detected* store.
 
+pub mod arbiter;
 pub mod bulb;
 pub mod command;
 pub mod compat;
