@@ -6,7 +6,23 @@
 //! the equipment a state comes over; each channel has a *ground truth* and a *detected* store.
 
 pub mod bulb;
+pub mod cadence;
 pub mod compat;
+mod controller;
 pub mod emission;
+pub mod engine;
+mod expiry;
+mod merge;
+pub mod note;
+mod outbox;
+mod prediction;
+pub mod refusal;
 pub mod scenario;
+mod stage;
+mod status;
+pub mod store;
+mod storyboard;
+mod sync;
 pub mod target;
+mod trigger;
+pub mod unknown_ids;
