@@ -7,11 +7,28 @@
 
 pub mod arbiter;
 pub mod bulb;
+pub mod cadence;
 pub mod command;
 pub mod compat;
+mod controller;
 pub mod emission;
+pub mod engine;
+mod expiry;
+mod merge;
+pub mod note;
+mod outbox;
+mod prediction;
+pub mod refusal;
 pub mod scenario;
 pub mod signal_id;
+mod stage;
 pub mod state_check;
+mod status;
+pub mod store;
+mod storyboard;
+mod sync;
+pub mod target;
 pub mod target;
 pub mod text;
+mod trigger;
+pub mod unknown_ids;

@@ -1,0 +1,155 @@
+//! When phases begin and end (traffic-lights sections 4.1 and 4.2).
+//!
+//! At most one transition a frame and controller. A phase of ours begins at the nominal end of the
+//! one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the frame.
+
+use std::time::Duration;
+
+use super::cadence::Moment;
+use super::compat::Compat;
+use super::scenario::{Controller, ControllerIndex, Scenario};
+use crate::core::time::WallStamp;
+
+/// Two cycle times of ours are the same when they differ by no more.
+const SAME_CYCLE: Duration = Duration::from_millis(1);
+
+/// Where each controller stands.
+#[derive(Debug, Clone)]
+pub(super) struct Controllers {
+    compat: Compat,
+    states: Vec<ControllerState>,
+    /// For each controller, who follows it and how long after.
+    observers: Vec<Vec<(usize, Duration)>>,
+}
+
+/// Where one controller stands.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct ControllerState {
+    /// By position; none before the first one.
+    pub(super) phase: Option<usize>,
+    /// When the phase began.
+    pub(super) start: Moment,
+    /// The same on the wall.
+    pub(super) start_wall: WallStamp,
+    /// After this the first phase is entered, for the reference told so.
+    begin: Option<Moment>,
+}
+
+/// A frame, and the one before it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) now: Moment,
+    pub(super) previous: Option<Moment>,
+}
+
+/// A phase to enter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Transition {
+    pub(super) phase: usize,
+    pub(super) start: Moment,
+}
+
+/// Whether one controller may follow the other: their cycles take the same time, to a millisecond.
+/// Upstream compares sums cut to whole seconds at each step (Q11).
+pub fn cycles_agree(one: &Controller, other: &Controller, compat: Compat) -> bool {
+    match (compat, cycle(one), cycle(other)) {
+        (Compat::Upstream, ..) => upstream_cycle_s(one) == upstream_cycle_s(other),
+        (Compat::Improved, Some(one), Some(other)) => one.abs_diff(other) <= SAME_CYCLE,
+        (Compat::Improved, one, other) => one == other,
+    }
+}
+
+/// How long all phases take; none when one has no end.
+fn cycle(controller: &Controller) -> Option<Duration> {
+    let mut durations = controller.phases.iter().map(|phase| phase.duration);
+    durations.try_fold(Duration::ZERO, |sum, duration| Some(sum.saturating_add(duration?)))
+}
+
+/// Upstream's sum: cut to a whole number at each step; endless is the lowest 32-bit number on x86.
+#[allow(clippy::cast_possible_truncation)] // that is what is reproduced; Rust's cast saturates
+pub(super) fn upstream_cycle_s(controller: &Controller) -> i32 {
+    controller.phases.iter().fold(0, |sum, phase| {
+        phase.duration.map_or(i32::MIN, |duration| (f64::from(sum) + duration.as_secs_f64()) as i32)
+    })
+}
+
+impl Controllers {
+    pub(super) fn new(scenario: &Scenario, compat: Compat) -> Self {
+        let mut observers = vec![Vec::new(); scenario.controllers.len()];
+        for (index, controller) in scenario.controllers.iter().enumerate() {
+            if let Some(reference) = controller.reference
+                && let Some(followers) = observers.get_mut(reference.controller.0)
+            {
+                followers.push((index, reference.delay));
+            }
+        }
+        let states = vec![ControllerState::default(); scenario.controllers.len()];
+        Self { compat, states, observers }
+    }
+
+    /// Where a controller stands.
+    pub(super) fn state(&self, controller: ControllerIndex) -> Option<&ControllerState> {
+        self.states.get(controller.0)
+    }
+
+    /// What a controller has to do in this frame.
+    pub(super) fn due(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
+        let (compat, now) = (self.compat, frame.now);
+        let state = self.states.get_mut(index)?;
+        let begins = match controller.reference {
+            None => state.phase.is_none().then_some(now),
+            Some(_) => state.begin.take_if(|begin| begin.is_past(now, compat)),
+        };
+        if let Some(begin) = begins {
+            if controller.phases.is_empty() {
+                self.inform(index, now);
+                return None;
+            }
+            let start = self.nominal(begin, frame);
+            let state = self.states.get(index)?;
+            // Ours does not enter the first phase again when it got there by itself in the meantime.
+            let has_begun =
+                compat == Compat::Improved && state.phase == Some(0) && state.start.nanos >= begin.nanos;
+            if !has_begun {
+                return Some(Transition { phase: 0, start });
+            }
+        }
+        let ControllerState { phase, start, .. } = *self.states.get(index)?;
+        let duration = controller.phases.get(phase?)?.duration?;
+        start.has_lasted(duration, now, compat).then(|| Transition {
+            phase: (phase.unwrap_or_default() + 1) % controller.phases.len(),
+            start: self.nominal(start.after(duration), frame),
+        })
+    }
+
+    /// A phase is entered. Its controller's followers are told when it is the first one.
+    pub(super) fn enter(&mut self, index: usize, to: Transition, start_wall: WallStamp) {
+        if to.phase == 0 {
+            self.inform(index, to.start);
+        }
+        if let Some(state) = self.states.get_mut(index) {
+            (state.phase, state.start, state.start_wall) = (Some(to.phase), to.start, start_wall);
+        }
+    }
+
+    fn inform(&mut self, index: usize, start: Moment) {
+        for (observer, delay) in self.observers.get(index).into_iter().flatten() {
+            if let Some(state) = self.states.get_mut(*observer) {
+                state.begin = Some(start.after(*delay));
+            }
+        }
+    }
+
+    /// The nominal time when this is the first frame after it; else the schedule is behind for want
+    /// of frames, and starts over from this one.
+    fn nominal(&self, at: Moment, frame: Frame) -> Moment {
+        let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
+        match self.compat {
+            Compat::Improved if is_new && at.nanos <= frame.now.nanos => at,
+            Compat::Improved | Compat::Upstream => frame.now,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

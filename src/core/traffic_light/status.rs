@@ -1,0 +1,100 @@
+//! How the lights and the scenario are, for the diagnostics.
+
+use std::time::Duration;
+
+use super::bulb::{BulbSet, Color, Status as BulbStatus};
+use super::engine::TrafficLights;
+use super::note::Verdict;
+use super::scenario::ControllerIndex;
+use super::target::Channel;
+use crate::core::diagnostics::{Level, Status};
+use crate::core::time::{MonoTime, Now};
+
+/// Controllers that are listed; the others are counted.
+const MOST_LISTED: usize = 8;
+/// A rejected input is worth a warning for so long.
+const REJECTED_LATELY: Duration = Duration::from_secs(10);
+
+impl TrafficLights {
+    /// One status for each channel and one for the scenario.
+    pub fn statuses(&self, node: &str, now: Now) -> Vec<Status> {
+        let channels = Channel::ALL.into_iter().map(|channel| self.channel_status(node, channel, now.mono));
+        channels.chain([self.scenario_status(node, now.mono)]).collect()
+    }
+
+    fn channel_status(&self, node: &str, channel: Channel, now: MonoTime) -> Status {
+        let (truth_rate, v2i_rate) = self.rates();
+        let [conventional, v2i] = self.counts;
+        let (name, counts, rate, stale) = match channel {
+            Channel::Conventional => ("camera", conventional, truth_rate, 0),
+            Channel::V2i => ("v2i", v2i, v2i_rate, self.expiry.expired()),
+        };
+        let (mut lights, mut dark, mut unknown) = (0, 0, 0);
+        for light in self.ground_truth(channel) {
+            lights += 1;
+            dark += u32::from(!light.bulbs.iter().any(|bulb| bulb.status.is_lit()));
+            unknown += u32::from(is_unknown(&light.bulbs));
+        }
+        unknown += self.detected(channel).map(|(_, sight)| u32::from(is_unknown(&sight.bulbs))).sum::<u32>();
+        let lately = |at: MonoTime| now.since(at) < REJECTED_LATELY;
+        let rejected = counts.last_rejected.filter(|(_, at)| lately(*at));
+        let (level, message) = match (stale, rejected) {
+            (0, None) => (Level::Ok, "as told".to_owned()),
+            (0, Some((id, _))) => (Level::Warn, format!("an input for {id} was rejected")),
+            (_, _) => (Level::Warn, "lights are no longer renewed".to_owned()),
+        };
+        let mut values = vec![
+            ("lights", lights.to_string()),
+            ("dark", dark.to_string()),
+            ("unknown", unknown.to_string()),
+            ("detected", self.detected(channel).count().to_string()),
+            ("stale", stale.to_string()),
+            ("rejected", counts.rejected.to_string()),
+            ("rate_hz", rate.as_hz().to_string()),
+        ];
+        if let Some((id, _)) = counts.last_rejected {
+            values.push(("last_rejected", id.to_string()));
+        }
+        Status { name: format!("{node}: traffic lights, {name}"), level, message, values }
+    }
+
+    fn scenario_status(&self, node: &str, now: MonoTime) -> Status {
+        let scenario = self.scenario();
+        let is_empty = scenario.controllers.is_empty() && scenario.acts.is_empty();
+        let (level, message) = match self.verdict() {
+            None if is_empty => (Level::Ok, "no scenario".to_owned()),
+            None => (Level::Ok, "running".to_owned()),
+            Some(Verdict::Success) => (Level::Ok, "ended in success".to_owned()),
+            Some(Verdict::Stopped) => (Level::Ok, "ended".to_owned()),
+            Some(Verdict::Failure) => (Level::Warn, "ended in failure".to_owned()),
+            Some(Verdict::Fault(refusal)) => (Level::Error, format!("cannot go on: {refusal}")),
+        };
+        let mut values = vec![("controllers", scenario.controllers.len().to_string())];
+        for (index, controller) in scenario.controllers.iter().enumerate().take(MOST_LISTED) {
+            let state = self.controller(ControllerIndex(index));
+            let phase = state.and_then(|state| Some((state.start, controller.phases.get(state.phase?)?)));
+            let text = match phase {
+                None => format!("{}: no phase yet", controller.name),
+                Some((start, phase)) => {
+                    let next = match phase.duration {
+                        _ if self.verdict().is_some() => "stands still".to_owned(),
+                        None => "until told".to_owned(),
+                        Some(duration) => {
+                            let end = start.after(duration).nanos;
+                            let left = Duration::from_nanos(end.saturating_sub(self.nanos(now)));
+                            format!("{:.1} s left", left.as_secs_f64())
+                        }
+                    };
+                    format!("{}: {}, {next}", controller.name, phase.name)
+                }
+            };
+            values.push(("controller", text));
+        }
+        values.push(("skipped", self.skipped().to_string()));
+        Status { name: format!("{node}: traffic lights, scenario"), level, message, values }
+    }
+}
+
+fn is_unknown(bulbs: &BulbSet) -> bool {
+    bulbs.iter().any(|bulb| bulb.color == Color::Unknown || bulb.status == BulbStatus::Unknown)
+}

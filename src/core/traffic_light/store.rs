@@ -1,0 +1,313 @@
+//! The four stores: what is so and what is seen, for each channel (traffic-lights sections 1.1, 2.2,
+//! 3.1 and 4.3).
+//!
+//! Ours looks an id up as a group first, then as a head, and keeps one entry for each head. Upstream
+//! keeps a detection under the id as it was written (Q3) and makes a light of each id it looks at (Q15).
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use super::compat::Compat;
+use super::refusal::Refusal;
+use super::target::{Channel, Layer, Target};
+use crate::core::map::light_map::{HeadIndex, LightMap};
+
+/// What is known of one light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// None = never touched, or not detected; the empty set = dark.
+    pub bulbs: Option<BulbSet>,
+    /// 0 to 1, kept when the light is cleared; upstream takes any number.
+    pub confidence: f64,
+    /// Number of the write that touched it last.
+    pub(super) written: u64,
+}
+
+/// What to do with a light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// These bulbs, in place of what it had.
+    Set(BulbSet),
+    /// These bulbs too.
+    Add(BulbSet),
+    /// Dark, or no longer detected; its confidence is kept.
+    Clear,
+    /// As if never touched.
+    Remove,
+    /// How sure it is.
+    Confidence(f64),
+}
+
+/// What a light is compared with (traffic-lights section 4.5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Expected {
+    /// No light comes out: for ours no bulb or only `solidOff` ones, for upstream no bulb (Q13).
+    Dark,
+    /// These bulbs are among its own.
+    Contains(BulbSet),
+    /// These bulbs and no other.
+    Exactly(BulbSet),
+}
+
+/// Ground truth of one channel, by head.
+#[derive(Debug, Clone)]
+pub struct GroundTruth {
+    lights: Vec<Light>,
+    changes: u64,
+}
+
+/// Detections of one channel. Key: way id of the head, for upstream the id as written.
+#[derive(Debug, Clone, Default)]
+pub struct Detected {
+    entries: BTreeMap<i64, DetectedLight>,
+    changes: u64,
+}
+
+/// A detection and whose it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetectedLight {
+    /// The head; for upstream the first one when the key is that of a group.
+    pub head: HeadIndex,
+    /// What is seen of it.
+    pub light: Light,
+}
+
+/// All four stores, over one map.
+#[derive(Debug, Clone)]
+pub struct Stores {
+    map: Arc<LightMap>,
+    compat: Compat,
+    channels: [(GroundTruth, Detected); 2],
+    writes: u64,
+}
+
+/// The heads an id means: those of the group, else the one head.
+pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadIndex> + '_, Refusal> {
+    let group = map.group(id);
+    let head = if group.is_none() { map.head(id) } else { None };
+    if group.is_none() && head.is_none() {
+        return Err(Refusal::UnknownId(id));
+    }
+    Ok(group.into_iter().flat_map(|group| group.heads.iter().copied()).chain(head))
+}
+
+/// Whether simulated traffic stops for a light that looks so: a red or yellow circle that does not
+/// flash (traffic-lights section 5.8).
+pub fn must_stop(bulbs: &BulbSet) -> bool {
+    [Color::Red, Color::Yellow]
+        .into_iter()
+        .any(|color| bulbs.contains(Bulb { color, status: Status::SolidOn, shape: Shape::Circle }))
+}
+
+impl Light {
+    const UNTOUCHED: Self = Self { bulbs: None, confidence: 1.0, written: 0 };
+
+    /// Whether anything is different now.
+    fn apply(&mut self, change: Change, write: u64) -> bool {
+        let before = (self.bulbs, self.confidence.to_bits());
+        match change {
+            Change::Set(bulbs) => self.bulbs = Some(bulbs),
+            Change::Add(bulbs) => self.bulbs = Some(self.bulbs.unwrap_or_default().union(bulbs)),
+            Change::Clear => self.bulbs = self.bulbs.map(|_| BulbSet::EMPTY),
+            Change::Remove => *self = Self::UNTOUCHED,
+            Change::Confidence(confidence) => self.confidence = confidence,
+        }
+        self.written = write;
+        before != (self.bulbs, self.confidence.to_bits())
+    }
+}
+
+impl GroundTruth {
+    /// The light of a head.
+    pub fn light(&self, head: HeadIndex) -> Option<&Light> {
+        self.lights.get(head.0 as usize)
+    }
+
+    /// All heads, ascending by way id, those never touched too.
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// Differs from what it was whenever something is different.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    fn apply(&mut self, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
+        let Some(light) = self.lights.get_mut(head.0 as usize) else { return false };
+        let created = compat == Compat::Upstream && light.bulbs.is_none();
+        if created {
+            light.bulbs = Some(BulbSet::EMPTY);
+        }
+        let changed = light.apply(change, write) || created;
+        self.changes += u64::from(changed);
+        changed
+    }
+}
+
+impl Detected {
+    /// The entries, ascending by key. One without bulbs only keeps a confidence.
+    pub fn entries(&self) -> impl Iterator<Item = (i64, &DetectedLight)> {
+        self.entries.iter().map(|(key, entry)| (*key, entry))
+    }
+
+    /// Differs from what it was whenever something is different.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    fn light(&self, key: i64) -> Light {
+        self.entries.get(&key).map_or(Light::UNTOUCHED, |entry| entry.light)
+    }
+
+    fn apply(&mut self, key: i64, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
+        let changed = match (change, compat) {
+            (Change::Remove, _) | (Change::Clear, Compat::Upstream) => self.entries.remove(&key).is_some(),
+            // Its confidence is kept.
+            (Change::Clear, Compat::Improved) => self.entries.get_mut(&key).is_some_and(|entry| {
+                entry.light.written = write;
+                entry.light.bulbs.take().is_some()
+            }),
+            (Change::Set(_) | Change::Add(_) | Change::Confidence(_), _) => {
+                let entry =
+                    self.entries.entry(key).or_insert(DetectedLight { head, light: Light::UNTOUCHED });
+                entry.light.apply(change, write)
+            }
+        };
+        self.changes += u64::from(changed);
+        changed
+    }
+}
+
+impl Stores {
+    /// Nothing is known yet.
+    pub fn new(map: Arc<LightMap>, compat: Compat) -> Self {
+        let truth = GroundTruth { lights: vec![Light::UNTOUCHED; map.heads().len()], changes: 0 };
+        let channels = [(truth.clone(), Detected::default()), (truth, Detected::default())];
+        Self { map, compat, channels, writes: 0 }
+    }
+
+    /// The map they are over.
+    pub fn map(&self) -> &Arc<LightMap> {
+        &self.map
+    }
+
+    /// Whose behaviour they have.
+    pub fn compat(&self) -> Compat {
+        self.compat
+    }
+
+    /// Ground truth of a channel.
+    pub fn truth(&self, channel: Channel) -> &GroundTruth {
+        let [conventional, v2i] = &self.channels;
+        match channel {
+            Channel::Conventional => &conventional.0,
+            Channel::V2i => &v2i.0,
+        }
+    }
+
+    /// Detections of a channel.
+    pub fn detected(&self, channel: Channel) -> &Detected {
+        let [conventional, v2i] = &self.channels;
+        match channel {
+            Channel::Conventional => &conventional.1,
+            Channel::V2i => &v2i.1,
+        }
+    }
+
+    /// Changes all lights that the target means. Whether anything is different now; an unknown id
+    /// changes nothing.
+    pub fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
+        self.writes += 1;
+        let Self { map, compat, channels: [conventional, v2i], writes } = self;
+        let (truth, detected) = match target.store.channel {
+            Channel::Conventional => conventional,
+            Channel::V2i => v2i,
+        };
+        match (target.store.layer, *compat) {
+            (Layer::GroundTruth, _) => {
+                let changed =
+                    heads_of(map, target.id)?.filter(|head| truth.apply(*head, change, *writes, *compat));
+                Ok(changed.count() > 0)
+            }
+            (Layer::Detected, Compat::Improved) => {
+                let changed = heads_of(map, target.id)?.filter(|head| {
+                    let key = map.heads().get(head.0 as usize).map(|head| head.way_id);
+                    key.is_some_and(|key| detected.apply(key, *head, change, *writes, *compat))
+                });
+                Ok(changed.count() > 0)
+            }
+            (Layer::Detected, Compat::Upstream) => {
+                let head = map.head(target.id).or_else(|| map.group(target.id)?.heads.first().copied());
+                let head = head.ok_or(Refusal::UnknownId(target.id))?;
+                Ok(detected.apply(target.id, head, change, *writes, *compat))
+            }
+        }
+    }
+
+    /// Changes ground truth of one head.
+    pub(super) fn write_head(&mut self, channel: Channel, head: HeadIndex, change: Change) {
+        self.writes += 1;
+        let [conventional, v2i] = &mut self.channels;
+        let (truth, _) = match channel {
+            Channel::Conventional => conventional,
+            Channel::V2i => v2i,
+        };
+        truth.apply(head, change, self.writes, self.compat);
+    }
+
+    /// Whether all heads that the target means look as expected. Upstream makes lights of them.
+    pub fn matches(&mut self, target: Target, expected: Expected) -> Result<bool, Refusal> {
+        if self.compat == Compat::Upstream && target.store.layer == Layer::GroundTruth {
+            self.write(target, Change::Add(BulbSet::EMPTY))?;
+        }
+        let compat = self.compat;
+        Ok(self.bulbs(target)?.all(|bulbs| match (expected, compat) {
+            (Expected::Dark, Compat::Improved) => bulbs.iter().all(|bulb| bulb.status == Status::SolidOff),
+            (Expected::Dark, Compat::Upstream) => bulbs.is_empty(),
+            (Expected::Contains(wanted), _) => bulbs.contains_all(&wanted),
+            (Expected::Exactly(wanted), _) => bulbs == wanted,
+        }))
+    }
+
+    /// The bulbs of the target: those of a head joined by `, `, heads by `; `.
+    pub fn state_text(&self, target: Target) -> Result<String, Refusal> {
+        let texts: Vec<_> = self.bulbs(target)?.map(|bulbs| bulbs.to_string()).collect();
+        Ok(texts.join("; "))
+    }
+
+    /// Number of the last write to the light of an id, or to the first one of a group; 0 for none.
+    pub(super) fn written(&self, target: Target) -> u64 {
+        let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
+        let light = match target.store.layer {
+            Layer::GroundTruth => {
+                let head = heads_of(&self.map, target.id).ok().and_then(|mut heads| heads.next());
+                head.and_then(|head| truth.light(head).copied())
+            }
+            Layer::Detected => Some(detected.light(target.id)),
+        };
+        light.map_or(0, |light| light.written)
+    }
+
+    /// The bulbs of each head that the target means; none where nothing is known.
+    fn bulbs(&self, target: Target) -> Result<impl Iterator<Item = BulbSet> + '_, Refusal> {
+        let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
+        // Upstream's detections are under the id as written: looked at once, whatever it means.
+        let as_written = target.store.layer == Layer::Detected && self.compat == Compat::Upstream;
+        let heads = heads_of(&self.map, target.id)?.take(if as_written { 1 } else { usize::MAX });
+        Ok(heads.map(move |head| {
+            let light = match target.store.layer {
+                Layer::GroundTruth => truth.light(head).copied(),
+                Layer::Detected if as_written => Some(detected.light(target.id)),
+                Layer::Detected => {
+                    self.map.heads().get(head.0 as usize).map(|head| detected.light(head.way_id))
+                }
+            };
+            light.and_then(|light| light.bulbs).unwrap_or_default()
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,93 @@
+//! Copying ground truth of the conventional channel to V2I (traffic-lights section 3.3).
+
+use std::collections::BTreeSet;
+
+use super::compat::Compat;
+use super::refusal::Refusal;
+use super::store::{Change, Stores, heads_of};
+use super::target::{Channel, Layer, StoreId, Target};
+use crate::core::map::light_map::HeadIndex;
+
+const CONVENTIONAL: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
+const V2I: StoreId = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+
+/// The stores, and which heads are copied. All writes come through here.
+#[derive(Debug, Clone)]
+pub(super) struct SyncedStores {
+    stores: Stores,
+    enabled: Vec<bool>,
+}
+
+impl SyncedStores {
+    /// No head is copied.
+    pub(super) fn new(stores: Stores) -> Self {
+        let enabled = vec![false; stores.map().heads().len()];
+        Self { stores, enabled }
+    }
+
+    pub(super) fn stores(&self) -> &Stores {
+        &self.stores
+    }
+
+    /// For comparisons, with which upstream makes lights.
+    pub(super) fn stores_mut(&mut self) -> &mut Stores {
+        &mut self.stores
+    }
+
+    pub(super) fn is_enabled(&self, head: HeadIndex) -> bool {
+        self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled)
+    }
+
+    /// As [`Stores::write`], and again for V2I where it is copied: ours head by head, upstream when
+    /// the id itself is that of an enabled head (Q2). Confidence is never copied.
+    pub(super) fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
+        let changed = self.stores.write(target, change)?;
+        let is_copied = match change {
+            Change::Set(_) | Change::Add(_) | Change::Clear | Change::Remove => target.store == CONVENTIONAL,
+            Change::Confidence(_) => false,
+        };
+        if is_copied {
+            match self.stores.compat() {
+                Compat::Improved => {
+                    let map = self.stores.map().clone();
+                    heads_of(&map, target.id)?
+                        .filter(|head| self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled))
+                        .for_each(|head| self.stores.write_head(Channel::V2i, head, change));
+                }
+                Compat::Upstream => {
+                    if self.stores.map().head(target.id).is_some_and(|head| self.is_enabled(head)) {
+                        self.stores.write(Target { id: target.id, store: V2I }, change)?;
+                    }
+                }
+            }
+        }
+        Ok(changed)
+    }
+
+    /// Copies from now on, or no more. Returns the heads for which that is new. For ours an unknown
+    /// id is refused and nothing done, upstream passes over it (Q14).
+    pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, Refusal> {
+        let mut heads = BTreeSet::new();
+        for id in ids {
+            match (heads_of(self.stores.map(), *id), self.stores.compat()) {
+                (Ok(of_id), _) => heads.extend(of_id),
+                (Err(_), Compat::Upstream) => {}
+                (Err(refusal), Compat::Improved) => return Err(refusal),
+            }
+        }
+        heads.retain(|head| {
+            self.enabled
+                .get_mut(head.0 as usize)
+                .is_some_and(|enabled| std::mem::replace(enabled, enable) != enable)
+        });
+        Ok(heads)
+    }
+
+    /// Copies what is so now; a light never touched stays so.
+    pub(super) fn copy_now(&mut self, head: HeadIndex) {
+        let bulbs = self.stores.truth(Channel::Conventional).light(head).and_then(|light| light.bulbs);
+        if let Some(bulbs) = bulbs {
+            self.stores.write_head(Channel::V2i, head, Change::Set(bulbs));
+        }
+    }
+}

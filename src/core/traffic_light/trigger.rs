@@ -1,0 +1,190 @@
+//! When a trigger fires: tests, their edges and delays (traffic-lights section 4.5).
+//!
+//! A test's value is delayed first and its edge looked for after that, which comes to the same. The
+//! first value of a test is no edge.
+
+use std::collections::VecDeque;
+
+use super::cadence::Moment;
+use super::compat::Compat;
+use super::refusal::Refusal;
+use super::scenario::{
+    Condition, ControllerIndex, Edge, ElementState, Rule, Scenario, StateText, Test, Trigger,
+};
+use super::stage::Stage;
+use super::store::Expected;
+use super::target::Target;
+
+/// What a trigger remembers: one memory for each condition of each group.
+#[derive(Debug, Clone)]
+pub(super) struct TriggerMemory {
+    groups: Vec<Vec<ConditionMemory>>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct ConditionMemory {
+    /// Changes of the value within the delay, and the last one before it.
+    history: VecDeque<(Moment, bool)>,
+    /// The delayed value, last time.
+    previous: Option<bool>,
+}
+
+impl TriggerMemory {
+    pub(super) fn new(trigger: &Trigger) -> Self {
+        let groups = trigger.groups.iter();
+        Self { groups: groups.map(|group| vec![ConditionMemory::default(); group.len()]).collect() }
+    }
+
+    /// Whether it fires. `element` says whether an act, event or action by that name is in that state.
+    pub(super) fn fires(
+        &mut self,
+        trigger: &Trigger,
+        scenario: &Scenario,
+        stage: &mut Stage,
+        element: impl Fn(&str, ElementState) -> bool,
+    ) -> Result<bool, Refusal> {
+        let mut fires = false;
+        for (group, memories) in trigger.groups.iter().zip(&mut self.groups) {
+            let mut all = true;
+            // All are looked at, for the sake of their edges.
+            for (condition, memory) in group.iter().zip(memories) {
+                let value = value(&condition.test, scenario, stage, &element)?;
+                all &= memory.is_true(condition, value, stage.now, stage.compat);
+            }
+            fires |= all;
+        }
+        Ok(fires)
+    }
+}
+
+impl ConditionMemory {
+    fn is_true(&mut self, condition: &Condition, value: bool, now: Moment, compat: Compat) -> bool {
+        if self.history.back().is_none_or(|(_, last)| *last != value) {
+            self.history.push_back((now, value));
+        }
+        let is_over = |at: Moment| at.has_lasted(condition.delay, now, compat);
+        while self.history.get(1).is_some_and(|(at, _)| is_over(*at)) {
+            self.history.pop_front();
+        }
+        let Some(delayed) = self.history.front().filter(|(at, _)| is_over(*at)).map(|(_, value)| *value)
+        else {
+            return false;
+        };
+        let (rises, falls) =
+            (self.previous == Some(false) && delayed, self.previous == Some(true) && !delayed);
+        self.previous = Some(delayed);
+        match condition.edge {
+            Edge::None => delayed,
+            Edge::Rising => rises,
+            Edge::Falling => falls,
+            Edge::RisingOrFalling => rises || falls,
+        }
+    }
+}
+
+fn value(
+    test: &Test,
+    scenario: &Scenario,
+    stage: &mut Stage,
+    element: impl Fn(&str, ElementState) -> bool,
+) -> Result<bool, Refusal> {
+    match test {
+        Test::SimulationTime { rule, value } => Ok(match stage.compat {
+            Compat::Improved => rule.holds(&u128::from(stage.now.nanos), &value.as_nanos()),
+            Compat::Upstream => rule.holds(&stage.now.seconds, &value.as_secs_f64()),
+        }),
+        Test::State { target, state, exact } => matches(stage, *target, state.as_ref(), *exact),
+        Test::Phase { controller, phase } => Ok(phase_name(scenario, stage, *controller) == Some(phase)),
+        Test::Element { name, state } => Ok(element(name, *state)),
+    }
+}
+
+fn matches(
+    stage: &mut Stage,
+    target: Target,
+    state: Option<&StateText>,
+    exact: bool,
+) -> Result<bool, Refusal> {
+    let expected = match (state, stage.compat) {
+        (None, _) => Expected::Dark,
+        (Some(state), Compat::Improved) if exact => Expected::Exactly(state.bulbs),
+        (Some(state), Compat::Improved) => Expected::Contains(state.bulbs),
+        (Some(state), Compat::Upstream) => {
+            let bulb = state.single.ok_or_else(|| Refusal::State {
+                text: state.text.clone(),
+                mistake: "a light is compared with one bulb".to_owned(),
+            })?;
+            Expected::Contains([bulb].into_iter().collect())
+        }
+    };
+    stage.lights.stores_mut().matches(target, expected)
+}
+
+/// Name of the phase a controller is in; none before the first one (Q12).
+fn phase_name<'a>(scenario: &'a Scenario, stage: &Stage, index: ControllerIndex) -> Option<&'a String> {
+    let phase = stage.controllers.state(index)?.phase?;
+    Some(&scenario.controllers.get(index.0)?.phases.get(phase)?.name)
+}
+
+impl Rule {
+    fn holds<T: PartialOrd>(self, value: &T, other: &T) -> bool {
+        match self {
+            Self::EqualTo => value == other,
+            Self::NotEqualTo => value != other,
+            Self::GreaterThan => value > other,
+            Self::GreaterOrEqual => value >= other,
+            Self::LessThan => value < other,
+            Self::LessOrEqual => value <= other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::time::Duration;
+
+    fn condition(edge: Edge, delay_s: u64) -> Condition {
+        let test = Test::SimulationTime { rule: Rule::EqualTo, value: Duration::ZERO };
+        Condition { name: String::new(), test, edge, delay: Duration::from_secs(delay_s) }
+    }
+
+    /// What comes of values one second apart, `#` for true.
+    fn run(edge: Edge, delay_s: u64, values: &str) -> String {
+        let (condition, mut memory) = (condition(edge, delay_s), ConditionMemory::default());
+        let mut now = Moment::default();
+        values
+            .chars()
+            .map(|value| {
+                let is_true = memory.is_true(&condition, value == '#', now, Compat::Improved);
+                now = now.after(Duration::from_secs(1));
+                if is_true { '#' } else { '.' }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn edges_are_true_once_and_never_at_first_sight() {
+        for (edge, expected) in [
+            (Edge::None, "##..##.#"),
+            (Edge::Rising, "....#..#"),
+            (Edge::Falling, "..#...#."),
+            (Edge::RisingOrFalling, "..#.#.##"),
+        ] {
+            assert_eq!(run(edge, 0, "##..##.#"), expected, "{edge:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_delay_moves_everything_and_loses_nothing(values in "[.#]{1,40}", delay in 0..5_usize) {
+            for edge in [Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling] {
+                let prompt = run(edge, 0, &values);
+                let late = run(edge, delay as u64, &values);
+                let expected: String = ".".repeat(delay) + &prompt;
+                prop_assert_eq!(&late, &expected[..values.len()]);
+            }
+        }
+    }
+}
