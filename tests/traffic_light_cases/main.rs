@@ -3,4 +3,5 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
 mod arbiter;
+mod messages;
 mod names;

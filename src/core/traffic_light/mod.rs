@@ -28,7 +28,6 @@ pub mod store;
 mod storyboard;
 mod sync;
 pub mod target;
-pub mod target;
 pub mod text;
 mod trigger;
 pub mod unknown_ids;

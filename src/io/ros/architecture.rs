@@ -1,0 +1,134 @@
+//! Which generation of Autoware is spoken to (traffic-lights section 5.5).
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::messages::LightsType;
+use crate::core::traffic_light::compat::Compat;
+
+/// What stands before the date.
+const PREFIX: &str = "awf/universe/";
+/// The generation that speaks `TrafficSignalArray`.
+const SIGNALS: u32 = 20_230_906;
+/// The first generation that speaks `TrafficLightGroupArray`.
+const GROUPS: u32 = 20_240_605;
+
+/// An architecture as a scenario or a configuration names it, `awf/universe/20240605` for example.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Architecture {
+    text: String,
+    generation: Generation,
+}
+
+/// Generations by the messages they speak; those only upstream accepts, too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Generation {
+    /// `awf/universe` without a date.
+    Undated,
+    /// Sorts before the first supported one.
+    Older,
+    Signals,
+    /// Sorts between the two.
+    Between,
+    Groups,
+}
+
+/// Why an architecture, or a topic of it, is refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ArchitectureError {
+    /// Not of the form.
+    #[error(
+        "architecture `{0}` is not of the form `{PREFIX}<yyyymmdd>`; use `{PREFIX}20240605`, for example"
+    )]
+    Malformed(String),
+    /// A date with no known messages.
+    #[error("architecture `{0}` is not supported; use `{PREFIX}20230906`, or `{PREFIX}20240605` or later")]
+    Unsupported(String),
+    /// What upstream calls a semantic error.
+    #[error("architecture `{0}` has no message for traffic lights")]
+    Semantic(String),
+    /// What upstream calls an invalid argument.
+    #[error("architecture `{0}` is no argument for a traffic-light detector")]
+    InvalidArgument(String),
+}
+
+impl Architecture {
+    /// Reads an architecture: by date, or in upstream's behaviour by how the text sorts (Q18), which
+    /// takes any text and refuses topics instead.
+    pub fn parse(text: &str, compat: Compat) -> Result<Self, ArchitectureError> {
+        let generation = match compat {
+            Compat::Improved => dated(text)?,
+            Compat::Upstream => sorted(text),
+        };
+        Ok(Self { text: text.to_owned(), generation })
+    }
+
+    /// Type of the camera topic.
+    pub fn camera(&self) -> Result<LightsType, ArchitectureError> {
+        match self.generation {
+            Generation::Signals => Ok(LightsType::SignalArray),
+            Generation::Groups => Ok(LightsType::GroupArray),
+            Generation::Undated => Err(ArchitectureError::Semantic(self.text.clone())),
+            Generation::Older | Generation::Between => {
+                Err(ArchitectureError::InvalidArgument(self.text.clone()))
+            }
+        }
+    }
+
+    /// Type of the V2I topics.
+    pub fn v2i(&self) -> Result<LightsType, ArchitectureError> {
+        match self.generation {
+            Generation::Signals | Generation::Older => Ok(LightsType::SignalArray),
+            Generation::Groups => Ok(LightsType::GroupArray),
+            Generation::Undated | Generation::Between => Err(ArchitectureError::Semantic(self.text.clone())),
+        }
+    }
+}
+
+impl Default for Architecture {
+    fn default() -> Self {
+        Self { text: "awf/universe/20240605".to_owned(), generation: Generation::Groups }
+    }
+}
+
+impl FromStr for Architecture {
+    type Err = ArchitectureError;
+
+    /// Strictly, by date.
+    fn from_str(text: &str) -> Result<Self, ArchitectureError> {
+        Self::parse(text, Compat::Improved)
+    }
+}
+
+impl fmt::Display for Architecture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+fn dated(text: &str) -> Result<Generation, ArchitectureError> {
+    match text.strip_prefix(PREFIX).and_then(date) {
+        None => Err(ArchitectureError::Malformed(text.to_owned())),
+        Some(SIGNALS) => Ok(Generation::Signals),
+        Some(GROUPS..) => Ok(Generation::Groups),
+        Some(_) => Err(ArchitectureError::Unsupported(text.to_owned())),
+    }
+}
+
+/// `yyyymmdd` as a number, if it can be a day.
+fn date(digits: &str) -> Option<u32> {
+    let is_date = digits.len() == 8 && digits.bytes().all(|byte| byte.is_ascii_digit());
+    let date: u32 = digits.parse().ok().filter(|_| is_date)?;
+    let (month, day) = (date / 100 % 100, date % 100);
+    ((1..=12).contains(&month) && (1..=31).contains(&day)).then_some(date)
+}
+
+fn sorted(text: &str) -> Generation {
+    match text {
+        "awf/universe" => Generation::Undated,
+        "awf/universe/20230906" => Generation::Signals,
+        older if older < "awf/universe/20230906" => Generation::Older,
+        between if between < "awf/universe/20240605" => Generation::Between,
+        _ => Generation::Groups,
+    }
+}

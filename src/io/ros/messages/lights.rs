@@ -1,0 +1,75 @@
+//! Any message that shows traffic lights: which type a topic has, and what an emission becomes in it.
+
+use serde::{Serialize, Serializer};
+
+use super::marker_array::MarkerArray;
+use super::traffic_light_array_v1::TrafficLightArrayV1;
+use super::traffic_light_group_array::TrafficLightGroupArray;
+use super::traffic_signal_array::TrafficSignalArray;
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::emission::{Content, Emission};
+
+/// The type of a topic with traffic lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LightsType {
+    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`Content::Lights`].
+    ArrayV1,
+    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`Content::Groups`].
+    SignalArray,
+    /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for [`Content::Groups`].
+    GroupArray,
+    /// `visualization_msgs/msg/MarkerArray`, for [`Content::Markers`].
+    MarkerArray,
+}
+
+/// A message that shows traffic lights.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LightsMessage {
+    /// Head by head.
+    ArrayV1(TrafficLightArrayV1),
+    /// Group by group.
+    SignalArray(TrafficSignalArray),
+    /// Group by group, with predictions.
+    GroupArray(TrafficLightGroupArray),
+    /// Lamp by lamp.
+    MarkerArray(MarkerArray),
+}
+
+impl LightsMessage {
+    /// What is sent for an emission on a topic of a type, in order: nothing when the type is not for
+    /// such content, two messages for upstream's markers, else one.
+    pub fn of(emission: &Emission, lights: LightsType, compat: Compat) -> Vec<Self> {
+        let stamp = emission.stamp;
+        match (&*emission.content, lights) {
+            (Content::Lights(heads), LightsType::ArrayV1) => {
+                vec![Self::ArrayV1(TrafficLightArrayV1::new(heads, compat))]
+            }
+            (Content::Groups(groups), LightsType::SignalArray) => {
+                vec![Self::SignalArray(TrafficSignalArray::new(groups, stamp, compat))]
+            }
+            (Content::Groups(groups), LightsType::GroupArray) => {
+                vec![Self::GroupArray(TrafficLightGroupArray::new(groups, stamp, compat))]
+            }
+            (Content::Markers(lamps), LightsType::MarkerArray) => {
+                let spheres = Self::MarkerArray(MarkerArray::spheres(lamps, stamp, compat));
+                match compat {
+                    Compat::Improved => vec![spheres],
+                    Compat::Upstream => vec![Self::MarkerArray(MarkerArray::delete_all(stamp)), spheres],
+                }
+            }
+            (Content::Lights(_) | Content::Groups(_) | Content::Markers(_), _) => Vec::new(),
+        }
+    }
+}
+
+/// As the message itself: nothing tells the variant.
+impl Serialize for LightsMessage {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::ArrayV1(message) => message.serialize(serializer),
+            Self::SignalArray(message) => message.serialize(serializer),
+            Self::GroupArray(message) => message.serialize(serializer),
+            Self::MarkerArray(message) => message.serialize(serializer),
+        }
+    }
+}

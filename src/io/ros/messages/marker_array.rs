@@ -1,0 +1,79 @@
+//! `visualization_msgs/msg/MarkerArray`: lamps as spheres for a viewer (traffic-lights section 5.7).
+
+use serde::{Deserialize, Serialize};
+
+use super::marker::{ColorRgba, Marker, Pose, Vector3};
+use super::stamp::Header;
+use crate::core::map::light_map::LampColor;
+use crate::core::time::WallStamp;
+use crate::core::traffic_light::bulb::Color;
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::emission::LampMarker;
+
+/// Frame of all markers.
+const FRAME: &str = "map";
+/// Namespace of all lamps whose number fits the field.
+const NAMESPACE: &str = "bulb";
+/// Diameter of a lamp.
+const DIAMETER_M: f64 = 0.3;
+/// Opacity of a lamp that is off.
+const ALPHA_OFF: f32 = 0.3;
+/// Lamps of a head have numbers below this.
+const NUMBERS_PER_HEAD: i64 = 4;
+
+/// `visualization_msgs/msg/MarkerArray`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MarkerArray {
+    /// The markers.
+    pub markers: Vec<Marker>,
+}
+
+impl MarkerArray {
+    /// A sphere for each lamp.
+    pub fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> Self {
+        Self { markers: lamps.iter().map(|lamp| sphere(lamp, stamp, compat)).collect() }
+    }
+
+    /// Wipes what was drawn before. Upstream sends it before each array of spheres; a single
+    /// publisher that always draws all lamps needs none (Q19).
+    pub fn delete_all(stamp: WallStamp) -> Self {
+        let header = Header { stamp: stamp.into(), frame_id: FRAME.to_owned() };
+        Self { markers: vec![Marker { header, action: Marker::DELETEALL, ..Marker::default() }] }
+    }
+}
+
+fn sphere(marker: &LampMarker, stamp: WallStamp, compat: Compat) -> Marker {
+    let (number, [r, g, b]) = match marker.lamp.color {
+        LampColor::Green => (Color::Green as u8, [0.0, 1.0, 0.0]),
+        LampColor::Yellow => (Color::Yellow as u8, [1.0, 1.0, 0.0]),
+        LampColor::Red => (Color::Red as u8, [1.0, 0.0, 0.0]),
+    };
+    let (ns, id) = name(marker.way_id, number, compat);
+    Marker {
+        header: Header { stamp: stamp.into(), frame_id: FRAME.to_owned() },
+        ns,
+        id,
+        r#type: Marker::SPHERE,
+        action: Marker::ADD,
+        pose: Pose { position: marker.lamp.position_m.into(), ..Pose::default() },
+        scale: Vector3 { x: DIAMETER_M, y: DIAMETER_M, z: DIAMETER_M },
+        color: ColorRgba { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
+        ..Marker::default()
+    }
+}
+
+/// Way id times four plus the lamp's number. Ids too large for that have a namespace of their own;
+/// upstream's wrap around, and lamps of different heads can replace each other (Q6).
+fn name(way_id: i64, number: u8, compat: Compat) -> (String, i32) {
+    let id = way_id.wrapping_mul(NUMBERS_PER_HEAD).wrapping_add(i64::from(number));
+    let fitting = way_id
+        .checked_mul(NUMBERS_PER_HEAD)
+        .and_then(|first| first.checked_add(i64::from(number)))
+        .and_then(|id| i32::try_from(id).ok());
+    #[allow(clippy::cast_possible_truncation)] // that is the behaviour
+    match (fitting, compat) {
+        (Some(id), _) => (NAMESPACE.to_owned(), id),
+        (None, Compat::Upstream) => (NAMESPACE.to_owned(), id as i32),
+        (None, Compat::Improved) => (format!("{NAMESPACE} {way_id}"), i32::from(number)),
+    }
+}

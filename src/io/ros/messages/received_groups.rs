@@ -1,0 +1,62 @@
+//! What a received [`TrafficLightGroupArray`] says, in the core's words.
+
+use super::element::Unfit;
+use super::traffic_light_group_array::{TrafficLightGroup, TrafficLightGroupArray};
+use crate::core::time::WallStamp;
+use crate::core::traffic_light::bulb::BulbSet;
+
+/// A group as it was received.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReceivedGroup {
+    /// Id of the regulatory element.
+    pub relation_id: i64,
+    /// What is lit; none = dark, or not reported.
+    pub bulbs: BulbSet,
+    /// 0 to 1: that of its least certain bulb; 1 without bulbs.
+    pub confidence: f64,
+}
+
+/// A group that was left out because of what it says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rejection {
+    /// Id of the regulatory element.
+    pub relation_id: i64,
+    /// The first thing in it that has no meaning.
+    pub why: Unfit,
+}
+
+/// A message as it was received. A group is in one of the two lists, never half in each.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReceivedGroups {
+    /// The sender's stamp.
+    pub stamp: WallStamp,
+    /// In the order of the message; an id can come more than once.
+    pub groups: Vec<ReceivedGroup>,
+    /// Likewise.
+    pub rejected: Vec<Rejection>,
+}
+
+impl From<&TrafficLightGroupArray> for ReceivedGroups {
+    fn from(message: &TrafficLightGroupArray) -> Self {
+        // 32 bits of seconds in nanoseconds fit 64 bits, with any number of nanoseconds.
+        let nanos = i64::from(message.stamp.sec) * 1_000_000_000 + i64::from(message.stamp.nanosec);
+        let mut received = Self { stamp: WallStamp::from_nanos(nanos), ..Self::default() };
+        for group in &message.traffic_light_groups {
+            let relation_id = group.traffic_light_group_id;
+            match read(group) {
+                Ok(group) => received.groups.push(group),
+                Err(why) => received.rejected.push(Rejection { relation_id, why }),
+            }
+        }
+        received
+    }
+}
+
+fn read(group: &TrafficLightGroup) -> Result<ReceivedGroup, Unfit> {
+    let (mut bulbs, mut confidence) = (BulbSet::EMPTY, 1.0_f64);
+    for element in &group.elements {
+        bulbs.insert(element.bulb()?);
+        confidence = confidence.min(f64::from(element.confidence));
+    }
+    Ok(ReceivedGroup { relation_id: group.traffic_light_group_id, bulbs, confidence })
+}

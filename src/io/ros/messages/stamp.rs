@@ -1,0 +1,29 @@
+//! When and in which frame: what most messages begin with.
+
+use serde::{Deserialize, Serialize};
+
+use crate::core::time::WallStamp;
+
+/// `builtin_interfaces/msg/Time`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Time {
+    /// Seconds since 1970-01-01 UTC.
+    pub sec: i32,
+    /// 0 to 999 999 999.
+    pub nanosec: u32,
+}
+
+impl From<WallStamp> for Time {
+    fn from(stamp: WallStamp) -> Self {
+        Self { sec: stamp.sec(), nanosec: stamp.nanosec() }
+    }
+}
+
+/// `std_msgs/msg/Header`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Header {
+    /// When.
+    pub stamp: Time,
+    /// In which frame of reference; empty in diagnostics.
+    pub frame_id: String,
+}

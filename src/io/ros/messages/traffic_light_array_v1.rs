@@ -1,0 +1,59 @@
+//! `traffic_simulator_msgs/msg/TrafficLightArrayV1`: head by head, without a stamp.
+
+use serde::{Deserialize, Serialize};
+
+use super::element::{TrafficLightElement, id};
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::emission::LightState;
+
+/// `traffic_simulator_msgs/msg/TrafficLightBulbV1`; numbers as in [`TrafficLightElement`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TrafficLightBulbV1 {
+    /// 0.
+    pub enum_revision: u8,
+    /// As [`TrafficLightElement::color`].
+    pub color: u8,
+    /// As [`TrafficLightElement::shape`].
+    pub shape: u8,
+    /// As [`TrafficLightElement::status`].
+    pub status: u8,
+    /// 0 to 1.
+    pub confidence: f32,
+}
+
+impl From<TrafficLightElement> for TrafficLightBulbV1 {
+    fn from(element: TrafficLightElement) -> Self {
+        let TrafficLightElement { color, shape, status, confidence } = element;
+        Self { enum_revision: 0, color, shape, status, confidence }
+    }
+}
+
+/// `traffic_simulator_msgs/msg/TrafficLightV1`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrafficLightV1 {
+    /// Way id of the head.
+    pub lanelet_way_id: i64,
+    /// Ascending by the key of the bulb; none = dark.
+    pub traffic_light_bulbs: Vec<TrafficLightBulbV1>,
+}
+
+/// `traffic_simulator_msgs/msg/TrafficLightArrayV1`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrafficLightArrayV1 {
+    /// Dark heads included.
+    pub traffic_lights: Vec<TrafficLightV1>,
+}
+
+impl TrafficLightArrayV1 {
+    /// The message that shows `heads`.
+    pub fn new(heads: &[LightState], compat: Compat) -> Self {
+        let bulb = |confidence| {
+            move |bulb| TrafficLightBulbV1::from(TrafficLightElement::new(bulb, confidence, compat))
+        };
+        let light = |head: &LightState| TrafficLightV1 {
+            lanelet_way_id: id(head.way_id, compat),
+            traffic_light_bulbs: head.bulbs.iter().map(bulb(head.confidence)).collect(),
+        };
+        Self { traffic_lights: heads.iter().map(light).collect() }
+    }
+}
