@@ -10,6 +10,7 @@ pub mod bulb;
 pub mod command;
 pub mod compat;
 pub mod emission;
+pub mod faults;
 pub mod scenario;
 pub mod signal_id;
 pub mod state_check;
