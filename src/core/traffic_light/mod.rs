@@ -5,8 +5,10 @@
 //! a *group* is a regulatory element that refers to heads, known by its relation id; a *channel* is
 //! the equipment a state comes over; each channel has a *ground truth* and a *detected* store.
 
+pub mod arbiter;
 pub mod bulb;
 pub mod cadence;
+pub mod command;
 pub mod compat;
 mod controller;
 pub mod emission;
@@ -18,11 +20,14 @@ mod outbox;
 mod prediction;
 pub mod refusal;
 pub mod scenario;
+pub mod signal_id;
 mod stage;
+pub mod state_check;
 mod status;
 pub mod store;
 mod storyboard;
 mod sync;
 pub mod target;
+pub mod text;
 mod trigger;
 pub mod unknown_ids;

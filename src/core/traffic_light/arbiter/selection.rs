@@ -1,0 +1,124 @@
+//! Which elements of two reports of one group count (traffic-lights sections 8.5 and 8.6).
+
+use super::{ArbiterSettings, Priority};
+use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
+use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
+
+/// What both sides report of one group.
+#[derive(Debug, Default)]
+pub(super) struct Sides<'a> {
+    /// A message may have the group more than once.
+    pub(super) perception: Vec<&'a GroupState>,
+    /// The last one that came.
+    pub(super) external: Option<&'a GroupState>,
+}
+
+impl Sides<'_> {
+    /// Perception's, then external's, as they are.
+    pub(super) fn predictions(&self) -> Vec<Prediction> {
+        self.perception
+            .iter()
+            .copied()
+            .chain(self.external)
+            .flat_map(|group| &group.predictions)
+            .cloned()
+            .collect()
+    }
+}
+
+/// The elements that count, ascending by the number of their shape, one for each shape.
+pub(super) fn select(sides: &Sides<'_>, is_pedestrian: bool, settings: &ArbiterSettings) -> Vec<Element> {
+    let external = sides.external.map(|group| group.elements.as_slice());
+    if !settings.matching {
+        let perception = sides.perception.iter().flat_map(|group| &group.elements);
+        return pooled(perception, external.unwrap_or_default(), settings.priority);
+    }
+    let perception = sides.perception.last().map(|group| group.elements.as_slice());
+    match (perception, external, settings.priority) {
+        _ if !is_pedestrian => matched(perception, external),
+        (Some(perception), Some(external), Priority::Confidence) => {
+            pooled(perception, external, Priority::Confidence)
+        }
+        (Some(only), None, _) | (None, Some(only), _) => one_for_each_shape(only),
+        (Some(_), Some(external), Priority::External) => one_for_each_shape(external),
+        (Some(perception), Some(_), Priority::Perception) => one_for_each_shape(perception),
+        (None, None, _) => Vec::new(),
+    }
+}
+
+/// Both sides together; for each shape the preferred side wins, then the more confident element,
+/// then the first one.
+fn pooled<'a>(
+    perception: impl IntoIterator<Item = &'a Element>,
+    external: &'a [Element],
+    priority: Priority,
+) -> Vec<Element> {
+    let perception = perception.into_iter().map(|element| (priority == Priority::Perception, *element));
+    let external = external.iter().map(|element| (priority == Priority::External, *element));
+    let mut best: Vec<(bool, Element)> = Vec::new();
+    for (preferred, element) in perception.chain(external) {
+        match best.iter_mut().find(|(_, kept)| kept.bulb.shape == element.bulb.shape) {
+            Some(kept) if (preferred, element.confidence) > (kept.0, kept.1.confidence) => {
+                *kept = (preferred, element);
+            }
+            Some(_) => {}
+            None => best.push((preferred, element)),
+        }
+    }
+    let mut elements: Vec<_> = best.into_iter().map(|(_, element)| element).collect();
+    sort_by_shape(&mut elements);
+    elements
+}
+
+fn one_for_each_shape(elements: &[Element]) -> Vec<Element> {
+    pooled(elements, &[], Priority::Confidence)
+}
+
+/// For vehicles: what both sides say; where they differ, or one is silent, the shapes without a
+/// colour.
+fn matched(perception: Option<&[Element]>, external: Option<&[Element]>) -> Vec<Element> {
+    match (perception, external) {
+        (Some(perception), Some(external)) if agree(perception, external) => one_for_each_shape(perception),
+        _ => {
+            let all = perception.into_iter().chain(external).flatten();
+            let unknown: Vec<_> = all.map(|element| unknown(element.bulb.shape)).collect();
+            one_for_each_shape(&unknown)
+        }
+    }
+}
+
+/// Same shapes in the same colours; status and confidence do not count.
+fn agree(perception: &[Element], external: &[Element]) -> bool {
+    let sorted = |elements: &[Element]| {
+        let mut elements = elements.to_vec();
+        sort_by_shape(&mut elements);
+        elements.into_iter().map(|element| (element.bulb.shape, element.bulb.color)).collect::<Vec<_>>()
+    };
+    sorted(perception) == sorted(external)
+}
+
+fn unknown(shape: Shape) -> Element {
+    let bulb = Bulb { color: Color::Unknown, status: Status::Unknown, shape };
+    Element { bulb, confidence: 1.0 }
+}
+
+fn sort_by_shape(elements: &mut [Element]) {
+    elements.sort_by_key(|element| ros_number(element.bulb.shape));
+}
+
+/// The constant of `TrafficLightElement`: the arbiter knows no other order of shapes.
+const fn ros_number(shape: Shape) -> u8 {
+    match shape {
+        Shape::Unknown => 0,
+        Shape::Circle => 1,
+        Shape::Left => 2,
+        Shape::Right => 3,
+        Shape::Up => 4,
+        Shape::UpperLeft => 5,
+        Shape::UpperRight => 6,
+        Shape::Down => 7,
+        Shape::LowerLeft => 8,
+        Shape::LowerRight => 9,
+        Shape::Cross => 10,
+    }
+}

@@ -1,0 +1,10 @@
+//! The cases of the traffic-lights specification, section 7, by their numbers, and their neighbours.
+
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
+
+mod arbiter;
+mod names;
+mod scenario;
+mod scene;
+mod stores;
+mod timelines;
