@@ -4,4 +4,9 @@
 
 mod arbiter;
 mod messages;
+mod model;
 mod names;
+mod scenario;
+mod scene;
+mod stores;
+mod timelines;
