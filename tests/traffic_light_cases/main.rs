@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
 mod arbiter;
+mod map;
 mod messages;
 mod model;
 mod names;

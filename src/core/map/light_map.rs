@@ -38,6 +38,21 @@ pub enum LampColor {
     Red,
 }
 
+impl LampColor {
+    /// All, as they sort.
+    pub const ALL: [Self; 3] = [Self::Green, Self::Yellow, Self::Red];
+
+    /// The colour a map calls by this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "green" => Some(Self::Green),
+            "yellow" => Some(Self::Yellow),
+            "red" => Some(Self::Red),
+            _ => None,
+        }
+    }
+}
+
 /// The traffic lights of a map. Heads are sorted by way id.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LightMap {
@@ -63,6 +78,13 @@ pub struct GroupEntry {
     pub way_ids: Vec<i64>,
     /// A crosswalk obeys it.
     pub is_pedestrian: bool,
+}
+
+impl Head {
+    /// Where its lamp of this colour is: x, y, z in the map frame, metres.
+    pub fn lamp_m(&self, color: LampColor) -> Option<[f64; 3]> {
+        self.lamps.iter().find(|lamp| lamp.color == color).map(|lamp| lamp.position_m)
+    }
 }
 
 impl LightMap {
@@ -101,10 +123,30 @@ impl LightMap {
         self.groups.iter().map(|(relation_id, group)| (*relation_id, group))
     }
 
+    /// Way ids of the heads that some group refers to, ascending: the lights that traffic obeys.
+    pub fn light_ids(&self) -> impl Iterator<Item = i64> {
+        self.heads.iter().filter(|head| !head.relation_ids.is_empty()).map(|head| head.way_id)
+    }
+
+    /// The head at this position.
+    pub fn at(&self, index: HeadIndex) -> Option<&Head> {
+        self.heads.get(usize::try_from(index.0).ok()?)
+    }
+
     /// The head whose way id this is.
     pub fn head(&self, way_id: i64) -> Option<HeadIndex> {
         let found = self.heads.binary_search_by_key(&way_id, |head| head.way_id).ok()?;
         u32::try_from(found).ok().map(HeadIndex)
+    }
+
+    /// Whether this is the way id of a head.
+    pub fn is_head(&self, id: i64) -> bool {
+        self.head(id).is_some()
+    }
+
+    /// Whether this is the relation id of a group.
+    pub fn is_group(&self, id: i64) -> bool {
+        self.group(id).is_some()
     }
 
     /// The group whose relation id this is.

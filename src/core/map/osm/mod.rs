@@ -1,0 +1,310 @@
+//! The primitives of an OSM XML file, before they mean anything (traffic-lights section 2.1).
+//!
+//! Only what a lanelet2 map needs is kept. Elements that an editor marked as deleted are left out.
+
+mod reader;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+pub use reader::read;
+
+/// Nodes, ways and relations of a file, each kind in the order of the file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Osm {
+    /// Points.
+    pub nodes: Layer<Node>,
+    /// Lines of points.
+    pub ways: Layer<Way>,
+    /// Groups of other elements.
+    pub relations: Layer<Relation>,
+}
+
+/// A point. Where it is in metres is up to the map's projection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Unique among nodes; editors give negative ids to new ones.
+    pub id: i64,
+    /// Latitude and longitude, degrees, if the file has both.
+    pub geo_deg: Option<[f64; 2]>,
+    /// The tags `local_x` and `local_y`, metres in the map frame, if the file has both.
+    pub local_m: Option<[f64; 2]>,
+    /// The tag `ele`, metres; 0 without one.
+    pub ele_m: f64,
+    /// Only `color` and `arrow`.
+    pub tags: Tags,
+}
+
+/// A line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Way {
+    /// Unique among ways.
+    pub id: i64,
+    /// Positions in [`Osm::nodes`], in the order of the line.
+    pub nodes: Vec<usize>,
+    /// All of them.
+    pub tags: Tags,
+}
+
+/// A group of elements.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Relation {
+    /// Unique among relations.
+    pub id: i64,
+    /// In the order of the file.
+    pub members: Vec<Member>,
+    /// All of them.
+    pub tags: Tags,
+}
+
+/// A part of a relation. Members of lanelets and regulatory elements are in the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// What it is in the relation; can be empty.
+    pub role: Box<str>,
+    /// The element.
+    pub element: Element,
+}
+
+/// The kinds of elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// A point.
+    Node,
+    /// A line.
+    Way,
+    /// A group.
+    Relation,
+}
+
+/// Which element: ids are unique within their kind only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Element {
+    /// Its kind.
+    pub kind: Kind,
+    /// Its id.
+    pub id: i64,
+}
+
+/// Keys and values of an element.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Tags(Box<[(Box<str>, Box<str>)]>);
+
+/// Elements of one kind, in the order of the file, found by id.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer<T> {
+    items: Vec<T>,
+    /// Positions in `items`, ascending by id.
+    by_id: Vec<usize>,
+}
+
+/// Why a file is not read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum OsmError {
+    /// Some byte is not UTF-8.
+    #[error("line {line}: not UTF-8")]
+    NotUtf8 {
+        /// Where.
+        line: usize,
+    },
+    /// The text is not XML.
+    #[error("line {line}: not XML: {reason}")]
+    NotXml {
+        /// Where.
+        line: usize,
+        /// What the XML parser says.
+        reason: String,
+    },
+    /// The text is XML, but not a map.
+    #[error("line {line}: not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
+    NotOsm {
+        /// Where.
+        line: usize,
+        /// The outermost element, if there is one.
+        found: Option<String>,
+    },
+    /// The text ends before `</osm>`.
+    #[error("line {line}: the file ends before </osm>: it is cut short")]
+    Truncated {
+        /// The last line.
+        line: usize,
+    },
+    /// An attribute is missing.
+    #[error("line {line}: {place} has no `{key}`")]
+    MissingAttribute {
+        /// Where.
+        line: usize,
+        /// The element it is missing in.
+        place: Place,
+        /// The attribute.
+        key: &'static str,
+    },
+    /// A value cannot be used.
+    #[error("line {line}: {place}: `{key}` is `{value}`, {expected} expected")]
+    BadValue {
+        /// Where.
+        line: usize,
+        /// The element it stands in.
+        place: Place,
+        /// The attribute or tag.
+        key: &'static str,
+        /// As written.
+        value: String,
+        /// What would do.
+        expected: &'static str,
+    },
+    /// An id is used twice within a kind.
+    #[error("line {line}: {element} is there twice, first on line {first_line}")]
+    Duplicate {
+        /// The second one.
+        line: usize,
+        /// Which.
+        element: Element,
+        /// The first one.
+        first_line: usize,
+    },
+    /// An element refers to one that is not in the file, or is deleted.
+    #[error("line {line}: {from} refers to {to}, which is not in the file")]
+    Missing {
+        /// Where the referring element begins.
+        line: usize,
+        /// The referring element.
+        from: Element,
+        /// The missing one.
+        to: Element,
+    },
+}
+
+/// The element an attribute stands in: the id may be what is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// An element whose id is known.
+    Known(Element),
+    /// An element whose id is not known.
+    Unknown(Kind),
+}
+
+impl Tags {
+    /// The value of a key; the first, if the file has several.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.iter().find_map(|(known, value)| (known == key).then_some(value))
+    }
+
+    /// Whether the key has this value.
+    pub fn is(&self, key: &str, value: &str) -> bool {
+        self.get(key) == Some(value)
+    }
+
+    /// Keys and values, in the order of the file.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.0.iter().map(|(key, value)| (key.as_ref(), value.as_ref()))
+    }
+}
+
+impl<T: Identified> Layer<T> {
+    /// Finds by id; with several of one id, says which positions the first two have.
+    fn new(items: Vec<T>) -> Result<Self, [usize; 2]> {
+        let mut by_id: Vec<usize> = (0..items.len()).collect();
+        by_id.sort_by_key(|&at| items.get(at).map(T::id)); // stable: the first of two stays first
+        for pair in by_id.windows(2) {
+            if let [one, two] = *pair
+                && items.get(one).map(T::id) == items.get(two).map(T::id)
+            {
+                return Err([one, two]);
+            }
+        }
+        Ok(Self { items, by_id })
+    }
+
+    /// The element with this id.
+    pub fn get(&self, id: i64) -> Option<&T> {
+        self.items.get(self.position(id)?)
+    }
+
+    /// Its position in [`Self::all`].
+    pub fn position(&self, id: i64) -> Option<usize> {
+        let found = self.by_id.binary_search_by_key(&Some(id), |&at| self.items.get(at).map(T::id));
+        self.by_id.get(found.ok()?).copied()
+    }
+
+    /// All elements, in the order of the file.
+    pub fn all(&self) -> &[T] {
+        &self.items
+    }
+}
+
+impl<T> Default for Layer<T> {
+    fn default() -> Self {
+        Self { items: Vec::new(), by_id: Vec::new() }
+    }
+}
+
+/// What has an id.
+pub trait Identified {
+    /// The id.
+    fn id(&self) -> i64;
+}
+
+impl Identified for Node {
+    fn id(&self) -> i64 {
+        self.id
+    }
+}
+
+impl Identified for Way {
+    fn id(&self) -> i64 {
+        self.id
+    }
+}
+
+impl Identified for Relation {
+    fn id(&self) -> i64 {
+        self.id
+    }
+}
+
+impl Relation {
+    /// Ids of the members of this role and kind, in the order of the file.
+    pub fn members(&self, role: &str, kind: Kind) -> impl Iterator<Item = i64> {
+        self.members
+            .iter()
+            .filter(move |member| &*member.role == role && member.element.kind == kind)
+            .map(|member| member.element.id)
+    }
+
+    /// Whether it is a regulatory element of this subtype.
+    pub fn is_regulatory(&self, subtype: &str) -> bool {
+        self.tags.is("type", "regulatory_element") && self.tags.is("subtype", subtype)
+    }
+
+    /// Whether it is a lanelet.
+    pub fn is_lanelet(&self) -> bool {
+        self.tags.is("type", "lanelet")
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Node => "node",
+            Self::Way => "way",
+            Self::Relation => "relation",
+        })
+    }
+}
+
+impl fmt::Display for Element {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.kind, self.id)
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Known(element) => element.fmt(f),
+            Self::Unknown(kind) => write!(f, "a {kind}"),
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! From XML text to primitives, in one pass and without a tree.
+
+use std::borrow::Cow;
+use std::str;
+
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
+
+use super::{Element, Kind, Layer, Member, Node, Osm, OsmError, Place, Relation, Tags, Way};
+
+/// Tags of nodes that are kept as text; most nodes have none.
+const NODE_TAGS: [&str; 2] = ["color", "arrow"];
+
+/// Reads a whole file. Memory is bounded by the size of the text.
+///
+/// # Errors
+/// The first thing wrong, with its line; references are looked at last.
+pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
+    let text = str::from_utf8(bytes)
+        .map_err(|error| OsmError::NotUtf8 { line: line_of(bytes, error.valid_up_to()) })?;
+    let mut reading =
+        Reading { text, begin: 0, depth: 0, seen_root: false, open: None, found: Found::default() };
+    let mut reader = Reader::from_str(text);
+    reader.config_mut().expand_empty_elements = true;
+    loop {
+        reading.begin = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
+        match reader.read_event() {
+            Ok(Event::Start(tag)) => reading.open(&tag)?,
+            Ok(Event::End(_)) => reading.close(),
+            Ok(Event::Eof) => return reading.finish(),
+            Ok(
+                Event::Text(_)
+                | Event::CData(_)
+                | Event::Comment(_)
+                | Event::Decl(_)
+                | Event::PI(_)
+                | Event::DocType(_)
+                | Event::GeneralRef(_)
+                | Event::Empty(_),
+            ) => {}
+            Err(quick_xml::Error::Syntax(_)) if reading.seen_root => return Err(reading.truncated()),
+            Err(error) => return Err(reading.not_xml(&error)),
+        }
+    }
+}
+
+struct Reading<'a> {
+    text: &'a str,
+    /// Where the tag at hand begins.
+    begin: usize,
+    depth: usize,
+    seen_root: bool,
+    /// The element whose inside is being read.
+    open: Option<Open>,
+    found: Found,
+}
+
+/// Elements whose inside is read, each with the place it begins at.
+#[derive(Default)]
+struct Found {
+    nodes: Vec<(usize, Node)>,
+    /// Ways with the ids of their nodes.
+    ways: Vec<(usize, Way, Vec<i64>)>,
+    relations: Vec<(usize, Relation)>,
+}
+
+/// An element of which the tags and references are still to come.
+struct Open {
+    begin: usize,
+    element: Element,
+    /// Marked by an editor: to be left out.
+    deleted: bool,
+    geo_deg: Option<[f64; 2]>,
+    local_x_m: Option<f64>,
+    local_y_m: Option<f64>,
+    ele_m: f64,
+    nodes: Vec<i64>,
+    members: Vec<Member>,
+    tags: Vec<(Box<str>, Box<str>)>,
+}
+
+impl Reading<'_> {
+    fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), OsmError> {
+        self.depth += 1;
+        let name = tag.name();
+        match (self.depth, name.0) {
+            (1, "osm") if !self.seen_root => self.seen_root = true,
+            (1, other) => {
+                return Err(OsmError::NotOsm { line: self.line(), found: Some(other.to_owned()) });
+            }
+            (2, "node") => self.open = Some(self.element(tag, Kind::Node)?),
+            (2, "way") => self.open = Some(self.element(tag, Kind::Way)?),
+            (2, "relation") => self.open = Some(self.element(tag, Kind::Relation)?),
+            (3, inner) => {
+                if let Some(mut open) = self.open.take() {
+                    match (inner, open.element.kind) {
+                        ("tag", _) => self.tag(tag, &mut open)?,
+                        ("nd", Kind::Way) => {
+                            open.nodes.push(self.id(tag, "ref", Place::Known(open.element))?);
+                        }
+                        ("member", Kind::Relation) => open.members.push(self.member(tag, open.element)?),
+                        _ => {}
+                    }
+                    self.open = Some(open);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        if self.depth == 2
+            && let Some(open) = self.open.take()
+            && !open.deleted
+        {
+            self.found.add(open);
+        }
+        self.depth = self.depth.saturating_sub(1);
+    }
+
+    fn element(&self, tag: &BytesStart<'_>, kind: Kind) -> Result<Open, OsmError> {
+        let element = Element { kind, id: self.id(tag, "id", Place::Unknown(kind))? };
+        let place = Place::Known(element);
+        let deleted = self.attribute(tag, "action")?.is_some_and(|action| action == "delete")
+            || self.attribute(tag, "deleted")?.is_some_and(|deleted| deleted == "true")
+            || self.attribute(tag, "visible")?.is_some_and(|visible| visible == "false");
+        let geo_deg = match kind {
+            Kind::Node if !deleted => {
+                let lat = self.degrees(tag, "lat", place)?;
+                lat.zip(self.degrees(tag, "lon", place)?).map(|(lat, lon)| [lat, lon])
+            }
+            Kind::Node | Kind::Way | Kind::Relation => None,
+        };
+        Ok(Open {
+            begin: self.begin,
+            element,
+            deleted,
+            geo_deg,
+            local_x_m: None,
+            local_y_m: None,
+            ele_m: 0.0,
+            nodes: Vec::new(),
+            members: Vec::new(),
+            tags: Vec::new(),
+        })
+    }
+
+    fn tag(&self, tag: &BytesStart<'_>, open: &mut Open) -> Result<(), OsmError> {
+        let place = Place::Known(open.element);
+        let key = self.required(tag, "k", place)?;
+        let value = self.required(tag, "v", place)?;
+        match (open.element.kind, key.as_ref()) {
+            (Kind::Node, "local_x") => open.local_x_m = Some(self.number("local_x", &value, place)?),
+            (Kind::Node, "local_y") => open.local_y_m = Some(self.number("local_y", &value, place)?),
+            (Kind::Node, "ele") => open.ele_m = self.number("ele", &value, place)?,
+            (Kind::Node, other) if !NODE_TAGS.contains(&other) => {}
+            (Kind::Node | Kind::Way | Kind::Relation, _) => open.tags.push((key.into(), value.into())),
+        }
+        Ok(())
+    }
+
+    fn member(&self, tag: &BytesStart<'_>, of: Element) -> Result<Member, OsmError> {
+        let place = Place::Known(of);
+        let kind = self.required(tag, "type", place)?;
+        let kind = match kind.as_ref() {
+            "node" => Kind::Node,
+            "way" => Kind::Way,
+            "relation" => Kind::Relation,
+            _ => return Err(self.bad_value("type", &kind, place, "node, way or relation")),
+        };
+        let id = self.id(tag, "ref", place)?;
+        let role = self.attribute(tag, "role")?.unwrap_or_default();
+        Ok(Member { role: role.into(), element: Element { kind, id } })
+    }
+
+    fn finish(mut self) -> Result<Osm, OsmError> {
+        if !self.seen_root {
+            return Err(OsmError::NotOsm { line: self.line(), found: None });
+        }
+        if self.depth > 0 {
+            return Err(self.truncated());
+        }
+        let Found { nodes, ways, relations } = std::mem::take(&mut self.found);
+        let nodes = self.layer(nodes, Kind::Node)?;
+        let ways: Result<Vec<_>, _> = ways
+            .into_iter()
+            .map(|(begin, mut way, ids)| {
+                let from = Element { kind: Kind::Way, id: way.id };
+                way.nodes = ids
+                    .into_iter()
+                    .map(|id| {
+                        let to = Element { kind: Kind::Node, id };
+                        let line = || line_of(self.text.as_bytes(), begin);
+                        nodes.position(id).ok_or_else(|| OsmError::Missing { line: line(), from, to })
+                    })
+                    .collect::<Result<_, _>>()?;
+                Ok((begin, way))
+            })
+            .collect();
+        let ways = self.layer(ways?, Kind::Way)?;
+        let begins: Vec<usize> = relations.iter().map(|(begin, _)| *begin).collect();
+        let osm = Osm { nodes, ways, relations: self.layer(relations, Kind::Relation)? };
+        for (relation, begin) in osm.relations.all().iter().zip(begins) {
+            if let Some(to) = osm.missing_member(relation) {
+                let from = Element { kind: Kind::Relation, id: relation.id };
+                return Err(OsmError::Missing { line: line_of(self.text.as_bytes(), begin), from, to });
+            }
+        }
+        Ok(osm)
+    }
+
+    fn layer<T: super::Identified>(&self, found: Vec<(usize, T)>, kind: Kind) -> Result<Layer<T>, OsmError> {
+        let (begins, items): (Vec<usize>, Vec<T>) = found.into_iter().unzip();
+        let ids: Vec<i64> = items.iter().map(T::id).collect();
+        Layer::new(items).map_err(|[first, second]| {
+            let line = |at: usize| line_of(self.text.as_bytes(), begins.get(at).copied().unwrap_or_default());
+            let id = ids.get(second).copied().unwrap_or_default();
+            OsmError::Duplicate { line: line(second), element: Element { kind, id }, first_line: line(first) }
+        })
+    }
+
+    fn attribute<'t>(&self, tag: &'t BytesStart<'_>, key: &str) -> Result<Option<Cow<'t, str>>, OsmError> {
+        let mut attributes = tag.attributes();
+        // Looking for doubles takes time in the square of their number; the first one counts.
+        for attribute in attributes.with_checks(false) {
+            let attribute = attribute.map_err(|error| self.not_xml(&error))?;
+            if attribute.key.0 == key {
+                let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+                return value.map(Some).map_err(|error| self.not_xml(&error));
+            }
+        }
+        Ok(None)
+    }
+
+    fn required<'t>(
+        &self,
+        tag: &'t BytesStart<'_>,
+        key: &'static str,
+        place: Place,
+    ) -> Result<Cow<'t, str>, OsmError> {
+        let value = self.attribute(tag, key)?;
+        value.ok_or_else(|| OsmError::MissingAttribute { line: self.line(), place, key })
+    }
+
+    fn id(&self, tag: &BytesStart<'_>, key: &'static str, place: Place) -> Result<i64, OsmError> {
+        let text = self.required(tag, key, place)?;
+        text.trim().parse().map_err(|_| self.bad_value(key, &text, place, "a whole number of 64 bits"))
+    }
+
+    /// Maps that are only local leave these empty.
+    fn degrees(
+        &self,
+        tag: &BytesStart<'_>,
+        key: &'static str,
+        place: Place,
+    ) -> Result<Option<f64>, OsmError> {
+        match self.attribute(tag, key)? {
+            Some(text) if !text.trim().is_empty() => self.number(key, &text, place).map(Some),
+            Some(_) | None => Ok(None),
+        }
+    }
+
+    fn number(&self, key: &'static str, text: &str, place: Place) -> Result<f64, OsmError> {
+        let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+        number.ok_or_else(|| self.bad_value(key, text, place, "a number"))
+    }
+
+    fn bad_value(&self, key: &'static str, value: &str, place: Place, expected: &'static str) -> OsmError {
+        let shown = value.chars().take(80).collect();
+        OsmError::BadValue { line: self.line(), place, key, value: shown, expected }
+    }
+
+    fn not_xml(&self, error: &dyn std::error::Error) -> OsmError {
+        OsmError::NotXml { line: self.line(), reason: error.to_string() }
+    }
+
+    fn truncated(&self) -> OsmError {
+        OsmError::Truncated { line: line_of(self.text.as_bytes(), self.text.len()) }
+    }
+
+    fn line(&self) -> usize {
+        line_of(self.text.as_bytes(), self.begin)
+    }
+}
+
+impl Found {
+    fn add(&mut self, open: Open) {
+        let Element { kind, id } = open.element;
+        let tags = Tags(open.tags.into());
+        match kind {
+            Kind::Node => {
+                let local_m = open.local_x_m.zip(open.local_y_m).map(|(x, y)| [x, y]);
+                let node = Node { id, geo_deg: open.geo_deg, local_m, ele_m: open.ele_m, tags };
+                self.nodes.push((open.begin, node));
+            }
+            Kind::Way => self.ways.push((open.begin, Way { id, nodes: Vec::new(), tags }, open.nodes)),
+            Kind::Relation => {
+                self.relations.push((open.begin, Relation { id, members: open.members, tags }));
+            }
+        }
+    }
+}
+
+impl Osm {
+    /// A member that a lanelet or regulatory element needs and the file does not have. Other relations
+    /// may be incomplete, as editors download them.
+    fn missing_member(&self, relation: &Relation) -> Option<Element> {
+        if !relation.is_lanelet() && !relation.tags.is("type", "regulatory_element") {
+            return None;
+        }
+        relation.members.iter().map(|member| member.element).find(|element| {
+            let found = match element.kind {
+                Kind::Node => self.nodes.position(element.id),
+                Kind::Way => self.ways.position(element.id),
+                Kind::Relation => self.relations.position(element.id),
+            };
+            found.is_none()
+        })
+    }
+}
+
+/// Line of a byte, from 1. Counted only when something is wrong.
+fn line_of(text: &[u8], at: usize) -> usize {
+    let before = text.get(..at).unwrap_or(text);
+    before.split(|byte| *byte == b'\n').count()
+}
