@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use signal_gateway::core::map::light_map::{Lamp, LampColor};
 use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::traffic_light::architecture::{Architecture, ArchitectureError};
 use signal_gateway::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
 use signal_gateway::core::traffic_light::compat::Compat;
 use signal_gateway::core::traffic_light::emission::{
     Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic,
 };
-use signal_gateway::io::ros::architecture::{Architecture, ArchitectureError};
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType, Marker, Time, TrafficLightElement};
 
 const BOTH: [Compat; 2] = [Compat::Improved, Compat::Upstream];

@@ -6,6 +6,7 @@
 //! the equipment a state comes over; each channel has a *ground truth* and a *detected* store.
 
 pub mod arbiter;
+pub mod architecture;
 pub mod bulb;
 pub mod cadence;
 pub mod command;

@@ -1,6 +1,5 @@
 //! ROS 2: the messages, the topics, and the session that publishes them over DDS.
 
-pub mod architecture;
 pub mod messages;
 #[cfg(feature = "ros")]
 pub mod session;

@@ -6,21 +6,9 @@ use super::marker_array::MarkerArray;
 use super::traffic_light_array_v1::TrafficLightArrayV1;
 use super::traffic_light_group_array::TrafficLightGroupArray;
 use super::traffic_signal_array::TrafficSignalArray;
+pub use crate::core::traffic_light::architecture::LightsType;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::{Content, Emission};
-
-/// The type of a topic with traffic lights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LightsType {
-    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`Content::Lights`].
-    ArrayV1,
-    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`Content::Groups`].
-    SignalArray,
-    /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for [`Content::Groups`].
-    GroupArray,
-    /// `visualization_msgs/msg/MarkerArray`, for [`Content::Markers`].
-    MarkerArray,
-}
 
 /// A message that shows traffic lights.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::messages::LightsType;
-use crate::core::traffic_light::compat::Compat;
+use super::compat::Compat;
 
 /// What stands before the date.
 const PREFIX: &str = "awf/universe/";
@@ -12,6 +11,19 @@ const PREFIX: &str = "awf/universe/";
 const SIGNALS: u32 = 20_230_906;
 /// The first generation that speaks `TrafficLightGroupArray`.
 const GROUPS: u32 = 20_240_605;
+
+/// The type of a message with traffic lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LightsType {
+    /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`, for [`Content::Lights`](super::emission::Content::Lights).
+    ArrayV1,
+    /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`Content::Groups`](super::emission::Content::Groups).
+    SignalArray,
+    /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for [`Content::Groups`](super::emission::Content::Groups).
+    GroupArray,
+    /// `visualization_msgs/msg/MarkerArray`, for [`Content::Markers`](super::emission::Content::Markers).
+    MarkerArray,
+}
 
 /// An architecture as a scenario or a configuration names it, `awf/universe/20240605` for example.
 #[derive(Debug, Clone, PartialEq, Eq)]
