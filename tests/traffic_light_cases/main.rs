@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
 mod arbiter;
+mod inputs;
 mod model;
 mod names;
 mod scenario;
 mod scene;
 mod stores;
+mod storyboard;
 mod timelines;
