@@ -14,6 +14,7 @@ mod controller;
 pub mod emission;
 pub mod engine;
 mod expiry;
+pub mod faults;
 mod merge;
 pub mod note;
 mod outbox;
