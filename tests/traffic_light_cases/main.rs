@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
 mod arbiter;
+mod inputs;
 mod map;
 mod messages;
 mod model;
@@ -10,4 +11,5 @@ mod names;
 mod scenario;
 mod scene;
 mod stores;
+mod storyboard;
 mod timelines;

@@ -62,9 +62,7 @@ impl Model {
                 match add {
                     Some(bulbs) => self.lights.entry(light).or_default().extend(bulbs),
                     None if self.upstream => drop(self.lights.insert(light, Bulbs::new())),
-                    None => {
-                        self.lights.entry(light).and_modify(Bulbs::clear).or_insert_with(Bulbs::new).clear()
-                    }
+                    None => self.lights.entry(light).or_default().clear(),
                 }
             }
         }
@@ -88,7 +86,9 @@ impl Model {
         }
         if !self.upstream {
             let own: Vec<_> = entries.iter().filter(|entry| told(&entry.target)).collect();
-            own.iter().for_each(|entry| self.clear(entry.target));
+            for entry in &own {
+                self.clear(entry.target);
+            }
             for entry in own {
                 self.write(entry.target, Some(&entry.state.bulbs.iter().collect()));
             }

@@ -268,6 +268,3 @@ impl Turn {
         same || next
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,1 +1,127 @@
+//! Frames that do not fall on the ends of phases.
 
+use super::*;
+use crate::core::traffic_light::cadence::{FrameClock, Rate};
+use crate::core::traffic_light::scenario::{Phase, Reference};
+
+fn controller(durations_s: &[f64]) -> Controller {
+    let phase = |duration: &f64| Phase {
+        name: String::new(),
+        duration: duration.is_finite().then(|| Duration::from_secs_f64(*duration)),
+        entries: Vec::new(),
+    };
+    Controller { name: String::new(), reference: None, phases: durations_s.iter().map(phase).collect() }
+}
+
+fn following(mut follower: Controller, delay_s: f64) -> Controller {
+    let delay = Duration::from_secs_f64(delay_s);
+    follower.reference = Some(Reference { controller: ControllerIndex(0), delay });
+    follower
+}
+
+/// (controller, phase, frame) of all transitions within so many frames at 30 Hz.
+fn transitions(controllers: Vec<Controller>, compat: Compat, frames: u64) -> Vec<(usize, usize, u64)> {
+    let scenario = Scenario { controllers, ..Scenario::default() };
+    let mut states = Controllers::new(&scenario, compat);
+    let (mut clock, mut previous, mut found) = (FrameClock::new(Rate::THIRTY_HZ, 1), None, Vec::new());
+    for number in 1..=frames {
+        let now = clock.tick();
+        let frame = Frame { now, previous: previous.replace(now) };
+        for (index, controller) in scenario.controllers.iter().enumerate() {
+            if let Some(to) = states.due(index, controller, frame) {
+                assert!(to.start.nanos <= now.nanos);
+                states.enter(index, to, WallStamp::default());
+                found.push((index, to.phase, number));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn upstreams_phases_last_a_frame_longer() {
+    let frames = |compat| {
+        let found = transitions(vec![controller(&[3.0; 4])], compat, 300);
+        found.into_iter().map(|(_, _, frame)| frame).collect::<Vec<_>>()
+    };
+    assert_eq!(frames(Compat::Upstream), [1, 92, 183, 274], "P1");
+    assert_eq!(frames(Compat::Improved), [1, 91, 181, 271]);
+}
+
+#[test]
+fn a_schedule_of_ours_does_not_slip() {
+    // 1.01 s is 30.3 frames: after 100 phases the first frame past 101 s, not 31 frames each.
+    let found = transitions(vec![controller(&[1.01])], Compat::Improved, 4_000);
+    assert_eq!((found[1].2, found[100].2), (32, 1 + 3_030));
+    let slipping = transitions(vec![controller(&[1.01])], Compat::Upstream, 4_000);
+    assert_eq!((slipping[1].2, slipping[100].2), (32, 1 + 3_100));
+}
+
+#[test]
+fn phases_shorter_than_a_frame_take_a_frame_each() {
+    for compat in [Compat::Improved, Compat::Upstream] {
+        let found = transitions(vec![controller(&[0.0, 0.001, 0.0])], compat, 7);
+        let expected: Vec<_> = (1..=7).zip([0, 1, 2].into_iter().cycle()).map(|(f, p)| (0, p, f)).collect();
+        assert_eq!(found, expected, "{compat:?}");
+    }
+}
+
+#[test]
+fn a_follower_of_ours_begins_each_cycle_once() {
+    for delay_s in [0.0, 0.01, 1.0, 2.005] {
+        let pair = || vec![controller(&[1.505, 1.5]), following(controller(&[1.5, 1.505]), delay_s)];
+        let found = transitions(pair(), Compat::Improved, 3_000);
+        let phases: Vec<_> = found.iter().filter(|found| found.0 == 1).map(|found| found.1).collect();
+        assert!(
+            phases.len() > 60 && phases.iter().zip([0, 1].into_iter().cycle()).all(|(a, b)| *a == b),
+            "{delay_s}"
+        );
+    }
+}
+
+#[test]
+fn without_phases_followers_are_told_each_frame() {
+    // P4: with a delay beyond a frame the time never comes; with none the first phase begins each frame.
+    for compat in [Compat::Improved, Compat::Upstream] {
+        let pair = |delay_s| vec![controller(&[]), following(controller(&[1.0, 1.0]), delay_s)];
+        assert_eq!(transitions(pair(0.05), compat, 100), [], "{compat:?}");
+        let told = transitions(pair(0.0), compat, 3);
+        assert_eq!(told, [], "told anew before its own turn: {compat:?}");
+        let swapped = || {
+            let mut follower = following(controller(&[1.0, 1.0]), 0.0);
+            follower.reference = Some(Reference { controller: ControllerIndex(1), delay: Duration::ZERO });
+            vec![follower, controller(&[])]
+        };
+        // Ours begins no phase anew that has begun since it was told.
+        let frames: &[u64] = if compat == Compat::Improved { &[2, 4, 6] } else { &[2, 3, 4, 5, 6] };
+        let expected: Vec<_> = frames.iter().map(|frame| (0, 0, *frame)).collect();
+        assert_eq!(transitions(swapped(), compat, 6), expected, "{compat:?}");
+    }
+}
+
+#[test]
+fn a_reference_to_nobody_or_oneself_never_begins() {
+    for whom in [0, 7] {
+        let mut alone = controller(&[1.0]);
+        alone.reference = Some(Reference { controller: ControllerIndex(whom), delay: Duration::ZERO });
+        assert_eq!(transitions(vec![alone], Compat::Improved, 100), []);
+    }
+}
+
+#[test]
+fn cycles_agree_exactly_or_as_upstream_adds_them() {
+    let inf = f64::INFINITY;
+    for (one, other, ours, upstream) in [
+        (vec![1.9, 1.9], vec![2.0], false, true),
+        (vec![0.5, 0.5, 0.5], vec![], false, true),
+        (vec![1.5, 1.5], vec![3.0], true, false),
+        (vec![1.0, 2.000_5], vec![3.0], true, true),
+        (vec![1.0, 2.002], vec![3.0], false, true),
+        (vec![inf], vec![3.0, inf], true, true),
+        (vec![inf], vec![3.0], false, false),
+    ] {
+        let (one_c, other_c) = (controller(&one), controller(&other));
+        assert_eq!(cycles_agree(&one_c, &other_c, Compat::Improved), ours, "{one:?} {other:?}");
+        assert_eq!(cycles_agree(&one_c, &other_c, Compat::Upstream), upstream, "{one:?} {other:?}");
+    }
+}

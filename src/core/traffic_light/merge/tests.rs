@@ -1,1 +1,103 @@
+//! Confidences, cut ids, predictions of several heads, markers.
 
+use std::sync::Arc;
+
+use super::*;
+use crate::core::map::light_map::{GroupEntry, Lamp, LightMap};
+use crate::core::traffic_light::store::Change;
+use crate::core::traffic_light::target::{Layer, StoreId, Target};
+use crate::core::traffic_light::text::parse_bulbs;
+
+const WIDE: i64 = (1 << 32) + 21;
+
+/// Relation 7 refers to heads 1 and 2; head 2 is in relation 8 too; relation 9 refers to a wide id.
+fn stores(compat: Compat) -> Stores {
+    let group = |relation_id, way_ids: &[i64]| GroupEntry {
+        relation_id,
+        way_ids: way_ids.to_vec(),
+        is_pedestrian: false,
+    };
+    let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
+    let lamps = [(1, vec![lamp(LampColor::Green), lamp(LampColor::Red)])];
+    let groups = [group(7, &[1, 2]), group(8, &[2]), group(9, &[WIDE])];
+    Stores::new(Arc::new(LightMap::new(lamps, &groups)), compat)
+}
+
+fn write(stores: &mut Stores, id: i64, layer: Layer, state: &str, confidence: f64) {
+    let target = Target { id, store: StoreId { channel: Channel::V2i, layer } };
+    stores.write(target, Change::Set(parse_bulbs(state).unwrap())).unwrap();
+    stores.write(target, Change::Confidence(confidence)).unwrap();
+}
+
+fn sent(stores: &Stores, one_group_per_head: bool) -> Vec<(i64, String)> {
+    let text = |group: &GroupState| {
+        let elements = group.elements.iter();
+        elements
+            .map(|element| format!("{} {}", element.bulb, element.confidence))
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let groups = groups(stores, Channel::V2i, None, one_group_per_head);
+    groups.iter().map(|group| (group.relation_id, text(group))).collect()
+}
+
+fn told(expected: &[(i64, &str)]) -> Vec<(i64, String)> {
+    expected.iter().map(|(id, text)| (*id, (*text).to_owned())).collect()
+}
+
+#[test]
+fn heads_of_a_relation_are_one_group_and_the_surest_counts() {
+    let mut stores = stores(Compat::Improved);
+    write(&mut stores, 1, Layer::GroundTruth, "red", 0.4);
+    write(&mut stores, 2, Layer::GroundTruth, "red, green right", 0.6);
+    let second = "green solidOn right 0.6, red solidOn circle 0.6";
+    assert_eq!(sent(&stores, false), told(&[(7, second), (8, second)]));
+    assert_eq!(sent(&stores, true), told(&[(7, "red solidOn circle 0.4"), (7, second), (8, second)]));
+    // What is detected hides the truth of that head only, also when it is dark.
+    write(&mut stores, 2, Layer::Detected, "", 0.9);
+    assert_eq!(sent(&stores, false), told(&[(7, "red solidOn circle 0.4")]));
+    assert_eq!(sent(&stores, true), told(&[(7, "red solidOn circle 0.4")]));
+}
+
+#[test]
+fn upstream_cuts_ids_and_misses_their_detections() {
+    for (compat, expected) in [
+        (Compat::Improved, vec![(9, "green solidOn circle 1")]),
+        (Compat::Upstream, vec![(9, "red solidOn circle 1"), (9, "green solidOn circle 1")]),
+    ] {
+        let mut stores = stores(compat);
+        write(&mut stores, WIDE, Layer::GroundTruth, "red", 1.0);
+        write(&mut stores, WIDE, Layer::Detected, "green", 1.0);
+        assert_eq!(sent(&stores, true), told(&expected), "{compat:?}");
+        let way_id = if compat == Compat::Improved { WIDE } else { 21 };
+        assert_eq!(lights(&stores, Channel::V2i)[0].way_id, way_id);
+    }
+}
+
+#[test]
+fn upstream_puts_a_detection_in_the_place_of_one_appended_before() {
+    let mut stores = Stores::new(
+        Arc::new(LightMap::new(
+            [],
+            &[GroupEntry { relation_id: 5, way_ids: vec![30], is_pedestrian: false }],
+        )),
+        Compat::Upstream,
+    );
+    write(&mut stores, 5, Layer::Detected, "red", 1.0);
+    assert_eq!(sent(&stores, true), told(&[(5, "red solidOn circle 1")]));
+    write(&mut stores, 30, Layer::Detected, "green", 1.0);
+    assert_eq!(sent(&stores, true), told(&[(5, "green solidOn circle 1")]));
+}
+
+#[test]
+fn lamps_are_drawn_of_touched_heads_and_solid_off_counts_as_on() {
+    let mut stores = stores(Compat::Improved);
+    assert_eq!(markers(&stores, &Channel::ALL), []);
+    write(&mut stores, 1, Layer::GroundTruth, "red solidOff, green left", 1.0);
+    let drawn: Vec<_> = markers(&stores, &Channel::ALL)
+        .iter()
+        .map(|marker| (marker.way_id, marker.lamp.color, marker.is_on))
+        .collect();
+    assert_eq!(drawn, [(1, LampColor::Green, false), (1, LampColor::Red, true)]);
+    assert_eq!(markers(&stores, &[Channel::Conventional]), []);
+}

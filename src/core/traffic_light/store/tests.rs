@@ -1,1 +1,109 @@
+//! Rules of the stores that no numbered case tells.
 
+use super::*;
+use crate::core::map::light_map::GroupEntry;
+use crate::core::traffic_light::target::StoreId;
+use crate::core::traffic_light::text::parse_bulbs;
+
+/// Relation 7 refers to heads 2 and 1; relation 2 has the number of a head and refers to head 3.
+fn stores(compat: Compat) -> Stores {
+    let group = |relation_id, way_ids: &[i64]| GroupEntry {
+        relation_id,
+        way_ids: way_ids.to_vec(),
+        is_pedestrian: false,
+    };
+    Stores::new(Arc::new(LightMap::new([], &[group(7, &[2, 1]), group(2, &[3])])), compat)
+}
+
+fn at(id: i64, layer: Layer) -> Target {
+    Target { id, store: StoreId { channel: Channel::V2i, layer } }
+}
+
+fn red() -> BulbSet {
+    parse_bulbs("red").unwrap()
+}
+
+fn touched(stores: &Stores) -> Vec<usize> {
+    let lights = stores.truth(Channel::V2i).lights().iter().enumerate();
+    lights.filter(|(_, light)| light.bulbs.is_some()).map(|(head, _)| head).collect()
+}
+
+#[test]
+fn one_number_for_a_way_and_a_relation() {
+    for (compat, detected) in [(Compat::Improved, (3, 2)), (Compat::Upstream, (2, 1))] {
+        let mut stores = stores(compat);
+        stores.write(at(2, Layer::GroundTruth), Change::Set(red())).unwrap();
+        assert_eq!(touched(&stores), [2], "truth: the relation");
+        stores.write(at(2, Layer::Detected), Change::Set(red())).unwrap();
+        let entries = stores.detected(Channel::V2i).entries().map(|(key, entry)| (key, entry.head.0));
+        assert_eq!(entries.collect::<Vec<_>>(), [detected], "{compat:?}");
+    }
+}
+
+#[test]
+fn upstream_keeps_a_detection_of_a_group_for_its_first_head() {
+    let mut stores = stores(Compat::Upstream);
+    stores.write(at(7, Layer::Detected), Change::Set(red())).unwrap();
+    let entries = stores.detected(Channel::V2i).entries().map(|(key, entry)| (key, entry.head.0));
+    assert_eq!(entries.collect::<Vec<_>>(), [(7, 1)], "head 2, at position 1");
+    assert_eq!(stores.state_text(at(7, Layer::Detected)), Ok("red solidOn circle".to_owned()));
+    stores.write(at(1, Layer::Detected), Change::Clear).unwrap();
+    assert_eq!(stores.detected(Channel::V2i).entries().count(), 1, "cleared by its own id only");
+}
+
+#[test]
+fn only_upstream_makes_lights_by_looking_or_clearing() {
+    for (compat, made) in [(Compat::Improved, vec![]), (Compat::Upstream, vec![0, 1])] {
+        let mut stores = stores(compat);
+        assert_eq!(stores.matches(at(7, Layer::GroundTruth), Expected::Dark), Ok(true));
+        assert_eq!(touched(&stores), made, "{compat:?} looked");
+        stores = self::stores(compat);
+        stores.write(at(7, Layer::GroundTruth), Change::Clear).unwrap();
+        assert_eq!(touched(&stores), made, "{compat:?} cleared");
+        assert_eq!(stores.state_text(at(7, Layer::GroundTruth)), Ok("; ".to_owned()));
+    }
+}
+
+#[test]
+fn clearing_keeps_the_confidence_and_removing_does_not() {
+    let mut stores = stores(Compat::Improved);
+    for layer in [Layer::GroundTruth, Layer::Detected] {
+        let target = at(1, layer);
+        let confidence = |stores: &Stores| match layer {
+            Layer::GroundTruth => stores.truth(Channel::V2i).lights()[0].confidence.to_string(),
+            Layer::Detected => stores.detected(Channel::V2i).light(1).confidence.to_string(),
+        };
+        stores.write(target, Change::Confidence(0.25)).unwrap();
+        stores.write(target, Change::Set(red())).unwrap();
+        stores.write(target, Change::Clear).unwrap();
+        assert_eq!(confidence(&stores), "0.25", "{layer:?}");
+        stores.write(target, Change::Remove).unwrap();
+        assert_eq!(confidence(&stores), "1", "{layer:?}");
+    }
+    assert_eq!(touched(&stores), [] as [usize; 0]);
+}
+
+#[test]
+fn only_differences_are_changes() {
+    for compat in [Compat::Improved, Compat::Upstream] {
+        let mut stores = stores(compat);
+        for layer in [Layer::GroundTruth, Layer::Detected] {
+            let changes = [
+                (Change::Set(red()), true),
+                (Change::Add(red()), false),
+                (Change::Confidence(1.0), false),
+                (Change::Confidence(0.5), true),
+                (Change::Clear, true),
+                (Change::Clear, false),
+                (Change::Set(BulbSet::EMPTY), layer == Layer::Detected),
+            ];
+            for (change, expected) in changes {
+                assert_eq!(
+                    stores.write(at(1, layer), change),
+                    Ok(expected),
+                    "{compat:?} {layer:?} {change:?}"
+                );
+            }
+        }
+    }
+}
