@@ -43,7 +43,7 @@ pub(crate) fn by_value(inner: &str) -> String {
     condition(&format!("<Condition name=\"c\"><ByValueCondition>\n{inner}\n</ByValueCondition></Condition>"))
 }
 
-fn refused<'a>(rows: &[Row<'a>], whole: impl Fn(&str) -> String) {
+fn refused(rows: &[Row<'_>], whole: impl Fn(&str) -> String) {
     let rows: Vec<_> = rows.iter().map(|row| (whole(row.0), *row)).collect();
     assert_refused(Compat::Improved, "s.xosc", &rows);
 }

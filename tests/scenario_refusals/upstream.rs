@@ -8,6 +8,9 @@ use signal_gateway::core::traffic_light::scenario::{Action, Rule, Test};
 use crate::open_scenario::{A, by_value, document, light_action};
 use crate::{Row, accepted, assert_refused, read_text};
 
+/// Makes a part a document.
+type Whole = fn(&str) -> String;
+
 /// Accepted with upstream's behaviour and refused with ours.
 fn only_upstream(text: &str) -> signal_gateway::config::scenario::ScenarioFile {
     assert!(read_text("s.xosc", text).is_err(), "{text}");
@@ -110,7 +113,7 @@ fn circles_are_upstreams_own_business() {
 fn what_upstream_refuses_is_refused() {
     let id = "a plain id here";
     #[rustfmt::skip]
-    let rows: &[(Row<'_>, fn(&str) -> String)] = &[
+    let rows: &[(Row<'_>, Whole)] = &[
         (("<TrafficSignalStateAction name=\"@@21 v2i\" state=\"red\"/>", "/@name", "`21 v2i` is no id", id), |part| document("", &light_action(part))),
         (("<TrafficSignalCondition name=\"@@21 v2i\" state=\"red\"/>", "/@name", "`21 v2i` is no id", id), |part| document("", &by_value(part))),
         (("<TrafficSignalState trafficSignalId=\"1\" state=\"@@unknown\"/>", "/@state", "unknown", ""), phase),
