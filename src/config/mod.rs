@@ -12,6 +12,7 @@ mod lights;
 mod messages;
 pub mod problem;
 mod roles;
+pub mod scenario;
 pub mod settings;
 mod turn;
 pub mod vehicle;

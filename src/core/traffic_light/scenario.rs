@@ -242,6 +242,11 @@ pub enum Action {
         /// Rate at which the V2I topics are published from now on, Hz, above zero.
         rate_hz: Option<f64>,
     },
+    /// From now on the V2I topics are published at another rate.
+    SetV2iRate {
+        /// Hz, above zero.
+        rate_hz: f64,
+    },
     /// `EnableTrafficSignalV2IFeatureAction@v1`: ground truth is copied to V2I from now on.
     EnableV2i {
         /// Way or relation ids, at least one.

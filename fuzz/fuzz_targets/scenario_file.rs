@@ -1,0 +1,52 @@
+//! Any bytes as a scenario in each form are refused in words, or make a scenario that holds together.
+//!
+//! The first byte says the form (0 TOML, 1 YAML, 2 OpenSCENARIO XML) and, in its highest bit, whose
+//! behaviour is wanted.
+
+#![no_main]
+
+use std::io;
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use signal_gateway::config::files::Files;
+use signal_gateway::config::scenario::read;
+use signal_gateway::core::map::light_map::LightMap;
+use signal_gateway::core::traffic_light::compat::Compat;
+
+struct Only<'a>(&'a [u8]);
+
+impl Files for Only<'_> {
+    fn read(&self, _: &Path) -> io::Result<Vec<u8>> {
+        Ok(self.0.to_vec())
+    }
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((which, text)) = bytes.split_first() else { return };
+    let path = ["s.toml", "s.yaml", "s.xosc"][usize::from(which & 0x7F) % 3];
+    let compat = if which & 0x80 == 0 { Compat::Improved } else { Compat::Upstream };
+    match read(&Only(text), Path::new(path), compat) {
+        Err(refused) => {
+            assert!(!refused.0.is_empty());
+            for problem in refused.0 {
+                assert!(!problem.reason.is_empty() && !problem.to_string().contains('\n'));
+                assert!(problem.position.is_some_and(|(line, column)| line > 0 && column > 0));
+            }
+        }
+        Ok(file) => {
+            let controllers = &file.scenario.controllers;
+            let references = controllers.iter().filter_map(|controller| controller.reference);
+            assert!(references.into_iter().all(|reference| reference.controller.0 < controllers.len()));
+            for event in file.scenario.acts.iter().flat_map(|act| &act.events) {
+                assert!(event.most_executions > 0 && event.actions.len() == event.action_names.len());
+            }
+            for part in &file.not_interpreted {
+                assert!(!part.what.is_empty() && !part.to_string().contains('\n'));
+            }
+            for problem in file.check_against(&LightMap::default(), compat) {
+                assert!(!problem.to_string().contains('\n'));
+            }
+        }
+    }
+});

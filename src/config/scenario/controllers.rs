@@ -1,0 +1,166 @@
+//! Controllers that follow each other (traffic-lights section 4.1).
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use super::place::Spot;
+use super::reading::{Given, Reading, listed};
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::scenario::{Controller, ControllerIndex, Phase, PhaseEntry, Reference};
+
+/// Cycle times that differ by less are equal, s.
+const TOLERANCE_S: f64 = 0.001;
+
+/// A controller as it was read.
+pub(super) struct ControllerDraft {
+    pub(super) name: String,
+    pub(super) spot: Spot,
+    /// Name of another.
+    pub(super) reference: Option<Given>,
+    pub(super) delay: Option<Given>,
+    pub(super) phases: Vec<PhaseDraft>,
+}
+
+/// A phase as it was read.
+pub(super) struct PhaseDraft {
+    pub(super) name: String,
+    /// Infinite = until an action; negative only where upstream's behaviour is wanted.
+    pub(super) seconds: f64,
+    pub(super) entries: Vec<PhaseEntry>,
+}
+
+/// Resolves the references, with all of section 4.1's checks.
+pub(super) fn resolve(reading: &mut Reading, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
+    let mut by_name = BTreeMap::new();
+    for (index, draft) in drafts.iter().enumerate() {
+        by_name.entry(draft.name.as_str()).or_insert(index);
+    }
+    let references: Vec<_> =
+        drafts.iter().map(|draft| reference(reading, draft, &drafts, &by_name)).collect();
+    if reading.compat == Compat::Improved {
+        refuse_circles(reading, &drafts, &references);
+    }
+    drafts.into_iter().zip(references).map(|(draft, reference)| finish(draft, reference)).collect()
+}
+
+fn reference(
+    reading: &mut Reading,
+    draft: &ControllerDraft,
+    drafts: &[ControllerDraft],
+    by_name: &BTreeMap<&str, usize>,
+) -> Option<Reference> {
+    let delay = draft.delay.as_ref().map(|delay| (delay, reading.seconds(delay)));
+    let (name, delay) = match (draft.reference.as_ref().filter(|name| !name.text.is_empty()), delay) {
+        (None, None) => return None,
+        (None, Some((delay, _))) => {
+            reading.refuse(&delay.spot, "a delay without a reference", "name the controller to follow");
+            return None;
+        }
+        (Some(name), None) => {
+            reading.refuse(&name.spot, "a reference without a delay", "give the delay in seconds, may be 0");
+            return None;
+        }
+        (Some(name), Some((_, delay))) => (name, delay?),
+    };
+    let Some((index, followed)) =
+        by_name.get(name.text.as_str()).and_then(|index| Some((*index, drafts.get(*index)?)))
+    else {
+        let known = listed(drafts.iter().map(|draft| draft.name.as_str()));
+        reading.refuse(&name.spot, format!("no controller is called {:?}", name.text), &known);
+        return None;
+    };
+    let (own, other) = (Cycle::of(draft), Cycle::of(followed));
+    if !own.equals(&other, reading.compat) {
+        let reason = format!(
+            "the cycle of {:?} takes {} and that of {:?} takes {}",
+            draft.name,
+            own.shown(reading.compat),
+            followed.name,
+            other.shown(reading.compat)
+        );
+        reading.refuse(&name.spot, reason, "give both the same sum of durations");
+        return None;
+    }
+    Some(Reference { controller: ControllerIndex(index), delay })
+}
+
+/// Who follows itself, directly or round about, would never begin.
+fn refuse_circles(reading: &mut Reading, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
+    for (start, draft) in drafts.iter().enumerate() {
+        let mut at = start;
+        for _ in 0..drafts.len() {
+            let Some(Some(reference)) = references.get(at) else { break };
+            at = reference.controller.0;
+            if at == start {
+                let spot = draft.reference.as_ref().map_or(&draft.spot, |reference| &reference.spot);
+                let reason = format!("{:?} waits for itself to begin", draft.name);
+                reading.refuse(spot, reason, "let one controller stand without a reference");
+                break;
+            }
+        }
+    }
+}
+
+fn finish(draft: ControllerDraft, reference: Option<Reference>) -> Controller {
+    let phase = |PhaseDraft { name, seconds, entries }| Phase {
+        name,
+        // Checked when it was read: infinite, or within the limits, or negative.
+        duration: seconds.is_finite().then(|| Duration::from_secs_f64(seconds.max(0.0))),
+        entries,
+    };
+    let phases = draft.phases.into_iter().map(phase).collect();
+    Controller { name: draft.name, reference, phases }
+}
+
+/// How long a cycle takes, exactly and as upstream counts it.
+struct Cycle {
+    exact_s: f64,
+    truncated_s: i32,
+}
+
+impl Cycle {
+    fn of(draft: &ControllerDraft) -> Self {
+        let seconds = draft.phases.iter().map(|phase| phase.seconds);
+        Self { exact_s: seconds.clone().sum(), truncated_s: seconds.fold(0, truncated_sum) }
+    }
+
+    fn equals(&self, other: &Self, compat: Compat) -> bool {
+        match compat {
+            Compat::Improved => {
+                let both_endless = self.exact_s.is_infinite() && other.exact_s.is_infinite();
+                both_endless || (self.exact_s - other.exact_s).abs() < TOLERANCE_S
+            }
+            Compat::Upstream => self.truncated_s == other.truncated_s,
+        }
+    }
+
+    fn shown(&self, compat: Compat) -> String {
+        match compat {
+            Compat::Improved if self.exact_s.is_infinite() => "for ever".to_owned(),
+            Compat::Improved => format!("{:.3} s", self.exact_s),
+            Compat::Upstream => format!("{} s as upstream counts", self.truncated_s),
+        }
+    }
+}
+
+/// Upstream cuts the sum to an integer after each addition; what does not fit becomes the lowest
+/// integer, as processors of cars and desks have it (Q11).
+fn truncated_sum(sum: i32, seconds: f64) -> i32 {
+    let sum = (f64::from(sum) + seconds).trunc();
+    let fits = (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum);
+    #[expect(clippy::cast_possible_truncation, reason = "it is whole and fits")]
+    if fits { sum as i32 } else { i32::MIN }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn upstream_cuts_each_sum() {
+        let sum = |durations: &[f64]| durations.iter().copied().fold(0, truncated_sum);
+        assert_eq!((sum(&[1.9, 1.9]), sum(&[0.5, 0.5, 0.5]), sum(&[10.5])), (2, 0, 10));
+        assert_eq!((sum(&[f64::INFINITY]), sum(&[-1.5, 3.0])), (i32::MIN, 2));
+        assert_eq!(sum(&[f64::INFINITY, 5.0]), i32::MIN + 5);
+    }
+}

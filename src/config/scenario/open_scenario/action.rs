@@ -1,0 +1,94 @@
+//! Actions on traffic lights.
+
+use super::super::element::Element;
+use super::super::reading::Given;
+use super::Document;
+use crate::core::traffic_light::command::{CommandError, parse_command};
+use crate::core::traffic_light::scenario::Action;
+use crate::core::traffic_light::state_check::Writer;
+
+impl Document<'_> {
+    /// The light actions among the children of an `Action` or of `Init/Actions`; false when there is
+    /// anything else.
+    pub(super) fn actions(&mut self, parent: &Element) -> (Vec<Action>, bool) {
+        let mut actions = Vec::new();
+        let mut is_whole = true;
+        for child in &parent.children {
+            match child.name.as_str() {
+                "GlobalAction" => actions.extend(self.global(child)),
+                "UserDefinedAction" => {
+                    child.is_seen.set(true);
+                    for command in child.all("CustomCommandAction") {
+                        let (action, is_ours) = self.command(command);
+                        actions.extend(action);
+                        is_whole &= is_ours;
+                    }
+                }
+                _ => {}
+            }
+            is_whole &= child.is_all_seen();
+        }
+        (actions, is_whole)
+    }
+
+    fn global(&mut self, element: &Element) -> Vec<Action> {
+        element.is_seen.set(true);
+        let infrastructure: Vec<_> = element.all("InfrastructureAction").collect();
+        let signals = infrastructure.iter().flat_map(|inner| inner.all("TrafficSignalAction"));
+        let mut actions = Vec::new();
+        for child in signals.flat_map(|signal| &signal.children) {
+            match child.name.as_str() {
+                "TrafficSignalStateAction" => actions.extend(self.set_state(child)),
+                "TrafficSignalControllerAction" => actions.extend(self.enter_phase(child)),
+                _ => {}
+            }
+        }
+        actions
+    }
+
+    fn set_state(&mut self, element: &Element) -> Option<Action> {
+        element.is_seen.set(true);
+        let (name, state) = (self.required(element, "name"), self.required(element, "state"));
+        self.no_others(element);
+        let target = self.reading.upstream_plain_target(&name?);
+        let (target, state) = (target?, state?);
+        let state = self.reading.state(target.store, &state, Writer::Action)?;
+        Some(Action::SetState { target, state })
+    }
+
+    fn enter_phase(&mut self, element: &Element) -> Option<Action> {
+        element.is_seen.set(true);
+        let name = self.required(element, "trafficSignalControllerRef");
+        let phase = self.required(element, "phase");
+        self.no_others(element);
+        let (controller, phase) = self.reading.phase_of(&self.controllers, &name?, &phase?)?;
+        Some(Action::EnterPhase { controller, phase })
+    }
+
+    /// The command in `type`; its arguments may stand between the tags instead. False when it is not
+    /// ours.
+    fn command(&mut self, element: &Element) -> (Option<Action>, bool) {
+        let Some(Given { text: name, spot }) = self.required(element, "type") else { return (None, true) };
+        let content = element.text();
+        let text = if name.contains('(') || content.is_empty() { name } else { format!("{name}({content})") };
+        match parse_command(&text, &self.controllers, self.reading.compat) {
+            Ok(action) => {
+                self.reading.use_ids_of(&action, &spot);
+                (Some(action), true)
+            }
+            Err(error @ CommandError::NotOurs { .. }) => {
+                element.see_all();
+                self.reading.leave_out(&spot, &error.to_string());
+                (None, false)
+            }
+            Err(error) => {
+                self.reading.refuse(
+                    &spot,
+                    error.to_string(),
+                    "write it as Name(argument, \"long argument\")",
+                );
+                (None, true)
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What nobody has looked at, summarised.
+
+use std::collections::BTreeMap;
+
+use super::super::element::Element;
+use super::super::place::Spot;
+use super::super::reading::Reading;
+
+/// Lists every element and attribute that was not seen, those of one kind together.
+pub(super) fn list(root: &Element, reading: &mut Reading) {
+    let mut kinds = BTreeMap::new();
+    collect(root, &mut kinds);
+    for Leftover { spot, times, elements, .. } in kinds.into_values() {
+        let times = if times == 1 { "once".to_owned() } else { format!("{times} times") };
+        let what = match elements {
+            0 => times,
+            1 => format!("{times}, 1 element"),
+            _ => format!("{times}, {elements} elements"),
+        };
+        reading.leave_out(&spot, &what);
+    }
+}
+
+/// Things of one kind.
+struct Leftover {
+    /// Of the first.
+    spot: Spot,
+    times: usize,
+    elements: usize,
+}
+
+fn collect(element: &Element, kinds: &mut BTreeMap<String, Leftover>) {
+    for attribute in element.attributes.iter().filter(|attribute| !attribute.is_seen.get()) {
+        add(kinds, &attribute.spot, 0);
+    }
+    if !element.content.is_seen.get() && !element.content.text.is_empty() {
+        add(kinds, &element.spot, 0);
+    }
+    for child in &element.children {
+        if child.is_seen.get() {
+            collect(child, kinds);
+        } else if !child.says_nothing() {
+            add(kinds, &child.spot, child.count());
+        }
+    }
+}
+
+fn add(kinds: &mut BTreeMap<String, Leftover>, spot: &Spot, elements: usize) {
+    let kind = without_numbers(&spot.key.to_string());
+    let leftover =
+        kinds.entry(kind).or_insert_with(|| Leftover { spot: spot.clone(), times: 0, elements: 0 });
+    leftover.times += 1;
+    leftover.elements += elements;
+}
+
+/// `Act[2]/Event[3]` as `Act/Event`.
+fn without_numbers(path: &str) -> String {
+    path.split('/').map(|step| step.split('[').next().unwrap_or(step)).collect::<Vec<_>>().join("/")
+}

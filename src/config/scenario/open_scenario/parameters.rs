@@ -1,0 +1,81 @@
+//! Parameters and references to them.
+
+use std::collections::BTreeMap;
+
+use super::super::element::Element;
+use super::super::reading::listed;
+use super::Document;
+
+/// The parameters that are known, the innermost scope last.
+#[derive(Debug, Default)]
+pub(super) struct Parameters {
+    scopes: Vec<BTreeMap<String, String>>,
+}
+
+impl Parameters {
+    /// The text itself, or the value of the parameter it refers to: `$name`, `${name}`, `${$name}`.
+    ///
+    /// # Errors
+    /// Reason and remedy.
+    pub(super) fn value(&self, text: &str) -> Result<String, (String, String)> {
+        let Some(reference) = text.strip_prefix('$') else { return Ok(text.to_owned()) };
+        if reference.starts_with('(') {
+            let reason = "`$(…)` is put in by the launch system";
+            return Err((reason.to_owned(), "write what it stands for".to_owned()));
+        }
+        let inner = reference.strip_prefix('{').and_then(|inner| inner.strip_suffix('}'));
+        let name = inner.map_or(reference, str::trim);
+        let name = name.strip_prefix('$').unwrap_or(name);
+        if let Some(value) = self.scopes.iter().rev().find_map(|scope| scope.get(name)) {
+            return Ok(value.clone());
+        }
+        let is_word = |char: char| char.is_alphanumeric() || char == '_' || char == '-';
+        if name.is_empty() || !name.chars().all(is_word) {
+            return Err((
+                format!("{text:?} is an expression"),
+                "write its value: nothing is computed".into(),
+            ));
+        }
+        let known = listed(self.scopes.iter().flat_map(BTreeMap::keys).map(String::as_str));
+        Err((format!("no parameter is called {name}"), known))
+    }
+}
+
+impl Document<'_> {
+    /// Opens the scope of an element; [`Self::leave`] closes it.
+    pub(super) fn enter(&mut self, element: &Element) {
+        self.parameters.scopes.push(BTreeMap::new());
+        let Some(declarations) = element.child("ParameterDeclarations") else { return };
+        for declaration in declarations.all("ParameterDeclaration") {
+            // Its type says nothing that the place of use does not.
+            let _ = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
+            let (name, value) = (self.required(declaration, "name"), self.required(declaration, "value"));
+            let (Some(name), Some(value)) = (name, value) else { continue };
+            if let Some(scope) = self.parameters.scopes.last_mut() {
+                scope.insert(name.text, value.text);
+            }
+        }
+    }
+
+    pub(super) fn leave(&mut self) {
+        self.parameters.scopes.pop();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_is_its_value_and_the_innermost_counts() {
+        let scope = |value: &str| BTreeMap::from([("light".to_owned(), value.to_owned())]);
+        let parameters = Parameters { scopes: vec![scope("1"), scope("2")] };
+        for text in ["$light", "${light}", "${ $light }", "2"] {
+            assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
+        }
+        let refused = |text| parameters.value(text).unwrap_err();
+        assert_eq!(refused("$dark"), ("no parameter is called dark".into(), "there are light, light".into()));
+        assert!(refused("${$light + 1}").0.contains("is an expression"));
+        assert!(refused("$(find-pkg-share x)").0.contains("launch system"));
+    }
+}

@@ -1,0 +1,320 @@
+//! Elements that wait for others: who is meant, and what cannot be decided.
+//!
+//! An event whose trigger needs something unknown is left out, and so is every event that waits for
+//! it, or for one that does more than lights can tell.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::element::Element;
+use super::super::naming::{Names, action_path, event_path};
+use super::super::reading::{Given, Reading};
+use super::storyboard::{ActDraft, EventDraft};
+use super::trigger::{ConditionDraft, TestDraft, TriggerDraft};
+use crate::core::traffic_light::scenario::{Act, Condition, Event, Test, Trigger};
+
+/// An act, one of its events, one of its actions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct At {
+    act: usize,
+    event: Option<usize>,
+    action: Option<usize>,
+}
+
+/// Gives the acts that can run and the stop trigger, and lists what was left out.
+pub(super) fn resolve(
+    reading: &mut Reading,
+    acts: Vec<ActDraft<'_>>,
+    stop: Option<(&Element, TriggerDraft)>,
+) -> (Vec<Act>, Option<Trigger>) {
+    let mut board = Board::new(reading, &acts, stop.as_ref().map(|(_, groups)| groups));
+    board.leave_out_undecidable(&acts);
+    let stop = stop.map(|(storyboard, groups)| board.stop(reading, storyboard, groups));
+    let names = names(&acts);
+    board.list(reading, &acts);
+    let finish = Finish { board: &board, names: &names };
+    let stop = stop.map(|groups| finish.trigger(groups));
+    (finish.acts(acts), stop)
+}
+
+/// The acts as others wait for them.
+struct Board {
+    /// Whom each reference means, by its number.
+    meant: BTreeMap<usize, At>,
+    /// Acts and events left out, and why.
+    left_out: BTreeMap<At, String>,
+    /// Whose state nobody can tell, though some of it runs.
+    untold: BTreeSet<At>,
+}
+
+impl Board {
+    fn new(reading: &mut Reading, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
+        let mut board = Self { meant: BTreeMap::new(), left_out: BTreeMap::new(), untold: BTreeSet::new() };
+        let known = known(acts);
+        let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
+        for condition in triggers.flatten().flatten() {
+            let TestDraft::Element { number, kind, reference, .. } = &condition.test else { continue };
+            if let Some(at) = find(reading, &known, kind, reference) {
+                board.meant.insert(*number, at);
+            }
+        }
+        for (act, draft) in acts.iter().enumerate() {
+            for (event, draft) in draft.events.iter().enumerate() {
+                for (action, _) in draft.actions.iter().enumerate().filter(|(_, action)| !action.is_whole) {
+                    let at = At { act, event: Some(event), action: Some(action) };
+                    board.untold.extend([
+                        at,
+                        At { action: None, ..at },
+                        At { act, event: None, action: None },
+                    ]);
+                }
+            }
+        }
+        board
+    }
+
+    /// Leaves out until nothing waits for what was left out.
+    fn leave_out_undecidable(&mut self, acts: &[ActDraft<'_>]) {
+        for (at, event) in events(acts) {
+            if event.actions.iter().all(|action| action.actions.is_empty())
+                && event.actions.iter().any(|action| !action.is_whole)
+            {
+                self.leave_out(at, "nothing it does is about traffic lights".to_owned());
+            }
+        }
+        loop {
+            let mut found = Vec::new();
+            for (at, trigger) in triggers(acts).filter(|(at, _)| !self.is_left_out(*at)) {
+                let reasons = trigger.iter().flatten().filter_map(|condition| self.obstacle(condition));
+                found.extend(reasons.take(1).map(|reason| (at, reason)));
+            }
+            if found.is_empty() {
+                return;
+            }
+            for (at, reason) in found {
+                self.leave_out(at, reason);
+            }
+        }
+    }
+
+    fn leave_out(&mut self, at: At, reason: String) {
+        self.untold.insert(At { act: at.act, event: None, action: None });
+        self.left_out.entry(at).or_insert(reason);
+    }
+
+    fn is_left_out(&self, at: At) -> bool {
+        let event = At { action: None, ..at };
+        self.left_out.contains_key(&event) || self.left_out.contains_key(&At { event: None, ..event })
+    }
+
+    /// Why a condition cannot be decided.
+    fn obstacle(&self, condition: &ConditionDraft) -> Option<String> {
+        match &condition.test {
+            TestDraft::Ready(_) => None,
+            TestDraft::Undecidable { what, spot } => {
+                Some(format!("its trigger needs {what} (line {})", spot.position.0))
+            }
+            TestDraft::Element { number, reference, .. } => {
+                let at = *self.meant.get(number)?;
+                (self.is_left_out(at) || self.untold.contains(&at)).then(|| {
+                    let line = reference.spot.position.0;
+                    format!(
+                        "its trigger waits for {:?}, which is not interpreted (line {line})",
+                        reference.text
+                    )
+                })
+            }
+        }
+    }
+
+    /// The groups of the stop trigger that can be decided; the others are never true, and are listed.
+    fn stop(&self, reading: &mut Reading, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
+        let elements: Vec<_> =
+            storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup")).collect();
+        let mut decidable = Vec::new();
+        for (group, element) in groups.into_iter().zip(elements) {
+            match group.iter().find_map(|condition| self.obstacle(condition)) {
+                Some(reason) => {
+                    element.see_all();
+                    reading.leave_out(&element.spot, &reason);
+                }
+                None => decidable.push(group),
+            }
+        }
+        decidable
+    }
+
+    fn list(&self, reading: &mut Reading, acts: &[ActDraft<'_>]) {
+        for (at, reason) in &self.left_out {
+            let Some(act) = acts.get(at.act) else { continue };
+            let event = at.event.and_then(|event| act.events.get(event));
+            let (element, path) =
+                event.map_or((act.element, &act.path), |event| (event.element, &event.path));
+            let is_within = at.event.is_some() && self.left_out.contains_key(&At { event: None, ..*at });
+            element.see_all();
+            if !is_within {
+                let name = path.last().map_or("", String::as_str);
+                reading.leave_out(&element.spot, &format!("{name:?}: {reason}"));
+            }
+        }
+    }
+}
+
+/// Elements that can be waited for: kind, path of names, position.
+type Known<'a> = BTreeMap<(&'static str, &'a str), Vec<(&'a [String], At)>>;
+
+fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
+    let mut known: Known<'a> = BTreeMap::new();
+    let mut add = |kind, path: &'a [String], at| {
+        if let Some(name) = path.last() {
+            known.entry((kind, name.as_str())).or_default().push((path, at));
+        }
+    };
+    for (act, draft) in acts.iter().enumerate() {
+        add("act", &draft.path, At { act, event: None, action: None });
+        for (event, draft) in draft.events.iter().enumerate() {
+            add("event", &draft.path, At { act, event: Some(event), action: None });
+            for (action, draft) in draft.actions.iter().enumerate() {
+                add("action", &draft.path, At { act, event: Some(event), action: Some(action) });
+            }
+        }
+    }
+    known
+}
+
+/// `name`, or as much of the path in front of it as is needed: `Act::Event`.
+fn find(reading: &mut Reading, known: &Known<'_>, kind: &'static str, given: &Given) -> Option<At> {
+    let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
+    let name = steps.pop().unwrap_or_default();
+    let named = known.get(&(kind, name)).map(Vec::as_slice).unwrap_or_default();
+    let leads_to = |path: &[String]| {
+        let mut above = path.iter().rev().skip(1);
+        steps.iter().rev().all(|step| above.any(|name| name == step))
+    };
+    let found: Vec<_> = named.iter().filter(|(path, _)| leads_to(path)).map(|(_, at)| *at).collect();
+    match found.as_slice() {
+        [at] => Some(*at),
+        [] => {
+            let reason = format!("there is no {kind} {:?}", given.text);
+            reading.refuse(&given.spot, reason, "name one of this storyboard");
+            None
+        }
+        [_, _, ..] => {
+            let reason = format!("{} {kind}s are called {:?}", found.len(), given.text);
+            reading.refuse(&given.spot, reason, "name the act in front of it: Act::Name");
+            None
+        }
+    }
+}
+
+fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a EventDraft<'e>)> {
+    acts.iter().enumerate().flat_map(|(act, draft)| {
+        let events = draft.events.iter().enumerate();
+        events.map(move |(event, draft)| (At { act, event: Some(event), action: None }, draft))
+    })
+}
+
+/// Triggers with whom they start or stop.
+fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a TriggerDraft)> {
+    let of_acts = acts.iter().enumerate().flat_map(|(act, draft)| {
+        let both = draft.start.iter().chain(&draft.stop);
+        both.map(move |trigger| (At { act, event: None, action: None }, trigger))
+    });
+    of_acts.chain(events(acts).filter_map(|(at, draft)| Some((at, draft.start.as_ref()?))))
+}
+
+/// The names that everything is given, left out or not.
+fn names(acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
+    fn own(path: &[String]) -> &str {
+        path.last().map_or("", String::as_str)
+    }
+    let all = acts.iter().flat_map(|act| {
+        let events = act.events.iter().flat_map(|event| {
+            std::iter::once(own(&event.path)).chain(event.actions.iter().map(|action| own(&action.path)))
+        });
+        std::iter::once(own(&act.path)).chain(events)
+    });
+    let mut names = Names::new(all);
+    let mut given = BTreeMap::new();
+    for (act, draft) in acts.iter().enumerate() {
+        let at = At { act, event: None, action: None };
+        let act_name = names.give(own(&draft.path), format!("Act[{}]", act + 1));
+        for (event, draft) in draft.events.iter().enumerate() {
+            let at = At { event: Some(event), ..at };
+            let event_name = names.give(own(&draft.path), event_path(&act_name, event));
+            for (action, draft) in draft.actions.iter().enumerate() {
+                let name = names.give(own(&draft.path), action_path(&event_name, action));
+                given.insert(At { action: Some(action), ..at }, name);
+            }
+            given.insert(at, event_name);
+        }
+        given.insert(at, act_name);
+    }
+    given
+}
+
+/// Makes drafts what the engine runs.
+struct Finish<'a> {
+    board: &'a Board,
+    names: &'a BTreeMap<At, String>,
+}
+
+impl Finish<'_> {
+    fn name(&self, at: At) -> String {
+        self.names.get(&at).cloned().unwrap_or_default()
+    }
+
+    fn acts(&self, acts: Vec<ActDraft<'_>>) -> Vec<Act> {
+        let mut finished = Vec::new();
+        for (act, draft) in acts.into_iter().enumerate() {
+            let at = At { act, event: None, action: None };
+            if self.board.is_left_out(at) {
+                continue;
+            }
+            let events = draft.events.into_iter().enumerate();
+            let events = events.map(|(event, draft)| (At { event: Some(event), ..at }, draft));
+            let events = events.filter(|(at, _)| !self.board.is_left_out(*at));
+            finished.push(Act {
+                name: self.name(at),
+                start: draft.start.map(|groups| self.trigger(groups)),
+                stop: draft.stop.map(|groups| self.trigger(groups)),
+                events: events.map(|(at, draft)| self.event(at, draft)).collect(),
+            });
+        }
+        finished
+    }
+
+    fn event(&self, at: At, draft: EventDraft<'_>) -> Event {
+        let mut event = Event {
+            name: self.name(at),
+            start: draft.start.map(|groups| self.trigger(groups)),
+            most_executions: draft.most_executions,
+            action_names: Vec::new(),
+            actions: Vec::new(),
+        };
+        for (action, draft) in draft.actions.into_iter().enumerate() {
+            let name = self.name(At { action: Some(action), ..at });
+            event.action_names.extend(draft.actions.iter().map(|_| name.clone()));
+            event.actions.extend(draft.actions);
+        }
+        event
+    }
+
+    fn trigger(&self, groups: TriggerDraft) -> Trigger {
+        let groups = groups.into_iter();
+        let group = |group: Vec<ConditionDraft>| group.into_iter().filter_map(|draft| self.condition(draft));
+        Trigger { groups: groups.map(|conditions| group(conditions).collect()).collect() }
+    }
+
+    /// None for what cannot be decided, which stands in nothing that is finished.
+    fn condition(&self, ConditionDraft { name, edge, delay, test }: ConditionDraft) -> Option<Condition> {
+        let test = match test {
+            TestDraft::Ready(test) => test,
+            TestDraft::Element { number, state, .. } => {
+                let at = self.board.meant.get(&number)?;
+                Test::Element { name: self.name(*at), state }
+            }
+            TestDraft::Undecidable { .. } => return None,
+        };
+        Some(Condition { name, test, edge, delay })
+    }
+}

@@ -1,0 +1,107 @@
+//! Stories, acts and events.
+
+use super::super::element::Element;
+use super::Document;
+use super::references::resolve;
+use super::trigger::TriggerDraft;
+use crate::core::traffic_light::scenario::{Action, Scenario};
+
+/// An act as it was read.
+pub(super) struct ActDraft<'e> {
+    pub(super) element: &'e Element,
+    /// Names from the story to itself.
+    pub(super) path: Vec<String>,
+    pub(super) start: Option<TriggerDraft>,
+    pub(super) stop: Option<TriggerDraft>,
+    pub(super) events: Vec<EventDraft<'e>>,
+}
+
+/// An event as it was read.
+pub(super) struct EventDraft<'e> {
+    pub(super) element: &'e Element,
+    /// Names from the story to itself.
+    pub(super) path: Vec<String>,
+    pub(super) start: Option<TriggerDraft>,
+    pub(super) most_executions: u32,
+    pub(super) actions: Vec<ActionDraft>,
+}
+
+/// An `Action` element as it was read.
+pub(super) struct ActionDraft {
+    /// Names from the story to itself.
+    pub(super) path: Vec<String>,
+    pub(super) actions: Vec<Action>,
+    /// It does nothing but what `actions` do.
+    pub(super) is_whole: bool,
+}
+
+impl Document<'_> {
+    /// Reads the storyboard into the scenario.
+    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) {
+        if let Some(actions) = storyboard.child("Init").and_then(|init| init.child("Actions")) {
+            scenario.init = self.actions(actions).0;
+        }
+        let mut acts = Vec::new();
+        for story in storyboard.all("Story") {
+            self.enter(story);
+            let path = vec![self.name(story)];
+            for act in story.all("Act") {
+                acts.push(self.act(act, &path));
+            }
+            self.leave();
+        }
+        let stop = self.trigger(storyboard, "StopTrigger");
+        let stop = stop.map(|groups| (storyboard, groups));
+        (scenario.acts, scenario.stop) = resolve(self.reading, acts, stop);
+    }
+
+    fn act<'e>(&mut self, act: &'e Element, story: &[String]) -> ActDraft<'e> {
+        let path = self.below(story, act);
+        let start = self.trigger(act, "StartTrigger");
+        let stop = self.trigger(act, "StopTrigger");
+        let mut events = Vec::new();
+        for group in act.all("ManeuverGroup") {
+            let path = self.below(&path, group);
+            if let Some(count) = self.given(group, "maximumExecutionCount").filter(|count| count.text != "1")
+            {
+                let what = format!("its events run as often as they say, not {} times over", count.text);
+                self.reading.leave_out(&count.spot, &what);
+            }
+            for maneuver in group.all("Maneuver") {
+                self.enter(maneuver);
+                let path = self.below(&path, maneuver);
+                events.extend(maneuver.all("Event").map(|event| self.event(event, &path)));
+                self.leave();
+            }
+        }
+        ActDraft { element: act, path, start, stop, events }
+    }
+
+    fn event<'e>(&mut self, event: &'e Element, maneuver: &[String]) -> EventDraft<'e> {
+        let path = self.below(maneuver, event);
+        // Light actions end in the frame they begin, so no event meets another that still runs.
+        let _ = event.attribute("priority");
+        let most_executions = self.most_executions(event);
+        let start = self.trigger(event, "StartTrigger");
+        let mut actions = Vec::new();
+        for action in event.all("Action") {
+            let path = self.below(&path, action);
+            let (done, is_whole) = self.actions(action);
+            actions.push(ActionDraft { path, actions: done, is_whole });
+        }
+        EventDraft { element: event, path, start, most_executions, actions }
+    }
+
+    fn most_executions(&mut self, event: &Element) -> u32 {
+        let Some(given) = self.given(event, "maximumExecutionCount") else { return 1 };
+        let count = given.text.parse().ok().filter(|count| *count > 0);
+        if count.is_none() {
+            self.reading.refuse(&given.spot, format!("{:?} is no count", given.text), "give 1 or more");
+        }
+        count.unwrap_or(1)
+    }
+
+    fn below(&mut self, path: &[String], element: &Element) -> Vec<String> {
+        [path, &[self.name(element)]].concat()
+    }
+}

@@ -1,0 +1,197 @@
+//! Triggers and their conditions.
+
+use std::time::Duration;
+
+use super::super::element::Element;
+use super::super::place::Spot;
+use super::super::reading::Given;
+use super::Document;
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
+
+/// Groups of conditions as they were read.
+pub(super) type TriggerDraft = Vec<Vec<ConditionDraft>>;
+
+/// A condition as it was read.
+#[derive(Debug)]
+pub(super) struct ConditionDraft {
+    pub(super) name: String,
+    pub(super) edge: Edge,
+    pub(super) delay: Duration,
+    pub(super) test: TestDraft,
+}
+
+/// What a condition looks at.
+#[derive(Debug)]
+pub(super) enum TestDraft {
+    Ready(Test),
+    /// An element of the storyboard, to be found when all are known.
+    Element {
+        /// Of the reference, within the document.
+        number: usize,
+        /// `act`, `event` or `action`.
+        kind: &'static str,
+        reference: Given,
+        state: ElementState,
+    },
+    /// Nothing that is known here; what, and where.
+    Undecidable {
+        what: String,
+        spot: Spot,
+    },
+}
+
+const EDGES: &[(&str, Edge)] = &[
+    ("none", Edge::None),
+    ("rising", Edge::Rising),
+    ("falling", Edge::Falling),
+    ("risingOrFalling", Edge::RisingOrFalling),
+];
+const RULES: &[(&str, Rule)] = &[
+    ("equalTo", Rule::EqualTo),
+    ("notEqualTo", Rule::NotEqualTo),
+    ("greaterThan", Rule::GreaterThan),
+    ("greaterOrEqual", Rule::GreaterOrEqual),
+    ("lessThan", Rule::LessThan),
+    ("lessOrEqual", Rule::LessOrEqual),
+];
+/// Events of ours are never skipped, so the last one cannot be told.
+const STATES: &[(&str, Option<ElementState>)] = &[
+    ("standbyState", Some(ElementState::Standby)),
+    ("runningState", Some(ElementState::Running)),
+    ("completeState", Some(ElementState::Complete)),
+    ("startTransition", Some(ElementState::StartTransition)),
+    ("endTransition", Some(ElementState::EndTransition)),
+    ("stopTransition", Some(ElementState::StopTransition)),
+    ("skipTransition", None),
+];
+/// The first three are known to the engine.
+const KINDS: &[(&str, Option<&'static str>)] = &[
+    ("act", Some("act")),
+    ("event", Some("event")),
+    ("action", Some("action")),
+    ("story", None),
+    ("maneuverGroup", None),
+    ("maneuver", None),
+];
+
+impl Document<'_> {
+    /// The trigger of that name, if there is one.
+    pub(super) fn trigger(&mut self, parent: &Element, name: &str) -> Option<TriggerDraft> {
+        let trigger = parent.child(name)?;
+        let group = |group: &Element| group.all("Condition").filter_map(|it| self.condition(it)).collect();
+        Some(trigger.all("ConditionGroup").map(group).collect())
+    }
+
+    fn condition(&mut self, element: &Element) -> Option<ConditionDraft> {
+        let name = self.name(element);
+        let delay = match self.given(element, "delay") {
+            Some(given) => self.reading.seconds(&given),
+            None => Some(Duration::ZERO),
+        };
+        let edge = match self.given(element, "conditionEdge") {
+            Some(given) => self.word(&given, EDGES),
+            None => Some(Edge::None),
+        };
+        self.no_others(element);
+        let test = match self.only_child(element)? {
+            child if ["ByValueCondition", "ByStateCondition"].contains(&child.name.as_str()) => {
+                let inner = self.only_child(child)?;
+                self.test(inner)
+            }
+            child => {
+                child.is_seen.set(true);
+                let inner = child.child("EntityCondition").and_then(|inner| inner.children.first());
+                Some(undecidable(inner.unwrap_or(child)))
+            }
+        };
+        Some(ConditionDraft { name, edge: edge?, delay: delay?, test: test? })
+    }
+
+    /// A condition looks at one thing; several would have to be weighed against each other.
+    fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
+        let [child] = element.children.as_slice() else {
+            let reason = format!("{} holds {} elements", element.name, element.children.len());
+            self.reading.refuse(&element.spot, reason, "give exactly one");
+            return None;
+        };
+        child.is_seen.set(true);
+        element.is_seen.set(true);
+        Some(child)
+    }
+
+    fn test(&mut self, element: &Element) -> Option<TestDraft> {
+        let test = match element.name.as_str() {
+            "SimulationTimeCondition" => self.simulation_time(element).map(TestDraft::Ready),
+            "TrafficSignalCondition" => self.signal_state(element).map(TestDraft::Ready),
+            "TrafficSignalControllerCondition" => {
+                let name = self.required(element, "trafficSignalControllerRef");
+                let phase = self.required(element, "phase");
+                let found = self.reading.phase_of(&self.controllers, &name?, &phase?);
+                found.map(|(controller, phase)| TestDraft::Ready(Test::Phase { controller, phase }))
+            }
+            "StoryboardElementStateCondition" => self.element_state(element),
+            _ => return Some(undecidable(element)),
+        };
+        self.no_others(element);
+        test
+    }
+
+    fn simulation_time(&mut self, element: &Element) -> Option<Test> {
+        let value = self.required(element, "value");
+        let rule = self.required(element, "rule");
+        let rule = self.word(&rule?, RULES);
+        let value = value?;
+        let is_past = self.reading.number(&value)? < 0.0;
+        match self.reading.compat {
+            Compat::Upstream if is_past => Some(since_ever(rule?)),
+            Compat::Improved | Compat::Upstream => {
+                let value = self.reading.seconds(&value)?;
+                Some(Test::SimulationTime { rule: rule?, value })
+            }
+        }
+    }
+
+    fn signal_state(&mut self, element: &Element) -> Option<Test> {
+        let (name, state) = (self.required(element, "name"), self.required(element, "state"));
+        let target = self.reading.upstream_plain_target(&name?);
+        self.reading.state_test(target?, &state?, false)
+    }
+
+    fn element_state(&mut self, element: &Element) -> Option<TestDraft> {
+        let kind = self.required(element, "storyboardElementType");
+        let reference = self.required(element, "storyboardElementRef");
+        let state = self.required(element, "state");
+        let (kind, state) = (self.word(&kind?, KINDS), self.word(&state?, STATES));
+        let (kind, reference, state) = (kind?, reference?, state?);
+        self.references += 1;
+        let number = self.references;
+        Some(match (kind, state) {
+            (Some(kind), Some(state)) => TestDraft::Element { number, kind, reference, state },
+            (None, _) | (_, None) => undecidable(element),
+        })
+    }
+
+    fn word<T: Copy>(&mut self, given: &Given, words: &[(&str, T)]) -> Option<T> {
+        let found = words.iter().find(|(word, _)| *word == given.text);
+        if found.is_none() {
+            let known: Vec<_> = words.iter().map(|(word, _)| *word).collect();
+            let reason = format!("{:?} is unknown here", given.text);
+            self.reading.refuse(&given.spot, reason, &format!("give {}", known.join(", ")));
+        }
+        found.map(|(_, value)| *value)
+    }
+}
+
+fn undecidable(element: &Element) -> TestDraft {
+    TestDraft::Undecidable { what: element.name.clone(), spot: element.spot.clone() }
+}
+
+/// How time compares with one before the start, which is always over.
+fn since_ever(rule: Rule) -> Test {
+    let rule = match rule {
+        Rule::NotEqualTo | Rule::GreaterThan | Rule::GreaterOrEqual => Rule::GreaterOrEqual,
+        Rule::EqualTo | Rule::LessThan | Rule::LessOrEqual => Rule::LessThan,
+    };
+    Test::SimulationTime { rule, value: Duration::ZERO }
+}
