@@ -1,8 +1,11 @@
 //! The way to ROS 2, if there is one: built in, and wanted.
 
+use std::sync::Arc;
+
 use crate::config::Settings;
 use crate::config::file::Durability as ConfiguredDurability;
 use crate::core::event::Output;
+use crate::io::ros::incoming::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::RosSettings;
@@ -93,23 +96,36 @@ impl Publisher {
         "ROS 2 off".to_owned()
     }
 
-    /// Likewise, with the readers of each topic.
+    /// Likewise, with the readers of each topic we write and the writers of each we read.
     pub fn describe(&self) -> String {
         #[cfg(feature = "ros")]
         if let Some(session) = &self.session {
             let status = session.status();
-            let (turn, hazard, diagnostics) =
-                (status.turn_readers, status.hazard_readers, status.diagnostics_readers);
+            let readers = status.outgoing.iter().map(|topic| format!("{} {}", topic.label, topic.readers));
+            let readers = readers.collect::<Vec<_>>().join(", ");
+            let writers: Vec<_> =
+                status.incoming.iter().map(|topic| format!("{} {}", topic.name, topic.writers)).collect();
+            let writers = match writers.as_slice() {
+                [] => String::new(),
+                writers => format!(", writers: {}", writers.join(", ")),
+            };
             let missing = match status.missing_peers {
                 0 => String::new(),
                 count => format!(", {count} lost"),
             };
             let graph = self.graph();
-            return format!(
-                "{graph}, readers: turn {turn}, hazard {hazard}, diagnostics {diagnostics}{missing}"
-            );
+            return format!("{graph}, readers: {readers}{writers}{missing}");
         }
         self.graph()
+    }
+
+    /// Where what is received waits, if there is a session.
+    pub fn inbox(&self) -> Option<Arc<Inbox>> {
+        #[cfg(feature = "ros")]
+        let inbox = self.session.as_ref().map(RosSession::inbox);
+        #[cfg(not(feature = "ros"))]
+        let inbox = None;
+        inbox
     }
 
     /// Leaves the graph, within half a second.
@@ -127,6 +143,7 @@ pub fn topics(settings: &Settings) -> Topics {
         turn_indicators: settings.ros.turn_indicators_status.clone(),
         hazard_lights: settings.ros.hazard_lights_status.clone(),
         diagnostics: settings.ros.diagnostics.clone(),
+        lights: Vec::new(),
     }
 }
 
@@ -147,6 +164,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
             ConfiguredDurability::Volatile => Durability::Volatile,
         },
         topics: topics(settings),
+        subscriptions: Vec::new(),
         hardware_id: settings.hardware_id.clone(),
     })
 }

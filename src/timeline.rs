@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::event::Output;
 use crate::core::time::MonoTime;
-use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
+use crate::core::traffic_light::emission::Emission;
+use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, LightsMessage, TurnIndicatorsReport};
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
@@ -33,6 +34,7 @@ struct JsonLine<'a, T> {
 
 impl JsonTimeline {
     /// The line for an output, without line end; `None` for what is no message and for refreshes.
+    /// Traffic lights are a line for each message on each of their topics.
     pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
         match output {
             Output::TurnIndicators { report, stamp } => {
@@ -46,10 +48,22 @@ impl JsonTimeline {
                 &self.topics.diagnostics,
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
             ),
+            Output::TrafficLights(emission) => self.lights(emission, at),
             Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
                 None
             }
         }
+    }
+
+    fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
+        let outlets = self.topics.lights.iter().filter(|outlet| outlet.topic == emission.topic);
+        let lines: Vec<_> = outlets
+            .flat_map(|outlet| {
+                let messages = LightsMessage::of(emission, outlet.lights, outlet.compat);
+                messages.into_iter().filter_map(|message| json(at, &outlet.name, message))
+            })
+            .collect();
+        (!lines.is_empty()).then(|| lines.join("\n"))
     }
 }
 
@@ -100,6 +114,8 @@ impl Changes {
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
+            // Many a second, changed or not: nothing to read along.
+            Output::TrafficLights(_) => Vec::new(),
         }
     }
 
@@ -140,10 +156,16 @@ fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
+    use crate::core::traffic_light::compat::Compat;
+    use crate::core::traffic_light::emission::{Content, GroupState, LightsTopic};
     use crate::core::vehicle_lights::verdict::TurnIndicators;
+    use crate::io::ros::messages::LightsType;
+    use crate::io::ros::topics::LightsOutlet;
 
     fn left() -> Output {
         Output::TurnIndicators {
@@ -172,6 +194,32 @@ mod tests {
         );
         assert_eq!(timeline.line(&status(Level::Error, true), MonoTime::ZERO), None);
         assert_eq!(timeline.line(&Output::WithdrawTurnIndicators, MonoTime::ZERO), None);
+    }
+
+    #[test]
+    fn traffic_lights_are_a_line_on_each_of_their_topics() {
+        let outlet = |topic, name: &str| LightsOutlet {
+            topic,
+            name: name.to_owned(),
+            lights: LightsType::GroupArray,
+            compat: Compat::Improved,
+        };
+        let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
+        let lights = vec![outlet(v2i, "/a"), outlet(camera, "/b"), outlet(v2i, "/c")];
+        let topics = Topics { lights, ..Topics::default() };
+        let timeline = JsonTimeline { topics, hardware_id: "car".into() };
+        let emission = |topic| {
+            let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
+            let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::Groups(groups)));
+            Output::TrafficLights(Emission { topic, stamp, content })
+        };
+        let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;
+        let line = |topic: &str| format!(r#"{{"t":0.0,"topic":"{topic}","data":{data}}}"#);
+        assert_eq!(
+            timeline.line(&emission(v2i), MonoTime::ZERO).unwrap(),
+            format!("{}\n{}", line("/a"), line("/c"))
+        );
+        assert_eq!(timeline.line(&emission(LightsTopic::Arbiter), MonoTime::ZERO), None);
     }
 
     #[test]

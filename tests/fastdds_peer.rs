@@ -6,8 +6,11 @@
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+#[allow(dead_code)] // the tests with Cyclone use more of it
 #[path = "dds_peer/bench.rs"]
 mod bench;
+#[path = "dds_peer/lights.rs"]
+mod lights;
 #[path = "dds_peer/session.rs"]
 mod session;
 

@@ -132,6 +132,7 @@ impl Desk {
                     }
                 }
                 Output::TurnIndicators { .. } => self.reports += 1,
+                Output::TrafficLights(_) => panic!("no traffic lights here"),
                 Output::HazardLights { .. }
                 | Output::WithdrawTurnIndicators
                 | Output::WithdrawHazardLights

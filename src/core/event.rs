@@ -8,6 +8,7 @@ use super::diagnostics::Diagnostics;
 use super::error_frame::ErrorFrame;
 use super::frame::Frame;
 use super::time::WallStamp;
+use super::traffic_light::emission::Emission;
 use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Which of the configured CAN buses; an index into the settings' list of buses.
@@ -81,7 +82,7 @@ pub enum Input {
 }
 
 /// One thing to do outside.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Output {
     /// Publish `TurnIndicatorsReport`.
     TurnIndicators {
@@ -108,4 +109,6 @@ pub enum Output {
         /// Header stamp: now.
         stamp: WallStamp,
     },
+    /// Publish traffic lights.
+    TrafficLights(Emission),
 }

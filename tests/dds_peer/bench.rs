@@ -53,6 +53,11 @@ impl Side {
         Self { input: child.stdin.take(), child, lines, name: name.to_owned() }
     }
 
+    /// Tells it something.
+    pub(crate) fn tell(&mut self, line: &str) {
+        writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
+    }
+
     /// Waits for a line that `is_it`; others are passed over.
     pub(crate) fn wait_for(&self, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
         let deadline = Instant::now() + PATIENCE;
@@ -106,9 +111,19 @@ impl Gateway {
     /// Starts it with a durability, or a durability and the addresses of the only networks; see
     /// [`super::session::session_process`] for the commands.
     pub(crate) fn start(namespace: Option<&str>, domain: u16, role: &str) -> Self {
+        Self::start_as(namespace, domain, role, "")
+    }
+
+    /// Likewise, with the topics of [`super::lights`].
+    pub(crate) fn start_with_lights(namespace: Option<&str>, domain: u16) -> Self {
+        Self::start_as(namespace, domain, "transient_local", "lights")
+    }
+
+    fn start_as(namespace: Option<&str>, domain: u16, role: &str, topics: &str) -> Self {
         let mut command = inside(namespace, &std::env::current_exe().unwrap());
         command.args(["--exact", "session::session_process", "--nocapture", "--test-threads=1"]);
         command.env("SIGNAL_GATEWAY_TEST_SESSION", format!("{domain} {role}"));
+        command.env("SIGNAL_GATEWAY_TEST_TOPICS", topics);
         let side = Side::start("the gateway", command);
         side.wait_for("its start", |line| line["event"] == "ready");
         Self(side)
@@ -116,7 +131,17 @@ impl Gateway {
 
     /// Tells it something.
     pub(crate) fn tell(&mut self, command: &str) {
-        writeln!(self.0.input.as_mut().unwrap(), "{command}").unwrap();
+        self.0.tell(command);
+    }
+
+    /// Waits for a line that `is_it`; others are passed over.
+    pub(crate) fn wait_for(&self, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
+        self.0.wait_for(what, is_it)
+    }
+
+    /// What it said during a while.
+    pub(crate) fn during(&self, while_: Duration) -> Vec<Value> {
+        self.0.during(while_)
     }
 
     /// What it says of itself.

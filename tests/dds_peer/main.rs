@@ -9,5 +9,8 @@
 mod bench;
 mod cyclone;
 mod delivery;
+mod incoming;
+mod lights;
 mod outage;
 mod session;
+mod streams;

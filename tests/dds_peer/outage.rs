@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::bench::{Gateway, Side, domain};
-use super::cyclone::{Reader, python};
+use super::cyclone::{Reader, Writer, python};
 
 const TURN: &str = "rt/vehicle/status/turn_indicators_status";
 
@@ -196,6 +196,73 @@ fn recover_from_outages(test: &str, config: &str) {
         assert!(seen <= newest + 10, "the near reader missed what lies between {newest} and {seen}");
         newest = newest.max(seen);
     }
+}
+
+/// The far writer is found again by the new participant's readers; the near one is read by both
+/// participants for a while, and each of its commands counts once.
+#[test]
+fn after_an_outage_commands_are_received_again_and_none_twice() {
+    let test = "after_an_outage_commands_are_received_again_and_none_twice";
+    let Some(python) = python(test) else { return };
+    let Some(net) = Net::new(test, 3) else { return };
+    net.plug();
+    let (domain, config) = (domain(), &cyclone(&lease(), ""));
+    let mut gateway = Gateway::start_with_lights(Some(net.name(0)), domain);
+    let writer = |host, kind, topic, durability| {
+        let namespace = Some(net.name(host));
+        let reliability = "reliable";
+        Writer { python: &python, domain, kind, topic, reliability, durability, config, namespace }.start()
+    };
+    let mut far = writer(1, "text", "rt/commands", "volatile");
+    let mut far_groups = writer(1, "groups", "rt/groups", "volatile");
+    // A new reader of this one is handed all it said before.
+    let mut near = writer(0, "text", "rt/kept_commands", "transient_local");
+    gateway.wait_until("the writers", |status| {
+        [0, 1, 3].iter().all(|position| status["incoming"][*position]["writers"] == 1)
+    });
+    let mut said = 0;
+    let mut say = |near: &mut Side| {
+        said += 1;
+        near.tell(&said.to_string());
+        thread::sleep(Duration::from_millis(50));
+    };
+    far.tell("before");
+    say(&mut near);
+    gateway.wait_for("a command before the outage", |line| line["what"]["text"] == "before");
+    net.ip(2, "link set port1 down");
+    let mut seen = vec![];
+    while gateway.status()["missing"] != 2 {
+        say(&mut near);
+    }
+    for _ in 0..60 {
+        say(&mut near);
+    }
+    net.ip(2, "link set port1 up");
+    let up = Instant::now();
+    while gateway.status()["rebuilds"] != 1 {
+        assert!(up.elapsed() < Duration::from_secs(60), "no new participant");
+        say(&mut near);
+    }
+    println!("commands: recovered in {:?}", up.elapsed());
+    for _ in 0..40 {
+        say(&mut near);
+    }
+    gateway.wait_until("the far writers", |status| {
+        [0, 1, 3].iter().all(|position| status["incoming"][*position]["writers"] == 1)
+    });
+    far.tell("after");
+    far_groups.tell("5 1 1 1 2 1.0");
+    near.tell("end");
+    let (mut after, mut groups, mut end) = (false, false, false);
+    while !(after && groups && end) {
+        let line = gateway.wait_for("what was sent", |line| line["event"] == "arrived");
+        after |= line["what"]["text"] == "after";
+        groups |= line["what"]["sec"] == 5;
+        end |= line["what"]["text"] == "end";
+        seen.push(line);
+    }
+    let total = gateway.status()["incoming"][3]["received"].clone();
+    assert_eq!(total, said + 1, "each command of the near writer counts once");
 }
 
 /// A volatile writer hands nothing to a reader it has just met; here the reader is an old acquaintance.

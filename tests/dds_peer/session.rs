@@ -1,6 +1,7 @@
 //! The gateway's side of the tests: a session told what to do over standard input.
 
 use std::io::BufRead;
+use std::thread;
 use std::time::Instant;
 
 use serde_json::json;
@@ -8,15 +9,18 @@ use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
 use signal_gateway::core::event::Output;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
-use signal_gateway::io::ros::session::{Durability, RosSession, RosSettings};
+use signal_gateway::io::ros::session::{Durability, OutgoingStatus, RosSession, RosSettings, Topics};
+
+use super::lights;
 
 /// Not a test by itself: does nothing unless [`super::bench::Gateway`] started it. One command a
 /// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
-/// `hazard on 5` likewise; `diagnostics TEXT`, `status`, `stop`.
+/// `hazard on 5` likewise; `diagnostics TEXT`, `status`, `stop`; and those of [`lights::send`].
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var("SIGNAL_GATEWAY_TEST_SESSION") else { return };
     let role: Vec<&str> = role.split(' ').collect();
+    let has_lights = std::env::var("SIGNAL_GATEWAY_TEST_TOPICS").is_ok_and(|topics| topics == "lights");
     let settings = RosSettings {
         node: "gateway_under_test".to_owned(),
         namespace: "/vehicle".to_owned(),
@@ -24,9 +28,12 @@ fn session_process() {
         durability: if role[1] == "volatile" { Durability::Volatile } else { Durability::TransientLocal },
         only_networks: role[2..].iter().map(|address| address.parse().unwrap()).collect(),
         hardware_id: "bench".to_owned(),
-        ..RosSettings::default()
+        topics: Topics { lights: if has_lights { lights::outlets() } else { vec![] }, ..Topics::default() },
+        subscriptions: if has_lights { lights::subscriptions() } else { vec![] },
     };
     let session = RosSession::start(settings).unwrap();
+    let inbox = session.inbox();
+    thread::spawn(move || lights::tell_arrivals(&inbox));
     println!("\n{}", json!({"event": "ready"}));
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         match line.as_str() {
@@ -35,8 +42,12 @@ fn session_process() {
                 println!(
                     "{}",
                     json!({"event": "status", "running": status.running, "rebuilds": status.rebuilds,
-                        "readers": [status.turn_readers, status.hazard_readers, status.diagnostics_readers],
-                        "missing": status.missing_peers, "write_errors": status.write_errors})
+                        "readers": readers(&status.outgoing[..3]), "lights": readers(&status.outgoing[3..]),
+                        "incoming": status.incoming.iter().map(|topic| json!({"writers": topic.writers,
+                            "received": topic.received, "undecodable": topic.undecodable,
+                            "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
+                        "missing": status.missing_peers, "write_errors": status.write_errors,
+                        "overtaken": status.overtaken_lights})
                 );
             }
             "stop" => {
@@ -45,9 +56,14 @@ fn session_process() {
                 println!("{}", json!({"event": "stopped", "millis": asked.elapsed().as_millis()}));
                 return;
             }
+            command if command.starts_with("lights") => lights::send(&session, command),
             command => session.send(&output(command)),
         }
     }
+}
+
+fn readers(topics: &[OutgoingStatus]) -> Vec<usize> {
+    topics.iter().map(|topic| topic.readers).collect()
 }
 
 fn output(command: &str) -> Output {

@@ -169,7 +169,9 @@ impl Trial {
             match output {
                 Output::TurnIndicators { report, .. } => self.published = Some(report.name()),
                 Output::WithdrawTurnIndicators => self.published = None,
-                Output::HazardLights { .. } | Output::WithdrawHazardLights => panic!("not bound"),
+                Output::HazardLights { .. } | Output::WithdrawHazardLights | Output::TrafficLights(_) => {
+                    panic!("not bound")
+                }
                 Output::Diagnostics { .. } => {}
             }
         }

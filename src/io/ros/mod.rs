@@ -1,5 +1,6 @@
-//! ROS 2: the messages, the topics, and the session that publishes them over DDS.
+//! ROS 2: the messages, the topics, and the session that sends and receives them over DDS.
 
+pub mod incoming;
 pub mod messages;
 #[cfg(feature = "ros")]
 pub mod session;

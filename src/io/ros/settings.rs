@@ -2,9 +2,9 @@
 
 use std::net::IpAddr;
 
-use super::topics::{Durability, Topics};
+use super::topics::{Durability, Subscription, Topics};
 
-/// Who we are in the graph, on which network, and what we publish there.
+/// Who we are in the graph, on which network, what we publish there and what we read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RosSettings {
     /// Node name: letters, digits and `_`, not starting with a digit.
@@ -17,8 +17,10 @@ pub struct RosSettings {
     pub only_networks: Vec<IpAddr>,
     /// Of both reports.
     pub durability: Durability,
-    /// Topic names.
+    /// The topics we write.
     pub topics: Topics,
+    /// The topics we read.
+    pub subscriptions: Vec<Subscription>,
     /// `hardware_id` of every diagnostic status; `none` when there is no hardware to name.
     pub hardware_id: String,
 }
@@ -32,6 +34,7 @@ impl Default for RosSettings {
             only_networks: Vec::new(),
             durability: Durability::default(),
             topics: Topics::default(),
+            subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),
         }
     }

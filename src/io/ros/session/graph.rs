@@ -23,7 +23,7 @@ pub(super) fn node_name(settings: &RosSettings) -> Result<NodeName, RosError> {
     })
 }
 
-/// Tells the graph which writers belong to our node.
+/// Tells the graph which writers and readers belong to our node.
 pub(super) struct GraphEntry {
     participant: GUID,
     node: NodeName,
@@ -48,8 +48,12 @@ impl GraphEntry {
     }
 
     /// Replaces what the graph knows of us.
-    pub(super) fn announce(&self, writers: impl IntoIterator<Item = GUID>) {
-        let info = entities(self.participant, &self.node, writers);
+    pub(super) fn announce(
+        &self,
+        writers: impl IntoIterator<Item = GUID>,
+        readers: impl IntoIterator<Item = GUID>,
+    ) {
+        let info = entities(self.participant, &self.node, writers, readers);
         if let Err(error) = self.writer.write(info, Some(Timestamp::now())) {
             tracing::warn!("the node is not shown in the ROS 2 graph: {error}");
         }
@@ -60,8 +64,12 @@ fn entities(
     participant: GUID,
     node: &NodeName,
     writers: impl IntoIterator<Item = GUID>,
+    readers: impl IntoIterator<Item = GUID>,
 ) -> ParticipantEntitiesInfo {
     let mut entry = NodeEntitiesInfo::new(node.clone());
+    for reader in readers {
+        entry.add_reader(Gid::from(reader));
+    }
     for writer in writers {
         entry.add_writer(Gid::from(writer));
     }
@@ -87,16 +95,16 @@ mod tests {
             GUID::from_bytes(bytes)
         };
         let node = NodeName::new("/", "gw1").unwrap();
-        let bytes =
-            cdr_encoding::to_vec::<_, byteorder::LittleEndian>(&entities(guid(1), &node, [guid(2), guid(3)]))
-                .unwrap();
+        let info = entities(guid(1), &node, [guid(2), guid(3)], [guid(4)]);
+        let bytes = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(&info).unwrap();
         let expected = [
             listed(1),
             vec![1, 0, 0, 0],                      // one node
             vec![2, 0, 0, 0, b'/', 0, 0, 0],       // namespace
             vec![4, 0, 0, 0, b'g', b'w', b'1', 0], // name
-            vec![0, 0, 0, 0],                      // no reader
-            vec![2, 0, 0, 0],                      // two writers
+            vec![1, 0, 0, 0],                      // one reader
+            listed(4),
+            vec![2, 0, 0, 0], // two writers
             listed(2),
             listed(3),
         ]

@@ -1,13 +1,15 @@
 //! What the caller hands to the session's thread, and what it sees of it.
 //!
-//! A report waiting to be sent is overtaken by a newer one of the same topic. Diagnostics keep
-//! their order; when `MOST_DIAGNOSTICS` wait, the oldest is dropped and counted.
+//! A report or emission waiting to be sent is overtaken by a newer one of the same topic. Diagnostics
+//! keep their order; when `MOST_DIAGNOSTICS` wait, the oldest is dropped and counted.
 
-use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::task::Wake;
 use std::time::Duration;
 
 use super::RosStatus;
+use crate::core::traffic_light::emission::{Emission, LightsTopic};
 use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
 
 /// Diagnostics that may wait.
@@ -31,6 +33,8 @@ pub(super) enum Letter {
     Hazard(Wish<HazardLightsReport>),
     /// Publish.
     Diagnostics(DiagnosticArray),
+    /// Publish; made into messages by the thread.
+    Lights(Emission),
     /// Leave.
     Stop,
 }
@@ -44,13 +48,22 @@ pub(super) struct Letters {
     pub(super) hazard: Option<Wish<HazardLightsReport>>,
     /// Oldest first.
     pub(super) diagnostics: VecDeque<DiagnosticArray>,
+    /// The newest of each topic.
+    pub(super) lights: BTreeMap<LightsTopic, Emission>,
+    /// Something was received: look.
+    pub(super) rung: bool,
     /// Leave after sending the rest.
     pub(super) stop: bool,
 }
 
 impl Letters {
     fn is_empty(&self) -> bool {
-        self.turn.is_none() && self.hazard.is_none() && self.diagnostics.is_empty() && !self.stop
+        self.turn.is_none()
+            && self.hazard.is_none()
+            && self.diagnostics.is_empty()
+            && self.lights.is_empty()
+            && !self.rung
+            && !self.stop
     }
 }
 
@@ -76,6 +89,11 @@ impl Mailbox {
                 }
                 letters.diagnostics.push_back(array);
             }
+            Letter::Lights(emission) => {
+                if letters.lights.insert(emission.topic, emission).is_some() {
+                    lock(&self.status).overtaken_lights += 1;
+                }
+            }
             Letter::Stop => letters.stop = true,
         }
         self.arrived.notify_one();
@@ -91,12 +109,24 @@ impl Mailbox {
 
     /// What the session is doing.
     pub(super) fn status(&self) -> RosStatus {
-        *lock(&self.status)
+        lock(&self.status).clone()
     }
 
     /// Changes what the caller sees.
     pub(super) fn update_status(&self, change: impl FnOnce(&mut RosStatus)) {
         change(&mut lock(&self.status));
+    }
+}
+
+/// RustDDS calls it when something was received.
+impl Wake for Mailbox {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        lock(&self.letters).rung = true;
+        self.arrived.notify_one();
     }
 }
 
@@ -107,9 +137,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
+    use std::task::Waker;
+
     use super::*;
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
+    use crate::core::traffic_light::emission::Content;
     use crate::core::vehicle_lights::verdict::TurnIndicators;
 
     fn diagnostics(number: i64) -> Letter {
@@ -129,6 +162,30 @@ mod tests {
         mailbox.put(Letter::Turn(Wish::Publish(report(TurnIndicators::EnableLeft))));
         mailbox.put(Letter::Turn(Wish::Withdraw));
         assert_eq!(mailbox.take(Duration::ZERO).turn, Some(Wish::Withdraw));
+        assert!(mailbox.take(Duration::ZERO).is_empty());
+    }
+
+    #[test]
+    fn the_newest_emission_of_each_topic_wins_and_the_others_are_counted() {
+        let mailbox = Mailbox::default();
+        let emission = |topic, nanos| {
+            let content = Arc::new(Content::Groups(vec![]));
+            Emission { topic, stamp: WallStamp::from_nanos(nanos), content }
+        };
+        for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
+            mailbox.put(Letter::Lights(emission(topic, nanos)));
+        }
+        let taken = mailbox.take(Duration::ZERO).lights;
+        let stamps: Vec<_> = taken.values().map(|emission| emission.stamp.as_nanos()).collect();
+        assert_eq!(stamps, [2, 3]);
+        assert_eq!(mailbox.status().overtaken_lights, 1);
+    }
+
+    #[test]
+    fn a_call_wakes_and_is_forgotten_once_heard() {
+        let mailbox = Arc::new(Mailbox::default());
+        Waker::from(Arc::clone(&mailbox)).wake();
+        assert!(mailbox.take(Duration::from_secs(60)).rung);
         assert!(mailbox.take(Duration::ZERO).is_empty());
     }
 

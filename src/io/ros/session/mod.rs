@@ -1,6 +1,7 @@
-//! The session: a node in the ROS 2 graph that publishes reports and diagnostics.
+//! The session: a node in the ROS 2 graph that publishes any number of topics and reads any number.
 //!
-//! It owns a thread; the caller only puts things into its mailbox and is never held up. DDS is
+//! It owns a thread; the caller only puts things into its mailbox and is never held up. What is
+//! received waits in an inbox; RustDDS wakes the thread for it. DDS is
 //! RustDDS itself. Of `ros2-client` only the vocabulary of the ROS graph is used (names, and
 //! `ros_discovery_info` in the layout of the distribution), because its node brings endpoints
 //! nobody needs here and cannot take a publisher back.
@@ -26,9 +27,10 @@
 //! * A peer that leaves orderly, or that we never met, needs nothing.
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
 //!   `Lookout`. It has never heard of the peer, so it can find it.
-//! * When it does, and only then, the lookout becomes our participant: it gets writers and the
-//!   current reports, and the old participant leaves when all its readers have found the new one.
-//!   Nobody else misses a sample; some get one twice.
+//! * When it does, and only then, the lookout becomes our participant: it gets writers with what is
+//!   current on them, and readers, and the old participant leaves when all its peers have found the
+//!   new one. Nobody else misses a sample; some get one twice. What we receive twice is told by its
+//!   number (`repetition.rs`).
 //! * A peer that was killed costs the lookout's two idle threads until it is given up after a day.
 //! * An interface or address that was not there when the participant was made replaces the
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only
@@ -41,11 +43,16 @@
 
 mod deafness;
 mod graph;
+mod history;
+mod inlet;
 mod interfaces;
 mod lookout;
 mod mailbox;
+mod outgoing;
+mod outlet;
 mod presence;
-mod report;
+mod repetition;
+mod sample;
 mod worker;
 
 use std::sync::Arc;
@@ -55,11 +62,13 @@ use std::time::Duration;
 
 use ros2_client::names::{Name, NameError};
 
+use super::incoming::Inbox;
 use super::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
 pub use super::settings::RosSettings;
-pub use super::topics::{Durability, Topics};
+pub use super::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
 use crate::core::event::Output;
 use mailbox::{Letter, Mailbox, Wish};
+use outgoing::Outgoing;
 use worker::Worker;
 
 #[cfg(all(feature = "humble", feature = "jazzy"))]
@@ -98,6 +107,14 @@ pub enum RosError {
         /// What is wrong.
         why: String,
     },
+    /// A subscription that keeps nothing.
+    #[error("topic `{topic}`: a depth of {depth} keeps no sample; use 1 or more")]
+    Depth {
+        /// The topic's name.
+        topic: String,
+        /// The depth asked for.
+        depth: i32,
+    },
     /// A domain without UDP ports.
     #[error("ROS_DOMAIN_ID {0} is out of range; use 0 to {LAST_DOMAIN}")]
     Domain(u16),
@@ -110,30 +127,71 @@ pub enum RosError {
 }
 
 /// What a session is doing; all counts since its start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// Matched readers of the turn-indicators topic, now.
-    pub turn_readers: usize,
-    /// Matched readers of the hazard-lights topic, now.
-    pub hazard_readers: usize,
-    /// Matched readers of the diagnostics topic, now.
-    pub diagnostics_readers: usize,
+    /// The topics we write: turn indicators, hazard lights, diagnostics, then traffic lights in the
+    /// order of the settings.
+    pub outgoing: Vec<OutgoingStatus>,
+    /// The topics we read, in the order of the settings.
+    pub incoming: Vec<IncomingStatus>,
     /// Participants of the network that fell silent and were not found again yet.
     pub missing_peers: usize,
     /// Times our own participant was replaced.
     pub rebuilds: u32,
     /// Diagnostics dropped because DDS did not keep up.
     pub dropped_diagnostics: u64,
+    /// Emissions of traffic lights overtaken by a newer one because DDS did not keep up.
+    pub overtaken_lights: u64,
     /// Samples RustDDS did not take.
     pub write_errors: u64,
+}
+
+/// One topic we write.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutgoingStatus {
+    /// In a word, for people: `turn`, `hazard`, `V2I lights`.
+    pub label: &'static str,
+    /// Its name.
+    pub name: Arc<str>,
+    /// Matched readers, now.
+    pub readers: usize,
+}
+
+impl OutgoingStatus {
+    fn new(outgoing: &Outgoing) -> Self {
+        Self { label: outgoing.label(), name: outgoing.name.as_str().into(), readers: 0 }
+    }
+}
+
+/// One topic we read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IncomingStatus {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Matched writers, now.
+    pub writers: usize,
+    /// Samples that were handed on.
+    pub received: u64,
+    /// Samples that were not of the topic's type.
+    pub undecodable: u64,
+    /// Groups that were left out because of a number that means nothing.
+    pub rejected_groups: u64,
+}
+
+impl IncomingStatus {
+    fn new(subscription: &Subscription) -> Self {
+        let name = subscription.name.as_str().into();
+        Self { name, writers: 0, received: 0, undecodable: 0, rejected_groups: 0 }
+    }
 }
 
 /// A running session.
 #[derive(Debug)]
 pub struct RosSession {
     mailbox: Arc<Mailbox>,
+    inbox: Arc<Inbox>,
     hardware_id: String,
     ended: Receiver<()>,
 }
@@ -147,11 +205,12 @@ impl RosSession {
         let hardware_id = settings.hardware_id.clone();
         let (end_sender, ended) = channel();
         let (ready_sender, ready) = channel();
-        let letters = Arc::clone(&mailbox);
+        let inbox = Arc::new(Inbox::default());
+        let (letters, received) = (Arc::clone(&mailbox), Arc::clone(&inbox));
         thread::Builder::new().name("ros".to_owned()).spawn(move || {
             // Dropped last, also by a panic: whoever waits for the end hears of it.
             let _end = end_sender;
-            match Worker::new(settings, letters) {
+            match Worker::new(settings, letters, received) {
                 Ok(worker) => {
                     let _ = ready_sender.send(Ok(()));
                     worker.run();
@@ -162,14 +221,14 @@ impl RosSession {
             }
         })?;
         match ready.recv() {
-            Ok(Ok(())) => Ok(Self { mailbox, hardware_id, ended }),
+            Ok(Ok(())) => Ok(Self { mailbox, inbox, hardware_id, ended }),
             Ok(Err(error)) => Err(error),
             Err(_) => Err(RosError::Dds("the thread ended while starting".to_owned())),
         }
     }
 
-    /// Publishes. Never blocks: reports not yet sent are overtaken by newer ones, diagnostics
-    /// queue up to a bound.
+    /// Publishes. Never blocks: reports and traffic lights not yet sent are overtaken by newer ones,
+    /// diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
         self.mailbox.put(match output {
             Output::TurnIndicators { report, stamp } => {
@@ -183,7 +242,13 @@ impl RosSession {
             Output::Diagnostics { diagnostics, stamp } => {
                 Letter::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))
             }
+            Output::TrafficLights(emission) => Letter::Lights(emission.clone()),
         });
+    }
+
+    /// Where what is received waits.
+    pub fn inbox(&self) -> Arc<Inbox> {
+        Arc::clone(&self.inbox)
     }
 
     /// What the session is doing.
@@ -208,13 +273,17 @@ impl Drop for RosSession {
 
 fn check(settings: &RosSettings) -> Result<(), RosError> {
     graph::node_name(settings)?;
-    let topics = &settings.topics;
-    for topic in [&topics.turn_indicators, &topics.hazard_lights, &topics.diagnostics] {
+    let written = outgoing::table(settings).into_iter().map(|outgoing| outgoing.name);
+    let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
+    for topic in written.chain(read) {
         let refused = |why: String| RosError::Topic { topic: topic.clone(), why };
-        let name = Name::parse(topic).map_err(|why| refused(why.to_string()))?;
+        let name = Name::parse(&topic).map_err(|why| refused(why.to_string()))?;
         if !name.is_absolute() {
             return Err(refused("does not start with `/`".to_owned()));
         }
+    }
+    if let Some(subscription) = settings.subscriptions.iter().find(|subscription| subscription.depth < 1) {
+        return Err(RosError::Depth { topic: subscription.name.clone(), depth: subscription.depth });
     }
     if settings.domain_id > LAST_DOMAIN {
         return Err(RosError::Domain(settings.domain_id));
@@ -250,5 +319,14 @@ mod tests {
         assert!(refusal(|s| s.topics.diagnostics = "diagnostics".to_owned()).contains("`diagnostics`"));
         assert!(refusal(|s| s.topics.hazard_lights = "/a//b".to_owned()).contains("`/a//b`"));
         assert!(refusal(|s| s.domain_id = 233).contains("233"));
+        let commands = |name: &str, depth| Subscription {
+            name: name.to_owned(),
+            kind: SubscriptionKind::Command,
+            reliability: Reliability::Reliable,
+            durability: Durability::Volatile,
+            depth,
+        };
+        assert!(refusal(|s| s.subscriptions.push(commands("commands", 1))).contains("`commands`"));
+        assert!(refusal(|s| s.subscriptions.push(commands("/c", 0))).contains("depth of 0"));
     }
 }

@@ -1,27 +1,25 @@
 //! One participant with everything on it: node, topics, writers, and who reads them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::task::Waker;
 use std::time::Instant;
 
-use ros2_client::names::{MessageTypeName, Name};
-use rustdds::dds::result::CreateResult;
-use rustdds::no_key::DataWriterCdr;
-use rustdds::policy::{self, History, Reliability};
+use ros2_client::names::{MessageTypeName, Name, NodeName};
+use rustdds::dds::result::{CreateError, CreateResult};
+use rustdds::policy::{self, History};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
     DomainParticipantStatusListener, GUID, LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity,
-    StatusEvented, Timestamp, Topic, TopicKind,
+    StatusEvented, Topic, TopicKind,
 };
 
 use super::graph::{GraphEntry, node_name};
+use super::inlet::{Inlet, Taken};
 use super::lookout::{Missing, Prefix, prefix};
-use super::mailbox::Wish;
-use super::report::{ReportTopic, is_acknowledged};
-use super::{Durability, RosError, RosSettings};
-use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
-use crate::io::ros::topics::{
-    DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, HAZARD_LIGHTS_TYPE, REPORT_DEPTH, TURN_INDICATORS_TYPE, TypeName,
-};
+use super::outgoing::{Order, Outgoing};
+use super::outlet::Outlet;
+use super::{Durability, Reliability, RosError, RosSettings};
+use crate::io::ros::topics::TypeName;
 
 /// Makes a participant; it announces itself at once.
 pub(super) fn participant(settings: &RosSettings) -> CreateResult<DomainParticipant> {
@@ -35,43 +33,56 @@ pub(super) fn participant(settings: &RosSettings) -> CreateResult<DomainParticip
 
 /// Our presence in the graph. Dropping it says goodbye.
 pub(super) struct Presence {
-    turn: ReportTopic<TurnIndicatorsReport>,
-    hazard: ReportTopic<HazardLightsReport>,
-    diagnostics: DataWriterCdr<DiagnosticArray>,
+    /// In the order of the table.
+    outlets: Vec<Outlet>,
+    /// In the order of the settings.
+    inlets: Vec<Inlet>,
     graph: GraphEntry,
-    readers: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// Whom each of our writers and readers is matched with.
+    matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// By writers and readers.
+    names: Vec<String>,
     events: DomainParticipantStatusListener,
     /// Last: RustDDS wants endpoints to go before their participant.
     participant: DomainParticipant,
 }
 
 impl Presence {
-    /// Puts node, topics and writers on a participant.
-    pub(super) fn new(settings: &RosSettings, participant: DomainParticipant) -> Result<Self, RosError> {
+    /// Puts node, topics, writers and readers on a participant.
+    pub(super) fn new(
+        settings: &RosSettings,
+        table: &[Outgoing],
+        participant: DomainParticipant,
+    ) -> Result<Self, RosError> {
         let node = node_name(settings)?;
-        let dds = |error: rustdds::dds::result::CreateError| RosError::Dds(error.to_string());
         let events = participant.status_listener();
         let publisher = participant.create_publisher(&QosPolicies::default()).map_err(dds)?;
-        let topic =
-            |name: &str, (package, message): TypeName, qos: &QosPolicies| -> Result<Topic, RosError> {
-                let parsed = Name::parse(name)
-                    .map_err(|why| RosError::Topic { topic: name.to_owned(), why: why.to_string() })?;
-                let type_name = MessageTypeName::new(package, message).dds_msg_type();
-                let name = parsed.to_dds_name("rt", &node, "");
-                participant.create_topic(name, type_name, qos, TopicKind::NoKey).map_err(dds)
-            };
-        let topics = &settings.topics;
-        let report_qos = qos(settings.durability, REPORT_DEPTH);
-        let turn = topic(&topics.turn_indicators, TURN_INDICATORS_TYPE, &report_qos)?;
-        let hazard = topic(&topics.hazard_lights, HAZARD_LIGHTS_TYPE, &report_qos)?;
-        let diagnostics =
-            topic(&topics.diagnostics, DIAGNOSTICS_TYPE, &qos(Durability::Volatile, DIAGNOSTICS_DEPTH))?;
+        let subscriber = participant.create_subscriber(&QosPolicies::default()).map_err(dds)?;
+        let outlets = table
+            .iter()
+            .map(|outgoing| {
+                let qos = qos(Reliability::Reliable, outgoing.durability, outgoing.depth);
+                let topic = topic(&participant, &node, &outgoing.name, outgoing.type_name, &qos)?;
+                Outlet::new(&publisher, topic, outgoing.durability, outgoing.delivery).map_err(dds)
+            })
+            .collect::<Result<Vec<_>, RosError>>()?;
+        let inlets = settings
+            .subscriptions
+            .iter()
+            .map(|wanted| {
+                let qos = qos(wanted.reliability, wanted.durability, wanted.depth);
+                let topic = topic(&participant, &node, &wanted.name, wanted.kind.type_name(), &qos)?;
+                Inlet::new(&subscriber, &topic, wanted.kind).map_err(dds)
+            })
+            .collect::<Result<Vec<_>, RosError>>()?;
+        let written = table.iter().map(|outgoing| outgoing.name.clone());
+        let read = settings.subscriptions.iter().map(|wanted| wanted.name.clone());
         let presence = Self {
-            turn: ReportTopic::new(&publisher, turn, settings.durability).map_err(dds)?,
-            hazard: ReportTopic::new(&publisher, hazard, settings.durability).map_err(dds)?,
-            diagnostics: publisher.create_datawriter_no_key_cdr(&diagnostics, None).map_err(dds)?,
-            graph: GraphEntry::new(&participant, &publisher, node.clone()).map_err(dds)?,
-            readers: BTreeMap::new(),
+            outlets,
+            inlets,
+            graph: GraphEntry::new(&participant, &publisher, node).map_err(dds)?,
+            matched: BTreeMap::new(),
+            names: written.chain(read).collect(),
             events,
             participant,
         };
@@ -84,53 +95,67 @@ impl Presence {
         prefix(&self.participant.guid().to_bytes())
     }
 
-    /// Publishes or withdraws the turn-indicators report.
-    pub(super) fn turn(&mut self, wish: Wish<TurnIndicatorsReport>) -> Result<(), String> {
-        match wish {
-            Wish::Publish(report) => self.turn.publish(report, self.readers()[0] > 0),
-            Wish::Withdraw => self.turn.withdraw().inspect(|()| self.announce()),
-        }
-    }
-
-    /// Publishes or withdraws the hazard-lights report.
-    pub(super) fn hazard(&mut self, wish: Wish<HazardLightsReport>) -> Result<(), String> {
-        match wish {
-            Wish::Publish(report) => self.hazard.publish(report, self.readers()[1] > 0),
-            Wish::Withdraw => self.hazard.withdraw().inspect(|()| self.announce()),
-        }
-    }
-
-    /// Publishes diagnostics.
-    pub(super) fn diagnostics(&self, array: DiagnosticArray) -> Result<(), String> {
-        self.diagnostics.write(array, Some(Timestamp::now())).map_err(|error| error.to_string())
-    }
-
-    /// Says to new readers what is current, and forgets it when nobody is left.
-    pub(super) fn settle(&mut self) -> Result<(), String> {
-        let [turn, hazard, _] = self.readers();
-        let turn = self.turn.settle(turn > 0)?;
-        let hazard = self.hazard.settle(hazard > 0)?;
-        if turn || hazard {
+    /// Publishes or withdraws on the topic at a position of the table.
+    pub(super) fn carry_out(&mut self, position: usize, order: &Order) -> Result<(), String> {
+        let Some(outlet) = self.outlets.get_mut(position) else { return Ok(()) };
+        let readers = matches(&self.matched, outlet.guid());
+        let is_new = match order {
+            Order::Publish(samples) => outlet.publish(samples, readers).map(|()| false),
+            Order::Withdraw => outlet.withdraw(),
+        }?;
+        if is_new {
             self.announce();
         }
         Ok(())
     }
 
-    /// Whether every reader has acknowledged everything; waits some milliseconds for it.
-    pub(super) fn is_acknowledged(&self) -> bool {
-        self.turn.is_acknowledged() && self.hazard.is_acknowledged() && is_acknowledged(&self.diagnostics)
+    /// Takes what was received; the subscription is given by its position. True when there is more.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(usize, Taken)) -> bool {
+        let mut is_more = false;
+        for (subscription, inlet) in self.inlets.iter().enumerate() {
+            is_more |= inlet.take(waker, |taken| hand_over(subscription, taken));
+        }
+        is_more
     }
 
-    /// Matched readers of the three topics: turn indicators, hazard lights, diagnostics.
-    pub(super) fn readers(&self) -> [usize; 3] {
-        [self.turn.guid(), self.hazard.guid(), self.diagnostics.guid()]
-            .map(|writer| self.readers.get(&writer).map_or(0, BTreeSet::len))
+    /// Says to new readers what is current, and forgets it when nobody is left.
+    pub(super) fn settle(&mut self) -> Result<(), String> {
+        let (mut is_new, mut outcome) = (false, Ok(()));
+        for outlet in &mut self.outlets {
+            match outlet.settle(matches(&self.matched, outlet.guid())) {
+                Ok(is_new_writer) => is_new |= is_new_writer,
+                Err(error) => outcome = Err(error),
+            }
+        }
+        if is_new {
+            self.announce();
+        }
+        outcome
     }
 
-    /// Whether all who read `other` read this one too.
+    /// Whether every reader has acknowledged everything at some moment since the last call; waits some
+    /// milliseconds for it.
+    pub(super) fn is_acknowledged(&mut self) -> bool {
+        // Each is asked: that is what makes the moment count from now on.
+        let deaf =
+            self.outlets.iter_mut().filter_map(|outlet| (!outlet.is_acknowledged()).then_some(())).count();
+        deaf == 0
+    }
+
+    /// Matched readers of each topic of the table.
+    pub(super) fn readers(&self) -> impl Iterator<Item = usize> {
+        self.outlets.iter().map(|outlet| matches(&self.matched, outlet.guid()))
+    }
+
+    /// Matched writers of each subscription.
+    pub(super) fn writers(&self) -> impl Iterator<Item = usize> {
+        self.inlets.iter().map(|inlet| matches(&self.matched, inlet.guid()))
+    }
+
+    /// Whether all who are matched with `other` are matched with this one too.
     pub(super) fn serves_all_of(&self, other: &Self) -> bool {
-        let served: BTreeSet<&GUID> = self.readers.values().flatten().collect();
-        other.readers.values().flatten().all(|reader| served.contains(reader))
+        let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
+        other.matched.values().flatten().all(|peer| served.contains(peer))
     }
 
     /// Takes note of what happened in the network since the last time; peers whose lease ran out
@@ -140,17 +165,21 @@ impl Presence {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
             match event {
                 DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
-                    self.readers.entry(local_writer).or_default().insert(remote_reader);
+                    self.matched.entry(local_writer).or_default().insert(remote_reader);
                 }
-                DomainParticipantStatusEvent::ReaderLost { guid, .. } => {
-                    self.forget_readers(|reader| *reader == guid);
+                DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
+                    self.matched.entry(local_reader).or_default().insert(remote_writer);
+                }
+                DomainParticipantStatusEvent::ReaderLost { guid, .. }
+                | DomainParticipantStatusEvent::WriterLost { guid, .. } => {
+                    self.forget(|peer| *peer == guid);
                 }
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
                     missing.remove(&prefix(&dpd.guid.to_bytes()));
                 }
                 DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
                     let peer = prefix(id.as_ref());
-                    self.forget_readers(|reader| reader.prefix == id);
+                    self.forget(|peer| peer.prefix == id);
                     match reason {
                         LostReason::Disposed => missing.remove(&peer),
                         LostReason::Timeout { lease, .. } if !own.contains(&peer) => {
@@ -167,40 +196,75 @@ impl Presence {
                         self.topic_of(local_writer)
                     );
                 }
+                DomainParticipantStatusEvent::RemoteWriterQosIncompatible { local_reader, .. } => {
+                    tracing::warn!(
+                        "a writer of {} offers less than this reader wants, e.g. best effort instead of \
+                         reliable; it is not read",
+                        self.topic_of(local_reader)
+                    );
+                }
                 _ => {}
             }
         }
-        let writers = [self.turn.guid(), self.hazard.guid(), self.diagnostics.guid()];
-        self.readers.retain(|writer, _| writers.contains(writer));
+        let ours: Vec<GUID> = self.endpoints().collect();
+        self.matched.retain(|local, _| ours.contains(local));
     }
 
-    fn forget_readers(&mut self, gone: impl Fn(&GUID) -> bool) {
-        for readers in self.readers.values_mut() {
-            readers.retain(|reader| !gone(reader));
+    fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
+        for peers in self.matched.values_mut() {
+            peers.retain(|peer| !gone(peer));
         }
     }
 
-    fn topic_of(&self, writer: GUID) -> &'static str {
-        if writer == self.turn.guid() {
-            "the turn-indicators topic"
-        } else if writer == self.hazard.guid() {
-            "the hazard-lights topic"
-        } else {
-            "diagnostics"
-        }
+    fn endpoints(&self) -> impl Iterator<Item = GUID> {
+        self.outlets.iter().map(Outlet::guid).chain(self.inlets.iter().map(Inlet::guid))
+    }
+
+    fn topic_of(&self, local: GUID) -> &str {
+        let position = self.endpoints().position(|endpoint| endpoint == local);
+        position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
     }
 
     fn announce(&self) {
-        self.graph.announce([self.turn.guid(), self.hazard.guid(), self.diagnostics.guid()]);
+        self.graph.announce(self.outlets.iter().map(Outlet::guid), self.inlets.iter().map(Inlet::guid));
     }
 }
 
-fn qos(durability: Durability, depth: i32) -> QosPolicies {
+fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
+    matched.get(&local).map_or(0, BTreeSet::len)
+}
+
+#[allow(clippy::needless_pass_by_value)] // for map_err
+fn dds(error: CreateError) -> RosError {
+    RosError::Dds(error.to_string())
+}
+
+fn topic(
+    participant: &DomainParticipant,
+    node: &NodeName,
+    name: &str,
+    (package, message): TypeName,
+    qos: &QosPolicies,
+) -> Result<Topic, RosError> {
+    let parsed =
+        Name::parse(name).map_err(|why| RosError::Topic { topic: name.to_owned(), why: why.to_string() })?;
+    let type_name = MessageTypeName::new(package, message).dds_msg_type();
+    participant
+        .create_topic(parsed.to_dds_name("rt", node, ""), type_name, qos, TopicKind::NoKey)
+        .map_err(dds)
+}
+
+fn qos(reliability: Reliability, durability: Durability, depth: i32) -> QosPolicies {
     let durability = match durability {
         Durability::TransientLocal => policy::Durability::TransientLocal,
         Durability::Volatile => policy::Durability::Volatile,
     };
-    let reliability = Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) };
+    let reliability = match reliability {
+        Reliability::Reliable => {
+            policy::Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) }
+        }
+        Reliability::BestEffort => policy::Reliability::BestEffort,
+    };
     QosPolicyBuilder::new()
         .reliability(reliability)
         .durability(durability)

@@ -1,17 +1,22 @@
-//! The session's thread: mailbox to writers, and a new participant when the old one is of no use.
+//! The session's thread: mailbox to writers, readers to inbox, and a new participant when the old one is
+//! of no use.
 
 use std::sync::Arc;
+use std::task::Waker;
 use std::time::{Duration, Instant};
 
 use rustdds::RTPSEntity;
 
 use super::deafness::Deafness;
+use super::inlet::Taken;
 use super::interfaces::Interfaces;
 use super::lookout::{Lookout, Missing, Prefix, Sighting, prefix};
-use super::mailbox::{Letters, Mailbox, Wish};
+use super::mailbox::{Letters, Mailbox};
+use super::outgoing::{Delivery, Order, Outgoing, orders, table};
 use super::presence::{Presence, participant};
-use super::{RosError, RosSettings};
-use crate::io::ros::messages::{HazardLightsReport, TurnIndicatorsReport};
+use super::repetition::Repetition;
+use super::{IncomingStatus, OutgoingStatus, RosError, RosSettings};
+use crate::io::ros::incoming::{Arrival, Inbox, Incoming};
 
 /// The longest sleep; events of DDS are looked at this often.
 const TICK: Duration = Duration::from_millis(100);
@@ -30,7 +35,11 @@ const MOST_OWN: usize = 32;
 /// The thread's state.
 pub(super) struct Worker {
     settings: RosSettings,
+    table: Vec<Outgoing>,
     mailbox: Arc<Mailbox>,
+    inbox: Arc<Inbox>,
+    /// Rings the mailbox's bell.
+    waker: Waker,
     presence: Presence,
     /// With the time it was replaced.
     predecessor: Option<(Presence, Instant)>,
@@ -47,21 +56,33 @@ pub(super) struct Worker {
     last_made: Instant,
     deafness: Deafness,
     write_failed: bool,
-    turn: Wish<TurnIndicatorsReport>,
-    hazard: Wish<HazardLightsReport>,
+    /// What each topic of the table is to say; what is queued is said once.
+    current: Vec<Order>,
+    /// Of each subscription.
+    repetitions: Vec<Repetition>,
 }
 
 impl Worker {
     /// Joins the graph.
-    pub(super) fn new(settings: RosSettings, mailbox: Arc<Mailbox>) -> Result<Self, RosError> {
+    pub(super) fn new(
+        settings: RosSettings,
+        mailbox: Arc<Mailbox>,
+        inbox: Arc<Inbox>,
+    ) -> Result<Self, RosError> {
         let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
+        let table = table(&settings);
         let participant = participant(&settings).map_err(|error| RosError::Dds(error.to_string()))?;
-        let presence = Presence::new(&settings, participant)?;
-        mailbox.update_status(|status| status.running = true);
+        let presence = Presence::new(&settings, &table, participant)?;
+        mailbox.update_status(|status| {
+            status.running = true;
+            status.outgoing = table.iter().map(OutgoingStatus::new).collect();
+            status.incoming = settings.subscriptions.iter().map(IncomingStatus::new).collect();
+        });
         let now = Instant::now();
         Ok(Self {
-            settings,
+            waker: Waker::from(Arc::clone(&mailbox)),
             mailbox,
+            inbox,
             predecessor: None,
             lookout: None,
             missing: Missing::default(),
@@ -73,8 +94,10 @@ impl Worker {
             last_made: now,
             deafness: Deafness::default(),
             write_failed: false,
-            turn: Wish::Withdraw,
-            hazard: Wish::Withdraw,
+            current: table.iter().map(|_| Order::Withdraw).collect(),
+            repetitions: settings.subscriptions.iter().map(|_| Repetition::default()).collect(),
+            table,
+            settings,
         })
     }
 
@@ -82,11 +105,11 @@ impl Worker {
     pub(super) fn run(mut self) {
         loop {
             let letters = self.mailbox.take(TICK);
-            let stop = letters.stop;
-            self.deliver(letters);
-            if stop {
+            self.deliver(&letters);
+            if letters.stop {
                 return;
             }
+            self.receive();
             let settled = self.presence.settle();
             self.note(settled);
             self.presence.observe(&mut self.missing, &self.own);
@@ -111,17 +134,53 @@ impl Worker {
         }
     }
 
-    fn deliver(&mut self, letters: Letters) {
-        if let Some(wish) = letters.turn {
-            self.turn = wish;
-            self.each(|presence| presence.turn(wish));
+    fn deliver(&mut self, letters: &Letters) {
+        for (position, order) in orders(&self.table, letters) {
+            match order {
+                Ok(order) => {
+                    self.each(|presence| presence.carry_out(position, &order));
+                    self.remember(position, order);
+                }
+                Err(error) => self.note(Err(error)),
+            }
         }
-        if let Some(wish) = letters.hazard {
-            self.hazard = wish;
-            self.each(|presence| presence.hazard(wish));
+    }
+
+    fn remember(&mut self, position: usize, order: Order) {
+        let is_queue = self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Queue);
+        if let Some(current) = self.current.get_mut(position).filter(|_| !is_queue) {
+            *current = order;
         }
-        for array in letters.diagnostics {
-            self.each(|presence| presence.diagnostics(array.clone()));
+    }
+
+    /// Hands on what was received. The predecessor first: it reads on until its successor has met all.
+    fn receive(&mut self) {
+        let Self { repetitions, inbox, mailbox, waker, .. } = self;
+        let mut hand_over = |subscription: usize, taken: Taken| match taken {
+            Taken::Sample(writer, number, incoming) => {
+                let repetition = repetitions.get_mut(subscription);
+                if repetition.is_some_and(|repetition| repetition.is_first(writer, number)) {
+                    count(mailbox, subscription, |status| {
+                        status.received += 1;
+                        status.rejected_groups += rejected(&incoming);
+                    });
+                    inbox.put(Arrival { subscription, incoming });
+                }
+            }
+            Taken::Undecodable(error) => count(mailbox, subscription, |status| {
+                if status.undecodable == 0 {
+                    tracing::warn!("{}: a sample is not of the topic's type: {error}", status.name);
+                }
+                status.undecodable += 1;
+            }),
+        };
+        let mut is_more = false;
+        if let Some((predecessor, _)) = &self.predecessor {
+            is_more |= predecessor.take(waker, &mut hand_over);
+        }
+        is_more |= self.presence.take(waker, &mut hand_over);
+        if is_more {
+            self.waker.wake_by_ref();
         }
     }
 
@@ -175,7 +234,7 @@ impl Worker {
             return;
         }
         let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
-        let readers = self.presence.readers().iter().sum();
+        let readers = self.presence.readers().sum();
         let deaf = self.deafness.observe(self.presence.is_acknowledged(), readers, Instant::now());
         if new_place || deaf || self.write_failed {
             if let Some(participant) = self.make() {
@@ -203,14 +262,15 @@ impl Worker {
 
     /// Moves to another participant and says there what is current.
     fn replace(&mut self, participant: rustdds::DomainParticipant, interfaces: Interfaces) {
-        let mut successor = match Presence::new(&self.settings, participant) {
+        let mut successor = match Presence::new(&self.settings, &self.table, participant) {
             Ok(successor) => successor,
             Err(error) => {
                 tracing::warn!("no new participant: {error}");
                 return;
             }
         };
-        let said = successor.turn(self.turn).and(successor.hazard(self.hazard));
+        let say = |(position, order)| successor.carry_out(position, order);
+        let said = self.current.iter().enumerate().map(say).fold(Ok(()), Result::and);
         let predecessor = std::mem::replace(&mut self.presence, successor);
         self.predecessor = Some((predecessor, Instant::now()));
         self.interfaces = interfaces;
@@ -222,12 +282,14 @@ impl Worker {
     }
 
     fn show(&self) {
-        let [turn, hazard, diagnostics] = self.presence.readers();
         let missing = self.missing.len();
         self.mailbox.update_status(|status| {
-            status.turn_readers = turn;
-            status.hazard_readers = hazard;
-            status.diagnostics_readers = diagnostics;
+            for (outgoing, readers) in status.outgoing.iter_mut().zip(self.presence.readers()) {
+                outgoing.readers = readers;
+            }
+            for (incoming, writers) in status.incoming.iter_mut().zip(self.presence.writers()) {
+                incoming.writers = writers;
+            }
             status.missing_peers = missing;
         });
     }
@@ -236,5 +298,17 @@ impl Worker {
 impl Drop for Worker {
     fn drop(&mut self) {
         self.mailbox.update_status(|status| status.running = false);
+        self.inbox.close();
+    }
+}
+
+fn count(mailbox: &Mailbox, subscription: usize, change: impl FnOnce(&mut IncomingStatus)) {
+    mailbox.update_status(|status| status.incoming.get_mut(subscription).map(change).unwrap_or_default());
+}
+
+fn rejected(incoming: &Incoming) -> u64 {
+    match incoming {
+        Incoming::Groups { groups, .. } => groups.rejected.len() as u64,
+        Incoming::Command(_) => 0,
     }
 }

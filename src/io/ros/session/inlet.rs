@@ -1,0 +1,140 @@
+//! One topic we read: its reader, and what its samples say.
+
+use std::task::Waker;
+
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
+use rustdds::serialization::{Error, deserialize_from_cdr_with_rep_id};
+use rustdds::{GUID, RepresentationIdentifier, Subscriber, Topic};
+use serde::de::DeserializeOwned;
+
+use crate::io::ros::incoming::Incoming;
+use crate::io::ros::messages::{ReceivedGroups, Text, TrafficLightGroupArray};
+use crate::io::ros::topics::SubscriptionKind;
+
+/// Samples taken from one topic before others have their turn.
+const MOST_AT_ONCE: usize = 64;
+
+/// What was taken.
+pub(super) enum Taken {
+    /// A sample, with its writer and its number among that writer's.
+    Sample(GUID, i64, Incoming),
+    /// Bytes that are not of the type.
+    Undecodable(String),
+}
+
+/// A topic of one participant.
+pub(super) struct Inlet {
+    reader: SimpleDataReader<Incoming, Typed>,
+    kind: SubscriptionKind,
+}
+
+impl Inlet {
+    /// Reads a topic; the quality of service is the topic's.
+    pub(super) fn new(subscriber: &Subscriber, topic: &Topic, kind: SubscriptionKind) -> CreateResult<Self> {
+        Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, None)?, kind })
+    }
+
+    /// The reader's identity.
+    pub(super) fn guid(&self) -> GUID {
+        self.reader.guid()
+    }
+
+    /// Takes what has arrived and has `waker` called when more does. True when there is more already.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(Taken)) -> bool {
+        // First of all: what arrives from here on wakes.
+        self.reader.set_waker(Some(waker.clone()));
+        self.reader.drain_read_notifications();
+        for _ in 0..MOST_AT_ONCE {
+            match self.reader.try_take_one_with(Decoder(self.kind)) {
+                Ok(Some(sample)) => {
+                    let number = sample.sequence_number.into();
+                    hand_over(Taken::Sample(sample.writer_guid(), number, sample.into_value()));
+                }
+                Ok(None) => return false,
+                Err(error) => hand_over(Taken::Undecodable(error.to_string())),
+            }
+        }
+        true
+    }
+}
+
+/// Tells RustDDS that a [`Decoder`] makes what is read.
+struct Typed;
+
+impl DeserializerAdapter<Incoming> for Typed {
+    type Error = Error;
+    type Decoded = Incoming;
+
+    fn supported_encodings() -> &'static [RepresentationIdentifier] {
+        &[RepresentationIdentifier::CDR_LE, RepresentationIdentifier::CDR_BE]
+    }
+
+    fn transform_decoded(decoded: Incoming) -> Incoming {
+        decoded
+    }
+}
+
+/// Makes of a sample's bytes what its topic is for.
+#[derive(Clone)]
+struct Decoder(SubscriptionKind);
+
+impl<'de> Decode<'de, Incoming> for Decoder {
+    type Error = Error;
+
+    fn decode_bytes(self, bytes: &'de [u8], encoding: RepresentationIdentifier) -> Result<Incoming, Error> {
+        Ok(match self.0 {
+            SubscriptionKind::Groups(store) => {
+                let message: TrafficLightGroupArray = whole(bytes, encoding)?;
+                Incoming::Groups { store, groups: ReceivedGroups::from(&message) }
+            }
+            SubscriptionKind::Command => {
+                let message: Text = whole(bytes, encoding)?;
+                Incoming::Command(message.data)
+            }
+        })
+    }
+}
+
+/// A message that fills its bytes, but for what fills up to a multiple of four: another layout would
+/// decode by chance, but hardly to its end.
+fn whole<M: DeserializeOwned>(bytes: &[u8], encoding: RepresentationIdentifier) -> Result<M, Error> {
+    let (message, length) = deserialize_from_cdr_with_rep_id(bytes, encoding)?;
+    match bytes.len().checked_sub(length) {
+        Some(0..=3) => Ok(message),
+        Some(_) | None => Err(Error::Message(format!("{length} of {} bytes are a message", bytes.len()))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LITTLE: RepresentationIdentifier = RepresentationIdentifier::CDR_LE;
+
+    fn command(bytes: &[u8], encoding: RepresentationIdentifier) -> Option<Incoming> {
+        Decoder(SubscriptionKind::Command).decode_bytes(bytes, encoding).ok()
+    }
+
+    #[test]
+    fn text_is_read_in_both_byte_orders_and_with_what_fills_up() {
+        let text = Some(Incoming::Command("ab".to_owned()));
+        assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0], LITTLE), text);
+        assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0, 0], LITTLE), text);
+        assert_eq!(command(&[0, 0, 0, 3, b'a', b'b', 0], RepresentationIdentifier::CDR_BE), text);
+    }
+
+    #[test]
+    fn bytes_of_another_layout_are_refused() {
+        for bytes in [
+            &[][..],
+            &[3, 0, 0],
+            &[9, 0, 0, 0, b'a', b'b', 0],
+            &[0xFF, 0xFF, 0xFF, 0xFF, b'a'],
+            &[3, 0, 0, 0, 0xFF, 0xFE, 0],
+            &[3, 0, 0, 0, b'a', b'b', 0, 0, 0, 0, 0],
+        ] {
+            assert_eq!(command(bytes, LITTLE), None, "{bytes:?}");
+        }
+    }
+}

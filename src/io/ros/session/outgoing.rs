@@ -1,0 +1,216 @@
+//! The table of topics we write: name, type, quality of service, and what goes there.
+
+use serde::Serialize;
+
+use super::mailbox::{Letters, Wish};
+use super::sample::Sample;
+use super::{Durability, RosSettings};
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::emission::{Emission, LightsTopic};
+use crate::io::ros::messages::{LightsMessage, LightsType};
+use crate::io::ros::topics::{
+    DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, HAZARD_LIGHTS_TYPE, REPORT_DEPTH, TURN_INDICATORS_TYPE, TypeName,
+};
+
+/// How a topic's messages reach readers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Delivery {
+    /// The newest counts, changes are rare, and it can be withdrawn.
+    Report,
+    /// The newest counts, and there are many a second.
+    Stream,
+    /// Each counts.
+    Queue,
+}
+
+/// What goes to a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    Turn,
+    Hazard,
+    Diagnostics,
+    Lights(LightsTopic, LightsType, Compat),
+}
+
+/// A topic we write.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Outgoing {
+    /// Its name.
+    pub(super) name: String,
+    /// Its type.
+    pub(super) type_name: TypeName,
+    /// Offered to readers.
+    pub(super) durability: Durability,
+    /// Offered to readers.
+    pub(super) depth: i32,
+    /// How its messages reach readers.
+    pub(super) delivery: Delivery,
+    /// What goes there.
+    pub(super) source: Source,
+}
+
+impl Outgoing {
+    /// In a word, for people.
+    pub(super) fn label(&self) -> &'static str {
+        match self.source {
+            Source::Turn => "turn",
+            Source::Hazard => "hazard",
+            Source::Diagnostics => "diagnostics",
+            Source::Lights(LightsTopic::GroundTruth, ..) => "lights",
+            Source::Lights(LightsTopic::Camera, ..) => "camera lights",
+            Source::Lights(LightsTopic::V2i, ..) => "V2I lights",
+            Source::Lights(LightsTopic::Arbiter, ..) => "arbiter lights",
+            Source::Lights(LightsTopic::Markers, ..) => "markers",
+        }
+    }
+}
+
+/// All topics: the two reports, diagnostics, traffic lights.
+pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
+    let topics = &settings.topics;
+    let report = |name: &str, type_name, source| Outgoing {
+        name: name.to_owned(),
+        type_name,
+        durability: settings.durability,
+        depth: REPORT_DEPTH,
+        delivery: Delivery::Report,
+        source,
+    };
+    let mut table = vec![
+        report(&topics.turn_indicators, TURN_INDICATORS_TYPE, Source::Turn),
+        report(&topics.hazard_lights, HAZARD_LIGHTS_TYPE, Source::Hazard),
+        Outgoing {
+            name: topics.diagnostics.clone(),
+            type_name: DIAGNOSTICS_TYPE,
+            durability: Durability::Volatile,
+            depth: DIAGNOSTICS_DEPTH,
+            delivery: Delivery::Queue,
+            source: Source::Diagnostics,
+        },
+    ];
+    table.extend(topics.lights.iter().map(|outlet| Outgoing {
+        name: outlet.name.clone(),
+        type_name: outlet.lights.type_name(),
+        durability: Durability::TransientLocal,
+        depth: outlet.lights.depth(),
+        delivery: Delivery::Stream,
+        source: Source::Lights(outlet.topic, outlet.lights, outlet.compat),
+    }));
+    table
+}
+
+/// What a topic is to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Say this.
+    Publish(Vec<Sample>),
+    /// Say nothing, not even to readers that come later.
+    Withdraw,
+}
+
+/// What the letters mean for each topic of the table: the topic's position, and what it is to do.
+/// A message that several topics send is made once. An error is the text of the encoder.
+pub(super) fn orders(table: &[Outgoing], letters: &Letters) -> Vec<(usize, Result<Order, String>)> {
+    let mut orders = Vec::new();
+    let mut made: Vec<(Source, Result<Vec<Sample>, String>)> = Vec::new();
+    for (position, outgoing) in table.iter().enumerate() {
+        match outgoing.source {
+            Source::Turn => orders.extend(letters.turn.as_ref().map(|wish| (position, order(wish)))),
+            Source::Hazard => orders.extend(letters.hazard.as_ref().map(|wish| (position, order(wish)))),
+            Source::Diagnostics if letters.diagnostics.is_empty() => {}
+            Source::Diagnostics => {
+                let samples = letters.diagnostics.iter().map(Sample::encode).collect::<Result<_, _>>();
+                orders.push((position, samples.map(Order::Publish)));
+            }
+            source @ Source::Lights(topic, lights, compat) => {
+                let Some(emission) = letters.lights.get(&topic) else { continue };
+                let known =
+                    made.iter().find(|(known, _)| *known == source).map(|(_, samples)| samples.clone());
+                let samples = known.unwrap_or_else(|| {
+                    let samples = shown(emission, lights, compat);
+                    made.push((source, samples.clone()));
+                    samples
+                });
+                orders.push((position, samples.map(Order::Publish)));
+            }
+        }
+    }
+    orders
+}
+
+fn order(wish: &Wish<impl Serialize>) -> Result<Order, String> {
+    match wish {
+        Wish::Publish(message) => Ok(Order::Publish(vec![Sample::encode(message)?])),
+        Wish::Withdraw => Ok(Order::Withdraw),
+    }
+}
+
+fn shown(emission: &Emission, lights: LightsType, compat: Compat) -> Result<Vec<Sample>, String> {
+    LightsMessage::of(emission, lights, compat).iter().map(Sample::encode).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::LightsOutlet;
+    use super::*;
+    use crate::core::time::WallStamp;
+    use crate::core::traffic_light::emission::Content;
+
+    fn settings() -> RosSettings {
+        let mut settings = RosSettings { durability: Durability::Volatile, ..RosSettings::default() };
+        let outlet = |topic, name: &str, lights| LightsOutlet {
+            topic,
+            name: name.to_owned(),
+            lights,
+            compat: Compat::Improved,
+        };
+        settings.topics.lights = vec![
+            outlet(LightsTopic::V2i, "/a", LightsType::GroupArray),
+            outlet(LightsTopic::V2i, "/b", LightsType::GroupArray),
+            outlet(LightsTopic::V2i, "/c", LightsType::SignalArray),
+            outlet(LightsTopic::Markers, "/d", LightsType::MarkerArray),
+        ];
+        settings
+    }
+
+    #[test]
+    fn each_topic_has_its_durability_depth_and_delivery() {
+        let table = table(&settings());
+        let seen: Vec<_> = table
+            .iter()
+            .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
+            .collect();
+        let (kept, volatile) = (Durability::TransientLocal, Durability::Volatile);
+        assert_eq!(
+            seen,
+            [
+                ("turn", volatile, 1, Delivery::Report),
+                ("hazard", volatile, 1, Delivery::Report),
+                ("diagnostics", volatile, 10, Delivery::Queue),
+                ("V2I lights", kept, 10, Delivery::Stream),
+                ("V2I lights", kept, 10, Delivery::Stream),
+                ("V2I lights", kept, 10, Delivery::Stream),
+                ("markers", kept, 1, Delivery::Stream),
+            ]
+        );
+    }
+
+    #[test]
+    fn an_emission_goes_to_its_topics_only_and_each_message_is_made_once() {
+        let mut letters = Letters::default();
+        let content = Arc::new(Content::Groups(vec![]));
+        let emission = Emission { topic: LightsTopic::V2i, stamp: WallStamp::default(), content };
+        letters.lights.insert(LightsTopic::V2i, emission);
+        let orders = orders(&table(&settings()), &letters);
+        let positions: Vec<_> = orders.iter().map(|(position, _)| *position).collect();
+        assert_eq!(positions, [3, 4, 5]);
+        let sample = |index: usize| match &orders[index].1 {
+            Ok(Order::Publish(samples)) => samples[0].clone(),
+            other => panic!("{other:?}"),
+        };
+        assert!(sample(0).is_same(&sample(1)));
+        assert!(!sample(0).is_same(&sample(2)));
+    }
+}
