@@ -6,7 +6,11 @@
 //! the equipment a state comes over; each channel has a *ground truth* and a *detected* store.
 
 pub mod bulb;
+pub mod command;
 pub mod compat;
 pub mod emission;
 pub mod scenario;
+pub mod signal_id;
+pub mod state_check;
 pub mod target;
+pub mod text;

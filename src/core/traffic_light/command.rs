@@ -1,0 +1,311 @@
+//! Actions in words: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)` (traffic-lights
+//! section 4.4). The custom commands of a scenario, and some more for whoever types them.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use super::compat::Compat;
+use super::scenario::{Action, Controller, ControllerIndex, StateText};
+use super::signal_id::{SignalIdError, parse_id};
+use super::state_check::{StateError, Writer, check_state};
+use super::target::{Channel, Layer, StoreId, Target};
+use super::text::{excerpt, is_blank};
+
+#[cfg(test)]
+mod tests;
+
+/// Rates at which the V2I topics can be published, Hz.
+pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
+
+/// Why a text is no action.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CommandError {
+    /// Nothing of ours: a command for somebody else, or one written without its `@v1`.
+    #[error("`{name}` is no command for traffic lights; commands are {}", commands())]
+    NotOurs {
+        /// Up to the first blank or parenthesis; a very long one is cut.
+        name: String,
+    },
+    /// Parentheses, commas or quotes are wrong.
+    #[error("column {column}: {kind}")]
+    Form {
+        /// Where, in characters, from 1.
+        column: usize,
+        /// What.
+        kind: FormError,
+    },
+    /// Too few or too many arguments.
+    #[error("{name} takes {expected}, {actual} given; an argument with blanks stands in double quotes")]
+    Count {
+        /// The command.
+        name: &'static str,
+        /// `2 or 3 arguments`
+        expected: &'static str,
+        /// How many there are.
+        actual: usize,
+    },
+    /// An argument names no light.
+    #[error(transparent)]
+    Id(#[from] SignalIdError),
+    /// Upstream's behaviour was asked for, and upstream has 32 bits here.
+    #[error("{id} does not fit 32 bits, as upstream wants it here")]
+    LongId {
+        /// The id.
+        id: i64,
+    },
+    /// An argument is no state, or not one for this light.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// The rate is no number, or one that nothing can be published at.
+    #[error("rate `{found}`: a number from {} to {} Hz is wanted", RATES_HZ.start(), RATES_HZ.end())]
+    Rate {
+        /// As written; a very long one is cut.
+        found: String,
+    },
+    /// The confidence is no number, or none from 0 to 1; upstream takes any number.
+    #[error("confidence `{found}`: a number from 0 to 1 is wanted")]
+    Confidence {
+        /// As written; a very long one is cut.
+        found: String,
+    },
+    /// There is no controller of this name.
+    #[error("no controller is called `{found}`; there are {known}")]
+    Controller {
+        /// As written; a very long one is cut.
+        found: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The controller has no phase of this name.
+    #[error("controller `{controller}` has no phase `{found}`; it has {known}")]
+    Phase {
+        /// The controller.
+        controller: String,
+        /// As written; a very long one is cut.
+        found: String,
+        /// The names there are.
+        known: String,
+    },
+}
+
+/// What is wrong with parentheses, commas and quotes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+pub enum FormError {
+    /// Something else follows the name.
+    #[error("`(` is wanted after the name")]
+    NoOpening,
+    /// The text ends within the parentheses.
+    #[error("`)` is missing")]
+    NoClosing,
+    /// Two commas in a row, or one before the first or after the last argument.
+    #[error("an argument is missing")]
+    NoArgument,
+    /// A quoted argument does not end.
+    #[error("the closing `\"` is missing")]
+    NoQuote,
+    /// Quotes in the middle of an argument, or a second `(`.
+    #[error("a comma, a blank or `)` is wanted after an argument")]
+    NoSeparator,
+    /// Text behind the closing parenthesis.
+    #[error("nothing may follow the `)`")]
+    Surplus,
+}
+
+/// Reads an action. `controllers` are those of the scenario; a target may name a channel where
+/// section 2.4 lets it, in upstream's behaviour only where upstream does.
+pub fn parse_command(text: &str, controllers: &[Controller], compat: Compat) -> Result<Action, CommandError> {
+    let text = text.trim_end_matches(is_blank);
+    let command = text.trim_start_matches(is_blank);
+    let (name, rest) = command.split_at(command.find(|c| c == '(' || is_blank(c)).unwrap_or(command.len()));
+    let found = Command::ALL.into_iter().find(|command| command.name() == name);
+    let command = found.ok_or_else(|| CommandError::NotOurs { name: shown(name) })?;
+    let arguments = arguments(rest).map_err(|(kind, rest)| {
+        let before = text.chars().count() - rest.chars().count();
+        CommandError::Form { column: before + 1, kind }
+    })?;
+    let name = command.name();
+    let count = |expected| CommandError::Count { name, expected, actual: arguments.len() };
+    match (command, arguments.as_slice()) {
+        (Command::SetState, [target, state]) => {
+            let target = target_in(compat, target)?;
+            Ok(Action::SetState { target, state: state_for(target.store, state, compat)? })
+        }
+        (Command::EnterPhase, [controller, phase]) => enter_phase(controller, phase, controllers, compat),
+        (Command::Clear, [target]) => Ok(Action::Clear { target: Target::parse(target)? }),
+        (Command::SetV2iState, [id, state]) => set_v2i_state(id, state, None, compat),
+        (Command::SetV2iState, [id, state, rate]) => set_v2i_state(id, state, Some(rate), compat),
+        (Command::EnableV2i, [_, ..]) => Ok(Action::EnableV2i { ids: ids(&arguments)? }),
+        (Command::DisableV2i, [_, ..]) => Ok(Action::DisableV2i { ids: ids(&arguments)? }),
+        (Command::SetConfidence, [target, confidence]) => set_confidence(target, confidence, compat),
+        (Command::ExitSuccess, []) => Ok(Action::End { success: true }),
+        (Command::ExitFailure, []) => Ok(Action::End { success: false }),
+        (Command::SetState | Command::EnterPhase | Command::SetConfidence, _) => Err(count("2 arguments")),
+        (Command::SetV2iState, _) => Err(count("2 or 3 arguments")),
+        (Command::EnableV2i | Command::DisableV2i, _) => Err(count("at least 1 argument")),
+        (Command::Clear, _) => Err(count("1 argument")),
+        (Command::ExitSuccess | Command::ExitFailure, _) => Err(count("no arguments")),
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Command {
+    SetState,
+    EnterPhase,
+    Clear,
+    SetV2iState,
+    EnableV2i,
+    DisableV2i,
+    SetConfidence,
+    ExitSuccess,
+    ExitFailure,
+}
+
+impl Command {
+    const ALL: [Self; 9] = [
+        Self::SetState,
+        Self::EnterPhase,
+        Self::Clear,
+        Self::SetV2iState,
+        Self::EnableV2i,
+        Self::DisableV2i,
+        Self::SetConfidence,
+        Self::ExitSuccess,
+        Self::ExitFailure,
+    ];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::SetState => "TrafficSignalStateAction",
+            Self::EnterPhase => "TrafficSignalControllerAction",
+            Self::Clear => "ClearTrafficSignal",
+            Self::SetV2iState => "V2ITrafficSignalStateAction",
+            Self::EnableV2i => "EnableTrafficSignalV2IFeatureAction@v1",
+            Self::DisableV2i => "DisableTrafficSignalV2IFeatureAction@v1",
+            Self::SetConfidence => "PseudoTrafficSignalDetectorConfidenceSetAction@v1",
+            Self::ExitSuccess => "exitSuccess",
+            Self::ExitFailure => "exitFailure",
+        }
+    }
+}
+
+fn set_v2i_state(id: &str, state: &str, rate: Option<&str>, compat: Compat) -> Result<Action, CommandError> {
+    let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+    let (id, state) = (parse_id(id)?, state_for(store, state, compat)?);
+    let number = |rate: &str| {
+        let number = rate.parse().ok().filter(|rate| RATES_HZ.contains(rate));
+        number.ok_or_else(|| CommandError::Rate { found: shown(rate) })
+    };
+    Ok(Action::SetV2iState { id, state, rate_hz: rate.map(number).transpose()? })
+}
+
+fn set_confidence(target: &str, confidence: &str, compat: Compat) -> Result<Action, CommandError> {
+    let target = target_in(compat, target)?;
+    let number = confidence.parse().ok().filter(|number: &f64| match compat {
+        Compat::Improved => (0.0..=1.0).contains(number),
+        Compat::Upstream => number.is_finite(),
+    });
+    let confidence = number.ok_or_else(|| CommandError::Confidence { found: shown(confidence) })?;
+    match compat {
+        Compat::Upstream if i32::try_from(target.id).is_err() => Err(CommandError::LongId { id: target.id }),
+        Compat::Improved | Compat::Upstream => Ok(Action::SetConfidence { target, confidence }),
+    }
+}
+
+fn enter_phase(
+    name: &str,
+    phase: &str,
+    controllers: &[Controller],
+    compat: Compat,
+) -> Result<Action, CommandError> {
+    let found = controllers.iter().position(|controller| controller.name == name);
+    let Some((index, controller)) = found.and_then(|index| Some((index, controllers.get(index)?))) else {
+        let known = list(controllers.iter().map(|controller| controller.name.as_str()));
+        return Err(CommandError::Controller { found: shown(name), known });
+    };
+    if compat == Compat::Improved && !controller.phases.iter().any(|known| known.name == phase) {
+        return Err(CommandError::Phase {
+            controller: shown(name),
+            found: shown(phase),
+            known: list(controller.phases.iter().map(|phase| phase.name.as_str())),
+        });
+    }
+    Ok(Action::EnterPhase { controller: ControllerIndex(index), phase: phase.to_owned() })
+}
+
+/// A target where upstream knows the ground truth of the conventional channel only.
+fn target_in(compat: Compat, text: &str) -> Result<Target, SignalIdError> {
+    match compat {
+        Compat::Improved => Target::parse(text),
+        Compat::Upstream => Ok(Target { id: parse_id(text)?, store: StoreId::CONVENTIONAL }),
+    }
+}
+
+fn state_for(store: StoreId, text: &str, compat: Compat) -> Result<StateText, StateError> {
+    let state = StateText::new(text);
+    check_state(store, &state, Writer::Action, compat)?;
+    Ok(state)
+}
+
+fn ids(arguments: &[&str]) -> Result<Vec<i64>, SignalIdError> {
+    arguments.iter().map(|id| parse_id(id)).collect()
+}
+
+/// What stands between the parentheses after a name; a mistake comes with the text from it on.
+fn arguments(text: &str) -> Result<Vec<&str>, (FormError, &str)> {
+    let text = text.trim_start_matches(is_blank);
+    if text.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut rest = text.strip_prefix('(').ok_or((FormError::NoOpening, text))?;
+    let mut found = Vec::new();
+    let mut after_comma = false;
+    loop {
+        rest = rest.trim_start_matches(is_blank);
+        match rest.strip_prefix(')') {
+            Some("") if !after_comma => return Ok(found),
+            Some(_) if after_comma => return Err((FormError::NoArgument, rest)),
+            Some(surplus) => return Err((FormError::Surplus, surplus)),
+            None => {}
+        }
+        let (argument, after) = argument(rest)?;
+        found.push(argument);
+        if !after.starts_with(|char| is_blank(char) || char == ',' || char == ')') && !after.is_empty() {
+            return Err((FormError::NoSeparator, after));
+        }
+        rest = after.trim_start_matches(is_blank);
+        after_comma = rest.starts_with(',');
+        rest = rest.strip_prefix(',').unwrap_or(rest);
+    }
+}
+
+/// The argument that a text begins with, without its quotes, and what follows.
+fn argument(text: &str) -> Result<(&str, &str), (FormError, &str)> {
+    if let Some(quoted) = text.strip_prefix('"') {
+        return quoted.split_once('"').ok_or((FormError::NoQuote, text));
+    }
+    let ends = |char| is_blank(char) || ['(', ')', ',', '"'].contains(&char);
+    match text.split_at(text.find(ends).unwrap_or(text.len())) {
+        ("", "") => Err((FormError::NoClosing, text)),
+        ("", _) => Err((FormError::NoArgument, text)),
+        argument => Ok(argument),
+    }
+}
+
+fn shown(text: &str) -> String {
+    excerpt(text).escape_debug().to_string()
+}
+
+/// Names for an error; the first ones when there are many.
+fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    const MOST: usize = 20;
+    let mut names = names.map(|name| format!("`{}`", shown(name)));
+    let mut list: Vec<_> = names.by_ref().take(MOST).collect();
+    if names.next().is_some() {
+        list.push("…".to_owned());
+    }
+    if list.is_empty() { "none".to_owned() } else { list.join(", ") }
+}
+
+fn commands() -> impl fmt::Display {
+    Command::ALL.map(Command::name).join(", ")
+}

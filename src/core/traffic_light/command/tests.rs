@@ -1,0 +1,200 @@
+//! Commands as they are written in scenarios, and as they are mistyped.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::core::traffic_light::scenario::Phase;
+
+fn controllers() -> Vec<Controller> {
+    let phase = |name: &str| Phase { name: name.to_owned(), duration: None, entries: Vec::new() };
+    let controller = |name: &str, phases: &[&str]| Controller {
+        name: name.to_owned(),
+        reference: None,
+        phases: phases.iter().map(|name| phase(name)).collect(),
+    };
+    vec![controller("empty", &[]), controller("north", &["go", "stop"]), controller("north", &["wait"])]
+}
+
+fn read(text: &str) -> Result<Action, CommandError> {
+    parse_command(text, &controllers(), Compat::Improved)
+}
+
+fn target(text: &str) -> Target {
+    Target::parse(text).unwrap()
+}
+
+fn v2i(id: i64, state: &str, rate_hz: Option<f64>) -> Action {
+    Action::SetV2iState { id, state: StateText::new(state), rate_hz }
+}
+
+#[test]
+fn every_command_becomes_its_action() {
+    let set = |at: &str, state: &str| Action::SetState { target: target(at), state: StateText::new(state) };
+    let confidence = |at: &str, confidence| Action::SetConfidence { target: target(at), confidence };
+    let phase = |phase: &str| Action::EnterPhase { controller: ControllerIndex(1), phase: phase.to_owned() };
+    let cases = [
+        (
+            "V2ITrafficSignalStateAction(34802, \"red solidOn circle\", 20)",
+            v2i(34802, "red solidOn circle", Some(20.0)),
+        ),
+        ("V2ITrafficSignalStateAction(-7 green)", v2i(-7, "green", None)),
+        ("  V2ITrafficSignalStateAction ( 1 ,\"\",\t0.5 )\n", v2i(1, "", Some(0.5))),
+        ("EnableTrafficSignalV2IFeatureAction@v1(100)", Action::EnableV2i { ids: vec![100] }),
+        (
+            "EnableTrafficSignalV2IFeatureAction@v1(9223372036854775807 2, 3)",
+            Action::EnableV2i { ids: vec![i64::MAX, 2, 3] },
+        ),
+        ("DisableTrafficSignalV2IFeatureAction@v1(1,2)", Action::DisableV2i { ids: vec![1, 2] }),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(34802, 0.7)", confidence("34802", 0.7)),
+        (
+            "PseudoTrafficSignalDetectorConfidenceSetAction@v1(\"3000000000 v2i_detected\", 1)",
+            confidence("3000000000 v2i_detected", 1.0),
+        ),
+        ("TrafficSignalStateAction(21, \"red, green right\")", set("21", "red, green right")),
+        (
+            "TrafficSignalStateAction(\"21 conventional_detected\", unknown)",
+            set("21 conventional_detected", "unknown"),
+        ),
+        ("TrafficSignalControllerAction(north, stop)", phase("stop")),
+        ("ClearTrafficSignal(\"21 v2i\")", Action::Clear { target: target("21 v2i") }),
+        ("exitSuccess", Action::End { success: true }),
+        ("exitFailure()", Action::End { success: false }),
+    ];
+    for (text, action) in cases {
+        assert_eq!(read(text), Ok(action), "{text}");
+    }
+}
+
+#[test]
+fn what_is_not_ours_is_told_apart() {
+    for (text, name) in [
+        ("", ""),
+        ("EnableTrafficSignalV2IFeatureAction(1)", "EnableTrafficSignalV2IFeatureAction"),
+        ("V2ITrafficSignalStateAction@v1(1, red)", "V2ITrafficSignalStateAction@v1"),
+        ("ros2 topic pub \"(", "ros2"),
+        ("exitsuccess", "exitsuccess"),
+    ] {
+        assert_eq!(read(text), Err(CommandError::NotOurs { name: name.to_owned() }), "{text}");
+    }
+}
+
+#[test]
+fn a_wrong_number_of_arguments_is_told_with_the_right_one() {
+    for (text, expected, actual) in [
+        ("V2ITrafficSignalStateAction(34802, red solidOn circle, 20)", "2 or 3 arguments", 5),
+        ("V2ITrafficSignalStateAction(34802)", "2 or 3 arguments", 1),
+        ("V2ITrafficSignalStateAction", "2 or 3 arguments", 0),
+        ("EnableTrafficSignalV2IFeatureAction@v1()", "at least 1 argument", 0),
+        ("DisableTrafficSignalV2IFeatureAction@v1", "at least 1 argument", 0),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(1)", "2 arguments", 1),
+        ("TrafficSignalStateAction(21 v2i, red)", "2 arguments", 3),
+        ("TrafficSignalControllerAction(north)", "2 arguments", 1),
+        ("ClearTrafficSignal(1, 2)", "1 argument", 2),
+        ("exitSuccess(1)", "no arguments", 1),
+    ] {
+        let error = read(text).unwrap_err();
+        let CommandError::Count { expected: told, actual: counted, .. } = error else { panic!("{error}") };
+        assert_eq!((told, counted), (expected, actual), "{text}");
+    }
+}
+
+#[test]
+fn mistakes_of_form_have_a_place() {
+    use FormError::{NoArgument, NoClosing, NoOpening, NoQuote, NoSeparator, Surplus};
+    for (text, column, kind) in [
+        ("exitSuccess now", 13, NoOpening),
+        (" ClearTrafficSignal(1", 22, NoClosing),
+        ("ClearTrafficSignal(1,", 22, NoClosing),
+        ("ClearTrafficSignal(", 20, NoClosing),
+        ("ClearTrafficSignal(,1)", 20, NoArgument),
+        ("ClearTrafficSignal(1,)", 22, NoArgument),
+        ("ClearTrafficSignal(1,) ;", 22, NoArgument),
+        ("TrafficSignalStateAction(1,,red)", 28, NoArgument),
+        ("ClearTrafficSignal(\"1 v2i)", 20, NoQuote),
+        ("ClearTrafficSignal(\"ü\", \"v2i)", 25, NoQuote),
+        ("ClearTrafficSignal(\"1\"\"2\")", 23, NoSeparator),
+        ("ClearTrafficSignal(1\"2\")", 21, NoSeparator),
+        ("ClearTrafficSignal(1(2))", 21, NoSeparator),
+        ("ClearTrafficSignal(1); rm", 22, Surplus),
+    ] {
+        assert_eq!(read(text), Err(CommandError::Form { column, kind }), "{text}");
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    for rate in ["0", "-0.0", "-1", "NaN", "inf", "1e300", "0.0001", "fast", "\"\""] {
+        let text = format!("V2ITrafficSignalStateAction(1, red, {rate})");
+        for compat in [Compat::Improved, Compat::Upstream] {
+            let read = parse_command(&text, &[], compat);
+            assert!(matches!(read, Err(CommandError::Rate { .. })), "{text}: {read:?}");
+        }
+    }
+    for (confidence, upstream_takes_it) in
+        [("-0.1", true), ("1.1", true), ("NaN", false), ("inf", false), ("high", false)]
+    {
+        let text = format!("PseudoTrafficSignalDetectorConfidenceSetAction@v1(1, {confidence})");
+        assert!(matches!(read(&text), Err(CommandError::Confidence { .. })), "{text}");
+        assert_eq!(parse_command(&text, &[], Compat::Upstream).is_ok(), upstream_takes_it, "{text}");
+    }
+}
+
+#[test]
+fn controllers_and_phases_are_the_first_of_their_name() {
+    let error = read("TrafficSignalControllerAction(south, go)").unwrap_err();
+    assert_eq!(error.to_string(), "no controller is called `south`; there are `empty`, `north`, `north`");
+    let wait = "TrafficSignalControllerAction(north, wait)";
+    let error = read(wait).unwrap_err();
+    assert_eq!(error.to_string(), "controller `north` has no phase `wait`; it has `go`, `stop`");
+    let upstream = parse_command(wait, &controllers(), Compat::Upstream);
+    let phase = "wait".to_owned();
+    assert_eq!(upstream, Ok(Action::EnterPhase { controller: ControllerIndex(1), phase }));
+    assert!(parse_command("TrafficSignalControllerAction(south, go)", &[], Compat::Upstream).is_err());
+}
+
+/// Sections 2.4, 3.2 and 4.4: what only one of the two behaviours takes.
+#[test]
+fn upstream_takes_other_texts_than_we_do() {
+    let cases = [
+        ("TrafficSignalStateAction(\"21 v2i\", red)", true, false),
+        ("TrafficSignalStateAction(21, unknown)", false, true),
+        ("TrafficSignalStateAction(21, blue)", false, true),
+        ("V2ITrafficSignalStateAction(21, \"red, unknown\")", false, true),
+        ("V2ITrafficSignalStateAction(\"21 v2i\", red)", false, false),
+        ("EnableTrafficSignalV2IFeatureAction@v1(\"21 v2i\")", false, false),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(\"21 v2i\", 1)", true, false),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(2147483648, 1)", true, false),
+        ("PseudoTrafficSignalDetectorConfidenceSetAction@v1(2147483647, 1)", true, true),
+    ];
+    for (text, ours, upstream) in cases {
+        let taken =
+            [Compat::Improved, Compat::Upstream].map(|compat| parse_command(text, &[], compat).is_ok());
+        assert_eq!(taken, [ours, upstream], "{text}");
+    }
+    let kept = parse_command("TrafficSignalStateAction(21, \"red, blue\")", &[], Compat::Upstream);
+    let state = StateText::new("red, blue");
+    assert!(state.mistake.is_some() && state.bulbs.len() == 1);
+    assert_eq!(kept, Ok(Action::SetState { target: target("21"), state }));
+}
+
+proptest! {
+    #[test]
+    fn any_arguments_are_read_or_refused(
+        name in proptest::sample::select(&Command::ALL[..]),
+        rest in "[(),\" 0-9.a-z\\PC-]{0,30}",
+        upstream: bool,
+    ) {
+        let compat = if upstream { Compat::Upstream } else { Compat::Improved };
+        let text = format!("{}{rest}", name.name());
+        if let Err(error) = parse_command(&text, &controllers(), compat) {
+            prop_assert!(!error.to_string().contains(char::is_control));
+        }
+    }
+
+    #[test]
+    fn quoted_arguments_come_through_whole(arguments in proptest::collection::vec("[^\"]{0,12}", 0..5)) {
+        let text = arguments.iter().map(|argument| format!("\"{argument}\"")).collect::<Vec<_>>().join(" ,");
+        let text = format!("({text})");
+        prop_assert_eq!(super::arguments(&text), Ok(arguments.iter().map(String::as_str).collect()));
+    }
+}

@@ -1,0 +1,108 @@
+//! Which states may be written where (traffic-lights section 3.2).
+
+use super::compat::Compat;
+use super::scenario::StateText;
+use super::target::{Layer, StoreId};
+use super::text::excerpt;
+
+/// What writes a state. States over the API are not checked and have no place here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Writer {
+    /// A phase of a controller.
+    PhaseEntry,
+    /// An action of a scenario or a command.
+    Action,
+}
+
+/// Why a state may not be written.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum StateError {
+    /// It is no state.
+    #[error("state `{text}`: {mistake}", text = excerpt(text).escape_debug())]
+    Mistake {
+        /// The state as written.
+        text: String,
+        /// What is wrong with it.
+        mistake: String,
+    },
+    /// Real lights are never unknown.
+    #[error(
+        "state `{text}`: `unknown` is what a pipeline reports, so it can be written to `{store}_detected` but \
+         not to `{store}`",
+        text = excerpt(text).escape_debug()
+    )]
+    Reserved {
+        /// The state as written.
+        text: String,
+        /// Where it was to be written.
+        store: StoreId,
+    },
+}
+
+/// Refuses a state with a mistake, unless upstream's behaviour is asked for (it finds out when it
+/// applies it, Q20), and `unknown` anywhere in a state of a ground truth; upstream does not look at
+/// actions for it (Q8).
+pub fn check_state(
+    store: StoreId,
+    state: &StateText,
+    writer: Writer,
+    compat: Compat,
+) -> Result<(), StateError> {
+    let text = || state.text.clone();
+    if let (Some(mistake), Compat::Improved) = (&state.mistake, compat) {
+        return Err(StateError::Mistake { text: text(), mistake: mistake.clone() });
+    }
+    let is_checked = match (writer, compat) {
+        (Writer::PhaseEntry, Compat::Improved | Compat::Upstream) | (Writer::Action, Compat::Improved) => {
+            true
+        }
+        (Writer::Action, Compat::Upstream) => false,
+    };
+    match store.layer {
+        Layer::GroundTruth if is_checked && state.text.contains("unknown") => {
+            Err(StateError::Reserved { text: text(), store })
+        }
+        Layer::GroundTruth | Layer::Detected => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::traffic_light::target::Channel;
+
+    /// Section 3.2, every row of its table but the API's, for both channels.
+    #[test]
+    fn unknown_is_for_detected_states() {
+        use Compat::{Improved, Upstream};
+        use Layer::{Detected, GroundTruth};
+        use Writer::{Action, PhaseEntry};
+        let cases = [
+            (PhaseEntry, GroundTruth, Upstream, false),
+            (PhaseEntry, GroundTruth, Improved, false),
+            (PhaseEntry, Detected, Upstream, true),
+            (PhaseEntry, Detected, Improved, true),
+            (Action, GroundTruth, Upstream, true),
+            (Action, GroundTruth, Improved, false),
+            (Action, Detected, Upstream, true),
+            (Action, Detected, Improved, true),
+        ];
+        for (writer, layer, compat, allowed) in cases {
+            for channel in Channel::ALL {
+                let store = StoreId { channel, layer };
+                let checked = |text| check_state(store, &StateText::new(text), writer, compat);
+                assert_eq!(checked("red, green unknown").is_ok(), allowed, "{writer:?} {store} {compat:?}");
+                assert_eq!(checked("red"), Ok(()));
+                assert_eq!(checked("blue").is_ok(), compat == Upstream);
+            }
+        }
+    }
+
+    #[test]
+    fn a_refusal_says_where_the_state_could_go() {
+        let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+        let state = StateText::new("unknown");
+        let error = check_state(store, &state, Writer::Action, Compat::Improved).unwrap_err();
+        assert!(error.to_string().contains("written to `v2i_detected` but not to `v2i`"), "{error}");
+    }
+}

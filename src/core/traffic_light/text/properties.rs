@@ -1,0 +1,96 @@
+//! The grammar against one that tries everything, and against what is printed.
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// Every way to take words, in the order in which a free part prefers one over none; the first that
+/// uses up the text is meant.
+fn reference_bulb(text: &str) -> Option<Bulb> {
+    let optional = |words: usize| (0..words).map(Some).chain([None]);
+    let after = |text: &str, word: Option<&str>| -> Option<String> {
+        text.strip_prefix(word.unwrap_or("")).map(|rest| rest.trim_start_matches(is_blank).to_owned())
+    };
+    for color in optional(COLORS.len()) {
+        for status in optional(STATUSES.len()) {
+            for shape in optional(SHAPES.len()) {
+                let color = color.map(|at| COLORS[at]);
+                let status = status.map(|at| STATUSES[at]);
+                let shape = shape.map(|at| SHAPES[at]);
+                let rest = after(text, color.map(|color| color.0))
+                    .and_then(|rest| after(&rest, status.map(|status| status.0)))
+                    .and_then(|rest| after(&rest, shape.map(|shape| shape.0)));
+                if rest.is_some_and(|rest| rest.is_empty()) {
+                    return Some(Bulb {
+                        color: color.map_or(Color::Green, |color| color.1),
+                        status: status.map_or(Status::SolidOn, |status| status.1),
+                        shape: shape.map_or(Shape::Circle, |shape| shape.1),
+                    });
+                }
+            }
+        }
+    }
+    None
+}
+
+/// A list is what is left of it by commas, with an optional comma at the end.
+fn reference_bulbs(text: &str) -> Option<BulbSet> {
+    if text.is_empty() {
+        return Some(BulbSet::EMPTY);
+    }
+    let trimmed = text.trim_end_matches(is_blank);
+    let list = trimmed.strip_suffix(',').unwrap_or(text);
+    let mut items = list.split(',');
+    let first = items.next()?; // may not begin with a blank, the others may
+    let items = [first].into_iter().chain(items.map(|item| item.trim_start_matches(is_blank)));
+    let bulb = |item: &str| {
+        let begins_well = item.starts_with(|char: char| char.is_ascii_alphanumeric() || char == '_');
+        reference_bulb(item).filter(|_| begins_well && item.len() > 1)
+    };
+    items.map(bulb).collect()
+}
+
+fn any_bulb() -> impl Strategy<Value = Bulb> {
+    use proptest::sample::select;
+    (select(&Color::ALL[..]), select(&Status::ALL[..]), select(&Shape::ALL[..]))
+        .prop_map(|(color, status, shape)| Bulb { color, status, shape })
+}
+
+/// Texts out of the words of the grammar, blanks and disturbances.
+fn near_misses() -> impl Strategy<Value = String> {
+    let words = COLORS.iter().map(|word| word.0).chain(STATUSES.iter().map(|word| word.0));
+    let words: Vec<&str> = words.chain(SHAPES.iter().map(|word| word.0)).collect();
+    let piece = prop_oneof![
+        6 => proptest::sample::select(words),
+        6 => proptest::sample::select(vec![" ", "", "\t", "\n ", ", ", ",", " ,"]),
+        1 => proptest::sample::select(vec!["r", ";", "blue", "ü", "\u{b}", "\u{a0}", "_"]),
+    ];
+    proptest::collection::vec(piece, 0..9).prop_map(|pieces| pieces.concat())
+}
+
+proptest! {
+    #[test]
+    fn what_is_printed_is_read_back(bulbs in proptest::collection::vec(any_bulb(), 0..12)) {
+        for bulb in &bulbs {
+            prop_assert_eq!(parse_bulb(&bulb.to_string()), Ok(*bulb));
+        }
+        let set: BulbSet = bulbs.into_iter().collect();
+        prop_assert_eq!(parse_bulbs(&set.to_string()), Ok(set));
+    }
+
+    #[test]
+    fn any_text_is_read_or_refused_at_a_place_in_it(text in any::<String>()) {
+        for error in [parse_bulb(&text).err(), parse_bulbs(&text).err()].into_iter().flatten() {
+            let at_column: String = text.chars().skip(error.column - 1).collect();
+            prop_assert!(at_column.starts_with(error.found.trim_end_matches('…')), "{error}");
+        }
+    }
+
+    #[test]
+    fn texts_mean_what_the_grammar_says(text in near_misses()) {
+        prop_assert_eq!(parse_bulb(&text).ok(), reference_bulb(&text), "{:?}", &text);
+        prop_assert_eq!(parse_bulbs(&text).ok(), reference_bulbs(&text), "{:?}", &text);
+        let state = StateText::new(&text);
+        prop_assert_eq!(state.mistake.is_none(), parse_bulbs(&text) == Ok(state.bulbs));
+    }
+}
