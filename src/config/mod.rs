@@ -14,6 +14,8 @@ pub mod problem;
 mod roles;
 pub mod settings;
 mod turn;
+mod v2i;
+pub mod v2i_file;
 pub mod vehicle;
 pub mod vehicle_file;
 

@@ -14,3 +14,4 @@ pub mod signal_id;
 pub mod state_check;
 pub mod target;
 pub mod text;
+pub mod v2i_reception;
