@@ -1,6 +1,7 @@
 //! `check`: what is bound, what is missing, and what a recording would have given, before the drive.
 
 mod survey;
+mod traffic_lights;
 
 use std::fmt::Write as _;
 
@@ -56,7 +57,10 @@ pub fn binding(settings: &Settings) -> Report {
             report.line("", &format!("{path}:{}: {} [{}]", finding.line, finding.reason, finding.excerpt));
         }
     }
-    for message in &lights.table.messages {
+    let v2i = &settings.gateway.v2i;
+    // A message with both is one message.
+    let others = v2i.table.messages.iter().filter(|message| !lights.table.messages.contains(message));
+    for message in lights.table.messages.iter().chain(others) {
         let timing = match message.timing {
             Timing::Cyclic { timeout } => {
                 format!("cyclic, unknown after {} ms of silence", timeout.as_millis())
@@ -79,6 +83,7 @@ pub fn binding(settings: &Settings) -> Report {
     }
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);
+    traffic_lights::sources(v2i, &mut report);
     for note in notes(settings) {
         report.line("note", &note);
     }
@@ -107,9 +112,12 @@ pub fn notes(settings: &Settings) -> Vec<String> {
 }
 
 fn turn_sources(turn: &TurnBinding, report: &mut Report) {
-    let TurnBinding::From(sources) = turn else {
-        report.line("turn", "no indicators fitted: DISABLE for ever");
-        return;
+    let sources = match turn {
+        TurnBinding::LeftOut => {
+            return report.line("turn", "not in the profile: never published, no diagnostics");
+        }
+        TurnBinding::NotFitted => return report.line("turn", "no indicators fitted: DISABLE for ever"),
+        TurnBinding::From(sources) => sources,
     };
     for named in &sources.list {
         match &named.source {
@@ -133,6 +141,9 @@ fn turn_sources(turn: &TurnBinding, report: &mut Report) {
 
 fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
     let sources = match hazard {
+        HazardBinding::LeftOut => {
+            return report.line("hazard", "not in the profile: never published, no diagnostics");
+        }
         HazardBinding::NotFitted => {
             return report.line("hazard", "no hazard lights fitted: DISABLE for ever");
         }

@@ -203,7 +203,11 @@ impl Survey {
     }
 
     fn report_troubles(&self, replay: &Replay, report: &mut Report) {
+        let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
+            if lights.tasks().all(|other| other != task) {
+                continue;
+            }
             let published = seconds_text(MonoTime::ZERO.after(self.published[index]));
             let whole = seconds_text(replay.now().mono);
             report.line("report", &format!("{} would be published for {published} of {whole}", task.name()));

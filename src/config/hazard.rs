@@ -90,7 +90,7 @@ fn sources(
 fn lamp_hold(turn: Option<&TurnBinding>) -> Duration {
     match turn {
         Some(TurnBinding::From(sources)) => super::turn::longest_hold(&sources.list),
-        Some(TurnBinding::NotFitted) | None => Duration::ZERO,
+        Some(TurnBinding::NotFitted | TurnBinding::LeftOut) | None => Duration::ZERO,
     }
 }
 
@@ -179,7 +179,7 @@ fn hazard_source(
 /// Whether a turn binding can show "both sides on".
 fn shows_both(turn: &TurnBinding) -> bool {
     match turn {
-        TurnBinding::NotFitted => false,
+        TurnBinding::NotFitted | TurnBinding::LeftOut => false,
         TurnBinding::From(sources) => sources.list.iter().any(|named| named.source.shows_both()),
     }
 }

@@ -36,9 +36,15 @@ pub(super) fn faults(
     FaultBinding { signals: files.iter().filter_map(fault).collect(), on_fault: on_fault.into() }
 }
 
-pub(super) fn while_hazard(binder: &mut Binder<'_>, turn: &TurnFile, hazard: &HazardFile) -> TurnWhileHazard {
+pub(super) fn while_hazard(
+    binder: &mut Binder<'_>,
+    turn: &TurnFile,
+    hazard: Option<&HazardFile>,
+) -> TurnWhileHazard {
     let Some(policy) = &turn.while_hazard else { return TurnWhileHazard::default() };
-    let both_sides = hazard.from.as_ref().is_some_and(|from| *from.get_ref() == HazardFrom::BothSides);
+    let both_sides = hazard
+        .and_then(|hazard| hazard.from.as_ref())
+        .is_some_and(|from| *from.get_ref() == HazardFrom::BothSides);
     if *policy.get_ref() == WhileHazardFile::Keep && both_sides && turn.source.is_empty() {
         let reason = "hazard comes from both sides, so there is no turn state to keep";
         binder.refuse(policy.span(), reason, "use while_hazard = \"disable\"");

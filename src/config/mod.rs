@@ -15,6 +15,8 @@ mod roles;
 pub mod scenario;
 pub mod settings;
 mod turn;
+mod v2i;
+pub mod v2i_file;
 pub mod vehicle;
 pub mod vehicle_file;
 

@@ -239,7 +239,14 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
             may_sleep: bus.may_sleep,
         });
     }
-    let gateway = GatewaySettings { node, buses, lights: vehicle.lights, publish, diagnostics_period };
+    let gateway = GatewaySettings {
+        node,
+        buses,
+        lights: vehicle.lights,
+        v2i: vehicle.v2i,
+        publish,
+        diagnostics_period,
+    };
     Ok(Settings {
         vehicle: vehicle.name,
         gateway,

@@ -12,13 +12,15 @@ use super::messages::messages;
 use super::problem::{Document, Problem};
 use super::roles::{Binder, ProfileBus};
 use super::turn::turn;
+use super::v2i::v2i;
 use super::vehicle_file::VehicleFile;
 use crate::core::dbc;
 use crate::core::dbc::model::Database;
 use crate::core::event::BusIndex;
 use crate::core::frame::CanId;
-use crate::core::trust::table::{BoundMessage, SignalTable};
-use crate::core::vehicle_lights::binding::LightsBinding;
+use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
+use crate::core::trust::table::{BoundMessage, BoundSignal, MessageIndex, SignalTable};
+use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
 
 /// What a profile comes to.
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub struct Vehicle {
     pub buses: Vec<VehicleBus>,
     /// Its lights.
     pub lights: LightsBinding,
+    /// Traffic-light states from the network; nothing in most profiles.
+    pub v2i: V2iBinding,
 }
 
 /// A bus as the profile describes it.
@@ -60,29 +64,18 @@ pub(super) const LONGEST_TIMEOUT_MS: u64 = 3_600_000;
 pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Result<Vehicle, Vec<Problem>> {
     let buses = read_buses(document, file, files)?;
     let mut binder = Binder::new(document, &buses);
-    let turn = turn(&mut binder, &file.turn);
-    let hazard = hazard(&mut binder, &file.hazard, turn.as_ref());
-    let turn_file = file.turn.get_ref();
-    let hazard_file = file.hazard.get_ref();
-    let turn_faults = faults(&mut binder, &turn_file.fault_signal, turn_file.on_fault.as_ref());
-    let hazard_faults = faults(&mut binder, &hazard_file.fault_signal, hazard_file.on_fault.as_ref());
-    let turn_while_hazard = while_hazard(&mut binder, turn_file, hazard_file);
+    let lights = lights(&mut binder, file);
+    let light_signals = std::mem::take(&mut binder.signals);
+    let sources = v2i(&mut binder, &file.v2i);
+    let v2i_signals = std::mem::take(&mut binder.signals);
     let alive_by: Vec<_> = buses.iter().map(|bus| alive_by(&mut binder, file, bus)).collect();
-    let all_bound = turn.is_some() && hazard.is_some();
+    let all_bound = lights.is_some() && sources.is_some();
     let messages = messages(&mut binder, file, &alive_by, all_bound);
-    let (signals, problems) = (binder.signals, binder.problems);
-    match (turn, hazard, problems) {
-        (Some(turn), Some(hazard), problems) if problems.is_empty() => {
-            let lights = LightsBinding {
-                table: SignalTable { messages, signals },
-                turn,
-                turn_faults,
-                hazard,
-                hazard_faults,
-                turn_while_hazard,
-            };
-            let limits: Vec<_> =
-                buses.iter().map(|bus| alive_timeout(file, bus, &lights.table.messages)).collect();
+    match (lights, sources, binder.problems) {
+        (Some(lights), Some(sources), problems) if problems.is_empty() => {
+            let lights = LightsBinding { table: table(&messages, light_signals), ..lights };
+            let v2i = V2iBinding { table: table(&messages, v2i_signals), sources };
+            let limits: Vec<_> = buses.iter().map(|bus| alive_timeout(file, bus, &messages)).collect();
             let buses =
                 buses.into_iter().zip(alive_by).zip(limits).map(|((bus, alive_by), limit)| VehicleBus {
                     alive_timeout: limit,
@@ -92,10 +85,57 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
                     name: bus.name,
                     database: bus.database,
                 });
-            Ok(Vehicle { name: file.name.clone(), buses: buses.collect(), lights })
+            Ok(Vehicle { name: file.name.clone(), buses: buses.collect(), lights, v2i })
         }
         (_, _, problems) => Err(problems),
     }
+}
+
+/// What `[turn]` and `[hazard]` come to, still without messages and signals.
+fn lights(binder: &mut Binder<'_>, file: &VehicleFile) -> Option<LightsBinding> {
+    // Who describes something else may leave the lights to another gateway.
+    if file.v2i.is_empty() {
+        for (key, missing) in [("turn", file.turn.is_none()), ("hazard", file.hazard.is_none())] {
+            if missing {
+                let remedy = "add the section, e.g. with fitted = false or from = \"unbound\"";
+                binder.refuse(0..0, format!("missing section `{key}`"), remedy);
+            }
+        }
+    }
+    let turn_binding = match &file.turn {
+        Some(file) => turn(binder, file),
+        None => Some(TurnBinding::LeftOut),
+    };
+    let hazard_binding = match &file.hazard {
+        Some(file) => hazard(binder, file, turn_binding.as_ref()),
+        None => Some(HazardBinding::LeftOut),
+    };
+    let turn_file = file.turn.as_ref().map(Spanned::get_ref);
+    let hazard_file = file.hazard.as_ref().map(Spanned::get_ref);
+    let turn_faults = turn_file.map(|file| faults(binder, &file.fault_signal, file.on_fault.as_ref()));
+    let hazard_faults = hazard_file.map(|file| faults(binder, &file.fault_signal, file.on_fault.as_ref()));
+    let turn_while_hazard = turn_file.map(|turn| while_hazard(binder, turn, hazard_file));
+    Some(LightsBinding {
+        table: SignalTable::default(),
+        turn: turn_binding?,
+        turn_faults: turn_faults.unwrap_or_default(),
+        hazard: hazard_binding?,
+        hazard_faults: hazard_faults.unwrap_or_default(),
+        turn_while_hazard: turn_while_hazard.unwrap_or_default(),
+    })
+}
+
+/// Signals with those of all messages that carry them.
+fn table(messages: &[BoundMessage], mut signals: Vec<BoundSignal>) -> SignalTable {
+    let mut carriers: Vec<_> = signals.iter().map(|signal| signal.message).collect();
+    carriers.sort_unstable();
+    carriers.dedup();
+    for signal in &mut signals {
+        // Each is among the carriers.
+        signal.message = MessageIndex(carriers.partition_point(|carrier| *carrier < signal.message));
+    }
+    let carriers = carriers.iter().filter_map(|carrier| messages.get(carrier.0));
+    SignalTable { messages: carriers.cloned().collect(), signals }
 }
 
 fn read_buses(

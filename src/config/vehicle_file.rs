@@ -11,6 +11,7 @@ use serde::de::{Unexpected, Visitor};
 use toml::Spanned;
 
 use super::integrity_file::{ChecksumFile, CounterFile, E2eFile, WindowFile};
+use super::v2i_file::V2iFile;
 use crate::core::trust::meaning::RawRange;
 use crate::core::vehicle_lights::binding::{BothOn, OnFault, TurnWhileHazard};
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress};
@@ -27,10 +28,13 @@ pub struct VehicleFile {
     /// Timing of bound messages by DBC name.
     #[serde(default)]
     pub message: BTreeMap<Spanned<String>, MessageFile>,
-    /// Turn indicators.
-    pub turn: Spanned<TurnFile>,
-    /// Hazard lights.
-    pub hazard: Spanned<HazardFile>,
+    /// Turn indicators; may be left out beside `v2i`.
+    pub turn: Option<Spanned<TurnFile>>,
+    /// Hazard lights; may be left out beside `v2i`.
+    pub hazard: Option<Spanned<HazardFile>>,
+    /// Traffic-light states from the network.
+    #[serde(default)]
+    pub v2i: Vec<Spanned<V2iFile>>,
 }
 
 /// `[bus.<name>]`

@@ -12,6 +12,7 @@ use super::diagnostics::{Diagnostics, RateMeter, Status};
 use super::event::{BusIndex, Input, LinkState, Output};
 use super::frame::{CanId, Frame};
 use super::time::{MonoTime, Now, WallStamp};
+use super::traffic_light::v2i_reception::binding::V2iBinding;
 use super::trust::table::{BoundMessage, MessageIndex};
 use super::vehicle_lights::binding::LightsBinding;
 use super::vehicle_lights::report::{Publish, Step};
@@ -26,6 +27,8 @@ pub struct GatewaySettings {
     pub buses: Vec<BusSettings>,
     /// What the vehicle profile binds.
     pub lights: LightsBinding,
+    /// What it binds for traffic-light states from the network.
+    pub v2i: V2iBinding,
     /// When reports go out.
     pub publish: Publish,
     /// How often all statuses are refreshed, at most 500 ms.
@@ -36,8 +39,8 @@ impl GatewaySettings {
     /// The identifiers that matter on a bus, ascending: bound messages and signs of life. All
     /// others can be filtered out before they cost anything.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<CanId> {
-        let bound =
-            self.lights.table.messages.iter().filter(|message| message.bus == bus).map(|message| message.id);
+        let bound = self.lights.table.messages.iter().chain(&self.v2i.table.messages);
+        let bound = bound.filter(|message| message.bus == bus).map(|message| message.id);
         let alive = self.buses[usize::from(bus.0)].alive_by.iter().copied();
         let mut ids: Vec<_> = bound.chain(alive).collect();
         ids.sort_unstable();
@@ -139,8 +142,8 @@ impl Gateway {
 
     /// All statuses as of now.
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
-        let lights = [Task::TurnIndicators, Task::HazardLights].map(|task| self.lights_status(task, now));
-        lights.into_iter().chain((0..self.buses.len()).map(|bus| self.bus_status(bus, now))).collect()
+        let lights = self.lights.tasks().map(|task| self.lights_status(task, now));
+        lights.chain((0..self.buses.len()).map(|bus| self.bus_status(bus, now))).collect()
     }
 
     fn bus(&mut self, bus: BusIndex) -> Option<&mut Bus> {
@@ -178,11 +181,14 @@ impl Gateway {
             Step::Withdraw => Output::WithdrawHazardLights,
         }));
         let mut changed = Vec::new();
-        if steps.turn_changed {
-            changed.push(self.lights_status(Task::TurnIndicators, now.mono));
-        }
-        if steps.hazard_changed {
-            changed.push(self.lights_status(Task::HazardLights, now.mono));
+        for task in self.lights.tasks() {
+            let is_news = match task {
+                Task::TurnIndicators => steps.turn_changed,
+                Task::HazardLights => steps.hazard_changed,
+            };
+            if is_news {
+                changed.push(self.lights_status(task, now.mono));
+            }
         }
         for index in 0..self.buses.len() {
             let finding = Some(self.buses[index].finding(now.mono));

@@ -7,6 +7,7 @@ mod gateway_file;
 mod integrity_keys;
 mod reference;
 mod sources;
+mod v2i;
 mod vehicle_profile;
 
 use std::collections::BTreeMap;
@@ -80,6 +81,14 @@ BO_ 258 LAMPS 8 X
 SIG_VALTYPE_ 257 HEAT : 1;
 BO_ 259 OTHER: 1 X
  SG_ LAMP : 0|1@1+ (1,0) [0|1] "" X
+BO_ 260 SPAT: 4 X
+ SG_ PLACE : 0|8@1+ (1,0) [0|255] "" X
+ SG_ GROUP : 8|4@1+ (1,0) [0|15] "" X
+ SG_ STATE : 12|4@1+ (1,0) [0|15] "" X
+ SG_ SURE : 16|7@1+ (1,0) [0|127] "" X
+ SG_ SHORT : 23|3@1+ (1,0) [0|7] "" X
+ SG_ KIND M : 26|1@1+ (1,0) [0|1] "" X
+ SG_ NEXT m1 : 27|4@1+ (1,0) [0|15] "" X
 "#;
 
 fn load_texts(texts: &Texts) -> Result<Settings, Vec<Problem>> {

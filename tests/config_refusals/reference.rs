@@ -57,6 +57,12 @@ BO_ 257 LAMPS: 4 X
  SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X
  SG_ BULB_FAULT : 2|1@1+ (1,0) [0|1] \"\" X
 BO_ 258 ENGINE_DATA: 4 X
+BO_ 259 V2X: 8 X
+ SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X
+ SG_ USABLE : 4|1@1+ (1,0) [0|1] \"\" X
+ SG_ INTERSECTION : 8|16@1+ (1,0) [0|65535] \"\" X
+ SG_ SIGNAL_GROUP : 24|8@1+ (1,0) [0|255] \"\" X
+ SG_ CONFIDENCE : 32|7@1+ (1,0) [0|127] \"\" X
 ";
 
 fn texts(gateway: String, profile: String) -> Texts {
@@ -179,4 +185,35 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
         }
     }
     assert_eq!(seen.len(), 46);
+}
+
+#[test]
+fn every_key_of_a_v2x_unit_is_accepted_in_each_of_its_forms() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let all = section(&sections, "[[v2i]]");
+    let of = |keys: &[&str]| -> String {
+        let wanted = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
+        let lines: Vec<_> = all.iter().filter(wanted).map(|line| line.clone() + "\n").collect();
+        assert_eq!(lines.len(), keys.len(), "{keys:?} are shown");
+        lines.concat()
+    };
+    let one = of(&["id"]);
+    let many = of(&["intersection", "group", "groups", "group_timeout_ms"]);
+    let both = of(&["signal", "confidence"]);
+    let texts_of = of(&["states", "not_available", "fault"]);
+    let numbers = "states = \"movement_phase_state\"\n".to_owned();
+    let arrow = numbers.clone() + &of(&["arrow"]);
+    assert_eq!(all.len(), 11);
+    let status = section(&sections, "[[v2i.status]]").join("\n");
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
+    for (form, states) in
+        [(&one, &texts_of), (&one, &numbers), (&one, &arrow), (&many, &texts_of), (&many, &numbers)]
+    {
+        let profile = format!(
+            "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.V2X.timeout_ms = 500\n\
+             [[v2i]]\n{both}{form}{states}[[v2i.status]]\n{status}\n"
+        );
+        assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+    }
 }

@@ -33,3 +33,4 @@ pub mod target;
 pub mod text;
 mod trigger;
 pub mod unknown_ids;
+pub mod v2i_reception;

@@ -121,7 +121,8 @@ impl Observations {
         }
     }
 
-    /// Takes a frame of `message`: all signals it carries, or none when it is too short for one.
+    /// Takes a frame of `message`: all signals it carries, or none when it is too short for one or not
+    /// trusted. Says whether it was used.
     pub fn frame_arrived(
         &mut self,
         table: &SignalTable,
@@ -129,7 +130,7 @@ impl Observations {
         frame: &Frame,
         stamp: WallStamp,
         now: Now,
-    ) {
+    ) -> bool {
         let (data, length) = (frame.padded(), frame.data().len());
         let carried = &self.carried[message.0];
         let present = |signal: &&SignalIndex| table.signals[signal.0].codec.is_present(data);
@@ -137,7 +138,7 @@ impl Observations {
         if carried.iter().filter(present).any(|signal| needed(signal) > length) {
             self.counts[message.0].too_short += 1;
             self.latest[message.0] = Some(Latest::TooShort(now.mono));
-            return;
+            return false;
         }
         self.counts[message.0].frames += 1;
         self.latest[message.0] = Some(Latest::Whole(now.mono));
@@ -151,7 +152,7 @@ impl Observations {
                             self.last[signal.0] = None;
                         }
                     }
-                    return;
+                    return false;
                 }
                 Verdict::Trusted => {
                     if let Some((_, trusted_since)) = &mut self.rejected[message.0] {
@@ -165,6 +166,7 @@ impl Observations {
             let raw = table.signals[signal.0].codec.value(data);
             self.last[signal.0] = Some(Observation { raw, received });
         }
+        true
     }
 
     /// Forgets what came over a bus: after a lost link nothing seen before it counts.
@@ -209,26 +211,39 @@ impl Observations {
         buses: &[Bus],
         now: MonoTime,
     ) -> Reading<T> {
-        let index = table.signals[role.signal.0].message;
+        match self.believable(table, role.signal, buses, now) {
+            Ok(Observation { raw, received }) => {
+                Reading::Seen { meaning: role.values.meaning(raw), raw, received }
+            }
+            Err(why) => Reading::Absent(why),
+        }
+    }
+
+    /// The last value of a signal as long as it may be believed.
+    pub fn believable(
+        &self,
+        table: &SignalTable,
+        signal: SignalIndex,
+        buses: &[Bus],
+        now: MonoTime,
+    ) -> Result<Observation, Absence> {
+        let index = table.signals[signal.0].message;
         let message = &table.messages[index.0];
         let bus = &buses[usize::from(message.bus.0)];
-        let Some(Observation { raw, received }) = self.last[role.signal.0] else {
+        let Some(seen) = self.last[signal.0] else {
             let before = self.counts[index.0].frames > 0;
             let none = if before { Absence::NotAgain } else { Absence::NeverSeen };
             let why = self.shortcoming(table, index, None, now).unwrap_or(none);
-            return Reading::Absent(cause(bus, None, now).unwrap_or(why));
+            return Err(cause(bus, None, now).unwrap_or(why));
         };
-        let stale = message.timing.timeout().is_some_and(|timeout| now.since(received.at) > timeout);
+        let last = Some(seen.received.at);
+        let stale = message.timing.timeout().is_some_and(|timeout| now.since(seen.received.at) > timeout);
         let absent = if stale {
-            let last = Some(received.at);
             Some(self.shortcoming(table, index, last, now).unwrap_or(Absence::Stale))
         } else {
             (message.timing.is_event() && !bus.is_alive(now)).then_some(Absence::BusSilent)
         };
-        absent.map_or_else(
-            || Reading::Seen { meaning: role.values.meaning(raw), raw, received },
-            |why| Reading::Absent(cause(bus, Some(received.at), now).unwrap_or(why)),
-        )
+        absent.map_or(Ok(seen), |why| Err(cause(bus, last, now).unwrap_or(why)))
     }
 
     /// What is wrong with the frames of a message that come all the same, as it seems to a signal

@@ -45,6 +45,8 @@ pub enum TurnCode {
 /// Where the turn state comes from.
 #[derive(Debug, Clone)]
 pub enum TurnBinding {
+    /// The profile does not speak of them: never published, and no diagnostics.
+    LeftOut,
     /// The vehicle has no indicators: DISABLE for ever.
     NotFitted,
     /// What the vehicle sends of them.
@@ -153,6 +155,8 @@ pub enum BothOn {
 /// Where the hazard state comes from.
 #[derive(Debug, Clone)]
 pub enum HazardBinding {
+    /// The profile does not speak of them: never published, and no diagnostics.
+    LeftOut,
     /// The vehicle has no hazard lights: DISABLE for ever.
     NotFitted,
     /// The vehicle has them but the profile cannot see them: never published.

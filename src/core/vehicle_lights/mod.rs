@@ -74,6 +74,14 @@ impl VehicleLights {
         &self.binding
     }
 
+    /// What there is to say something of: all but what the profile leaves out.
+    pub fn tasks(&self) -> impl Iterator<Item = Task> + use<> {
+        let turn = !matches!(self.binding.turn, TurnBinding::LeftOut);
+        let hazard = !matches!(self.binding.hazard, HazardBinding::LeftOut);
+        let turn = turn.then_some(Task::TurnIndicators);
+        turn.into_iter().chain(hazard.then_some(Task::HazardLights))
+    }
+
     /// The last values.
     pub fn observations(&self) -> &Observations {
         &self.seen
@@ -125,11 +133,11 @@ fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
 /// The signals a task's state depends on, without fault signals.
 fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
     let turn = match &binding.turn {
-        TurnBinding::NotFitted => &[][..],
+        TurnBinding::LeftOut | TurnBinding::NotFitted => &[][..],
         TurnBinding::From(sources) => &sources.list,
     };
     let hazard = match &binding.hazard {
-        HazardBinding::NotFitted | HazardBinding::Unbound => &[][..],
+        HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => &[][..],
         HazardBinding::From(sources) => &sources.list,
     };
     let mut signals: Vec<SignalIndex> = Vec::new();

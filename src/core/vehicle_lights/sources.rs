@@ -96,11 +96,11 @@ impl Memory {
     /// Nothing seen yet.
     pub fn new(binding: &LightsBinding) -> Self {
         let turn = match &binding.turn {
-            TurnBinding::NotFitted => None,
+            TurnBinding::LeftOut | TurnBinding::NotFitted => None,
             TurnBinding::From(sources) => Some(Panel::new(sources, TurnReader::new, turn_codes_agree)),
         };
         let hazard = match &binding.hazard {
-            HazardBinding::NotFitted | HazardBinding::Unbound => None,
+            HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => None,
             HazardBinding::From(sources) => {
                 let agree = |one: HazardCode, other: HazardCode| one.active == other.active;
                 Some(Panel::new(sources, HazardReader::new, agree))
@@ -111,12 +111,13 @@ impl Memory {
 
     /// Asks every source.
     pub fn hear(&mut self, view: View<'_>) -> Heard {
-        let (turn, sides) = match &mut self.turn {
-            None => {
+        let (turn, sides) = match (&mut self.turn, &view.binding.turn) {
+            (None, TurnBinding::NotFitted) => {
                 let off = view.off_for_ever(TurnCode::Off);
                 (off, off.state)
             }
-            Some(panel) => {
+            (None, TurnBinding::LeftOut | TurnBinding::From(_)) => (unbound(), unbound().state),
+            (Some(panel), _) => {
                 let mut turn = panel.hear(view.now.mono, turn_word, |reader| reader.says(view));
                 turn.remarks.lamps = panel.readers.iter().find_map(TurnReader::remark);
                 (turn, panel.told_by(|reader| reader.shows_both))
@@ -125,7 +126,7 @@ impl Memory {
         let hazard = match (&mut self.hazard, &view.binding.hazard) {
             (Some(panel), _) => panel.hear(view.now.mono, hazard_word, |reader| reader.says(view, sides)),
             (None, HazardBinding::NotFitted) => view.off_for_ever(HAZARD_OFF),
-            (None, HazardBinding::Unbound | HazardBinding::From(_)) => UNBOUND,
+            (None, HazardBinding::LeftOut | HazardBinding::Unbound | HazardBinding::From(_)) => unbound(),
         };
         Heard { turn, hazard }
     }
@@ -142,11 +143,9 @@ impl Memory {
     }
 }
 
-const UNBOUND: Told<HazardCode> = Told {
-    state: Err(Doubt::Unbound),
-    source: 0,
-    remarks: Remarks { lamps: None, stand_in: None, disagreement: None },
-};
+fn unbound<T>() -> Told<T> {
+    Told { state: Err(Doubt::Unbound), source: 0, remarks: Remarks::default() }
+}
 
 /// What a turn state is called where sources disagree.
 fn turn_word(code: TurnCode) -> &'static str {

@@ -1,0 +1,61 @@
+//! `MovementPhaseState` of SAE J2735 and ETSI TS 103 301 as bulbs (traffic-lights section 9.2, item 4).
+
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::trust::meaning::Meaning;
+
+/// The standard's numbers, 0 to 9, and what they mean. The shape, an arrow or else a circle, is that of
+/// a movement that has the way to itself (protected): the number does not say where it leads.
+pub fn movement_phase_states(protected: Shape) -> [(i128, Meaning<BulbSet>); 10] {
+    let one = |color, status, shape| {
+        let bulb = Bulb { color, status, shape };
+        Meaning::Defined([bulb].into_iter().collect())
+    };
+    let lit = |color, shape| one(color, Status::SolidOn, shape);
+    let circle = Shape::Circle;
+    [
+        (0, Meaning::NotAvailable),
+        // Dark: what colour it is that does not shine is not told.
+        (1, one(Color::Unknown, Status::SolidOff, circle)),
+        (2, one(Color::Red, Status::Flashing, circle)),
+        (3, lit(Color::Red, circle)),
+        // Red and yellow together would come out of the arbiter as one of them.
+        (4, lit(Color::Red, circle)),
+        (5, lit(Color::Green, circle)),
+        (6, lit(Color::Green, protected)),
+        (7, lit(Color::Yellow, circle)),
+        (8, lit(Color::Yellow, protected)),
+        (9, one(Color::Yellow, Status::Flashing, circle)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_of_the_standard_has_its_bulb() {
+        let text = |meaning| match meaning {
+            Meaning::Defined(bulbs) => BulbSet::to_string(&bulbs),
+            Meaning::NotAvailable => "not available".to_owned(),
+            Meaning::Fault | Meaning::Undefined => panic!("the standard names it"),
+        };
+        let wanted = [
+            "not available",
+            "unknown solidOff circle",
+            "red flashing circle",
+            "red solidOn circle",
+            "red solidOn circle",
+            "green solidOn circle",
+            "green solidOn left",
+            "yellow solidOn circle",
+            "yellow solidOn left",
+            "yellow flashing circle",
+        ];
+        for ((number, meaning), wanted) in movement_phase_states(Shape::Left).into_iter().zip(wanted) {
+            assert_eq!(text(meaning), wanted, "{number}");
+        }
+        let [.., (six, green), _, (eight, yellow), _] = movement_phase_states(Shape::Circle);
+        assert_eq!((six, text(green)), (6, "green solidOn circle".to_owned()));
+        assert_eq!((eight, text(yellow)), (8, "yellow solidOn circle".to_owned()));
+    }
+}
