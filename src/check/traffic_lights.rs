@@ -51,3 +51,27 @@ fn values<T: Copy>(
     let signal = &binding.table.signals[role.signal.0].name;
     report.line("", &format!("{signal}: {}; anything else is invalid", values.join(", ")));
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::config::files::Disk;
+    use crate::config::load_profile;
+
+    #[test]
+    fn every_group_is_listed_with_its_states() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/v2x_unit.toml");
+        let text = super::super::binding(&load_profile(&Disk, &path).unwrap()).text;
+        for part in [
+            "message    V2X_SPAT (5A1) on v2x: cyclic, unknown after 250 ms of silence\n",
+            "turn       not in the profile: never published, no diagnostics\n",
+            "v2i        34806\n           V2X_NEXT.AHEAD: 0 not available, 1 red solidOn circle, 2 yellow",
+            "a group is unknown after 2000 ms without it\n           35101 is group 1 of intersection 1201\n",
+            "V2X_SPAT.CONFIDENCE: confidence, 100 is full\n",
+            "V2X_SPAT.USABLE: 0 not usable, 1 usable; anything else is invalid\n",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+    }
+}
