@@ -109,12 +109,15 @@ fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
     gateway.wait_until("a reader", |status| status["lights"][2] == 1);
     gateway.tell("lights v2i 1 101 90"); // three seconds, 7 kB each
     gateway.wait_for("the end of the stream", |line| line["event"] == "sent");
-    let mut newest = 0;
+    let (mut newest, mut missed) = (0, 0);
     while newest < 90 {
         let seen = sec(&early.wait_for("the stream", is_sample));
-        assert_eq!(seen, newest + 1, "the early reader missed something");
+        assert!(seen > newest, "{seen} came after {newest}");
+        missed += seen - newest - 1;
         newest = seen;
     }
+    // A machine too slow for the stream leaves some out on purpose.
+    assert_eq!(gateway.status()["overtaken"], missed, "the early reader missed something");
     let late = reader(&python, domain, "groups", V2I, "transient_local");
     let mut handed_over = 1;
     while sec(&late.wait_for("the newest", is_sample)) != 90 {
