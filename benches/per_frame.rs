@@ -83,7 +83,7 @@ fn time_of_a_frame(
 ) -> Option<f64> {
     let mut gateway = gateway();
     let inputs = frames.map(input);
-    for input in [inputs[1], inputs[0], inputs[1]] {
+    for input in [&inputs[1], &inputs[0], &inputs[1]].map(Clone::clone) {
         assert_eq!(take(&mut gateway, input, NOW), outputs, "{name}");
     }
     let mut samples = Vec::new();
@@ -91,7 +91,7 @@ fn time_of_a_frame(
         bencher.iter_custom(|count| {
             let start = Instant::now();
             for (input, _) in inputs.iter().cycle().zip(0..count) {
-                take(&mut gateway, *input, NOW);
+                take(&mut gateway, input.clone(), NOW);
             }
             let spent = start.elapsed();
             samples.push(spent.as_secs_f64() * 1e9 / count as f64);
@@ -126,10 +126,10 @@ fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
     let mut gateway = Gateway::new(settings, LinkState::Up, NOW);
     let mut round = frames.iter().cycle();
     for _ in 0..frames.len() {
-        take(&mut gateway, *round.next().unwrap(), NOW);
+        take(&mut gateway, round.next().unwrap().clone(), NOW);
     }
     criterion.bench_function(name, |bencher| {
-        bencher.iter(|| take(&mut gateway, *round.next().unwrap(), NOW));
+        bencher.iter(|| take(&mut gateway, round.next().unwrap().clone(), NOW));
     });
     let seen = gateway.lights().observations();
     let rejected = seen.guard_counts(MessageIndex(0)).map(|counts| counts.rejected());

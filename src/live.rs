@@ -38,6 +38,8 @@ impl Live {
                 | Input::ErrorFrame { .. }
                 | Input::Controller { .. }
                 | Input::BadRecords { .. }
+                | Input::LightStates { .. }
+                | Input::LightsAction(_)
                 | Input::Deadline => read.wall,
             };
             let at = self.time.arrival(stamp, read);
@@ -49,7 +51,7 @@ impl Live {
     pub fn step(&mut self, read: MonoTime) -> Option<(Input, Now)> {
         let deadline = self.gateway.next_deadline(self.handled).max(self.handled);
         let (input, at) = match self.waiting.front() {
-            Some((input, at)) if at.mono < deadline => (*input, *at),
+            Some((input, at)) if at.mono < deadline => (input.clone(), *at),
             None if deadline.after(LAG) > read => return None,
             Some(_) | None => (Input::Deadline, self.time.deadline(deadline)),
         };
@@ -57,7 +59,7 @@ impl Live {
             self.waiting.pop_front();
         }
         self.handled = at.mono;
-        self.gateway.handle(input, at);
+        self.gateway.handle(input.clone(), at);
         Some((input, at))
     }
 

@@ -4,12 +4,16 @@ use std::sync::Arc;
 
 use crate::config::Settings;
 use crate::config::file::Durability as ConfiguredDurability;
+use crate::config::traffic_lights::Outlet;
 use crate::core::event::Output;
 use crate::io::ros::incoming::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::RosSettings;
-use crate::io::ros::topics::{Durability, Topics};
+use crate::io::ros::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
+
+/// Commands kept for us by DDS while we are busy.
+const COMMAND_DEPTH: i32 = 50;
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -143,8 +147,34 @@ pub fn topics(settings: &Settings) -> Topics {
         turn_indicators: settings.ros.turn_indicators_status.clone(),
         hazard_lights: settings.ros.hazard_lights_status.clone(),
         diagnostics: settings.ros.diagnostics.clone(),
-        lights: Vec::new(),
+        lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
     }
+}
+
+fn light_outlet(outlet: &Outlet, settings: &Settings) -> LightsOutlet {
+    LightsOutlet {
+        topic: outlet.topic,
+        name: outlet.name.clone(),
+        lights: outlet.message,
+        compat: settings.light_topics.compat,
+    }
+}
+
+/// What is read. Volatile: a state from before our start may no longer hold.
+fn subscriptions(settings: &Settings) -> Vec<Subscription> {
+    let subscription = |name: &String, kind, depth| Subscription {
+        name: name.clone(),
+        kind,
+        reliability: Reliability::Reliable,
+        durability: Durability::Volatile,
+        depth,
+    };
+    let topics = &settings.light_topics;
+    let states =
+        topics.inputs.iter().map(|(store, name)| subscription(name, SubscriptionKind::Groups(*store), 1));
+    let commands =
+        topics.command.iter().map(|name| subscription(name, SubscriptionKind::Command, COMMAND_DEPTH));
+    states.chain(commands).collect()
 }
 
 fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
@@ -164,7 +194,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
             ConfiguredDurability::Volatile => Durability::Volatile,
         },
         topics: topics(settings),
-        subscriptions: Vec::new(),
+        subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
     })
 }

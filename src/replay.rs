@@ -58,7 +58,8 @@ impl Replay {
 
     fn begin(settings: GatewaySettings, mut tape: Tape) -> io::Result<Self> {
         let next = tape.next_input()?;
-        let now = next.map_or(Now { mono: MonoTime::ZERO, wall: WallStamp::default() }, |(_, now)| now);
+        let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+        let now = next.as_ref().map_or(start, |(_, now)| *now);
         Ok(Self { gateway: Gateway::new(settings, LinkState::Up, now), tape, next, now, ended: false })
     }
 
@@ -77,16 +78,15 @@ impl Replay {
     /// When the recording cannot be read on; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
         let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
-        match self.next {
-            Some((input, at)) if at.mono < deadline => {
+        match self.next.take_if(|(_, at)| at.mono < deadline) {
+            Some((input, at)) => {
                 self.now = at;
                 self.gateway.handle(input, at);
-                self.next = None;
                 self.next = self.tape.next_input()?;
                 Ok(true)
             }
-            None if !self.ended => Ok(false),
-            Some(_) | None => {
+            None if self.next.is_none() && !self.ended => Ok(false),
+            None => {
                 self.now = Now { mono: deadline, wall: self.now.wall.after(deadline.since(self.now.mono)) };
                 self.gateway.handle(Input::Deadline, self.now);
                 Ok(true)
@@ -320,6 +320,8 @@ mod tests {
             | Input::ErrorFrame { .. }
             | Input::Controller { .. }
             | Input::BadRecords { .. }
+            | Input::LightStates { .. }
+            | Input::LightsAction(_)
             | Input::Deadline) => format!("{other:?}"),
         }
     }

@@ -6,6 +6,7 @@ use std::net::IpAddr;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::traffic_lights_file::TrafficLightsFile;
 use super::vehicle_file::VehicleFile;
 
 /// A whole configuration file.
@@ -33,6 +34,8 @@ pub struct GatewayFile {
     /// Recordings around faults.
     #[serde(default)]
     pub black_box: BlackBoxFile,
+    /// Traffic lights.
+    pub traffic_lights: Option<TrafficLightsFile>,
     /// ROS 2.
     #[serde(default)]
     pub ros: RosFile,

@@ -14,6 +14,8 @@ pub mod problem;
 mod roles;
 pub mod scenario;
 pub mod settings;
+pub mod traffic_lights;
+pub mod traffic_lights_file;
 mod turn;
 mod v2i;
 pub mod v2i_file;

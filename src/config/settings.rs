@@ -11,6 +11,7 @@ use super::file::{
 };
 use super::files::Files;
 use super::problem::{Document, Problem, Refused};
+use super::traffic_lights::{LightTopics, traffic_lights};
 use super::vehicle::{Vehicle, compile};
 use super::vehicle_file::VehicleFile;
 use crate::core::bus::BusSettings;
@@ -39,6 +40,8 @@ pub struct Settings {
     pub black_box: BlackBoxConfig,
     /// ROS 2.
     pub ros: RosConfig,
+    /// Topics of the traffic lights; none without them.
+    pub light_topics: LightTopics,
 }
 
 /// What is kept around a change to ERROR, and where.
@@ -183,6 +186,7 @@ fn vehicle(
             "both a profile and a [vehicle] are given",
             "keep one of them",
         )]),
+        (None, None) if file.traffic_lights.is_some() => Ok((document.clone(), Vehicle::none())),
         (None, None) => {
             let remedy = "name one with profile = \"vehicles/….toml\"";
             Err(vec![document.problem(0..0, "no vehicle profile is given", remedy)])
@@ -223,6 +227,10 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
             "add [recording] file = \"….log\"",
         );
     }
+    let lights = file
+        .traffic_lights
+        .as_ref()
+        .and_then(|section| traffic_lights(files, document, section, &mut checks.problems));
     let cans = vehicle.as_ref().map(|vehicle| checks.cans(file, vehicle)).unwrap_or_default();
     let (Some(vehicle), true) = (vehicle, checks.problems.is_empty()) else {
         return Err(Refused(checks.problems));
@@ -239,11 +247,13 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
             may_sleep: bus.may_sleep,
         });
     }
+    let (flow, light_topics) = lights.unzip();
     let gateway = GatewaySettings {
         node,
         buses,
         lights: vehicle.lights,
         v2i: vehicle.v2i,
+        traffic_lights: flow,
         publish,
         diagnostics_period,
     };
@@ -257,6 +267,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         hardware_id,
         black_box,
         ros,
+        light_topics: light_topics.unwrap_or_default(),
     })
 }
 
@@ -288,8 +299,6 @@ impl Checks<'_> {
 
     /// An absolute topic: `/a/b`.
     fn topic(&mut self, given: Option<&Spanned<String>>, default: &str) -> String {
-        let is_topic =
-            |topic: &str| topic.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_ros_name));
         if let Some(topic) = given.filter(|topic| !is_topic(topic.get_ref())) {
             self.refuse(topic, format!("{:?} is no absolute topic", topic.get_ref()), "write it as /a/b");
         }
@@ -446,6 +455,11 @@ impl Checks<'_> {
         }
         cans
     }
+}
+
+/// An absolute topic: `/a/b`.
+pub(super) fn is_topic(topic: &str) -> bool {
+    topic.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_ros_name))
 }
 
 fn is_ros_name(name: &str) -> bool {

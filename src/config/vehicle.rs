@@ -20,7 +20,9 @@ use crate::core::event::BusIndex;
 use crate::core::frame::CanId;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
 use crate::core::trust::table::{BoundMessage, BoundSignal, MessageIndex, SignalTable};
-use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
+use crate::core::vehicle_lights::binding::{
+    FaultBinding, HazardBinding, LightsBinding, TurnBinding, TurnWhileHazard,
+};
 
 /// What a profile comes to.
 #[derive(Debug)]
@@ -33,6 +35,21 @@ pub struct Vehicle {
     pub lights: LightsBinding,
     /// Traffic-light states from the network; nothing in most profiles.
     pub v2i: V2iBinding,
+}
+
+impl Vehicle {
+    /// No vehicle at all: a bench.
+    pub(super) fn none() -> Self {
+        let lights = LightsBinding {
+            table: SignalTable::default(),
+            turn: TurnBinding::LeftOut,
+            turn_faults: FaultBinding::default(),
+            hazard: HazardBinding::LeftOut,
+            hazard_faults: FaultBinding::default(),
+            turn_while_hazard: TurnWhileHazard::default(),
+        };
+        Self { name: "no vehicle".to_owned(), buses: Vec::new(), lights, v2i: V2iBinding::default() }
+    }
 }
 
 /// A bus as the profile describes it.

@@ -84,7 +84,7 @@ impl BlackBox {
             }
         }
         for (input, at) in &self.inputs {
-            self.write_input(&mut log, start, *input, *at);
+            self.write_input(&mut log, start, input, *at);
         }
         let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.mono.as_nanos()));
         let covered = self.decisions.iter().filter(|(at, _)| *at >= start.mono);
@@ -112,8 +112,8 @@ impl BlackBox {
         }
     }
 
-    fn write_input(&self, log: &mut String, start: Now, input: Input, at: Now) {
-        let interface = |bus: super::event::BusIndex| {
+    fn write_input(&self, log: &mut String, start: Now, input: &Input, at: Now) {
+        let interface = |bus: &super::event::BusIndex| {
             self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str)
         };
         match input {
@@ -128,10 +128,14 @@ impl BlackBox {
             }
             Input::Link { .. } | Input::Controller { .. } | Input::Drops { .. } => {
                 if let Some((bus, note)) = Note::of(input) {
-                    write_note(log, start, at, interface(bus), note);
+                    write_note(log, start, at, interface(&bus), note);
                 }
             }
-            Input::BadRecords { .. } | Input::Deadline => {}
+            // A log of a bus has no words for traffic lights.
+            Input::LightStates { .. }
+            | Input::LightsAction(_)
+            | Input::BadRecords { .. }
+            | Input::Deadline => {}
         }
     }
 }

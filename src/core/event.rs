@@ -3,12 +3,17 @@
 //! The daemon turns sockets into [`Input`]s and [`Output`]s into sockets; a replay turns a file
 //! into the same `Input`s.
 
+use std::sync::Arc;
+
 use super::controller::ControllerReport;
 use super::diagnostics::Diagnostics;
 use super::error_frame::ErrorFrame;
 use super::frame::Frame;
 use super::time::WallStamp;
 use super::traffic_light::emission::Emission;
+use super::traffic_light::engine::Sight;
+use super::traffic_light::scenario::Action;
+use super::traffic_light::target::StoreId;
 use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Which of the configured CAN buses; an index into the settings' list of buses.
@@ -31,7 +36,7 @@ pub enum LinkState {
 }
 
 /// One thing that happened outside.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// A data frame arrived.
     Frame {
@@ -77,6 +82,18 @@ pub enum Input {
         /// How many more than reported before.
         count: u32,
     },
+    /// Somebody told states of traffic lights.
+    LightStates {
+        /// For which store.
+        store: StoreId,
+        /// By way or relation id; `None` = there is none any more.
+        states: Arc<[(i64, Option<Sight>)]>,
+        /// How many more could not be read.
+        rejected: u32,
+    },
+    /// Somebody asked for something to be done with the traffic lights; `None` = in words that could
+    /// not be understood.
+    LightsAction(Option<Arc<Action>>),
     /// Nothing happened, but the deadline asked for has come.
     Deadline,
 }

@@ -8,10 +8,11 @@ use std::time::Duration;
 
 use super::bus::{Bus, BusFinding, BusSettings};
 use super::bus_status;
-use super::diagnostics::{Diagnostics, RateMeter, Status};
+use super::diagnostics::{Diagnostics, Level, RateMeter, Status};
 use super::event::{BusIndex, Input, LinkState, Output};
 use super::frame::{CanId, Frame};
 use super::time::{MonoTime, Now, WallStamp};
+use super::traffic_light::flow::{FlowSettings, TrafficLightFlow};
 use super::traffic_light::v2i_reception::binding::V2iBinding;
 use super::trust::table::{BoundMessage, MessageIndex};
 use super::vehicle_lights::binding::LightsBinding;
@@ -29,6 +30,8 @@ pub struct GatewaySettings {
     pub lights: LightsBinding,
     /// What it binds for traffic-light states from the network.
     pub v2i: V2iBinding,
+    /// Traffic lights; none = what `v2i` binds has nowhere to go.
+    pub traffic_lights: Option<FlowSettings>,
     /// When reports go out.
     pub publish: Publish,
     /// How often all statuses are refreshed, at most 500 ms.
@@ -49,6 +52,13 @@ impl GatewaySettings {
     }
 }
 
+/// The message of each flow that has an identifier.
+#[derive(Debug, Clone, Copy)]
+struct Route {
+    lights: Option<MessageIndex>,
+    v2i: Option<MessageIndex>,
+}
+
 /// The whole gateway, pure.
 #[derive(Debug, Clone)]
 pub struct Gateway {
@@ -56,9 +66,12 @@ pub struct Gateway {
     buses: Vec<Bus>,
     bus_findings: Vec<Option<BusFinding>>,
     bus_rates: Vec<RateMeter>,
-    /// Per bus: relevant ids, ascending, with the bound message if it is one.
-    routes: Vec<Vec<(CanId, Option<MessageIndex>)>>,
+    /// Per bus: relevant ids, ascending, with the messages bound to them.
+    routes: Vec<Vec<(CanId, Route)>>,
     lights: VehicleLights,
+    traffic_lights: Option<TrafficLightFlow>,
+    /// Level and message of each of its statuses, as said last.
+    traffic_lights_said: Vec<(Level, String)>,
     diagnostics_period: Duration,
     refresh_due: MonoTime,
     outputs: VecDeque<Output>,
@@ -86,6 +99,10 @@ impl Gateway {
             bus_findings: vec![None; bus_count],
             bus_rates: vec![RateMeter::default(); bus_count],
             lights: VehicleLights::new(settings.lights, settings.publish),
+            traffic_lights: settings
+                .traffic_lights
+                .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
+            traffic_lights_said: Vec::new(),
             diagnostics_period: settings.diagnostics_period,
             refresh_due: now.mono,
             outputs: VecDeque::new(),
@@ -105,6 +122,7 @@ impl Gateway {
             Input::Link { bus, state } => {
                 if self.bus(bus).is_some_and(|known| known.set_link(state)) {
                     self.lights.forget_bus(bus);
+                    self.traffic_lights.iter_mut().for_each(|flow| flow.forget_bus(bus));
                 }
             }
             Input::Drops { bus, lost } => {
@@ -119,6 +137,12 @@ impl Gateway {
             Input::BadRecords { bus, count } => {
                 self.bus(bus).into_iter().for_each(|known| known.bad_records(count, now.mono));
             }
+            Input::LightStates { store, states, rejected } => {
+                self.traffic_lights.iter_mut().for_each(|flow| flow.take(store, &states, rejected, now));
+            }
+            Input::LightsAction(action) => {
+                self.traffic_lights.iter_mut().for_each(|flow| flow.perform(action.as_deref(), now));
+            }
             Input::Deadline => {}
         }
         self.settle(now);
@@ -132,7 +156,11 @@ impl Gateway {
     /// When to call [`Self::handle`] with [`Input::Deadline`] if nothing else happens before.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
         let buses = self.buses.iter().filter_map(|bus| bus.next_deadline(now));
-        buses.chain(self.lights.next_deadline(now)).fold(self.refresh_due, MonoTime::min)
+        let traffic_lights = self.traffic_lights.as_ref().map(|flow| flow.next_deadline(now));
+        buses
+            .chain(self.lights.next_deadline(now))
+            .chain(traffic_lights)
+            .fold(self.refresh_due, MonoTime::min)
     }
 
     /// State of the lights, for views.
@@ -143,7 +171,8 @@ impl Gateway {
     /// All statuses as of now.
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let lights = self.lights.tasks().map(|task| self.lights_status(task, now));
-        lights.chain((0..self.buses.len()).map(|bus| self.bus_status(bus, now))).collect()
+        let buses = (0..self.buses.len()).map(|bus| self.bus_status(bus, now));
+        lights.chain(self.traffic_light_statuses(now)).chain(buses).collect()
     }
 
     fn bus(&mut self, bus: BusIndex) -> Option<&mut Bus> {
@@ -154,7 +183,7 @@ impl Gateway {
     fn frame_arrived(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
         let Some(routes) = self.routes.get(usize::from(bus.0)) else { return false };
         let Ok(position) = routes.binary_search_by_key(&frame.id(), |(id, _)| *id) else { return false };
-        let message = routes[position].1;
+        let route = routes[position].1;
         let known = &mut self.buses[usize::from(bus.0)];
         let was_alive = known.is_alive(now.mono);
         if !known.frame_arrived(now.mono) {
@@ -162,9 +191,13 @@ impl Gateway {
         }
         if !was_alive {
             self.lights.forget_events(bus);
+            self.traffic_lights.iter_mut().for_each(|flow| flow.forget_events(bus));
         }
-        if let Some(message) = message {
+        if let Some(message) = route.lights {
             self.lights.frame_arrived(message, frame, stamp, now);
+        }
+        if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
+            flow.frame_arrived(message, frame, stamp, &self.buses, now);
         }
         true
     }
@@ -190,6 +223,7 @@ impl Gateway {
                 changed.push(self.lights_status(task, now.mono));
             }
         }
+        changed.extend(self.settle_traffic_lights(now));
         for index in 0..self.buses.len() {
             let finding = Some(self.buses[index].finding(now.mono));
             if std::mem::replace(&mut self.bus_findings[index], finding) != finding {
@@ -209,6 +243,29 @@ impl Gateway {
         }
     }
 
+    /// Queues what the traffic lights send; gives the statuses that say something new.
+    fn settle_traffic_lights(&mut self, now: Now) -> Vec<Status> {
+        let Some(flow) = &mut self.traffic_lights else { return Vec::new() };
+        let has_news = flow.settle(&self.buses, now);
+        self.outputs.extend(std::iter::from_fn(|| flow.poll_output()).map(Output::TrafficLights));
+        if !has_news {
+            return Vec::new();
+        }
+        let mut statuses = self.traffic_light_statuses(now.mono);
+        let said = statuses.iter().map(|status| (status.level, status.message.clone())).collect();
+        let before = std::mem::replace(&mut self.traffic_lights_said, said);
+        let mut before = before.into_iter();
+        statuses.retain(|status| {
+            before.next().is_none_or(|(level, message)| level != status.level || message != status.message)
+        });
+        statuses
+    }
+
+    fn traffic_light_statuses(&self, now: MonoTime) -> Vec<Status> {
+        let flow = self.traffic_lights.as_ref();
+        flow.map(|flow| flow.statuses(&self.node, &self.buses, now)).unwrap_or_default()
+    }
+
     fn say(&mut self, statuses: Vec<Status>, refresh: bool, now: Now) {
         let diagnostics = Diagnostics { statuses, refresh };
         self.outputs.push_back(Output::Diagnostics { diagnostics, stamp: now.wall });
@@ -224,10 +281,13 @@ impl Gateway {
     }
 }
 
-fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Option<MessageIndex>)> {
-    let message_of = |id: CanId| {
-        let is_it = |message: &BoundMessage| message.bus == bus && message.id == id;
-        settings.lights.table.messages.iter().position(is_it).map(MessageIndex)
+fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Route)> {
+    let message_of = |messages: &[BoundMessage], id: CanId| {
+        messages.iter().position(|message| message.bus == bus && message.id == id).map(MessageIndex)
     };
-    settings.relevant_ids(bus).into_iter().map(|id| (id, message_of(id))).collect()
+    let route = |id: CanId| Route {
+        lights: message_of(&settings.lights.table.messages, id),
+        v2i: message_of(&settings.v2i.table.messages, id),
+    };
+    settings.relevant_ids(bus).into_iter().map(|id| (id, route(id))).collect()
 }

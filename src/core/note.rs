@@ -31,14 +31,17 @@ const STATES: [(ControllerState, &str); 6] = [
 
 impl Note {
     /// The note for an input, and its bus; `None` for what has a line of its own, or none.
-    pub fn of(input: Input) -> Option<(BusIndex, Self)> {
-        match input {
+    pub fn of(input: &Input) -> Option<(BusIndex, Self)> {
+        match *input {
             Input::Link { bus, state } => Some((bus, Self::Link(state))),
             Input::Controller { bus, report } => Some((bus, Self::Controller(report))),
             Input::Drops { bus, lost } => Some((bus, Self::Drops(lost))),
-            Input::Frame { .. } | Input::ErrorFrame { .. } | Input::BadRecords { .. } | Input::Deadline => {
-                None
-            }
+            Input::Frame { .. }
+            | Input::ErrorFrame { .. }
+            | Input::BadRecords { .. }
+            | Input::LightStates { .. }
+            | Input::LightsAction(_)
+            | Input::Deadline => None,
         }
     }
 
@@ -125,7 +128,7 @@ mod tests {
         #[test]
         fn what_is_written_is_read_back(note in note()) {
             prop_assert_eq!(Note::parse(note.to_string().split(' ')), Some(note));
-            prop_assert_eq!(Note::of(note.input(BusIndex(3))), Some((BusIndex(3), note)));
+            prop_assert_eq!(Note::of(&note.input(BusIndex(3))), Some((BusIndex(3), note)));
         }
 
         #[test]

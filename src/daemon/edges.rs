@@ -2,6 +2,7 @@
 
 use std::future::pending;
 use std::io;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -12,6 +13,7 @@ use super::fault_recorder::FaultRecorder;
 use crate::config::Settings;
 use crate::core::event::{LinkState, Output};
 use crate::core::time::Now;
+use crate::io::ros::incoming::Inbox;
 use crate::io::systemd::Supervisor;
 use crate::live::Live;
 use crate::publisher::Publisher;
@@ -48,6 +50,11 @@ impl Edges {
     pub(super) fn keep_black_box(&mut self, settings: &Settings, links: &[LinkState]) -> io::Result<()> {
         self.faults = FaultRecorder::start(settings, links)?;
         Ok(())
+    }
+
+    /// Where what is received over ROS 2 waits.
+    pub(super) fn inbox(&self) -> Option<Arc<Inbox>> {
+        self.publisher.inbox()
     }
 
     /// Takes the steps that are due and hands on what they give.

@@ -5,6 +5,7 @@
 
 mod edges;
 mod fault_recorder;
+mod reception;
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -25,6 +26,7 @@ use crate::replay::{Replay, Routes};
 use crate::timeline::JsonTimeline;
 use crate::view::View;
 use edges::{Edges, StopSignals};
+use reception::Reception;
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -150,6 +152,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
     edges.keep_black_box(&settings, &links)?;
+    let reception = Reception::new(edges.inbox(), &settings);
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
@@ -166,6 +169,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
                 Some(batch) => live.take(batch, clock.now()),
                 None => break Err(DaemonError::ReceiversEnded),
             },
+            input = reception.next() => live.take([input], clock.now()),
             () = sleep_until(wake.into()) => {}
         }
     };

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use signal_gateway::config::Settings;
+
 use crate::{Texts, load_texts};
 
 fn reference() -> String {
@@ -19,8 +21,10 @@ fn halves() -> (String, String) {
 /// A line that shows a key or a section is taken out of its comment; prose is left out.
 fn shown(line: &str) -> Option<String> {
     let bare = line.strip_prefix("# ").unwrap_or(line).split(" #").next()?.trim_end();
-    let is_key =
-        |text: &str| !text.is_empty() && text.chars().all(|char| char.is_ascii_lowercase() || char == '_');
+    let is_key = |text: &str| {
+        !text.is_empty()
+            && text.chars().all(|char| char.is_ascii_lowercase() || char.is_ascii_digit() || char == '_')
+    };
     let is_setting = bare.split_once(" = ").is_some_and(|(key, _)| is_key(key));
     let is_section = bare.starts_with('[') && bare.ends_with(']');
     (is_setting || is_section).then(|| bare.to_owned())
@@ -65,11 +69,19 @@ BO_ 259 V2X: 8 X
  SG_ CONFIDENCE : 32|7@1+ (1,0) [0|127] \"\" X
 ";
 
+const MAP: &str = "\
+<osm><node id='1' lat='0' lon='0'/><node id='2' lat='0' lon='0'/>
+<way id='11'><nd ref='1'/><nd ref='2'/><tag k='type' v='traffic_light'/></way></osm>";
+
+const SCENARIO: &str = "init = [{ set = \"11\", state = \"red\" }]\n";
+
 fn texts(gateway: String, profile: String) -> Texts {
     let files = [
         ("gateway.toml", gateway),
         ("vehicles/hyundai_kia.toml", profile),
         ("vehicles/../../dbc/my_car.dbc", DBC.to_owned()),
+        ("lanelet2_map.osm", MAP.to_owned()),
+        ("scenarios/bench.toml", SCENARIO.to_owned()),
     ];
     Texts(files.map(|(path, text)| (path.to_owned(), text.into_bytes())).into())
 }
@@ -103,12 +115,21 @@ fn what_the_gateway_file_shows_are_the_defaults() {
     let (gateway, _) = halves();
     let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
     let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.powertrain]\ninterface = \"can0\"\n\
-                 [recording]\nfile = \"drive.log.gz\"\n";
+                 [recording]\nfile = \"drive.log.gz\"\n\
+                 [traffic_lights]\nscenario = \"scenarios/bench.toml\"\nmap = \"lanelet2_map.osm\"\n\
+                 [traffic_lights.arbiter]\n";
     let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
     let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();
     // Shown as examples: without them the environment, all networks and systemd's folder count.
     default.ros.domain_id = shown.ros.domain_id;
     default.ros.only_networks.clone_from(&shown.ros.only_networks);
+    let (there, here) = (&shown.light_topics, &mut default.light_topics);
+    here.inputs.clone_from(&there.inputs);
+    here.command.clone_from(&there.command);
+    let flow = |settings: &Settings| settings.gateway.traffic_lights.clone().unwrap();
+    let lights = &mut default.gateway.traffic_lights.as_mut().unwrap();
+    lights.lights.v2i_timeout = flow(&shown).lights.v2i_timeout;
+    lights.camera_faults = flow(&shown).camera_faults;
     default.black_box.folder.clone_from(&shown.black_box.folder);
     assert_eq!(format!("{shown:?}"), format!("{default:?}"));
 }

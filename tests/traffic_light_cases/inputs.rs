@@ -38,7 +38,7 @@ fn truth(lights: &TrafficLights, channel: Channel) -> Vec<(i64, String)> {
 }
 
 fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
-    lights.statuses("node", now(seconds * SECOND)).remove(number)
+    lights.statuses("node", now(seconds * SECOND).mono).remove(number)
 }
 
 #[test]

@@ -132,6 +132,7 @@ impl Model {
             }
             Action::EnterPhase { .. }
             | Action::SetV2iState { .. }
+            | Action::SetV2iRate { .. }
             | Action::SetConfidence { .. }
             | Action::End { .. } => unreachable!("is not among the random ones"),
         }

@@ -192,6 +192,11 @@ impl TrafficLights {
         rejected
     }
 
+    /// Counts inputs that could not even be read.
+    pub fn count_rejected(&mut self, channel: Channel, rejected: u32) {
+        self.counts_mut(channel).rejected += u64::from(rejected);
+    }
+
     /// Does all that is due by now, in order, each at its own time. After a gap the oldest frames and
     /// messages are left out, see [`TrafficLights::skipped`].
     pub fn advance(&mut self, now: Now) {

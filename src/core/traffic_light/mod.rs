@@ -16,6 +16,7 @@ pub mod emission;
 pub mod engine;
 mod expiry;
 pub mod faults;
+pub mod flow;
 mod merge;
 pub mod note;
 mod outbox;

@@ -74,6 +74,10 @@ impl Stage {
                     self.set(target, state)?;
                 }
             }
+            Action::SetV2iRate { rate_hz } => {
+                let rate = Rate::from_hz(*rate_hz).ok_or(Refusal::Rate(*rate_hz))?;
+                self.v2i.restart(rate, self.now.nanos);
+            }
             Action::EnableV2i { ids } => self.enable_v2i(scenario, ids)?,
             Action::DisableV2i { ids } => {
                 if !self.lights.enable(ids, false)?.is_empty() {

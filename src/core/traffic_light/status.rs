@@ -8,7 +8,7 @@ use super::note::Verdict;
 use super::scenario::ControllerIndex;
 use super::target::Channel;
 use crate::core::diagnostics::{Level, Status};
-use crate::core::time::{MonoTime, Now};
+use crate::core::time::MonoTime;
 
 /// Controllers that are listed; the others are counted.
 const MOST_LISTED: usize = 8;
@@ -17,16 +17,16 @@ const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
 impl TrafficLights {
     /// One status for each channel and one for the scenario.
-    pub fn statuses(&self, node: &str, now: Now) -> Vec<Status> {
-        let channels = Channel::ALL.into_iter().map(|channel| self.channel_status(node, channel, now.mono));
-        channels.chain([self.scenario_status(node, now.mono)]).collect()
+    pub fn statuses(&self, node: &str, now: MonoTime) -> Vec<Status> {
+        let channels = Channel::ALL.into_iter().map(|channel| self.channel_status(node, channel, now));
+        channels.chain([self.scenario_status(node, now)]).collect()
     }
 
     fn channel_status(&self, node: &str, channel: Channel, now: MonoTime) -> Status {
         let (truth_rate, v2i_rate) = self.rates();
         let [conventional, v2i] = self.counts;
         let (name, counts, rate, stale) = match channel {
-            Channel::Conventional => ("camera", conventional, truth_rate, 0),
+            Channel::Conventional => ("conventional", conventional, truth_rate, 0),
             Channel::V2i => ("v2i", v2i, v2i_rate, self.expiry.expired()),
         };
         let (mut lights, mut dark, mut unknown) = (0, 0, 0);
@@ -55,7 +55,7 @@ impl TrafficLights {
         if let Some((id, _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
         }
-        Status { name: format!("{node}: traffic lights, {name}"), level, message, values }
+        Status { name: format!("{node}: traffic_lights_{name}"), level, message, values }
     }
 
     fn scenario_status(&self, node: &str, now: MonoTime) -> Status {
@@ -91,7 +91,7 @@ impl TrafficLights {
             values.push(("controller", text));
         }
         values.push(("skipped", self.skipped().to_string()));
-        Status { name: format!("{node}: traffic lights, scenario"), level, message, values }
+        Status { name: format!("{node}: traffic_lights_scenario"), level, message, values }
     }
 }
 

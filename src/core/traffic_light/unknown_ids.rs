@@ -93,6 +93,6 @@ fn ids(action: &Action) -> Vec<i64> {
         }
         Action::SetV2iState { id, .. } => vec![*id],
         Action::EnableV2i { ids } | Action::DisableV2i { ids } => ids.clone(),
-        Action::EnterPhase { .. } | Action::End { .. } => Vec::new(),
+        Action::SetV2iRate { .. } | Action::EnterPhase { .. } | Action::End { .. } => Vec::new(),
     }
 }

@@ -1,0 +1,203 @@
+//! The whole traffic-light flow: what a V2X unit tells goes into the engine, what the engine sends
+//! goes through the faults on purpose, and what arrives goes to the arbiter's view.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Judged};
+use super::emission::{Content, Emission, LightsTopic};
+use super::engine::{LightsSettings, Sight, TrafficLights};
+use super::faults::Faults;
+use super::note::Happening;
+use super::scenario::Action;
+use super::target::{Channel, Layer, StoreId};
+use super::v2i_reception::V2iReception;
+use super::v2i_reception::binding::V2iBinding;
+use crate::core::bus::Bus;
+use crate::core::diagnostics::Status;
+use crate::core::event::BusIndex;
+use crate::core::frame::Frame;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::core::trust::table::MessageIndex;
+
+/// What the flow runs on.
+#[derive(Debug, Clone)]
+pub struct FlowSettings {
+    /// The engine.
+    pub lights: LightsSettings,
+    /// Between the engine and whoever reads the camera topic.
+    pub camera_faults: Option<Faults>,
+    /// Between the engine and whoever reads the V2I topics.
+    pub v2i_faults: Option<Faults>,
+    /// For the merged view; none = there is no such topic.
+    pub arbiter: Option<ArbiterSettings>,
+}
+
+/// Traffic lights with everything around them.
+#[derive(Debug, Clone)]
+pub struct TrafficLightFlow {
+    engine: TrafficLights,
+    reception: V2iReception,
+    camera: Option<Faults>,
+    v2i: Option<Faults>,
+    arbiter: Option<Arbiter>,
+    ready: VecDeque<Emission>,
+    refused: u64,
+    news: bool,
+}
+
+impl TrafficLightFlow {
+    /// The scenario starts now.
+    pub fn new(settings: FlowSettings, binding: V2iBinding, now: Now) -> Self {
+        let arbiter = settings.arbiter.map(|arbiter| {
+            let mut arbiter = Arbiter::new(arbiter);
+            arbiter.map(&settings.lights.map);
+            arbiter
+        });
+        Self {
+            camera: settings.camera_faults,
+            v2i: settings.v2i_faults,
+            engine: TrafficLights::new(settings.lights, now),
+            reception: V2iReception::new(binding),
+            arbiter,
+            ready: VecDeque::new(),
+            refused: 0,
+            news: true,
+        }
+    }
+
+    /// Takes a frame of a bound message of the V2X unit. Call [`Self::settle`] afterwards.
+    pub fn frame_arrived(
+        &mut self,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        buses: &[Bus],
+        now: Now,
+    ) {
+        self.reception.frame_arrived(message, frame, stamp, buses, now);
+    }
+
+    /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
+    pub fn forget_bus(&mut self, bus: BusIndex) {
+        self.reception.forget_bus(bus);
+    }
+
+    /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    pub fn forget_events(&mut self, bus: BusIndex) {
+        self.reception.forget_events(bus);
+    }
+
+    /// Takes states from outside: `None` where there is none any more. `rejected` more could not be
+    /// read. Call [`Self::settle`] afterwards.
+    pub fn take(&mut self, store: StoreId, states: &[(i64, Option<Sight>)], rejected: u32, now: Now) {
+        let refused = self.engine.set_states(store, states.iter().copied(), now);
+        self.engine.count_rejected(store.channel, rejected);
+        self.news |= refused > 0 || rejected > 0;
+    }
+
+    /// Does an action asked for from outside; `None` is one that was not understood. What cannot be
+    /// done is counted. Call [`Self::settle`] afterwards.
+    pub fn perform(&mut self, action: Option<&Action>, now: Now) {
+        let done = action.is_some_and(|action| self.engine.apply(action, now).is_ok());
+        if !done {
+            self.refused += 1;
+            self.news = true;
+        }
+    }
+
+    /// Brings everything up to now. True when the diagnostics have something new to say.
+    pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
+        let settled = self.reception.settle(buses, now);
+        self.news |= settled.news;
+        if !settled.changes.is_empty() {
+            let sight = |state: super::v2i_reception::Believed| Sight {
+                bulbs: state.bulbs,
+                confidence: state.confidence,
+            };
+            let changes = settled.changes.iter().map(|change| (change.id, change.state.map(sight)));
+            let told = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+            self.engine.set_states(told, changes, now);
+        }
+        self.engine.advance(now);
+        while let Some(note) = self.engine.poll_note() {
+            self.news |= matches!(note.what, Happening::Ended(_));
+        }
+        while let Some(emission) = self.engine.poll_output() {
+            let way = match emission.topic {
+                LightsTopic::Camera => &mut self.camera,
+                LightsTopic::V2i => &mut self.v2i,
+                LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => &mut None,
+            };
+            match way {
+                Some(faults) => faults.send(emission, now.mono),
+                None => self.arrived(emission, now),
+            }
+        }
+        while let Some(emission) = self.next_arrival(now.mono) {
+            self.arrived(emission, now);
+        }
+        std::mem::take(&mut self.news)
+    }
+
+    /// The next message to send, oldest first.
+    pub fn poll_output(&mut self) -> Option<Emission> {
+        self.ready.pop_front()
+    }
+
+    /// When [`Self::settle`] has something to do.
+    pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
+        let faults = [&self.camera, &self.v2i].into_iter().flatten().filter_map(Faults::next_deadline);
+        faults.chain(self.reception.next_deadline(now)).fold(self.engine.next_deadline(), MonoTime::min)
+    }
+
+    /// The engine, to look at.
+    pub fn engine(&self) -> &TrafficLights {
+        &self.engine
+    }
+
+    /// One status for each channel, one for the scenario, one for the V2X unit if there is one.
+    pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
+        let mut statuses = self.engine.statuses(node, now);
+        if let Some(scenario) = statuses.last_mut() {
+            scenario.values.push(("refused_commands", self.refused.to_string()));
+        }
+        if !self.reception.binding().is_empty() {
+            statuses.push(self.reception.status(node, buses, now));
+        }
+        statuses
+    }
+
+    /// What arrives first of all that is on its way and due.
+    fn next_arrival(&mut self, now: MonoTime) -> Option<Emission> {
+        let at = |faults: &Option<Faults>| faults.as_ref().and_then(Faults::next_deadline);
+        let first = match (at(&self.camera), at(&self.v2i)) {
+            (Some(camera), Some(v2i)) if v2i < camera => &mut self.v2i,
+            (Some(_), _) => &mut self.camera,
+            (None, _) => &mut self.v2i,
+        };
+        first.as_mut()?.poll(now)
+    }
+
+    /// What arrived is sent, and judged.
+    fn arrived(&mut self, emission: Emission, now: Now) {
+        let judged = self.arbiter.as_mut().and_then(|arbiter| judge(arbiter, &emission, now.wall));
+        self.ready.push_back(emission);
+        self.ready.extend(judged.map(|judged| Emission {
+            topic: LightsTopic::Arbiter,
+            stamp: WallStamp::from_nanos(judged.stamp.0),
+            content: Arc::new(Content::Groups(judged.groups)),
+        }));
+    }
+}
+
+/// What the arbiter makes of a message, if it is one for it.
+fn judge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Judged> {
+    let Content::Groups(groups) = &*emission.content else { return None };
+    let stamp = ArbiterStamp(emission.stamp.as_nanos());
+    match emission.topic {
+        LightsTopic::Camera => arbiter.perception(stamp, groups).ok(),
+        LightsTopic::V2i => arbiter.external(stamp, groups, ArbiterStamp(clock.as_nanos())).ok(),
+        LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => None,
+    }
+}
