@@ -30,7 +30,7 @@ fn refused(code: i32, args: &[&str]) -> String {
 #[test]
 fn every_command_explains_itself_with_examples() {
     assert!(out(&["--help"]).contains("Exit codes:"));
-    for command in ["run", "demo", "replay", "check", "decode"] {
+    for command in ["run", "demo", "replay", "check", "decode", "lights"] {
         assert!(out(&[command, "--help"]).contains("Examples:"), "{command}");
     }
 }
@@ -40,7 +40,7 @@ fn the_man_pages_and_completions_name_every_option_that_help_names() {
     let folder = tempfile::tempdir().unwrap();
     out(&["man", "--out", folder.path().to_str().unwrap()]);
     let bash = out(&["completions", "bash"]);
-    for command in ["run", "demo", "replay", "check", "decode"] {
+    for command in ["run", "demo", "replay", "check", "decode", "lights"] {
         let page =
             std::fs::read_to_string(folder.path().join(format!("signal-gateway-{command}.1"))).unwrap();
         let page = page.replace("\\-", "-");

@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["daemon", "check"],
-    &["decode", "view", "publisher"],
-    &["live", "replay", "timeline"],
+    &["decode", "view", "publisher", "lights_timeline"],
+    &["live", "replay", "timeline", "picture"],
     &["config", "io"],
     &["core"],
 ];

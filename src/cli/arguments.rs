@@ -1,0 +1,94 @@
+//! What several commands take: a configuration, a recording.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::Failure;
+use crate::check;
+use crate::config::files::Disk;
+use crate::config::{Overrides, Settings, load, load_profile};
+use crate::core::event::BusIndex;
+use crate::io::can::log::Log;
+use crate::replay::Routes;
+
+#[derive(Debug, Args)]
+pub(super) struct ConfigArgs {
+    /// Configuration file; config/gateway.toml in the sources explains every key
+    #[arg(short, long, value_name = "FILE", default_value = DEFAULT_CONFIG)]
+    pub(super) config: PathBuf,
+    /// Vehicle profile to use instead of the configured one; without --config, buses are
+    /// can0, can1 … in the order of their names
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) profile: Option<PathBuf>,
+}
+
+const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
+
+#[derive(Debug, Args)]
+pub(super) struct RecordingArgs {
+    /// Recording, plain or gzip, - for standard input: candump -L, Vector ASC or BLF, PCAN TRC, SavvyCAN or GVRET
+    /// CSV, BUSMASTER; default: the configured recording
+    pub(super) log: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) config: ConfigArgs,
+    /// Take what the log calls INTERFACE as the frames of BUS of the profile; repeatable. Not needed
+    /// when both have just one
+    #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
+    pub(super) map: Vec<(String, String)>,
+}
+
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    let speed: Option<f64> = text.parse().ok().filter(|speed| (0.01..=1000.0).contains(speed));
+    speed.ok_or_else(|| "give a factor from 0.01 to 1000".to_owned())
+}
+
+/// The configuration, with warnings about it in the log.
+pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
+    let default = Path::new(DEFAULT_CONFIG);
+    let settings = match &args.profile {
+        Some(profile) if args.config == default && !default.exists() => load_profile(&Disk, profile)?,
+        profile => load(&Disk, &args.config, &Overrides { profile: profile.clone() })?,
+    };
+    for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
+        let (path, rejected) = (dbc.path.display(), dbc.database.rejected());
+        tracing::warn!("{path}: {rejected} statements rejected; signal-gateway check lists them");
+    }
+    for note in check::notes(&settings) {
+        tracing::warn!("{note}");
+    }
+    Ok(settings)
+}
+
+/// Opens a recording.
+pub(super) fn open(path: &Path) -> Result<Log, Failure> {
+    Log::open(path).map_err(|error| Failure::File(path.display().to_string(), error))
+}
+
+/// The recording to read, and which of its interfaces are which bus.
+pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Routes), Failure> {
+    let configured = || settings.recording.as_ref().map(|recording| recording.file.clone());
+    let path = args.log.clone().or_else(configured).ok_or_else(|| {
+        Failure::Usage("no recording: give a LOG, or name one in [recording] of the configuration".to_owned())
+    })?;
+    let mut routes = Routes::by_interface(&settings.gateway);
+    if args.map.is_empty() {
+        routes.adopt_only_interface(&path);
+        return Ok((path, routes));
+    }
+    routes.0.clear();
+    for (interface, bus) in &args.map {
+        let names = settings.gateway.buses.iter().map(|known| known.name.as_str());
+        let Some((index, _)) = (0..=u8::MAX).zip(names.clone()).find(|(_, name)| name == bus) else {
+            let known = names.collect::<Vec<_>>().join(", ");
+            return Err(Failure::Usage(format!("--map: the profile has no bus {bus}; it has {known}")));
+        };
+        routes.0.push((interface.clone(), BusIndex(index)));
+    }
+    Ok((path, routes))
+}
+
+fn mapping(text: &str) -> Result<(String, String), String> {
+    let (interface, bus) = text.split_once('=').ok_or("write INTERFACE=BUS")?;
+    Ok((interface.to_owned(), bus.to_owned()))
+}

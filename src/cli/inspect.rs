@@ -1,0 +1,88 @@
+//! `check` and `decode`: what is bound, and what frames say.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::arguments::{RecordingArgs, open, recording, settings};
+use super::replay::mention_losses;
+use super::{Failure, start_log};
+use crate::check;
+use crate::daemon;
+use crate::decode::Decoder;
+use crate::replay::Replay;
+
+pub(super) const CHECK_HELP: &str = "\
+Examples:
+  signal-gateway check --config gateway.toml
+  signal-gateway check drive.log.gz --profile config/vehicles/ford_falcon_fg.toml";
+
+pub(super) const DECODE_HELP: &str = "\
+Examples:
+  signal-gateway decode drive.log.gz --profile config/vehicles/j1939_truck.toml --changes
+  signal-gateway decode --live --config gateway.toml";
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    #[command(flatten)]
+    recording: RecordingArgs,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct DecodeArgs {
+    #[command(flatten)]
+    recording: RecordingArgs,
+    /// From the configured interfaces instead of a recording
+    #[arg(long, conflicts_with_all = ["log", "map"])]
+    live: bool,
+    /// A signal only when its value changes
+    #[arg(long)]
+    changes: bool,
+}
+
+pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    start_log("error");
+    let args = &args.recording;
+    let settings = settings(&args.config)?;
+    let bound = check::binding(&settings);
+    let mut out = io::stdout().lock();
+    out.write_all(bound.text.as_bytes())?;
+    let mut concerns = bound.concerns;
+    if args.log.is_some() || settings.recording.is_some() {
+        let (path, routes) = recording(args, &settings)?;
+        let unreadable = |error| Failure::File(path.display().to_string(), error);
+        let replay = Replay::new(settings.gateway.clone(), open(&path)?, routes).map_err(unreadable)?;
+        let (report, outcome) = check::recording(&settings, replay);
+        out.write_all(report.text.as_bytes())?;
+        concerns += report.concerns;
+        outcome.map_err(unreadable)?;
+    }
+    writeln!(out, "{concerns} things to look at")?;
+    Ok(if concerns == 0 { ExitCode::SUCCESS } else { ExitCode::from(4) })
+}
+
+pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
+    start_log("warn");
+    let settings = settings(&args.recording.config)?;
+    let mut decoder = Decoder::new(&settings, args.changes);
+    if args.live {
+        let mut out = io::stdout().lock();
+        daemon::listen(&settings, |input| decoder.print(&input, &mut out))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let (path, routes) = recording(&args.recording, &settings)?;
+    let unreadable = |error| Failure::File(path.display().to_string(), error);
+    let mut replay = Replay::new(settings.gateway, open(&path)?, routes).map_err(unreadable)?;
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let outcome = loop {
+        match replay.skim() {
+            Ok(Some(input)) => decoder.print(&input, &mut out)?,
+            Ok(None) => break Ok(ExitCode::SUCCESS),
+            Err(error) => break Err(unreadable(error)),
+        }
+    };
+    out.flush()?;
+    mention_losses(&replay);
+    outcome
+}

@@ -1,0 +1,260 @@
+//! `lights`: a scenario of traffic lights on virtual time.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use super::{Failure, say};
+use crate::config::files::{Disk, Files};
+use crate::config::problem::{Problem, Refused};
+use crate::config::scenario::{self, ScenarioFile};
+use crate::core::map::light_map::LightMap;
+use crate::core::map::light_roads::{LampSource, LightRoads};
+use crate::core::map::osm;
+use crate::core::time::MonoTime;
+use crate::core::traffic_light::cadence::Rate;
+use crate::core::traffic_light::compat::Compat;
+use crate::core::traffic_light::engine::LightsSettings;
+use crate::core::traffic_light::note::Verdict;
+use crate::lights_timeline::chart::ChartTimeline;
+use crate::lights_timeline::json;
+use crate::lights_timeline::run::{Run, Step};
+use crate::lights_timeline::span::Span;
+use crate::lights_timeline::text::{TextTimeline, line};
+use crate::lights_timeline::words::Style;
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway lights crossing.toml
+  signal-gateway lights crossing.toml --until 30 --picture crossing.svg
+  signal-gateway lights drive.xosc --map lanelet2_map.osm --compat upstream --json
+
+A line of text is  seconds  where  what  for each change:
+  phase, event, act, action, end            what happened
+  conventional, v2i                         ground truth of the channel, by way id
+  conventional_detected, v2i_detected       what is reported instead
+  internal, external                        groups as they are sent for camera and V2I, by
+                                            relation id; external ones with what comes next
+States are short: solidOn circles are named by their colour alone. `dark` is a light without
+bulbs; `-` says that there is no entry any more. 1 is the surest; other confidences follow in
+parentheses.
+
+With --json each line is one object that holds all there is at t, in seconds:
+  {\"t\": 0.033,
+   \"events\": [{\"what\": \"phase\", \"controller\": NAME, \"phase\": NAME}],
+   \"ground_truth\": {\"conventional\": {WAY: {\"state\": TEXT, \"confidence\": 1.0}}, \"v2i\": {…}},
+   \"detected\": {\"conventional\": {…}, \"v2i\": {…}},
+   \"internal\": [{\"id\": GROUP, \"elements\": [{\"color\", \"status\", \"shape\", \"confidence\"}]}],
+   \"external\": [{\"id\", \"elements\", \"predictions\": [{\"at\", \"elements\", \"reliability\", \"source\"}]}]}
+Other events: act_begins and act_ends with act; event with act, event; action with event, does;
+end with verdict (success, failure, stopped, fault), reason. internal and external are null until
+the first message; at is on the same time line as t; the state of a dark light is empty.
+
+Without --until it ends with the scenario, within an hour; a scenario that does not end by itself
+is shown for twice its longest cycle, or until 5 s after the last time a trigger names, else for a
+minute.
+
+The exit code is 5 when the scenario ends with exitFailure or cannot be carried out.";
+
+#[derive(Debug, Args)]
+pub(super) struct LightsArgs {
+    /// Scenario: OpenSCENARIO (.xosc), TIER IV's YAML, or a bench file (.toml, .yaml)
+    scenario: PathBuf,
+    /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
+    #[arg(long, value_name = "FILE.osm")]
+    map: Option<PathBuf>,
+    /// Whose behaviour, where the simulator's is not the best one
+    #[arg(long, value_name = "WHOSE", value_enum, default_value_t)]
+    compat: Whose,
+    /// When to stop, from 0.001 to 86400
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    until: Option<Duration>,
+    /// How often controllers and events are looked at, from 0.001 to 1000
+    #[arg(long, value_name = "HZ", value_parser = rate, default_value = "30")]
+    frame_rate: Rate,
+    /// Number of the first frame: 1 as in the simulator, 0 for a frame at the very start
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(..=1), default_value_t = 1)]
+    first_frame: u8,
+    /// How often external is sent, until the scenario changes it, from 0.001 to 1000
+    #[arg(long, value_name = "HZ", value_parser = rate, default_value = "10")]
+    v2i_rate: Rate,
+    /// Whether enabling V2I copies what a light shows at that time; default: true, for upstream false
+    #[arg(long, value_name = "BOOL")]
+    copy_on_enable: Option<bool>,
+    /// Whether a group is sent once for each of its lit heads; default: false, for upstream always
+    #[arg(long, value_name = "BOOL")]
+    one_group_per_head: Option<bool>,
+    /// Print JSON lines
+    #[arg(long)]
+    json: bool,
+    /// When to print: what is different when it is, or all there is at every frame as well
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
+    every: Every,
+    /// Draw the timeline as well
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Whose {
+    /// Ours
+    #[default]
+    Improved,
+    /// That of `scenario_simulator_v2` 25.0.20
+    Upstream,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Every {
+    /// When something is different
+    #[default]
+    Change,
+    /// At every frame, and between frames when something is different
+    Frame,
+}
+
+impl From<Whose> for Compat {
+    fn from(whose: Whose) -> Self {
+        match whose {
+            Whose::Improved => Self::Improved,
+            Whose::Upstream => Self::Upstream,
+        }
+    }
+}
+
+pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
+    let compat = Compat::from(args.compat);
+    let file = scenario::read(&Disk, &args.scenario, compat)?;
+    let map = Arc::new(light_map(args, &file)?);
+    let unknown = file.check_against(&map, compat);
+    if !unknown.is_empty() {
+        return Err(Refused(unknown).into());
+    }
+    file.not_interpreted.iter().for_each(|part| say(&part.to_string()));
+    let span = match args.until {
+        Some(until) => Span { until, why: "as --until says" },
+        None => Span::of(&file.scenario),
+    };
+    let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, compat);
+    settings.frame_rate = args.frame_rate;
+    settings.first_frame = args.first_frame;
+    settings.v2i_rate = args.v2i_rate;
+    settings.copy_on_enable = args.copy_on_enable.unwrap_or(settings.copy_on_enable);
+    settings.one_group_per_head = args.one_group_per_head.unwrap_or(settings.one_group_per_head);
+
+    let mut run = Run::new(settings, span.until);
+    let mut chart = args.picture.as_ref().map(|_| ChartTimeline::new(map));
+    let mut printer = Printer::new(args);
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    while let Some(step) = run.step() {
+        printer.print(&step, &run, &mut out)?;
+        if let Some(chart) = &mut chart {
+            chart.take(&step, &run);
+        }
+    }
+    printer.finish(&run, &span, &mut out)?;
+    out.flush()?;
+    if let (Some(path), Some(chart)) = (&args.picture, chart) {
+        let title = args.scenario.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let end = if run.verdict().is_some() { run.at() } else { MonoTime::ZERO.after(span.until) };
+        let svg = chart.chart(title, subtitle(args), end, &run).to_svg();
+        std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
+    }
+    Ok(match run.verdict() {
+        Some(Verdict::Failure | Verdict::Fault(_)) => ExitCode::from(5),
+        Some(Verdict::Success | Verdict::Stopped) | None => ExitCode::SUCCESS,
+    })
+}
+
+/// Writes steps down as they come.
+struct Printer {
+    every: Every,
+    /// None = JSON.
+    text: Option<TextTimeline>,
+    is_first: bool,
+}
+
+impl Printer {
+    fn new(args: &LightsArgs) -> Self {
+        let wants_color = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        let style = if wants_color { Style::Colored } else { Style::Plain };
+        let text = (!args.json).then(|| TextTimeline::new(style));
+        Self { every: args.every, text, is_first: true }
+    }
+
+    fn print(&mut self, step: &Step, run: &Run, out: &mut impl Write) -> io::Result<()> {
+        let is_first = std::mem::replace(&mut self.is_first, false);
+        let is_frame = self.every == Every::Frame && step.is_frame;
+        match &mut self.text {
+            Some(text) => text.lines(step, run, is_frame).iter().try_for_each(|line| writeln!(out, "{line}")),
+            None if step.has_changed || is_frame || is_first => writeln!(out, "{}", json::line(step, run)),
+            None => Ok(()),
+        }
+    }
+
+    fn finish(&self, run: &Run, span: &Span, out: &mut impl Write) -> io::Result<()> {
+        if self.text.is_none() || run.verdict().is_some() {
+            return Ok(());
+        }
+        writeln!(out, "{}", line(MonoTime::ZERO.after(span.until), "until", span.why))
+    }
+}
+
+/// The map that is asked for, else that of the scenario.
+fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused> {
+    if let Some(path) = &args.map {
+        return read_map(path, "give the path of a lanelet2 map with --map FILE.osm");
+    }
+    if let Some(path) = &file.map {
+        return read_map(path, "it is the map that the scenario names: give another one with --map FILE.osm");
+    }
+    if file.groups.is_empty() {
+        let reason = "it names no map and no groups, so its lights are not known";
+        let remedy =
+            "give the lanelet2 map with --map FILE.osm, or in a bench file [groups] as in 100 = [11, 12]";
+        return Err(refused(&args.scenario, reason, remedy));
+    }
+    Ok(LightMap::new([], &file.groups))
+}
+
+fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
+    let bytes =
+        Disk.read(path).map_err(|error| refused(path, &format!("cannot read it: {error}"), remedy))?;
+    let osm = osm::read(&bytes).map_err(|error| refused(path, &error.to_string(), remedy))?;
+    // Places of lamps are for viewers.
+    let roads = LightRoads::read(&osm, None, LampSource::Drawn)
+        .map_err(|error| refused(path, &error.to_string(), remedy))?;
+    Ok(roads.lights().clone())
+}
+
+fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
+    Refused(vec![Problem {
+        file: path.to_owned(),
+        position: None,
+        key: String::new(),
+        reason: reason.to_owned(),
+        remedy: remedy.to_owned(),
+    }])
+}
+
+fn subtitle(args: &LightsArgs) -> String {
+    let whose = match args.compat {
+        Whose::Improved => "",
+        Whose::Upstream => "behaviour of the simulator, ",
+    };
+    format!("{whose}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.001 to 86400".to_owned())
+}
+
+fn rate(text: &str) -> Result<Rate, String> {
+    let rate = text.parse().ok().and_then(Rate::from_hz);
+    rate.ok_or_else(|| "give a rate from 0.001 to 1000 Hz".to_owned())
+}

@@ -1,0 +1,68 @@
+//! `run` and `demo`: the gateway in real time.
+
+use std::io;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::arguments::{ConfigArgs, settings, speed};
+use super::{Failure, start_log};
+use crate::config::files::{DEMO_CONFIG, Embedded, Files};
+use crate::config::{Overrides, load};
+use crate::daemon::{self, DaemonError, Playback};
+use crate::io::can::log::Log;
+use crate::replay::Routes;
+use crate::view::{Style, View};
+
+pub(super) const RUN_HELP: &str = "\
+Examples:
+  signal-gateway run --config /etc/signal-gateway/gateway.toml
+  RUST_LOG=debug signal-gateway run --config config/gateway.toml
+
+On a terminal the last line shows the live state; elsewhere each event is one log record.
+SIGTERM and SIGINT end it.";
+
+pub(super) const DEMO_HELP: &str = "\
+Examples:
+  signal-gateway demo                   45 s of an invented sedan, published on ROS 2
+  signal-gateway demo --repeat
+  signal-gateway demo --no-ros          the view alone";
+
+#[derive(Debug, Args)]
+pub(super) struct DemoArgs {
+    /// Start again at the end
+    #[arg(long)]
+    repeat: bool,
+    /// Factor on the original timing
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
+    speed: f64,
+    /// Show only, do not publish
+    #[arg(long)]
+    no_ros: bool,
+}
+
+pub(super) fn run(args: &ConfigArgs) -> Result<ExitCode, Failure> {
+    start_log("info");
+    let settings = settings(args)?;
+    let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone());
+    daemon::run(settings, view)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
+    start_log("warn");
+    let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default())?;
+    settings.ros.enabled &= !args.no_ros;
+    let (file, stamps) = match &settings.recording {
+        Some(recording) => (recording.file.clone(), recording.stamps),
+        None => return Err(DaemonError::NoRecording.into()),
+    };
+    let title = format!("{}, built-in recording, Ctrl-C ends", settings.vehicle);
+    let view = View::new(Style::choose(Style::Panel, Style::Lines), title);
+    let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
+    let routes = Routes::by_interface(&settings.gateway);
+    let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
+    daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,144 @@
+//! The command line: one definition makes help, man page and completions.
+
+mod arguments;
+mod inspect;
+mod lights;
+mod live;
+mod manual;
+mod replay;
+
+use std::io;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tracing_subscriber::EnvFilter;
+
+use crate::config::problem::Refused;
+use crate::daemon::DaemonError;
+use crate::publisher::PublisherError;
+use arguments::ConfigArgs;
+use inspect::{CheckArgs, DecodeArgs};
+use lights::LightsArgs;
+use live::DemoArgs;
+use manual::{CompletionsArgs, ManArgs};
+use replay::ReplayArgs;
+
+/// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
+/// reports and diagnostics on ROS 2
+#[derive(Debug, Parser)]
+#[command(name = "signal-gateway", version, max_term_width = 100, disable_help_subcommand = true, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  failed while running
+  2  wrong usage
+  3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
+  4  check found something to look at
+  5  the scenario of lights ended in failure
+
+Start with: signal-gateway demo";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the gateway: the daemon that systemd starts
+    #[command(after_help = live::RUN_HELP)]
+    Run(ConfigArgs),
+    /// Play the built-in recording in real time, publish it on ROS 2 and show it live
+    #[command(after_help = live::DEMO_HELP)]
+    Demo(DemoArgs),
+    /// Run the gateway over a recording on virtual time and print what it publishes
+    #[command(after_help = replay::REPLAY_HELP)]
+    Replay(ReplayArgs),
+    /// Say before the drive what is bound, what is missing, and what a recording would have given
+    #[command(after_help = inspect::CHECK_HELP)]
+    Check(CheckArgs),
+    /// Print the bound signals by name with their meaning, from a recording or live
+    #[command(after_help = inspect::DECODE_HELP)]
+    Decode(DecodeArgs),
+    /// Run a scenario of traffic lights on virtual time and print its timeline, or draw it
+    #[command(after_help = lights::HELP)]
+    Lights(LightsArgs),
+    /// Print shell completions
+    Completions(CompletionsArgs),
+    /// Print the man page (roff), or one for each command into a folder
+    Man(ManArgs),
+}
+
+/// Runs the command that the arguments ask for; errors go to standard error.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match cli.command {
+        Command::Run(args) => live::run(&args),
+        Command::Demo(args) => live::demo(&args),
+        Command::Replay(args) => replay::replay(&args),
+        Command::Check(args) => inspect::check(&args),
+        Command::Decode(args) => inspect::decode(&args),
+        Command::Lights(args) => lights::run(&args),
+        Command::Completions(args) => Ok(manual::completions(&args)),
+        Command::Man(args) => manual::man(&args),
+    };
+    match outcome {
+        Ok(code) => code,
+        // Whoever read our output has had enough: no failure of ours.
+        Err(Failure::System(error) | Failure::Daemon(DaemonError::System(error)))
+            if error.kind() == io::ErrorKind::BrokenPipe =>
+        {
+            ExitCode::SUCCESS
+        }
+        Err(failure) => {
+            say(&format!("signal-gateway: {failure}"));
+            ExitCode::from(match failure {
+                // ROS_DOMAIN_ID is a setting too, though it stands in the environment.
+                Failure::Refused(_)
+                | Failure::Daemon(DaemonError::Publisher(
+                    PublisherError::DomainId(_) | PublisherError::NotBuilt,
+                )) => 3,
+                Failure::Usage(_) => 2,
+                Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,
+            })
+        }
+    }
+}
+
+/// What a command can end with, beside success.
+#[derive(Debug, thiserror::Error)]
+enum Failure {
+    #[error("{0}")]
+    Refused(#[from] Refused),
+    #[error("{0}")]
+    Usage(String),
+    #[error("{0}")]
+    Daemon(#[from] DaemonError),
+    #[error("{0}: {1}")]
+    File(String, io::Error),
+    #[error("{0}")]
+    System(#[from] io::Error),
+}
+
+#[allow(clippy::print_stderr)] // the one place that speaks to the caller's terminal
+fn say(text: &str) {
+    eprintln!("{text}");
+}
+
+/// Log records on standard error; under systemd without time and colour, which the journal adds.
+fn start_log(default_level: &str) {
+    // DDS speaks only when RUST_LOG asks for it by name, as in RUST_LOG=debug,rustdds=debug.
+    let quiet = "rustdds=off,ros2_client=off,mio_06=off";
+    let wanted = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
+    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{wanted}"))
+        .unwrap_or_else(|_| EnvFilter::new(format!("{default_level},{quiet}")));
+    let builder =
+        tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).with_target(false);
+    let started = if std::env::var_os("JOURNAL_STREAM").is_some() {
+        builder.without_time().with_ansi(false).try_init()
+    } else {
+        builder.with_ansi(io::IsTerminal::is_terminal(&io::stderr())).try_init()
+    };
+    // Already started: nothing to do.
+    drop(started);
+}

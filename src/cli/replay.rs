@@ -1,0 +1,127 @@
+//! `replay`: the gateway over a recording.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::arguments::{RecordingArgs, open, recording, settings, speed};
+use super::{Failure, say, start_log};
+use crate::config::Settings;
+use crate::core::event::Output;
+use crate::core::time::MonoTime;
+use crate::daemon::{self, Playback};
+use crate::io::can::log::Log;
+use crate::publisher::topics;
+use crate::replay::{Replay, Routes};
+use crate::timeline::{Changes, JsonTimeline};
+use crate::view::{Style, View, time_text};
+
+pub(super) const REPLAY_HELP: &str = "\
+Examples:
+  signal-gateway replay --config config/demo.toml --json
+  signal-gateway replay drive.log.gz --profile config/vehicles/hyundai_kia.toml
+  signal-gateway replay drive.log --config gateway.toml --map can1=body --speed 1 --ros
+
+With --json every published message is one line
+  {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
+and /diagnostics is a line whenever a status changes, holding the statuses that changed.
+t is virtual time since the first frame of the recording; stamps are those of the recording
+(with --ros, as [recording] stamps says).";
+
+#[derive(Debug, Args)]
+pub(super) struct ReplayArgs {
+    #[command(flatten)]
+    recording: RecordingArgs,
+    /// Print JSON lines
+    #[arg(long)]
+    json: bool,
+    /// Play with the original timing times FACTOR; default: as fast as possible
+    #[arg(long, value_name = "FACTOR", value_parser = speed)]
+    speed: Option<f64>,
+    /// Publish on ROS 2 as well, at --speed 1 unless given
+    #[arg(long)]
+    ros: bool,
+}
+
+pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    start_log("warn");
+    let settings = settings(&args.recording.config)?;
+    let (path, routes) = recording(&args.recording, &settings)?;
+    let json = args
+        .json
+        .then(|| JsonTimeline { topics: topics(&settings), hardware_id: settings.hardware_id.clone() });
+    if args.ros || args.speed.is_some() {
+        return replay_in_time(args, settings, &path, routes, json);
+    }
+    let log = open(&path)?;
+    let unreadable = |error| Failure::File(path.display().to_string(), error);
+    let mut replay = Replay::new(settings.gateway, log, routes).map_err(unreadable)?;
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut changes = Changes::default();
+    let outcome = loop {
+        let at = replay.now().mono;
+        while let Some(output) = replay.poll_output() {
+            write_output(&mut out, json.as_ref(), &mut changes, &output, at)?;
+        }
+        match replay.step() {
+            Ok(true) => {}
+            Ok(false) => break Ok(ExitCode::SUCCESS),
+            Err(error) => break Err(unreadable(error)),
+        }
+    };
+    out.flush()?;
+    mention_losses(&replay);
+    outcome
+}
+
+fn write_output(
+    out: &mut impl Write,
+    json: Option<&JsonTimeline>,
+    changes: &mut Changes,
+    output: &Output,
+    at: MonoTime,
+) -> io::Result<()> {
+    match json {
+        Some(json) => json.line(output, at).map_or(Ok(()), |line| writeln!(out, "{line}")),
+        None => changes.of(output).iter().try_for_each(|event| writeln!(out, "{} {event}", time_text(at))),
+    }
+}
+
+/// What a replay of a log with faults should not keep to itself.
+pub(super) fn mention_losses(replay: &Replay) {
+    let (log, counts) = (replay.log(), replay.counts());
+    if counts.records == 0 {
+        say("no frame was found in the recording");
+    }
+    if let Some((line, reason)) = log.first_bad() {
+        say(&format!("{} lines could not be read; the first is line {line}: {reason}", log.bad_lines()));
+    }
+    if counts.jumps > 0 {
+        say(&format!("the recorder's clock jumped {} times", counts.jumps));
+    }
+    if counts.records > 0 && counts.foreign == counts.records {
+        let names = log.interfaces().join(", ");
+        say(&format!(
+            "no frame came on a configured interface; the log has {names}: use --map INTERFACE=BUS"
+        ));
+    }
+}
+
+fn replay_in_time(
+    args: &ReplayArgs,
+    mut settings: Settings,
+    path: &Path,
+    routes: Routes,
+    json: Option<JsonTimeline>,
+) -> Result<ExitCode, Failure> {
+    settings.ros.enabled = args.ros;
+    let configured = settings.recording.as_ref().filter(|_| args.ros);
+    let stamps = configured.map(|recording| recording.stamps).unwrap_or_default();
+    let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
+    let view = View::new(Style::choose(Style::StatusLine, Style::Lines), settings.vehicle.clone());
+    let reopen = || Log::open(path);
+    daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
+    Ok(ExitCode::SUCCESS)
+}
