@@ -9,12 +9,12 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use super::{Failure, say};
-use crate::config::files::{Disk, Files};
+use crate::config::files::Disk;
 use crate::config::problem::{Problem, Refused};
 use crate::config::scenario::{self, ScenarioFile};
+use crate::config::traffic_lights::read_lights;
 use crate::core::map::light_map::LightMap;
-use crate::core::map::light_roads::{LampSource, LightRoads};
-use crate::core::map::osm;
+use crate::core::map::light_roads::LampSource;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::cadence::Rate;
 use crate::core::traffic_light::compat::Compat;
@@ -222,13 +222,8 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
-    let bytes =
-        Disk.read(path).map_err(|error| refused(path, &format!("cannot read it: {error}"), remedy))?;
-    let osm = osm::read(&bytes).map_err(|error| refused(path, &error.to_string(), remedy))?;
     // Places of lamps are for viewers.
-    let roads = LightRoads::read(&osm, None, LampSource::Drawn)
-        .map_err(|error| refused(path, &error.to_string(), remedy))?;
-    Ok(roads.lights().clone())
+    read_lights(&Disk, path, LampSource::Drawn).map_err(|reason| refused(path, &reason, remedy))
 }
 
 fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {

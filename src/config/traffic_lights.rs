@@ -18,6 +18,7 @@ use crate::core::map::light_map::LightMap;
 use crate::core::map::light_roads::{LampSource, LightRoads};
 use crate::core::map::osm;
 use crate::core::map::points::Points;
+use crate::core::map::projector::Projector;
 use crate::core::traffic_light::arbiter::{ArbiterSettings, Priority};
 use crate::core::traffic_light::architecture::{Architecture, LightsType};
 use crate::core::traffic_light::bulb::Color;
@@ -114,13 +115,20 @@ pub(super) fn traffic_lights(
 /// # Errors
 /// Why there are none, in words.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<LightMap, String> {
-    let bytes = files.read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    let in_file = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let osm = osm::read(&bytes).map_err(|error| in_file(&error))?;
+    let bytes = files.read(path).map_err(|error| format!("cannot read it: {error}"))?;
+    let osm = osm::read(&bytes).map_err(|error| error.to_string())?;
     // Places are for viewers: a map without them has its lights all the same.
-    let points = Points::local(&osm).ok();
-    let roads = LightRoads::read(&osm, points.as_ref(), lamps).map_err(|error| in_file(&error))?;
+    let points = Points::new(&osm, &projector(files, path)?).ok();
+    let roads = LightRoads::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
     Ok(roads.lights().clone())
+}
+
+/// How the map's places are meant, as the file beside it says that Autoware reads; else they are local.
+fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
+    let path = map.with_file_name("map_projector_info.yaml");
+    let Ok(bytes) = files.read(&path) else { return Ok(Projector::Local) };
+    let text = String::from_utf8_lossy(&bytes);
+    Projector::parse(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// What the engine must make for these outlets.
@@ -168,9 +176,10 @@ impl Checks<'_> {
     ) -> Option<LightMap> {
         let lamps = if file.infer_lamps { LampSource::DrawnOrInferred } else { LampSource::Drawn };
         if let Some(map) = &file.map {
-            let found = read_lights(files, &self.beside(map.get_ref()), lamps);
-            return found
-                .map_err(|reason| self.refuse(map, reason, "name a lanelet2 map, relative to this file"))
+            let path = self.beside(map.get_ref());
+            let remedy = "name a lanelet2 map, relative to this file";
+            return read_lights(files, &path, lamps)
+                .map_err(|reason| self.refuse(map, format!("{}: {reason}", path.display()), remedy))
                 .ok();
         }
         let at = file.scenario.as_ref().map_or(0..0, Spanned::span);
@@ -181,7 +190,7 @@ impl Checks<'_> {
             None => "traffic lights without a map: none of them is known".to_owned(),
             Some(ScenarioFile { map: Some(path), .. }) => match read_lights(files, path, lamps) {
                 Ok(lights) => return Some(lights),
-                Err(reason) => format!("the scenario's map: {reason}"),
+                Err(reason) => format!("the scenario's map, {}: {reason}", path.display()),
             },
             Some(scenario) if scenario.groups.is_empty() => {
                 "the scenario names no map and no groups: its lights are not known".to_owned()

@@ -127,7 +127,7 @@ fn what_the_gateway_file_shows_are_the_defaults() {
     here.inputs.clone_from(&there.inputs);
     here.command.clone_from(&there.command);
     let flow = |settings: &Settings| settings.gateway.traffic_lights.clone().unwrap();
-    let lights = &mut default.gateway.traffic_lights.as_mut().unwrap();
+    let lights = default.gateway.traffic_lights.as_mut().unwrap();
     lights.lights.v2i_timeout = flow(&shown).lights.v2i_timeout;
     lights.camera_faults = flow(&shown).camera_faults;
     default.black_box.folder.clone_from(&shown.black_box.folder);

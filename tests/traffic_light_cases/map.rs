@@ -4,6 +4,7 @@ use signal_gateway::core::map::light_map::LampColor;
 use signal_gateway::core::map::light_roads::{LampSource, LightRoads};
 use signal_gateway::core::map::osm;
 use signal_gateway::core::map::points::Points;
+use signal_gateway::core::map::projector::Projector;
 
 const STANDARD: &str = include_str!("../maps/standard.osm");
 const CROSSROADS: &str = include_str!("../maps/crossroads.osm");
@@ -138,7 +139,7 @@ fn stop_lines_are_those_of_all_groups_of_a_head() {
 
 fn read(map: &str, source: LampSource) -> LightRoads {
     let osm = osm::read(map.as_bytes()).unwrap();
-    let points = Points::local(&osm).unwrap();
+    let points = Points::new(&osm, &Projector::Local).unwrap();
     LightRoads::read(&osm, Some(&points), source).unwrap()
 }
 

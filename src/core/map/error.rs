@@ -2,6 +2,11 @@
 
 use super::osm::{Element, OsmError, Tags};
 
+/// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
+pub(super) const FARTHEST_M: f64 = 1e8;
+/// Points of all lanelets together: a few GB.
+pub(super) const MOST_POINTS: usize = 50_000_000;
+
 /// What is wrong with a map.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MapError {
@@ -20,12 +25,65 @@ pub enum MapError {
         /// What would do.
         expected: &'static str,
     },
+    /// A lanelet has not exactly one way on one of its sides.
+    #[error("relation {lanelet}: {count} members of the role `{role}`, a lanelet has one")]
+    Sides {
+        /// The lanelet.
+        lanelet: i64,
+        /// `left` or `right`.
+        role: &'static str,
+        /// How many ways it has there.
+        count: usize,
+    },
+    /// A bound is no line.
+    #[error("way {way}: a bound of lanelet {lanelet} needs two points at least")]
+    ShortBound {
+        /// The way.
+        way: i64,
+        /// The lanelet.
+        lanelet: i64,
+    },
+    /// A node lies far outside of any map.
+    #[error("node {node}: it lies {FARTHEST_M:e} metres or more from the origin of the map")]
+    TooFar {
+        /// The node.
+        node: i64,
+    },
+    /// The lanelets have more points than memory should hold.
+    #[error("relation {lanelet}: with it, the lanelets have more than {MOST_POINTS} points")]
+    TooLarge {
+        /// The first lanelet that is too much.
+        lanelet: i64,
+    },
+    /// A node cannot be projected.
+    #[error("node {node}: its `lat` and `lon` are missing, or the projection does not reach there")]
+    NotProjected {
+        /// The first such node of the file.
+        node: i64,
+    },
     /// Coordinates in metres were asked for, and a node has none.
     #[error("node {node} has no `local_x` and `local_y`, and the map is said to have local coordinates")]
     NoLocal {
         /// The first such node of the file.
         node: i64,
     },
+}
+
+/// Ids in a tag, between commas, blanks and square brackets; none if it is missing or says `none`.
+pub(super) fn id_list_tag(
+    tags: &Tags,
+    key: &'static str,
+    element: Element,
+) -> Result<Option<Vec<i64>>, MapError> {
+    let between = |letter: char| letter == ',' || letter == '[' || letter == ']' || letter.is_whitespace();
+    parsed_tag(tags, key, element, "a list of ids or `none`", |text| {
+        if text == "none" {
+            return Some(None);
+        }
+        let ids = text.split(between).filter(|id| !id.is_empty()).map(|id| id.parse().ok());
+        ids.collect::<Option<_>>().map(Some)
+    })
+    .map(Option::flatten)
 }
 
 /// A number in a tag; none if it is empty or missing.

@@ -1,23 +1,44 @@
 //! Where the nodes of a map are, in metres.
 
-use super::error::MapError;
-use super::osm::Osm;
+use super::error::{FARTHEST_M, MapError};
+use super::osm::{Node, Osm};
+use super::projector::{Geo, Projector};
 
 /// x, y, z in the map frame, metres, one for each node in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Points(Vec<[f64; 3]>);
 
 impl Points {
-    /// The local coordinates of the tags.
+    /// Takes local coordinates or projects, as the projector says. Never some of each: they need not
+    /// agree.
     ///
     /// # Errors
-    /// [`MapError::NoLocal`] when a node has none: half a map in another frame is of no use.
-    pub fn local(osm: &Osm) -> Result<Self, MapError> {
-        let point = |node: &super::osm::Node| {
-            let [x, y] = node.local_m.ok_or(MapError::NoLocal { node: node.id })?;
-            Ok([x, y, node.ele_m])
+    /// The first node without usable coordinates.
+    pub fn new(osm: &Osm, projector: &Projector) -> Result<Self, MapError> {
+        let nodes = osm.nodes.all();
+        let local = match projector {
+            Projector::Local => true,
+            Projector::Mgrs(_) => nodes.iter().all(|node| node.local_m.is_some()),
+            Projector::LocalCartesianUtm(_)
+            | Projector::LocalCartesian(_)
+            | Projector::TransverseMercator { .. } => false,
         };
-        osm.nodes.all().iter().map(point).collect::<Result<_, _>>().map(Self)
+        let point = |node: &Node| {
+            let point = if local {
+                let [x, y] = node.local_m.ok_or(MapError::NoLocal { node: node.id })?;
+                [x, y, node.ele_m]
+            } else {
+                let [latitude_deg, longitude_deg] =
+                    node.geo_deg.ok_or(MapError::NotProjected { node: node.id })?;
+                let place = Geo { latitude_deg, longitude_deg, altitude_m: node.ele_m };
+                projector.project(place).ok_or(MapError::NotProjected { node: node.id })?
+            };
+            if point.iter().any(|axis| axis.abs() >= FARTHEST_M) {
+                return Err(MapError::TooFar { node: node.id });
+            }
+            Ok(point)
+        };
+        nodes.iter().map(point).collect::<Result<_, _>>().map(Self)
     }
 
     /// The node at this position of [`Osm::nodes`].

@@ -1,0 +1,136 @@
+//! From latitude and longitude on WGS 84 to metres.
+//!
+//! Transverse Mercator by Krüger's series to the fourth power of the third flattening: less than a
+//! micrometre is left out within a zone. The crates that have it bring all other projections along.
+
+use super::projector::Geo;
+
+/// Semi-major axis, metres.
+const A_M: f64 = 6_378_137.0;
+/// Flattening.
+const F: f64 = 1.0 / 298.257_223_563;
+/// Scale on the central meridian of a UTM zone.
+pub(super) const UTM_SCALE: f64 = 0.9996;
+/// Easting of that meridian, metres.
+const UTM_EASTING_M: f64 = 500_000.0;
+/// Farther from its meridian the projection is of no use, degrees.
+const WIDEST_DEG: f64 = 45.0;
+
+/// x to the east of a meridian and y to the north of the equator, metres. None far from the meridian.
+pub(super) fn transverse_mercator(place: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
+    let longitude_deg = (place.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
+    if !place.is_on_earth() || longitude_deg.abs() > WIDEST_DEG {
+        return None;
+    }
+    let n = F / (2.0 - F);
+    let [n2, n3, n4] = [n.powi(2), n.powi(3), n.powi(4)];
+    let series = [
+        n / 2.0 - 2.0 / 3.0 * n2 + 5.0 / 16.0 * n3 + 41.0 / 180.0 * n4,
+        13.0 / 48.0 * n2 - 3.0 / 5.0 * n3 + 557.0 / 1440.0 * n4,
+        61.0 / 240.0 * n3 - 103.0 / 140.0 * n4,
+        49_561.0 / 161_280.0 * n4,
+    ];
+    let radius_m = A_M / (1.0 + n) * (1.0 + n2 / 4.0 + n4 / 64.0);
+    let eccentricity = (F * (2.0 - F)).sqrt();
+    let (sin, longitude) = (place.latitude_deg.to_radians().sin(), longitude_deg.to_radians());
+    // Tangent of the conformal latitude, then both coordinates on the conformal sphere.
+    let tangent = (sin.atanh() - eccentricity * (eccentricity * sin).atanh()).sinh();
+    let xi = tangent.atan2(longitude.cos());
+    let eta = (longitude.sin() / tangent.hypot(longitude.cos())).asinh();
+    let (mut x, mut y) = (eta, xi);
+    for (factor, twice) in series.into_iter().zip([2.0, 4.0, 6.0, 8.0]) {
+        x += factor * (twice * xi).cos() * (twice * eta).sinh();
+        y += factor * (twice * xi).sin() * (twice * eta).cosh();
+    }
+    Some([scale * radius_m * x, scale * radius_m * y])
+}
+
+/// East, north and up of an origin, metres. None for what is not on earth.
+pub(super) fn east_north_up(place: Geo, origin: Geo) -> Option<[f64; 3]> {
+    if !place.is_on_earth() || !origin.is_on_earth() {
+        return None;
+    }
+    let [there, here] = [earth_centred(place), earth_centred(origin)];
+    let [x, y, z] = [0, 1, 2].map(|axis| there[axis] - here[axis]);
+    let (sin_lat, cos_lat) = origin.latitude_deg.to_radians().sin_cos();
+    let (sin_lon, cos_lon) = origin.longitude_deg.to_radians().sin_cos();
+    let outwards = cos_lon * x + sin_lon * y;
+    Some([cos_lon * y - sin_lon * x, cos_lat * z - sin_lat * outwards, cos_lat * outwards + sin_lat * z])
+}
+
+fn earth_centred(place: Geo) -> [f64; 3] {
+    let (sin_lat, cos_lat) = place.latitude_deg.to_radians().sin_cos();
+    let (sin_lon, cos_lon) = place.longitude_deg.to_radians().sin_cos();
+    let e2 = F * (2.0 - F);
+    let normal_m = A_M / (1.0 - e2 * sin_lat * sin_lat).sqrt();
+    let from_axis_m = (normal_m + place.altitude_m) * cos_lat;
+    [from_axis_m * cos_lon, from_axis_m * sin_lon, (normal_m * (1.0 - e2) + place.altitude_m) * sin_lat]
+}
+
+/// The meridian in the middle of the UTM zone that a place belongs to, degrees.
+pub(super) fn utm_meridian_deg(place: Geo) -> f64 {
+    let longitude_deg = (place.longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+    let within = |low: f64, high: f64| (low..high).contains(&longitude_deg);
+    if (56.0..64.0).contains(&place.latitude_deg) && within(3.0, 6.0) {
+        return 9.0; // the south of Norway is all in zone 32
+    }
+    if place.latitude_deg >= 72.0 && within(0.0, 42.0) {
+        // Svalbard has the odd zones only, 12 degrees wide but for the outer ones.
+        return [(9.0, 3.0), (21.0, 15.0), (33.0, 27.0)]
+            .into_iter()
+            .find_map(|(end, meridian)| (longitude_deg < end).then_some(meridian))
+            .unwrap_or(39.0);
+    }
+    (longitude_deg / 6.0).floor() * 6.0 + 3.0
+}
+
+/// A square of 100 km in the military grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MgrsSquare {
+    /// Middle of its UTM zone, degrees.
+    meridian_deg: f64,
+    /// Of its western edge, metres.
+    easting_m: f64,
+    /// Of its southern edge from the equator, metres; up to a multiple of 2000 km.
+    northing_m: f64,
+}
+
+impl MgrsSquare {
+    /// Reads a name such as `54SUE`: zone, band, column and row. None if it is no such square; the
+    /// polar ones are none.
+    pub fn parse(name: &str) -> Option<Self> {
+        let digits = name.find(|letter: char| !letter.is_ascii_digit())?;
+        let (zone, letters) = name.split_at(digits);
+        let zone: u8 = zone.parse().ok().filter(|zone| (1..=60).contains(zone))?;
+        let &[band, column, row] = letters.as_bytes() else { return None };
+        "CDEFGHJKLMNPQRSTUVWX".bytes().find(|letter| *letter == band)?;
+        let columns = match zone % 3 {
+            1 => "ABCDEFGH",
+            2 => "JKLMNPQR",
+            _ => "STUVWXYZ",
+        };
+        let position = |letters: &str, letter| {
+            let found = letters.bytes().position(|known| known == letter);
+            found.and_then(|at| u8::try_from(at).ok()).map(f64::from)
+        };
+        let column = position(columns, column)?;
+        let row = position("ABCDEFGHJKLMNPQRSTUV", row)? - if zone.is_multiple_of(2) { 5.0 } else { 0.0 };
+        Some(Self {
+            meridian_deg: f64::from(zone) * 6.0 - 183.0,
+            easting_m: (column + 1.0) * 1e5,
+            northing_m: row * 1e5,
+        })
+    }
+
+    /// x and y from the south-western corner, metres; beyond the square's edges it goes on. None far
+    /// from the zone.
+    pub(super) fn project(self, place: Geo) -> Option<[f64; 2]> {
+        let [x, y] = transverse_mercator(place, self.meridian_deg, UTM_SCALE)?;
+        // Rows repeat every 2000 km; the nearest one of that name is meant.
+        let y = (y - self.northing_m + 1e6).rem_euclid(2e6) - 1e6;
+        Some([x + UTM_EASTING_M - self.easting_m, y])
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,72 @@
+//! How a map's coordinates come about: Autoware's `map_projector_info.yaml` (decider section 7.1).
+
+use super::projection::{UTM_SCALE, east_north_up, transverse_mercator, utm_meridian_deg};
+
+mod info;
+
+pub use super::projection::MgrsSquare;
+pub use info::ProjectorError;
+
+/// What makes metres of latitudes and longitudes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projector {
+    /// Nothing: the tags `local_x` and `local_y` are the coordinates.
+    Local,
+    /// UTM, from the corner of a square of 100 km; where all nodes have `local_x` and `local_y`, those.
+    Mgrs(MgrsSquare),
+    /// UTM in the zone of an origin, from that origin. Heights are those of the map.
+    LocalCartesianUtm(Geo),
+    /// East, north and up of an origin, on its tangential plane.
+    LocalCartesian(Geo),
+    /// Transverse Mercator around the meridian of an origin, from that origin. Heights are those of the
+    /// map.
+    TransverseMercator {
+        /// Where x and y are 0.
+        origin: Geo,
+        /// On the meridian of the origin.
+        scale: f64,
+    },
+}
+
+/// A place on the WGS 84 ellipsoid.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Geo {
+    /// -90 to 90, degrees.
+    pub latitude_deg: f64,
+    /// -180 to 180, degrees.
+    pub longitude_deg: f64,
+    /// Above the ellipsoid, metres.
+    pub altitude_m: f64,
+}
+
+impl Projector {
+    /// x, y and z of a node in the map frame, metres. None where the projection does not reach, and
+    /// always for [`Self::Local`].
+    pub fn project(&self, place: Geo) -> Option<[f64; 3]> {
+        let with_height = |[x, y]: [f64; 2]| [x, y, place.altitude_m];
+        match *self {
+            Self::Local => None,
+            Self::Mgrs(square) => square.project(place).map(with_height),
+            Self::LocalCartesianUtm(origin) => {
+                mercator_from(place, origin, utm_meridian_deg(origin), UTM_SCALE).map(with_height)
+            }
+            Self::TransverseMercator { origin, scale } => {
+                mercator_from(place, origin, origin.longitude_deg, scale).map(with_height)
+            }
+            Self::LocalCartesian(origin) => east_north_up(place, origin),
+        }
+    }
+}
+
+impl Geo {
+    /// Whether there is such a place.
+    pub fn is_on_earth(&self) -> bool {
+        self.latitude_deg.abs() <= 90.0 && self.longitude_deg.abs() <= 360.0 && self.altitude_m.is_finite()
+    }
+}
+
+fn mercator_from(place: Geo, origin: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
+    let [x, y] = transverse_mercator(place, meridian_deg, scale)?;
+    let [origin_x, origin_y] = transverse_mercator(origin, meridian_deg, scale)?;
+    Some([x - origin_x, y - origin_y])
+}
