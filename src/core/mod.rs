@@ -18,4 +18,5 @@ pub mod map;
 pub mod note;
 pub mod time;
 pub mod traffic_light;
+pub mod turn_signal;
 pub mod vehicle_lights;
