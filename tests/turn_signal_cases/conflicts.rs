@@ -14,7 +14,7 @@ fn pair(p: Section, q: Section) -> Candidates {
 }
 
 /// Where each side is signalled: from, whether from itself, to, whether to itself.
-type Stretch = (Side, f64, bool, f64, bool);
+pub(crate) type Stretch = (Side, f64, bool, f64, bool);
 
 /// Both ends belong to it.
 const fn closed(side: Side, from: f64, to: f64) -> Stretch {
@@ -51,7 +51,7 @@ fn right(desired: [f64; 2], required: [f64; 2]) -> Section {
     record(Right, desired, required)
 }
 
-fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
+pub(crate) fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
     vec![
         (
             "C1",

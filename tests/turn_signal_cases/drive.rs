@@ -13,6 +13,7 @@ use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::road::{Lane, Road, TurnDirection};
 use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::scene::{Mode, Scene};
+use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::Signal;
 use signal_gateway::core::turn_signal::steady::Rhythm;
 use signal_gateway::core::turn_signal::turn_lane::TurnLane;
@@ -45,6 +46,17 @@ pub(crate) fn turn(id: i64, direction: TurnDirection, from: f64, to: f64, requir
         required_end: at(required_end),
         centerline: vec![at(from).position, at(to).position],
     }
+}
+
+/// A turn where a record lies.
+pub(crate) fn turn_of(record: &Section, id: i64) -> TurnLane {
+    let direction = match record.turn {
+        Signal::Left => TurnDirection::Left,
+        Signal::Right => TurnDirection::Right,
+        Signal::Disable | Signal::NoCommand => TurnDirection::Straight,
+    };
+    let x = |pose: Pose| pose.position.x_m;
+    turn(id, direction, x(record.required_start), x(record.desired_end), x(record.required_end))
 }
 
 /// A road to drive on, the vehicle, and a decider that goes along.

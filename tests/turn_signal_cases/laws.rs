@@ -24,7 +24,7 @@ pub(crate) fn any_record() -> impl Strategy<Value = Section> {
     })
 }
 
-fn any_candidates() -> impl Strategy<Value = Candidates> {
+pub(crate) fn any_candidates() -> impl Strategy<Value = Candidates> {
     let record = || proptest::option::weighted(0.8, any_record());
     (record(), record(), record()).prop_map(|(intersection, roundabout, behaviour)| Candidates {
         intersection,

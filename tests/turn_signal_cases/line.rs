@@ -1,5 +1,7 @@
 //! A straight road along x, records on it, and what is signalled where.
 
+use std::sync::OnceLock;
+
 use signal_gateway::core::turn_signal::geometry::Pose;
 use signal_gateway::core::turn_signal::geometry::path::{NearestLimits, Path, Ruler};
 use signal_gateway::core::turn_signal::resolve::{Candidates, Resolution, Rules, resolve};
@@ -29,8 +31,9 @@ pub(crate) fn record(side: Side, desired: [f64; 2], required: [f64; 2]) -> Secti
 
 /// What is resolved with the rear axle at `x_m` on a long line.
 pub(crate) fn resolve_at(x_m: f64, front_m: f64, candidates: &Candidates, rules: Rules) -> Resolution {
-    let path = line(-20, 140);
-    resolve(&Ruler::new(&path, at(x_m), front_m, NEAREST), candidates, rules)
+    static LONG: OnceLock<Path> = OnceLock::new();
+    let path = LONG.get_or_init(|| line(-20, 140));
+    resolve(&Ruler::new(path, at(x_m), front_m, NEAREST), candidates, rules)
 }
 
 /// Intervals of one signal: it, first and last sample.

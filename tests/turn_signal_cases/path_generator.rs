@@ -9,7 +9,7 @@ use signal_gateway::core::turn_signal::road::{Lane, Road, TurnDirection};
 use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::signal::Signal;
 
-const ROUTE: [i64; 5] = [500, 501, 489, 497, 494];
+pub(crate) const ROUTE: [i64; 5] = [500, 501, 489, 497, 494];
 
 fn lane(id: i64, turn_direction: TurnDirection, points: &[(f64, f64)], followers: Vec<i64>) -> Lane {
     let centerline: Vec<Point> = points.iter().map(|(x, y)| Point::new(*x, *y)).collect();
@@ -25,11 +25,17 @@ fn lane(id: i64, turn_direction: TurnDirection, points: &[(f64, f64)], followers
     }
 }
 
+/// `count` equal pieces.
+fn straight([(ax, ay), (bx, by)]: [(f64, f64); 2], count: u32) -> Vec<(f64, f64)> {
+    let share = |n| f64::from(n) / f64::from(count);
+    (0..=count).map(|n| (ax + (bx - ax) * share(n), ay + (by - ay) * share(n))).collect()
+}
+
 pub(crate) fn consecutive_turn() -> Road {
     use TurnDirection::{Left, None, Right};
     Road::new(
         [
-            lane(500, None, &[(12.110, 101.383), (51.509, 101.580)], vec![501]),
+            lane(500, None, &straight([(12.110, 101.383), (51.509, 101.580)], 8), vec![501]),
             lane(501, Right, &[(51.509, 101.580), (54.375, 100.372), (55.472, 97.493)], vec![489]),
             lane(489, None, &[(55.472, 97.493), (55.457, 94.080)], vec![497]),
             lane(
@@ -38,7 +44,7 @@ pub(crate) fn consecutive_turn() -> Road {
                 &[(55.457, 94.080), (56.276, 90.845), (58.528, 88.386), (61.673, 87.292), (65.042, 87.183)],
                 vec![494],
             ),
-            lane(494, None, &[(65.042, 87.183), (148.749, 86.902)], vec![]),
+            lane(494, None, &straight([(65.042, 87.183), (148.749, 86.902)], 17), vec![]),
         ],
         Vec::new(),
     )

@@ -1,6 +1,9 @@
 //! R1 to R11: into a roundabout and out of it, in both behaviours.
 
+use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::road::{Lane, Road, Roundabout};
+use signal_gateway::core::turn_signal::roundabout::RoundaboutMemory;
+use signal_gateway::core::turn_signal::roundabout::backward::backward_length_m;
 use signal_gateway::core::turn_signal::roundabout::ways::{Ways, ways};
 use signal_gateway::core::turn_signal::scene::Mode::{self, Compat, Improved};
 use signal_gateway::core::turn_signal::signal::Side::{self, Left, Right};
@@ -213,5 +216,38 @@ fn a_closed_ring_of_tagged_lanelets_ends() {
         let drive = Drive::on(road.clone(), &[7, 1, 2, 3, EXIT], mode);
         let seen = ways(&drive.scene(at(0.0), 5.0), &[7, 1, 2, 3, EXIT]);
         assert!(seen.exits.first().unwrap().is_tagged, "{mode:?}");
+    }
+}
+
+/// A ring of three lanelets, 20 m each, behind an entry of 12 m and a road of 100 m.
+fn backward_m(mode: Mode, start_x: f64, depth: Option<u32>, current: i64) -> f64 {
+    let setup = Setup { on_entry: Some(Left), ..Setup::default() };
+    let mut drive = drive(setup, mode);
+    let mut memory = RoundaboutMemory::default();
+    // Seen from afar: the entry has a distance of its own that is longer than any.
+    drive.seen.ways.entries[0].lane.search_distance_m = Some(1000.0);
+    memory.section(&drive.scene(at(start_x), 5.0), &drive.seen.ways);
+    let parameters =
+        Parameters { roundabout_backward_depth: depth, path_backward_length_m: 10.0, ..Parameters::DEPLOYED };
+    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, mode == Compat)
+}
+
+#[test]
+fn inside_a_roundabout_the_path_reaches_back_to_where_the_entry_came_into_view() {
+    // 20 m of the ring, 18 m before, the entry's 12 m, the road's 160 m.
+    for (what, mode, start_x, depth, current, expected) in [
+        ("from the end of the ring", Compat, 50.0, Some(50), RING_END, 20.0 + 18.0 + 12.0 + 160.0),
+        ("from the exit", Compat, 50.0, Some(50), EXIT, 15.0 + 20.0 + 18.0 + 12.0 + 160.0),
+        ("by default as well", Improved, 50.0, Some(50), RING_END, 210.0),
+        ("without a limit", Compat, 50.0, None, RING_END, 210.0),
+        ("too deep", Compat, 50.0, Some(2), RING_END, 10.0),
+        ("just deep enough", Compat, 50.0, Some(3), RING_END, 210.0),
+        ("before the roundabout", Compat, 50.0, Some(50), BEFORE, 10.0),
+        ("on the entry", Compat, 50.0, Some(50), ENTRY, 10.0),
+        ("remembered inside the entry", Compat, 105.0, Some(50), RING_END, 10.0),
+        ("which the default finds", Improved, 105.0, Some(50), RING_END, 20.0 + 18.0 + 12.0),
+    ] {
+        let got = backward_m(mode, start_x, depth, current);
+        assert!((got - expected).abs() < 1e-9, "{what}: {got}");
     }
 }
