@@ -124,6 +124,11 @@ pub(crate) fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
             vec![until(Right, -2.0, 28.0), closed(Left, 28.0, 80.0)],
         ),
         (
+            "same required end",
+            pair(left([0.0, 80.0], [20.0, 40.0]), right([10.0, 60.0], [30.0, 40.0])),
+            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 60.0), after(Left, 60.0, 80.0)],
+        ),
+        (
             "T1",
             Candidates {
                 intersection: Some(left([0.0, 90.0], [20.0, 30.0])),

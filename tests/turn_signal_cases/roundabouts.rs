@@ -251,3 +251,25 @@ fn inside_a_roundabout_the_path_reaches_back_to_where_the_entry_came_into_view()
         assert!((got - expected).abs() < 1e-9, "{what}: {got}");
     }
 }
+
+#[test]
+fn a_way_in_that_was_split_is_two_upstream_and_one_by_default() {
+    let lane = |id, from, to, followers| Lane {
+        followers,
+        roundabouts: vec![0],
+        exits_signalled_right: vec![id],
+        ..straight_lane(id, from, to)
+    };
+    let element = Roundabout { entries: vec![1, 2], exits: vec![], internals: vec![3] };
+    let lanes = [lane(1, 0.0, 10.0, vec![2]), lane(2, 10.0, 20.0, vec![3]), lane(3, 20.0, 40.0, vec![])];
+    let road = Road::new(lanes, vec![element]);
+    let entries = |mode| {
+        let drive = Drive::on(road.clone(), &[1, 2, 3], mode);
+        ways(&drive.scene(at(0.0), 5.0), &[1, 2, 3]).entries
+    };
+    let ids = |mode| entries(mode).iter().map(|entry| entry.lane.id).collect::<Vec<_>>();
+    assert_eq!([ids(Compat), ids(Improved)], [vec![1, 2], vec![1]]);
+    let joined = &entries(Improved)[0];
+    assert_eq!((joined.lane.front, joined.lane.back), (at(0.0), at(20.0)));
+    assert_eq!((joined.leaving.unwrap().lane, &joined.exits_right[..]), (3, &[1, 2][..]));
+}

@@ -121,7 +121,10 @@ pub enum ParameterError {
 }
 
 impl Parameters {
-    /// What Autoware's launch files set.
+    /// The documented defaults. Launch files set one of them otherwise, see [`Self::DEPLOYED`].
+    pub const DOCUMENTED: Self = Self { roundabout_entry_persists: false, ..Self::DEPLOYED };
+
+    /// What Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
     pub const DEPLOYED: Self = Self {
         intersection_search_distance_m: 30.0,
         intersection_angle_threshold_deg: 15.0,
@@ -181,7 +184,7 @@ impl Parameters {
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self::DEPLOYED
+        Self::DOCUMENTED
     }
 }
 

@@ -56,15 +56,38 @@ pub struct Exit {
 /// The ways in and out along `lanes`, the ids of the distance path.
 pub fn ways(scene: &Scene<'_>, lanes: &[LaneId]) -> Ways {
     let mut ways = Ways::default();
+    let mut before: Option<LaneId> = None;
     for id in lanes {
+        let previous = before.replace(*id);
         if scene.road.roundabouts_of(*id).any(|element| element.entries.contains(id)) {
-            ways.entries.extend(entry(scene, *id));
+            let goes_on =
+                !scene.is_compat() && previous.is_some_and(|before| enters_with(scene, before, *id));
+            match (ways.entries.last_mut().filter(|_| goes_on), entry(scene, *id)) {
+                (Some(last), Some(next)) => last.join(next, scene.parameters.roundabout_angle_threshold_deg),
+                (_, next) => ways.entries.extend(next),
+            }
         }
         if scene.road.roundabouts_of(*id).any(|element| element.exits.contains(id)) {
             ways.exits.extend(exit(scene, *id));
         }
     }
     ways
+}
+
+/// Both lanelets lead into one roundabout, one after the other: a way in that was split (W7).
+fn enters_with(scene: &Scene<'_>, before: LaneId, id: LaneId) -> bool {
+    let both = |element: &Roundabout| element.entries.contains(&before) && element.entries.contains(&id);
+    scene.road.followers(before).contains(&id) && scene.road.roundabouts_of(id).any(both)
+}
+
+impl Entry {
+    /// Goes on with the next lanelet of the same way in.
+    fn join(&mut self, next: Self, threshold_deg: f64) {
+        self.lane = self.lane.joined(&next.lane, threshold_deg);
+        self.leaving = next.leaving;
+        self.exits_left.extend(next.exits_left);
+        self.exits_right.extend(next.exits_right);
+    }
 }
 
 fn turn_lane(scene: &Scene<'_>, id: LaneId) -> Option<TurnLane> {
