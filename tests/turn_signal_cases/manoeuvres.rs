@@ -15,6 +15,8 @@ use signal_gateway::core::turn_signal::scene::Mode::{self, Compat, Improved};
 use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
+use signal_gateway::core::turn_signal::shift::ShiftedPath;
+
 use super::drive::{Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};
 use super::shifts::{line_of, ramp};
@@ -275,17 +277,24 @@ fn an_empty_record_erases_a_signal_upstream_and_not_by_default() {
 #[test]
 fn avoiding_there_and_back() {
     let both = |x: f64| {
-        let path = ramp(50, 80, 0.0, 1.5);
-        let out = AvoidanceLine { id: 1, line: line_of(&path, 50, 80), start_shift_m: 0.0, end_shift_m: 1.5 };
-        let back =
-            AvoidanceLine { id: 2, line: line_of(&path, 100, 130), start_shift_m: 1.5, end_shift_m: 0.0 };
+        let offset = |x: f64| ((x - 50.0) / 20.0).clamp(0.0, 1.5) - ((x - 100.0) / 20.0).clamp(0.0, 1.5);
+        let poses: Vec<Pose> = (0..=200).map(f64::from).map(|x| Pose::new(x, offset(x), 0.0)).collect();
+        let offsets = poses.iter().map(|pose| pose.position.y_m).collect();
+        let path = ShiftedPath::new(poses, offsets).unwrap();
+        let line = |id, start, end, start_shift_m, end_shift_m| AvoidanceLine {
+            id,
+            line: line_of(&path, start, end),
+            start_shift_m,
+            end_shift_m,
+        };
+        let lines = vec![line(1, 50, 80, 0.0, 1.5), line(2, 100, 130, 1.5, 0.0)];
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         Avoidance {
             path,
-            lines: vec![out, back],
+            lines,
             ego_index: x as usize,
             deviation_m: 0.0,
-            current_shift_m: if x < 70.0 { 0.0 } else { 1.5 },
+            current_shift_m: offset(x),
             lanes: vec![1],
             approved: true,
         }
@@ -302,6 +311,11 @@ fn avoiding_there_and_back() {
         decision.turn
     };
     assert_eq!(turn_at(60.0, |_| {}), Signal::Left, "out");
+    assert_eq!(turn_at(75.0, |_| {}), Signal::Left, "the way back is 25 m off, more than 3 s");
+    assert_eq!(turn_at(77.0, |_| {}), Signal::Right, "it is 23 m off");
+    assert_eq!(turn_at(120.0, |_| {}), Signal::Right, "back");
+    assert_eq!(turn_at(129.0, |_| {}), Signal::Disable, "0.05 m are left of it");
+    assert_eq!(turn_at(131.0, |_| {}), Signal::Disable, "past both");
     assert_eq!(turn_at(60.0, |a| a.deviation_m = 1.01), Signal::Disable, "beside its path");
     assert_eq!(turn_at(60.0, |a| a.deviation_m = -1.0), Signal::Left);
     assert_eq!(turn_at(60.0, |a| a.approved = false), Signal::Disable, "waiting for approval");

@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::finished::FinishedMemory;
 use signal_gateway::core::turn_signal::resolve::{Candidates, Fate, Rules};
+use signal_gateway::core::turn_signal::road::TurnDirection;
 use signal_gateway::core::turn_signal::scene::Mode::{self, Compat, Improved};
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 use signal_gateway::core::turn_signal::steady::{Held, Rhythm, Steady};
@@ -226,5 +227,31 @@ proptest! {
         }
         // Upstream's does: it decides every sample alone, and says so here by never holding.
         prop_assert_eq!(drive_randomly(Compat, &steps).len(), steps.len());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// One turn, or two to the same side, at a speed that does not fall: no weakness applies.
+    #[test]
+    fn at_a_steady_speed_both_behaviours_drive_through_turns_alike(
+        start in 20..120_i32, length in 5..40_i32, gap in 0..30_i32, second in any::<bool>(),
+        speed in 2.0..16.0_f64, left in any::<bool>(),
+    ) {
+        let direction = if left { TurnDirection::Left } else { TurnDirection::Right };
+        let stretch = |id, from: i32| {
+            let (from, to) = (f64::from(from), f64::from(from + length));
+            super::drive::turn(id, direction, from, to, to - 2.0)
+        };
+        let drive = |mode| {
+            let mut drive = super::drive::Drive::new(mode);
+            drive.seen.turns = vec![stretch(5, start)];
+            if second {
+                drive.seen.turns.push(stretch(6, start + length + gap));
+            }
+            drive.through((-50..=250).map(f64::from), speed, |_| Vec::new())
+        };
+        prop_assert_eq!(drive(Compat), drive(Improved));
     }
 }
