@@ -19,4 +19,5 @@ pub mod note;
 pub mod time;
 pub mod traffic_light;
 pub mod trust;
+pub mod turn_signal;
 pub mod vehicle_lights;

@@ -1,0 +1,54 @@
+//! How the record of one manoeuvre joins that of the one before it (turn-signal-decider section 3.8).
+
+use super::geometry::path::Ruler;
+use super::resolve::{Rules, Winner, prior};
+use super::section::Section;
+use super::signal::{Hazard, Signal};
+
+/// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new
+/// record erases an active one, and a hazard request goes with the record that made it (W5).
+pub fn overwrite(ruler: &Ruler<'_>, previous: Section, new: Section) -> Section {
+    let has_side = previous.turn.side().is_some();
+    let starts_later =
+        has_side && ruler.from_front_m(new.desired_start) > ruler.from_front_m(previous.desired_end);
+    if starts_later { previous } else { new }
+}
+
+/// Upstream's pairwise prior rule, which does not look at commands: an empty record takes part with
+/// its points at the origin of the map (W6). `None` = an empty record.
+pub fn pairwise_prior(ruler: &Ruler<'_>, previous: Section, new: Section) -> Option<Section> {
+    let (of_previous, of_new) = (previous.distances(ruler), new.distances(ruler));
+    match (of_previous.desired_start_m > 0.0, of_new.desired_start_m > 0.0) {
+        (true, true) => return None,
+        (true, false) => return Some(new),
+        (false, true) => return Some(previous),
+        (false, false) => {}
+    }
+    match (of_previous.desired_end_m < 0.0, of_new.desired_end_m < 0.0) {
+        (true, true) => return None,
+        (true, false) => return Some(new),
+        (false, true) => return Some(previous),
+        (false, false) => {}
+    }
+    let previous_first = of_previous.desired_start_m <= of_new.desired_start_m;
+    let (p, q) = if previous_first { (of_previous, of_new) } else { (of_new, of_previous) };
+    let (winner, _) = prior(&p, &q, Rules::default());
+    Some(if (winner == Winner::P) == previous_first { previous } else { new })
+}
+
+/// The default behaviour: a record that asks for nothing replaces none (W5, W6), and a wish for the
+/// hazard lights stays with whatever is signalled. `join` decides between two that ask for a side.
+pub fn join_present(
+    previous: Option<Section>,
+    new: Option<Section>,
+    join: impl FnOnce(Section, Section) -> Option<Section>,
+) -> Option<Section> {
+    let hazard = [previous, new].iter().flatten().any(|record| record.hazard == Hazard::Enable);
+    let asks = |record: &Section| record.turn != Signal::NoCommand;
+    let chosen = match (previous.filter(asks), new.filter(asks)) {
+        (Some(previous), Some(new)) => join(previous, new),
+        (previous, new) => previous.or(new),
+    };
+    let chosen = chosen.or_else(|| [previous, new].into_iter().flatten().find(|_| hazard));
+    chosen.map(|record| if hazard { Section { hazard: Hazard::Enable, ..record } } else { record })
+}

@@ -1,0 +1,308 @@
+//! The decider: inputs of one cycle to one decision, and what it remembers between cycles
+//! (turn-signal-decider sections 1.3 to 1.5, 5.2, 8.3).
+
+use super::decision::{Decision, Ground};
+use super::distance_path::DistancePath;
+use super::finished::FinishedMemory;
+use super::geometry::Pose;
+use super::geometry::path::{Path, Ruler};
+use super::inputs::{AgeLimits, Finding, Inputs};
+use super::intersection::{IntersectionInfo, IntersectionMemory, TurnAhead, turns};
+use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, Remark};
+use super::parameters::{Parameters, Vehicle};
+use super::resolve::{Candidates, Resolution, Rules, Source, resolve};
+use super::road::{LaneId, Road};
+use super::roundabout::RoundaboutMemory;
+use super::roundabout::backward::backward_length_m;
+use super::roundabout::ways::{Ways, ways};
+use super::route::Route;
+use super::scene::{Mode, Scene};
+use super::section::Section;
+use super::signal::{Hazard, Signal};
+use super::steady::{Rhythm, Steady};
+use super::turn_lane::TurnLane;
+use crate::core::bus::past;
+use crate::core::time::MonoTime;
+
+/// What does not change from cycle to cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Which behaviour.
+    pub mode: Mode,
+    /// The parameters.
+    pub parameters: Parameters,
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// How old inputs may be.
+    pub age_limits: AgeLimits,
+    /// How long signals last at least; not in upstream's behaviour.
+    pub rhythm: Rhythm,
+}
+
+/// Decides cycle by cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decider {
+    settings: Settings,
+    route: Option<u128>,
+    last: Option<MonoTime>,
+    intersection: IntersectionMemory,
+    roundabout: RoundaboutMemory,
+    manoeuvres: ManoeuvreMemory,
+    finished: FinishedMemory,
+    steady: Steady,
+}
+
+/// Turns and roundabouts on the distance path.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Seen {
+    /// Turns, in order.
+    pub turns: Vec<TurnLane>,
+    /// Ways into and out of roundabouts.
+    pub ways: Ways,
+}
+
+impl Settings {
+    /// As deployed with Autoware, with the sample vehicle.
+    pub fn deployed(mode: Mode) -> Self {
+        Self {
+            mode,
+            parameters: Parameters::DEPLOYED,
+            vehicle: Vehicle::SAMPLE,
+            age_limits: AgeLimits::DEFAULT,
+            rhythm: Rhythm::READABLE,
+        }
+    }
+}
+
+impl Decider {
+    /// A decider that has seen nothing.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            route: None,
+            last: None,
+            intersection: IntersectionMemory::default(),
+            roundabout: RoundaboutMemory::default(),
+            manoeuvres: ManoeuvreMemory::default(),
+            finished: FinishedMemory::default(),
+            steady: Steady::default(),
+        }
+    }
+
+    /// One cycle.
+    pub fn decide(&mut self, inputs: &Inputs<'_>, now: MonoTime) -> Decision {
+        let mut findings = Vec::new();
+        self.note_time(now, &mut findings);
+        let limits = self.settings.age_limits;
+        let seen = inputs.usable_odometry(limits, now).and_then(|odometry| {
+            let road = inputs.road.ok_or(Finding::NoRoad)?;
+            let route = inputs.route.ok_or(Finding::NoRoute)?;
+            Some((odometry, road, route)).filter(|_| inputs.lane_driving).ok_or(Finding::NotLaneDriving)
+        });
+        let (odometry, road, route) = match seen {
+            Ok(seen) => seen,
+            Err(finding) => {
+                findings.push(finding);
+                self.steady.cut(now);
+                return bare(Signal::NoCommand, Hazard::NoCommand, Ground::Blind, findings);
+            }
+        };
+        self.note_route(route, &mut findings);
+        let manoeuvres = inputs.usable_manoeuvres(limits, now, &mut findings);
+        if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
+            findings.push(Finding::OldPlannedPath { age: now.since(path.at) });
+        }
+        let measured = if inputs.planned_path.is_some_and(|path| path.value == 0) {
+            Err(Finding::EmptyPlannedPath)
+        } else {
+            self.distance_path(road, route, odometry.pose)
+        };
+        let settings = self.settings.clone();
+        let on = |path| Scene {
+            road,
+            route,
+            ruler: Ruler::new(path, odometry.pose, settings.vehicle.front_m(), settings.parameters.nearest),
+            speed_mps: odometry.speed_mps,
+            parameters: &settings.parameters,
+            vehicle: &settings.vehicle,
+            mode: settings.mode,
+            now,
+        };
+        let mut decision = match measured {
+            Ok(measured) => {
+                let scene = on(&measured.path);
+                self.decide_on(&scene, manoeuvres, |behaviour| Seen {
+                    turns: turns(&scene, &measured.lanes, behaviour),
+                    ways: ways(&scene, &measured.lanes),
+                })
+            }
+            Err(finding) => {
+                findings.push(finding);
+                // Without a path of lanelets the vehicle's own straight line has to do for the chain.
+                match own_line(odometry.pose) {
+                    Some(line) => self.decide_by_behaviour(&on(&line), manoeuvres),
+                    None => bare(Signal::NoCommand, Hazard::NoCommand, Ground::Blind, Vec::new()),
+                }
+            }
+        };
+        decision.findings = findings;
+        // What is fresh now turns old though nothing happens.
+        let odometry_old = inputs.odometry.map(|odometry| past(odometry.at, limits.odometry));
+        let manoeuvres_old = inputs.manoeuvres.iter().map(|manoeuvre| past(manoeuvre.at, limits.manoeuvre));
+        let due = decision.next_deadline.into_iter().chain(odometry_old).chain(manoeuvres_old);
+        decision.next_deadline = due.filter(|at| *at > now).min();
+        decision
+    }
+
+    /// One cycle on a scene that is already measured. `seen` tells what is on the distance path, given
+    /// what the manoeuvres want.
+    pub fn decide_on<'a>(
+        &mut self,
+        scene: &Scene<'_>,
+        manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
+        seen: impl FnOnce(Signal) -> Seen,
+    ) -> Decision {
+        let (behaviour, remarks) = self.manoeuvres.chain(scene, manoeuvres);
+        if let Some(decision) = self.hazard(behaviour, &remarks, scene.now) {
+            return decision;
+        }
+        let seen = seen(behaviour.map_or(Signal::NoCommand, |record| record.turn));
+        let candidates = Candidates {
+            intersection: self.intersection.section(scene, &seen.turns),
+            roundabout: self.roundabout.section(scene, &seen.ways),
+            behaviour,
+        };
+        let resolution = self.resolved(scene, &candidates);
+        let shown = self.steady.show(resolution.signal(), self.rhythm(), scene.now);
+        Decision {
+            turn: shown.signal,
+            hazard: Hazard::Disable,
+            held: shown.held,
+            intersection: turn_ahead(&candidates, &resolution),
+            ground: Ground::Weighed(resolution),
+            remarks,
+            findings: Vec::new(),
+            next_deadline: shown.deadline,
+        }
+    }
+
+    /// Where the rear axle was when the turn that begins with this lanelet came into view.
+    pub fn intersection_start(&self, lane: LaneId) -> Option<Pose> {
+        self.intersection.start_of(lane)
+    }
+
+    /// An early exit (1.5): what the manoeuvres want, as it is.
+    fn decide_by_behaviour(&mut self, scene: &Scene<'_>, manoeuvres: Vec<&Manoeuvre>) -> Decision {
+        let (behaviour, remarks) = self.manoeuvres.chain(scene, manoeuvres);
+        if let Some(decision) = self.hazard(behaviour, &remarks, scene.now) {
+            return decision;
+        }
+        let wanted = behaviour.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
+        let shown = self.steady.show(wanted, self.rhythm(), scene.now);
+        let ground = Ground::BehaviourAlone(wanted);
+        Decision {
+            held: shown.held,
+            next_deadline: shown.deadline,
+            remarks,
+            ..bare(shown.signal, Hazard::Disable, ground, Vec::new())
+        }
+    }
+
+    /// Hazard lights put everything else aside; what is remembered stays as it is.
+    fn hazard(&mut self, record: Option<Section>, remarks: &[Remark], now: MonoTime) -> Option<Decision> {
+        record.filter(|record| record.hazard == Hazard::Enable)?;
+        self.steady.cut(now);
+        let decision = bare(Signal::Disable, Hazard::Enable, Ground::Hazard, Vec::new());
+        Some(Decision { remarks: remarks.to_vec(), ..decision })
+    }
+
+    fn resolved(&mut self, scene: &Scene<'_>, candidates: &Candidates) -> Resolution {
+        if scene.is_compat() {
+            return resolve(&scene.ruler, candidates, Rules::default());
+        }
+        let finished = self.finished.finished(candidates);
+        let resolution = resolve(&scene.ruler, candidates, Rules { start_belongs_to_before: true, finished });
+        self.finished.note(&resolution);
+        resolution
+    }
+
+    fn rhythm(&self) -> Rhythm {
+        match self.settings.mode {
+            Mode::Improved => self.settings.rhythm,
+            Mode::Compat => Rhythm::NONE,
+        }
+    }
+
+    fn note_time(&mut self, now: MonoTime, findings: &mut Vec<Finding>) {
+        if let Some(last) = self.last.replace(now).filter(|last| now < *last) {
+            findings.push(Finding::TimeWentBack { by: last.since(now) });
+            self.steady = Steady::default();
+        }
+    }
+
+    /// By default another route clears what was remembered of the old one (W8); upstream's modules
+    /// begin anew, its decider does not.
+    fn note_route(&mut self, route: &Route, findings: &mut Vec<Finding>) {
+        if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
+            findings.push(Finding::NewRoute);
+            self.manoeuvres.clear();
+            if self.settings.mode == Mode::Improved {
+                self.intersection.clear();
+                self.roundabout.clear();
+                self.finished.clear();
+            }
+        }
+    }
+
+    fn distance_path(&self, road: &Road, route: &Route, ego: Pose) -> Result<DistancePath, Finding> {
+        let parameters = &self.settings.parameters;
+        let current = road.closest(route.lanes(), ego).ok_or(Finding::NoLaneAround)?;
+        let is_on = current.distance_m(ego.position) <= parameters.nearest.distance_m
+            && current.misalignment_rad(ego) <= parameters.nearest.yaw_rad;
+        let backward_m =
+            if is_on { self.backward_m(road, route, current.id) } else { parameters.path_backward_length_m };
+        DistancePath::new((road, route), parameters, ego, current.id, backward_m)
+            .map_err(Finding::NoDistancePath)
+    }
+
+    fn backward_m(&self, road: &Road, route: &Route, current: LaneId) -> f64 {
+        let is_compat = self.settings.mode == Mode::Compat;
+        backward_length_m((road, route), &self.settings.parameters, &self.roundabout, current, is_compat)
+    }
+}
+
+fn bare(turn: Signal, hazard: Hazard, ground: Ground, findings: Vec<Finding>) -> Decision {
+    Decision {
+        turn,
+        hazard,
+        ground,
+        held: None,
+        intersection: IntersectionInfo::default(),
+        remarks: Vec::new(),
+        findings,
+        next_deadline: None,
+    }
+}
+
+/// A metre straight ahead.
+fn own_line(ego: Pose) -> Option<Path> {
+    let ahead = Pose { position: ego.place(1.0, 0.0), yaw_rad: ego.yaw_rad };
+    Path::new([ego, ahead]).ok()
+}
+
+/// The side output of 4.4: only when the intersection is what is signalled.
+fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> IntersectionInfo {
+    let winner = resolution.winner.filter(|winner| winner.source == Source::Intersection);
+    let turn = winner.zip(candidates.intersection).and_then(|(winner, record)| {
+        let distances = winner.distances;
+        let within = distances.desired_start_m < 0.0 && distances.desired_end_m > 0.0;
+        let distance_m = distances.required_start_m;
+        within.then_some(TurnAhead {
+            side: winner.side,
+            active: distance_m <= 0.0,
+            pose: record.required_start,
+            distance_m,
+        })
+    });
+    IntersectionInfo { turn }
+}

@@ -1,0 +1,110 @@
+//! A decision with its reasons (turn-signal-decider section 8.3, item 10).
+
+use std::fmt;
+
+use super::inputs::Finding;
+use super::intersection::IntersectionInfo;
+use super::manoeuvre::{ManoeuvreKind, Remark, Why};
+use super::resolve::Resolution;
+use super::signal::{Hazard, Signal};
+use super::steady::Held;
+use crate::core::time::MonoTime;
+
+/// What is commanded, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// Turn command.
+    pub turn: Signal,
+    /// Hazard command.
+    pub hazard: Hazard,
+    /// On what ground.
+    pub ground: Ground,
+    /// Why the turn command is not what the ground asks for.
+    pub held: Option<Held>,
+    /// The next turn, when that is what is signalled.
+    pub intersection: IntersectionInfo,
+    /// What each manoeuvre of the planner came to.
+    pub remarks: Vec<Remark>,
+    /// What is wrong with the inputs.
+    pub findings: Vec<Finding>,
+    /// When it may change though no input does.
+    pub next_deadline: Option<MonoTime>,
+}
+
+/// What a decision rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ground {
+    /// Something indispensable is missing: no command. Upstream publishes nothing at all.
+    Blind,
+    /// A manoeuvre asks for the hazard lights.
+    Hazard,
+    /// There is no path to measure on: what the manoeuvres ask for.
+    BehaviourAlone(Signal),
+    /// The candidates were weighed.
+    Weighed(Resolution),
+}
+
+impl fmt::Display for Decision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.turn)?;
+        match &self.ground {
+            Ground::Blind => f.write_str("nothing to go by")?,
+            Ground::Hazard => f.write_str("hazard lights")?,
+            Ground::BehaviourAlone(_) => f.write_str("manoeuvres alone")?,
+            Ground::Weighed(resolution) => write!(f, "{resolution}")?,
+        }
+        match self.held {
+            Some(Held::On(side)) => write!(f, "; {side} not on for long enough")?,
+            Some(Held::Off) => f.write_str("; not off for long enough")?,
+            None => {}
+        }
+        for remark in &self.remarks {
+            write!(f, "; {remark}")?;
+        }
+        for finding in &self.findings {
+            write!(f, "; {finding}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Resolution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.winner {
+            Some(winner) => write!(f, "{}", winner.source)?,
+            None => f.write_str("no candidate")?,
+        }
+        if let Some(case) = self.case {
+            write!(f, " by {case}")?;
+        }
+        for weighed in &self.weighed {
+            write!(f, "; {weighed}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.kind)?;
+        match self.why {
+            Why::Shift(verdict) => write!(f, "{verdict}"),
+            Why::Ignored => f.write_str("decided before"),
+            Why::Idle => f.write_str("nothing to signal"),
+            Why::OwnRule => f.write_str("signalled"),
+            Why::TooEarly => f.write_str("too far ahead"),
+        }
+    }
+}
+
+impl fmt::Display for ManoeuvreKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PullOut => "pull-out",
+            Self::Avoidance => "avoidance",
+            Self::LaneChange => "lane change",
+            Self::PullOver => "pull-over",
+            Self::SideShift => "side shift",
+        })
+    }
+}

@@ -1,0 +1,105 @@
+//! The path on which everything is measured: the middle of the route's lanelets behind and ahead of
+//! the vehicle (turn-signal-decider section 1.5).
+
+use std::collections::BTreeSet;
+
+use super::geometry::path::{Path, PathError};
+use super::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
+use super::geometry::spline::akima;
+use super::geometry::{Point, Pose};
+use super::parameters::Parameters;
+use super::road::{Lane, LaneId, Road};
+use super::route::Route;
+
+/// More lanelets than any path of this length has; bounds work on degenerate maps.
+const MOST_LANES: usize = 10_000;
+
+/// The path and the lanelets it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistancePath {
+    /// To measure on.
+    pub path: Path,
+    /// Lanelets it runs through, in order.
+    pub lanes: Vec<LaneId>,
+}
+
+impl DistancePath {
+    /// The path for a vehicle at `ego` on the lanelet `current` of the route.
+    pub fn new(
+        (road, route): (&Road, &Route),
+        parameters: &Parameters,
+        ego: Pose,
+        current: LaneId,
+        backward_m: f64,
+    ) -> Result<Self, PathError> {
+        let forward_m = parameters.path_forward_length_m;
+        let lane = road.lane(current).ok_or(PathError::TooShort)?;
+        let along_m = nearest(&lane.centerline, ego.position).map_or(0.0, |foot| foot.arc_m);
+        let rest_m = lane.length_m() - along_m;
+        let previous = |id: LaneId| route.previous(road, id).next();
+        let mut sequence = walk(road, current, backward_m - along_m, previous);
+        let behind_m: f64 = sequence.iter().filter_map(|id| road.lane(*id)).map(Lane::length_m).sum();
+        sequence.reverse();
+        sequence.push(current);
+        sequence.extend(walk(road, current, forward_m - rest_m, |id| route.next(road, id)));
+
+        let ego_m = behind_m + along_m;
+        let (from_m, to_m) = (ego_m - backward_m, ego_m + forward_m);
+        let lanes = within(road, &sequence, from_m, to_m);
+        let centerline: Vec<Point> = sequence
+            .iter()
+            .filter_map(|id| road.lane(*id))
+            .flat_map(|lane| lane.centerline.iter().copied())
+            .collect();
+        let points = resampled(&centerline, from_m, to_m, parameters.path_interval_m);
+        Ok(Self { path: Path::new(headed(&points))?, lanes })
+    }
+}
+
+/// Lanelets from the one next to `from` on, until they cover `wanted_m`.
+fn walk(road: &Road, from: LaneId, wanted_m: f64, step: impl Fn(LaneId) -> Option<LaneId>) -> Vec<LaneId> {
+    let mut seen = BTreeSet::from([from]);
+    let mut walked = Vec::new();
+    let (mut here, mut covered_m) = (from, 0.0);
+    while covered_m < wanted_m && walked.len() < MOST_LANES {
+        let Some(next) = step(here).filter(|next| seen.insert(*next)) else { break };
+        covered_m += road.lane(next).map_or(0.0, Lane::length_m);
+        walked.push(next);
+        here = next;
+    }
+    walked
+}
+
+/// The lanelets of the sequence that reach into an interval of it.
+fn within(road: &Road, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<LaneId> {
+    let mut start_m = 0.0;
+    let reaches_in = |id: &&LaneId| {
+        let end_m = start_m + road.lane(**id).map_or(0.0, Lane::length_m);
+        let reaches_in = start_m < to_m && end_m > from_m;
+        start_m = end_m;
+        reaches_in
+    };
+    sequence.iter().filter(reaches_in).copied().collect()
+}
+
+/// Points at equal steps of a line between two arc lengths, and at the second one.
+fn resampled(line: &[Point], from_m: f64, to_m: f64, step_m: f64) -> Vec<Point> {
+    let knots = without_repeats(line);
+    let arcs = arc_lengths_m(&knots);
+    let length_m = arcs.last().copied().unwrap_or_default();
+    let (from_m, to_m) = (from_m.max(0.0), to_m.min(length_m));
+    let mut queries = Vec::new();
+    let mut at_m = from_m;
+    while at_m < to_m {
+        queries.push(at_m);
+        at_m += step_m;
+    }
+    queries.push(to_m);
+    let along = |coordinate: fn(&Point) -> f64| {
+        akima(&arcs, &knots.iter().map(coordinate).collect::<Vec<_>>(), &queries)
+    };
+    match (along(|point| point.x_m), along(|point| point.y_m)) {
+        (Some(xs), Some(ys)) => xs.into_iter().zip(ys).map(|(x_m, y_m)| Point::new(x_m, y_m)).collect(),
+        _ => knots,
+    }
+}

@@ -1,0 +1,103 @@
+//! The modified Akima cubic (3.0.5): a smooth line through knots that does not overshoot as much.
+
+/// Below this the weights of a node are noise and the mean of its slopes counts.
+const LEAST_WEIGHT: f64 = 1e-5;
+
+/// Values at `queries` of the cubic through (`knots`, `values`). Queries outside the knots continue
+/// the first or last piece. `None` when there are fewer than two knots, knots do not rise, or the
+/// lengths differ.
+pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>> {
+    let rising = knots.windows(2).all(|pair| matches!(pair, [from, to] if from < to));
+    if knots.len() != values.len() || knots.len() < 2 || !rising {
+        return None;
+    }
+    let pieces = pieces(knots, values);
+    let last = pieces.last()?;
+    let value_at = |query: &f64| {
+        // The piece whose end is not yet reached; knots rise, so the first such one.
+        let piece = pieces.iter().find(|piece| *query < piece.to).unwrap_or(last);
+        piece.value_at(*query)
+    };
+    Some(queries.iter().map(value_at).collect())
+}
+
+/// A cubic on [`from`, `to`] in powers of the distance from `from`.
+struct Piece {
+    from: f64,
+    to: f64,
+    coefficients: [f64; 4],
+}
+
+impl Piece {
+    fn value_at(&self, query: f64) -> f64 {
+        let [constant, linear, square, cube] = self.coefficients;
+        let t = query - self.from;
+        constant + t * (linear + t * (square + t * cube))
+    }
+}
+
+fn pieces(knots: &[f64], values: &[f64]) -> Vec<Piece> {
+    let spans = || knots.iter().zip(knots.iter().skip(1));
+    let rises = values.iter().zip(values.iter().skip(1)).map(|(from, to)| to - from);
+    let slopes: Vec<f64> = rises.zip(spans()).map(|(rise, (from, to))| rise / (to - from)).collect();
+    let derivatives = derivatives(&slopes);
+    let ends = derivatives.iter().zip(derivatives.iter().skip(1));
+    spans()
+        .zip(values)
+        .zip(&slopes)
+        .zip(ends)
+        .map(|((((from, to), value), slope), (start, end))| {
+            let h = to - from;
+            let square = (3.0 * slope - 2.0 * start - end) / h;
+            let cube = (start + end - 2.0 * slope) / (h * h);
+            Piece { from: *from, to: *to, coefficients: [*value, *start, square, cube] }
+        })
+        .collect()
+}
+
+/// The derivative at each knot, one more than there are slopes.
+fn derivatives(slopes: &[f64]) -> Vec<f64> {
+    let nodes = slopes.len() + 1;
+    let slope = |at: usize| slopes.get(at).copied().unwrap_or_default();
+    (0..nodes)
+        .map(|node| match node {
+            0 => slope(0),
+            node if node + 1 == nodes => slope(node - 1),
+            node if node == 1 || node + 2 == nodes => f64::midpoint(slope(node - 1), slope(node)),
+            node => {
+                let before = (slope(node + 1) - slope(node)).abs();
+                let after = (slope(node - 1) - slope(node - 2)).abs();
+                if before + after < LEAST_WEIGHT {
+                    f64::midpoint(slope(node - 1), slope(node))
+                } else {
+                    (before * slope(node - 1) + after * slope(node)) / (before + after)
+                }
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_straight_line_stays_straight_and_goes_on() {
+        let values = akima(&[0.0, 1.0, 4.0], &[1.0, 3.0, 9.0], &[-1.0, 0.5, 4.0, 6.0]).unwrap();
+        for (value, expected) in values.iter().zip([-1.0, 2.0, 9.0, 13.0]) {
+            assert!((value - expected).abs() < 1e-12, "{value} {expected}");
+        }
+    }
+
+    #[test]
+    fn knots_are_met_and_bad_ones_refused() {
+        let (knots, values) = ([0.0, 1.0, 2.5, 3.0, 7.0, 8.0], [0.0, 2.0, -1.0, 4.0, 4.0, 5.0]);
+        for (got, value) in akima(&knots, &values, &knots).unwrap().iter().zip(values) {
+            assert!((got - value).abs() < 1e-12);
+        }
+        assert_eq!(akima(&[0.0], &[1.0], &[0.0]), None);
+        assert_eq!(akima(&[0.0, 0.0], &[1.0, 2.0], &[0.0]), None);
+        assert_eq!(akima(&[0.0, 1.0], &[1.0], &[0.0]), None);
+        assert_eq!(akima(&[0.0, f64::NAN], &[1.0, 2.0], &[0.0]), None);
+    }
+}

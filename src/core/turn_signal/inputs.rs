@@ -1,0 +1,175 @@
+//! What a decision is made of, and what is wrong with it (turn-signal-decider sections 1.1, 5.2, 7).
+
+use std::fmt;
+use std::time::Duration;
+
+use super::geometry::Pose;
+use super::geometry::path::PathError;
+use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use super::road::Road;
+use super::route::Route;
+use crate::core::time::MonoTime;
+
+/// A value and when it came.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timed<T> {
+    /// When it came.
+    pub at: MonoTime,
+    /// What came.
+    pub value: T,
+}
+
+/// Where the vehicle is and how fast it goes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Odometry {
+    /// Its rear axle, map frame.
+    pub pose: Pose,
+    /// Its speed, m/s, negative backwards.
+    pub speed_mps: f64,
+}
+
+/// All that one decision sees.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The last odometry.
+    pub odometry: Option<Timed<Odometry>>,
+    /// The lanelets.
+    pub road: Option<&'a Road>,
+    /// The route.
+    pub route: Option<&'a Route>,
+    /// How many points the planned path has; `None` = it is not watched.
+    pub planned_path: Option<Timed<usize>>,
+    /// What the planner is doing, in the order of the chain.
+    pub manoeuvres: &'a [Timed<Manoeuvre>],
+    /// The scenario is lane driving, or not known.
+    pub lane_driving: bool,
+}
+
+/// How old inputs may be. As old as the limit is not too old.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AgeLimits {
+    /// The odometry.
+    pub odometry: Duration,
+    /// The planned path.
+    pub planned_path: Duration,
+    /// A manoeuvre.
+    pub manoeuvre: Duration,
+}
+
+/// Something wrong with the inputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finding {
+    /// Nothing is known of the vehicle: no command.
+    NoOdometry,
+    /// It is too old: no command.
+    OldOdometry {
+        /// How old.
+        age: Duration,
+    },
+    /// It comes from the future: no command.
+    FutureOdometry {
+        /// How far.
+        ahead: Duration,
+    },
+    /// It is no number: no command.
+    OdometryNotFinite,
+    /// There is no map: no command.
+    NoRoad,
+    /// There is no route: no command.
+    NoRoute,
+    /// The planner is not driving lanes: no command.
+    NotLaneDriving,
+    /// The planned path has no points: only what the manoeuvres want.
+    EmptyPlannedPath,
+    /// The planned path is old; the signal does not depend on it.
+    OldPlannedPath {
+        /// How old.
+        age: Duration,
+    },
+    /// No lanelet of the route is on the map: only what the manoeuvres want.
+    NoLaneAround,
+    /// The middle of the lanelets is no path: only what the manoeuvres want.
+    NoDistancePath(PathError),
+    /// A manoeuvre is too old and left out.
+    OldManoeuvre {
+        /// Which.
+        kind: ManoeuvreKind,
+        /// How old.
+        age: Duration,
+    },
+    /// The clock went backwards; times begin anew.
+    TimeWentBack {
+        /// How far.
+        by: Duration,
+    },
+    /// The route is another one; what was remembered of the old one is forgotten.
+    NewRoute,
+}
+
+impl AgeLimits {
+    /// Several cycles of sources that send ten times a second or more.
+    pub const DEFAULT: Self = Self {
+        odometry: Duration::from_millis(500),
+        planned_path: Duration::from_secs(1),
+        manoeuvre: Duration::from_secs(1),
+    };
+}
+
+impl Inputs<'_> {
+    /// The odometry, if it can be used.
+    pub(super) fn usable_odometry(&self, limits: AgeLimits, now: MonoTime) -> Result<Odometry, Finding> {
+        let Timed { at, value } = self.odometry.ok_or(Finding::NoOdometry)?;
+        let (age, ahead) = (now.since(at), at.since(now));
+        if !(value.pose.is_finite() && value.speed_mps.is_finite()) {
+            Err(Finding::OdometryNotFinite)
+        } else if ahead > limits.odometry {
+            Err(Finding::FutureOdometry { ahead })
+        } else if age > limits.odometry {
+            Err(Finding::OldOdometry { age })
+        } else {
+            Ok(value)
+        }
+    }
+
+    /// The manoeuvres that are new enough, and what became of the others.
+    pub(super) fn usable_manoeuvres(
+        &self,
+        limits: AgeLimits,
+        now: MonoTime,
+        findings: &mut Vec<Finding>,
+    ) -> Vec<&Manoeuvre> {
+        let mut usable = Vec::new();
+        for Timed { at, value } in self.manoeuvres {
+            let age = now.since(*at);
+            if age > limits.manoeuvre {
+                findings.push(Finding::OldManoeuvre { kind: value.kind(), age });
+            } else {
+                usable.push(value);
+            }
+        }
+        usable
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoOdometry => f.write_str("no odometry"),
+            Self::OldOdometry { age } => write!(f, "odometry is {} ms old", age.as_millis()),
+            Self::FutureOdometry { ahead } => {
+                write!(f, "odometry is {} ms in the future", ahead.as_millis())
+            }
+            Self::OdometryNotFinite => f.write_str("odometry is no number"),
+            Self::NoRoad => f.write_str("no map"),
+            Self::NoRoute => f.write_str("no route"),
+            Self::NotLaneDriving => f.write_str("the scenario is not lane driving"),
+            Self::EmptyPlannedPath => f.write_str("the planned path is empty"),
+            Self::OldPlannedPath { age } => write!(f, "the planned path is {} ms old", age.as_millis()),
+            Self::NoLaneAround => f.write_str("no lanelet of the route is on the map"),
+            Self::NoDistancePath(error) => write!(f, "no path to measure on: {error}"),
+            Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
+            Self::TimeWentBack { by } => write!(f, "the clock went back by {} ms", by.as_millis()),
+            Self::NewRoute => f.write_str("new route"),
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Turns at intersections (turn-signal-decider section 3.1): which lanelets count, when each comes
+//! into view, which of several is next.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use super::geometry::Pose;
+use super::geometry::path::Ruler;
+use super::road::{LaneId, TurnDirection};
+use super::scene::Scene;
+use super::section::Section;
+use super::signal::{Side, Signal};
+use super::turn_lane::TurnLane;
+use crate::core::time::MonoTime;
+
+mod stop_rule;
+
+/// A vehicle that stands this long, farther away than the search distance at standstill, no longer
+/// announces the turn.
+pub const LONGEST_STOP: Duration = Duration::from_secs(20);
+
+/// Where the turns in view came into view.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct IntersectionMemory {
+    starts: BTreeMap<LaneId, Announced>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Announced {
+    /// The rear axle then.
+    start: Pose,
+    /// Since when it stands out of view.
+    waits_since: Option<MonoTime>,
+}
+
+/// The turns on the distance path, in order. `lanes` are the ids of the path; `behaviour` is what the
+/// planner's manoeuvres want, for the stop rule.
+pub fn turns(scene: &Scene<'_>, lanes: &[LaneId], behaviour: Signal) -> Vec<TurnLane> {
+    let threshold_deg = scene.parameters.intersection_angle_threshold_deg;
+    let all = scene.is_compat()
+        && behaviour.side().is_some_and(|side| stop_rule::stands_at_turn(scene, lanes, side));
+    let mut turns: Vec<TurnLane> = Vec::new();
+    let mut before: Option<LaneId> = None;
+    for id in lanes {
+        let previous = before.replace(*id);
+        let Some(lane) = scene.road.lane(*id).filter(|lane| lane.roundabouts.is_empty()) else { continue };
+        let turns_here = matches!(lane.turn_direction, TurnDirection::Left | TurnDirection::Right);
+        if !turns_here && !all {
+            continue;
+        }
+        let Some(turn) = TurnLane::new(lane, threshold_deg) else { continue };
+        let goes_on = |last: &TurnLane| {
+            !scene.is_compat()
+                && last.direction == turn.direction
+                && previous.is_some_and(|before| scene.road.followers(before).contains(id))
+        };
+        match turns.last_mut().filter(|last| goes_on(last) && ends_at(last, &turn)) {
+            Some(last) => *last = last.joined(&turn, threshold_deg),
+            None => turns.push(turn),
+        }
+    }
+    turns
+}
+
+/// `next` begins where `last` ends.
+fn ends_at(last: &TurnLane, next: &TurnLane) -> bool {
+    last.back.position.distance_m(next.front.position) < JOINT_M
+}
+
+/// Lanelets meet at shared points; more than this lies between others, metres.
+const JOINT_M: f64 = 0.5;
+
+impl IntersectionMemory {
+    /// The record of the next turn, if one is in view.
+    pub fn section(&mut self, scene: &Scene<'_>, turns: &[TurnLane]) -> Option<Section> {
+        if !scene.is_compat() {
+            self.starts.retain(|id, _| turns.iter().any(|turn| turn.id == *id));
+        }
+        let records = turns.iter().filter_map(|turn| self.record(scene, turn)).collect();
+        next_in_queue(&scene.ruler, records)
+    }
+
+    /// Forgets all: the route is another one.
+    pub fn clear(&mut self) {
+        self.starts.clear();
+    }
+
+    /// Where the rear axle was when this lanelet came into view.
+    pub fn start_of(&self, lane: LaneId) -> Option<Pose> {
+        self.starts.get(&lane).map(|announced| announced.start)
+    }
+
+    fn record(&mut self, scene: &Scene<'_>, turn: &TurnLane) -> Option<Section> {
+        if scene.ruler.from_base_m(turn.back) < 0.0 {
+            self.starts.remove(&turn.id);
+            return None;
+        }
+        let search_m =
+            turn.search_distance_m.unwrap_or_else(|| scene.parameters.intersection_search_m(scene.speed_mps));
+        let in_view = scene.ruler.from_front_m(turn.front) < search_m;
+        if !in_view && (scene.is_compat() || !self.still_announced(scene, turn.id)) {
+            return None;
+        }
+        let announced =
+            self.starts.entry(turn.id).or_insert(Announced { start: scene.ego(), waits_since: None });
+        if in_view {
+            announced.waits_since = None;
+        }
+        Some(turn.section(turn.signal(), announced.start))
+    }
+
+    /// A turn out of view stays announced, unless the vehicle has stood too long since (W1).
+    fn still_announced(&mut self, scene: &Scene<'_>, id: LaneId) -> bool {
+        let Some(announced) = self.starts.get_mut(&id) else { return false };
+        if !scene.stands() {
+            announced.waits_since = None;
+            return true;
+        }
+        let since = *announced.waits_since.get_or_insert(scene.now);
+        let stays = scene.now.since(since) <= LONGEST_STOP;
+        if !stays {
+            self.starts.remove(&id);
+        }
+        stays
+    }
+}
+
+/// The first record whose required end lies ahead; the last one in any case (3.1.5).
+pub(super) fn next_in_queue(ruler: &Ruler<'_>, records: Vec<Section>) -> Option<Section> {
+    let last = records.last().copied();
+    records.into_iter().find(|record| ruler.from_base_m(record.required_end) >= 0.0).or(last)
+}
+
+/// What the planning factor of the next turn says (sections 4.4, 5.4).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct IntersectionInfo {
+    /// Where the turn begins and whether it has; `None` when no intersection is signalled.
+    pub turn: Option<TurnAhead>,
+}
+
+/// A turn that is signalled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurnAhead {
+    /// Which way.
+    pub side: Side,
+    /// The front is past its start.
+    pub active: bool,
+    /// Its start.
+    pub pose: Pose,
+    /// Front to its start, metres.
+    pub distance_m: f64,
+}
+
+impl TurnAhead {
+    /// The front is before its start.
+    pub const fn approaching(&self) -> bool {
+        !self.active
+    }
+}

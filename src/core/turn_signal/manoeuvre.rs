@@ -1,0 +1,170 @@
+//! Manoeuvres of the planner, each making a record out of that of the one before (turn-signal-decider
+//! sections 3.3 to 3.6 and 3.8).
+
+use std::collections::BTreeSet;
+
+use super::chain::{join_present, overwrite};
+use super::geometry::Pose;
+use super::road::LaneId;
+use super::scene::Scene;
+use super::section::Section;
+use super::shift::{ShiftOutcome, ShiftVerdict};
+
+pub mod avoidance;
+pub mod lane_change;
+pub mod pull_out;
+pub mod pull_over;
+
+use avoidance::Avoidance;
+use lane_change::LaneChange;
+use pull_out::PullOut;
+use pull_over::PullOver;
+
+/// What a module of the planner is doing.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Manoeuvre {
+    /// Start planner.
+    PullOut(PullOut),
+    /// Avoidance of static obstacles.
+    Avoidance(Avoidance),
+    /// Lane change, left or right.
+    LaneChange(LaneChange),
+    /// Goal planner.
+    PullOver(PullOver),
+    /// Side shift and the sampling planner: upstream loses whatever came before.
+    SideShift,
+}
+
+/// The kind of a manoeuvre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ManoeuvreKind {
+    /// Start planner.
+    PullOut,
+    /// Avoidance of static obstacles.
+    Avoidance,
+    /// Lane change.
+    LaneChange,
+    /// Goal planner.
+    PullOver,
+    /// Side shift.
+    SideShift,
+}
+
+/// What manoeuvres remember from one cycle to the next.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ManoeuvreMemory {
+    /// Shift lines that are not looked at again while avoiding.
+    avoidance_ignored: BTreeSet<u128>,
+    /// The lanelet in which pulling out is not looked at again.
+    pull_out_ignored: Option<LaneId>,
+    /// The lanelet in which pulling over is not looked at again.
+    pull_over_ignored: Option<LaneId>,
+    /// First deceleration pose of a pull-over, and the stop pose if known then.
+    pre_signal: Option<(Pose, Option<Pose>)>,
+    /// Where an announced lane change came into view, by its end.
+    lane_change: Option<lane_change::Announced>,
+}
+
+/// What one manoeuvre came to, for the explanation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Remark {
+    /// Which.
+    pub kind: ManoeuvreKind,
+    /// Why it has the record it has.
+    pub why: Why,
+}
+
+/// Why a manoeuvre has the record it has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Why {
+    /// The shift rule decided.
+    Shift(ShiftVerdict),
+    /// It was decided before that it is not signalled.
+    Ignored,
+    /// Nothing to signal: no path, no shift left, too far beside it, not approved.
+    Idle,
+    /// It is signalled by a rule of its own.
+    OwnRule,
+    /// It is known, but too far ahead.
+    TooEarly,
+}
+
+impl Manoeuvre {
+    /// Its kind.
+    pub const fn kind(&self) -> ManoeuvreKind {
+        match self {
+            Self::PullOut(_) => ManoeuvreKind::PullOut,
+            Self::Avoidance(_) => ManoeuvreKind::Avoidance,
+            Self::LaneChange(_) => ManoeuvreKind::LaneChange,
+            Self::PullOver(_) => ManoeuvreKind::PullOver,
+            Self::SideShift => ManoeuvreKind::SideShift,
+        }
+    }
+}
+
+impl ManoeuvreMemory {
+    /// The record at the end of the chain, and what each manoeuvre came to. `manoeuvres` stand in the
+    /// order in which the planner runs them: approved ones first, then the one that waits.
+    pub fn chain<'a>(
+        &mut self,
+        scene: &Scene<'_>,
+        manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
+    ) -> (Option<Section>, Vec<Remark>) {
+        let mut record = None;
+        let mut remarks = Vec::new();
+        let mut present = BTreeSet::new();
+        for manoeuvre in manoeuvres {
+            present.insert(manoeuvre.kind());
+            let why = match manoeuvre {
+                Manoeuvre::PullOut(pull_out) => self.pull_out(scene, pull_out, &mut record),
+                Manoeuvre::Avoidance(avoidance) => self.avoidance(scene, avoidance, &mut record),
+                Manoeuvre::LaneChange(change) => self.lane_change(scene, change, &mut record),
+                Manoeuvre::PullOver(pull_over) => self.pull_over(scene, pull_over, &mut record),
+                Manoeuvre::SideShift => {
+                    record = record.filter(|_| !scene.is_compat());
+                    Why::Idle
+                }
+            };
+            remarks.push(Remark { kind: manoeuvre.kind(), why });
+        }
+        self.forget_absent(&present);
+        (record, remarks)
+    }
+
+    /// Forgets all: the route is another one.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// A module that is gone begins anew.
+    fn forget_absent(&mut self, present: &BTreeSet<ManoeuvreKind>) {
+        if !present.contains(&ManoeuvreKind::Avoidance) {
+            self.avoidance_ignored.clear();
+        }
+        if !present.contains(&ManoeuvreKind::PullOut) {
+            self.pull_out_ignored = None;
+        }
+        if !present.contains(&ManoeuvreKind::PullOver) {
+            self.pull_over_ignored = None;
+            self.pre_signal = None;
+        }
+        if !present.contains(&ManoeuvreKind::LaneChange) {
+            self.lane_change = None;
+        }
+    }
+}
+
+/// Upstream's overwrite, or by default only what asks for something.
+fn overwritten(scene: &Scene<'_>, previous: Option<Section>, new: Section) -> Option<Section> {
+    let overwrite = |previous, new| overwrite(&scene.ruler, previous, new);
+    if scene.is_compat() {
+        Some(overwrite(previous.unwrap_or_default(), new))
+    } else {
+        join_present(previous, Some(new), |previous, new| Some(overwrite(previous, new)))
+    }
+}
+
+/// The word for what the shift rule said.
+fn why(outcome: &ShiftOutcome) -> Why {
+    Why::Shift(outcome.verdict)
+}

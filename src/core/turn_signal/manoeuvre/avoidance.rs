@@ -1,0 +1,105 @@
+//! Avoidance of static obstacles (turn-signal-decider section 3.3).
+
+use super::{ManoeuvreMemory, Why, overwritten, why};
+use crate::core::turn_signal::parameters::CandidatePolicy;
+use crate::core::turn_signal::road::LaneId;
+use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::section::Section;
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
+
+/// Farther beside its path the vehicle is not avoiding, metres.
+const MOST_DEVIATION_M: f64 = 1.0;
+
+/// An avoidance: shift lines out and back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Avoidance {
+    /// The linearly shifted path.
+    pub path: ShiftedPath,
+    /// Its shifts, in order.
+    pub lines: Vec<AvoidanceLine>,
+    /// The vehicle's nearest point on the path it drives.
+    pub ego_index: usize,
+    /// How far the vehicle is beside that path, metres.
+    pub deviation_m: f64,
+    /// Offset of the path at the vehicle, metres.
+    pub current_shift_m: f64,
+    /// The lanelets it should stay in.
+    pub lanes: Vec<LaneId>,
+    /// It is being driven; otherwise it waits for approval.
+    pub approved: bool,
+}
+
+/// One shift.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AvoidanceLine {
+    /// Its id (`uuid`).
+    pub id: u128,
+    /// Where.
+    pub line: ShiftLine,
+    /// Offset before, metres.
+    pub start_shift_m: f64,
+    /// Offset after, metres.
+    pub end_shift_m: f64,
+}
+
+impl AvoidanceLine {
+    fn shifts_left(&self) -> bool {
+        self.start_shift_m < self.end_shift_m
+    }
+}
+
+impl ManoeuvreMemory {
+    pub(super) fn avoidance(
+        &mut self,
+        scene: &Scene<'_>,
+        avoidance: &Avoidance,
+        record: &mut Option<Section>,
+    ) -> Why {
+        if !avoidance.approved && !signalled_while_waiting(scene) {
+            return Why::Idle;
+        }
+        let target = Some(avoidance).filter(|avoidance| avoidance.deviation_m.abs() <= MOST_DEVIATION_M);
+        let Some(line) = target.and_then(|avoidance| target_line(scene, avoidance)) else { return Why::Idle };
+        if self.avoidance_ignored.contains(&line.id) {
+            return Why::Ignored;
+        }
+        let shift = Shift {
+            path: &avoidance.path,
+            line: line.line,
+            lanes: &avoidance.lanes,
+            current_shift_m: avoidance.current_shift_m,
+            kind: ShiftKind::Avoidance,
+            forward: true,
+            own_lane: true,
+            stop_override: false,
+        };
+        let outcome = judge(scene, &shift);
+        if outcome.ignore() {
+            self.avoidance_ignored.insert(line.id);
+        }
+        *record = overwritten(scene, *record, outcome.section);
+        why(&outcome)
+    }
+}
+
+fn signalled_while_waiting(scene: &Scene<'_>) -> bool {
+    match scene.parameters.avoidance_candidate {
+        CandidatePolicy::None | CandidatePolicy::StopOnApproval => false,
+        CandidatePolicy::StoppedCandidate => scene.stands(),
+        CandidatePolicy::AllCandidate => true,
+    }
+}
+
+/// The first shift that is left, or the first one back if that is near.
+fn target_line(scene: &Scene<'_>, avoidance: &Avoidance) -> Option<AvoidanceLine> {
+    let mut left = avoidance.lines.iter().filter(|line| line.line.end_index >= avoidance.ego_index);
+    let first = left.next()?;
+    let Some(back) = left.find(|line| line.shifts_left() != first.shifts_left()) else { return Some(*first) };
+    let ego = scene.ego().position;
+    let ahead_m = |line: &AvoidanceLine| {
+        avoidance.path.distance_to_m(ego, line.line.start_index).unwrap_or(f64::INFINITY)
+    };
+    let near_m = scene.speed_mps * scene.parameters.avoidance_prepare_time_s;
+    let turns_back = ahead_m(first) <= 0.0 && ahead_m(back) < near_m;
+    Some(if turns_back { *back } else { *first })
+}

@@ -1,0 +1,112 @@
+//! Lane changes (turn-signal-decider section 3.4). Upstream's has no start: it counts as begun from
+//! the moment it is wanted (W9). By default it starts where it starts.
+
+use super::{ManoeuvreMemory, Why, overwritten};
+use crate::core::turn_signal::geometry::path::Path;
+use crate::core::turn_signal::geometry::polyline::{at_arc, headed};
+use crate::core::turn_signal::geometry::{Point, Pose};
+use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::section::Section;
+use crate::core::turn_signal::signal::Side;
+
+/// A lane change, wanted or under way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaneChange {
+    /// Which way.
+    pub side: Side,
+    /// How far it has come.
+    pub phase: LaneChangePhase,
+    /// Where steering begins, if known.
+    pub start: Option<Pose>,
+    /// Where the bound of the lane is crossed, if known.
+    pub crossing: Option<Pose>,
+    /// Where it ends; `None` = no valid path.
+    pub end: Option<Pose>,
+    /// The path of the module before, for a lane change that waits.
+    pub previous_path: Vec<Pose>,
+    /// Length the planner keeps for it before the lane ends, metres.
+    pub minimum_length_m: f64,
+}
+
+/// How far a lane change has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LaneChangePhase {
+    /// Approved, driven, held or aborted.
+    Running,
+    /// Waiting for approval.
+    Waiting,
+    /// Waiting, and of a special kind (avoidance by lane change), or on no lane: not signalled.
+    Unsignalled,
+}
+
+/// A lane change that came into view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Announced {
+    side: Side,
+    /// Where the vehicle was.
+    from: Pose,
+}
+
+impl ManoeuvreMemory {
+    pub(super) fn lane_change(
+        &mut self,
+        scene: &Scene<'_>,
+        change: &LaneChange,
+        record: &mut Option<Section>,
+    ) -> Why {
+        let signals_before = record.is_some_and(|record| record.turn.side().is_some());
+        let last_of_path = change.previous_path.last().copied();
+        let end = match change.phase {
+            LaneChangePhase::Unsignalled => None,
+            LaneChangePhase::Running => change.end,
+            LaneChangePhase::Waiting if change.previous_path.is_empty() => None,
+            LaneChangePhase::Waiting => change.end.or(last_of_path),
+        };
+        let Some(end) = end else { return Why::Idle };
+        let waits = change.phase == LaneChangePhase::Waiting;
+        let (start, required_end) = match (scene.is_compat(), change.start) {
+            (false, Some(start)) => {
+                let Some(from) = self.announced(scene, change, start) else { return Why::TooEarly };
+                let section =
+                    Section::blinking(change.side, (from, end), (start, change.crossing.unwrap_or(end)));
+                *record = overwritten(scene, *record, section);
+                return Why::OwnRule;
+            }
+            _ if waits && signals_before => {
+                let Some(start) = terminal_start(scene, change) else { return Why::Idle };
+                (start, end)
+            }
+            _ => (scene.ego(), end),
+        };
+        let section = Section::blinking(change.side, (start, end), (start, required_end));
+        *record = overwritten(scene, *record, section);
+        Why::OwnRule
+    }
+
+    /// Where the announcement of this lane change began; `None` while it is too far ahead. Once
+    /// announced it stays so, however the vehicle slows down.
+    fn announced(&mut self, scene: &Scene<'_>, change: &LaneChange, start: Pose) -> Option<Pose> {
+        let same = self.lane_change.filter(|announced| announced.side == change.side);
+        if same.is_none() {
+            let ahead_m = scene.ruler.from_front_m(start);
+            let near = ahead_m <= scene.parameters.prepare_m(scene.speed_mps);
+            // Already steering: the announcement begins where the lane change did.
+            let from = if ahead_m > 0.0 { scene.ego() } else { start };
+            self.lane_change = near.then_some(Announced { side: change.side, from });
+        }
+        self.lane_change.map(|announced| announced.from)
+    }
+}
+
+/// Where a lane change that waits must begin at the latest, on the path of the module before.
+fn terminal_start(scene: &Scene<'_>, change: &LaneChange) -> Option<Pose> {
+    let path = Path::new(change.previous_path.iter().copied()).ok()?;
+    let buffer_m =
+        change.minimum_length_m + scene.parameters.lane_change_activation_length_m + scene.vehicle.front_m();
+    let points: Vec<Point> = path.poses().iter().map(|pose| pose.position).collect();
+    let position = at_arc(&points, (path.length_m() - buffer_m).max(0.0))?;
+    let station_m = path.plain_station_m(position);
+    let before = |(index, _): &(usize, Pose)| path.arc_m(*index) <= station_m;
+    let piece = headed(&points).into_iter().enumerate().take_while(before).last();
+    Some(Pose { position, yaw_rad: piece.map_or(0.0, |(_, pose)| pose.yaw_rad) })
+}

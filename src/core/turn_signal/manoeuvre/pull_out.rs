@@ -1,0 +1,104 @@
+//! Pulling out from the roadside (turn-signal-decider section 3.5).
+
+use super::{ManoeuvreMemory, Why, overwritten, why};
+use crate::core::turn_signal::chain::{join_present, pairwise_prior};
+use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::road::LaneId;
+use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::section::Section;
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
+
+/// A pull-out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PullOut {
+    /// Its path; `None` = empty.
+    pub path: Option<ShiftedPath>,
+    /// Where it starts and ends.
+    pub start: Pose,
+    /// Where it ends.
+    pub end: Pose,
+    /// Offset of the vehicle from the centerline, metres.
+    pub current_shift_m: f64,
+    /// It drives forwards; otherwise it backs up first.
+    pub forward: bool,
+    /// It has not departed, or its path is geometric and the vehicle within 1.0 m of the end of its
+    /// first part: standing is no reason to be silent.
+    pub standing_counts: bool,
+    /// Not yet engaged forward, or within the time to blink before moving.
+    pub before_start: bool,
+    /// The current lanelets, extended.
+    pub lanes: Vec<LaneId>,
+}
+
+impl ManoeuvreMemory {
+    pub(super) fn pull_out(
+        &mut self,
+        scene: &Scene<'_>,
+        pull_out: &PullOut,
+        record: &mut Option<Section>,
+    ) -> Why {
+        let Some(path) = &pull_out.path else { return Why::Idle };
+        let closest = scene.road.closest(pull_out.lanes.iter().copied(), scene.ego());
+        let Some(lane) = closest.map(|lane| lane.id) else { return Why::Idle };
+        if self.pull_out_ignored == Some(lane) {
+            return Why::Ignored;
+        }
+        let line = ShiftLine {
+            start_index: path.nearest_index(pull_out.start.position),
+            end_index: path.nearest_index(pull_out.end.position),
+            start: pull_out.start,
+            end: pull_out.end,
+        };
+        if starts_on_centerline(scene, pull_out, path, &line) {
+            return centerline_start(scene, pull_out, path, record);
+        }
+        let shift = Shift {
+            path,
+            line,
+            lanes: &pull_out.lanes,
+            current_shift_m: pull_out.current_shift_m,
+            kind: ShiftKind::PullOut,
+            forward: pull_out.forward,
+            own_lane: true,
+            stop_override: pull_out.standing_counts,
+        };
+        let outcome = judge(scene, &shift);
+        self.pull_out_ignored = outcome.ignore().then_some(lane);
+        let prior = |previous, new| pairwise_prior(&scene.ruler, previous, new);
+        *record = if scene.is_compat() {
+            prior(record.unwrap_or_default(), outcome.section)
+        } else {
+            join_present(*record, Some(outcome.section), prior)
+        };
+        why(&outcome)
+    }
+}
+
+/// The start from the middle of a lane, without a shift worth the name.
+fn starts_on_centerline(scene: &Scene<'_>, pull_out: &PullOut, path: &ShiftedPath, line: &ShiftLine) -> bool {
+    let parameters = scene.parameters;
+    let shift_m = path.offset_between_m(line.start_index, line.end_index);
+    shift_m.abs() < parameters.pull_out_minimum_shift_m
+        && !parameters.pull_out_enable_back
+        && parameters.pull_out_middle_distance_m < parameters.pull_out_minimum_shift_m
+        && pull_out.before_start
+}
+
+/// Upstream only changes the command of the record before, whose points are usually at the origin of
+/// the map, so that nothing is signalled. By default the record lies where the start is.
+fn centerline_start(
+    scene: &Scene<'_>,
+    pull_out: &PullOut,
+    path: &ShiftedPath,
+    record: &mut Option<Section>,
+) -> Why {
+    let side = scene.parameters.centerline_start_side;
+    *record = if scene.is_compat() {
+        Some(Section { turn: side.into(), ..record.unwrap_or_default() })
+    } else {
+        let end = path.poses().get(path.nearest_index(pull_out.end.position)).copied().unwrap_or_default();
+        let start = scene.ego();
+        overwritten(scene, *record, Section::blinking(side, (start, end), (start, end)))
+    };
+    Why::OwnRule
+}

@@ -1,0 +1,110 @@
+//! Pulling over to the roadside (turn-signal-decider section 3.6), with the signal given before the
+//! path is decided.
+
+use super::{ManoeuvreMemory, Why, overwritten, why};
+use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::road::LaneId;
+use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::section::Section;
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
+
+/// A pull-over.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PullOver {
+    /// Its path is decided.
+    Decided(Decided),
+    /// It is not.
+    Undecided(Undecided),
+}
+
+/// A pull-over whose path is decided.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decided {
+    /// Its path; `None` = empty.
+    pub path: Option<ShiftedPath>,
+    /// Where it begins.
+    pub start: Pose,
+    /// The goal, as modified.
+    pub goal: Pose,
+    /// Offset of the vehicle from the centerline, metres.
+    pub current_shift_m: f64,
+    /// Not a shift path, and the vehicle is within 1.0 m of the end of its first part.
+    pub near_first_end: bool,
+    /// The current lanelets, with the lengths of the goal search.
+    pub lanes: Vec<LaneId>,
+}
+
+/// A pull-over whose path is not decided: the vehicle slows down in its lane.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Undecided {
+    /// The path to the place where it would stop.
+    pub stop_path: Vec<Pose>,
+    /// Where it begins to slow down for the blinker; `None` until known.
+    pub deceleration: Option<Pose>,
+    /// Where it would stop; `None` until known.
+    pub stop: Option<Pose>,
+}
+
+impl ManoeuvreMemory {
+    pub(super) fn pull_over(
+        &mut self,
+        scene: &Scene<'_>,
+        pull_over: &PullOver,
+        record: &mut Option<Section>,
+    ) -> Why {
+        match pull_over {
+            PullOver::Decided(decided) => self.decided(scene, decided, record),
+            PullOver::Undecided(undecided) => self.undecided(scene, undecided, record),
+        }
+    }
+
+    fn decided(&mut self, scene: &Scene<'_>, decided: &Decided, record: &mut Option<Section>) -> Why {
+        let Some(path) = &decided.path else {
+            *record = record.filter(|_| !scene.is_compat());
+            return Why::Idle;
+        };
+        let closest = scene.road.closest(decided.lanes.iter().copied(), scene.ego());
+        let Some(lane) = closest.map(|lane| lane.id) else { return Why::Idle };
+        if self.pull_over_ignored == Some(lane) {
+            return Why::Ignored;
+        }
+        let line = ShiftLine {
+            start_index: path.nearest_index(decided.start.position),
+            end_index: path.nearest_index(decided.goal.position),
+            start: decided.start,
+            end: decided.goal,
+        };
+        let shift = Shift {
+            path,
+            line,
+            lanes: &decided.lanes,
+            current_shift_m: decided.current_shift_m,
+            kind: ShiftKind::PullOver,
+            forward: true,
+            own_lane: true,
+            stop_override: decided.near_first_end,
+        };
+        let outcome = judge(scene, &shift);
+        self.pull_over_ignored = outcome.ignore().then_some(lane);
+        *record = overwritten(scene, *record, outcome.section);
+        why(&outcome)
+    }
+
+    fn undecided(&mut self, scene: &Scene<'_>, undecided: &Undecided, record: &mut Option<Section>) -> Why {
+        if self.pre_signal.is_none() {
+            self.pre_signal = undecided.deceleration.map(|pose| (pose, undecided.stop));
+        }
+        let Some((deceleration, stop)) = self.pre_signal else { return Why::Idle };
+        let shifts_m = Vec::new();
+        let Ok(path) = ShiftedPath::new(undecided.stop_path.clone(), shifts_m) else { return Why::Idle };
+        let index = |pose: Pose| path.nearest_index(pose.position);
+        if index(scene.ego()) < index(deceleration) {
+            return Why::TooEarly;
+        }
+        let Some(end) = path.poses().last().copied() else { return Why::Idle };
+        let side = scene.parameters.parking_side;
+        let section = Section::blinking(side, (deceleration, end), (stop.unwrap_or(deceleration), end));
+        *record = overwritten(scene, *record, section);
+        Why::OwnRule
+    }
+}

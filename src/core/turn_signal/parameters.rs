@@ -1,0 +1,216 @@
+//! The parameters of the decider, by the names Autoware gives them (turn-signal-decider section 2).
+
+use std::fmt;
+
+use thiserror::Error;
+
+use super::geometry::path::NearestLimits;
+use super::signal::Side;
+
+mod table;
+
+pub use table::{PARAMETERS, Parameter};
+
+/// Every parameter. Distances in metres, times in seconds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// `turn_signal_intersection_search_distance`: constant part of the search distance.
+    pub intersection_search_distance_m: f64,
+    /// `turn_signal_intersection_angle_threshold_degree`: heading deviation that ends the required
+    /// section of a turn.
+    pub intersection_angle_threshold_deg: f64,
+    /// `turn_signal_minimum_search_distance`: least prepare distance of shifts, and what counts as
+    /// near a turn lane while standing.
+    pub minimum_search_distance_m: f64,
+    /// `turn_signal_search_time`: time part of all search distances.
+    pub search_time_s: f64,
+    /// `turn_signal_shift_length_threshold`: smaller shifts are not signalled.
+    pub shift_length_threshold_m: f64,
+    /// `turn_signal_remaining_shift_length_threshold`: a shift with less than this to go is done.
+    pub remaining_shift_length_threshold_m: f64,
+    /// `turn_signal_remaining_distance_to_bound_threshold`: pulling out is done this near to the bound.
+    pub remaining_distance_to_bound_threshold_m: f64,
+    /// `turn_signal_on_swerving`: shifts are signalled at all.
+    pub on_swerving: bool,
+    /// `turn_signal_roundabout_on_entry`.
+    pub roundabout_on_entry: Option<Side>,
+    /// `turn_signal_roundabout_on_exit`.
+    pub roundabout_on_exit: Option<Side>,
+    /// `turn_signal_roundabout_entry_indicator_persistence`: the entry signal lasts until the exit.
+    pub roundabout_entry_persists: bool,
+    /// `turn_signal_roundabout_search_distance`: constant part of the search distance of entries.
+    pub roundabout_search_distance_m: f64,
+    /// `turn_signal_roundabout_angle_threshold_degree`.
+    pub roundabout_angle_threshold_deg: f64,
+    /// `turn_signal_roundabout_backward_depth`: lanelets looked back over; `None` = all.
+    pub roundabout_backward_depth: Option<u32>,
+    /// `turn_signal_path_backward_length`: the distance path behind the vehicle.
+    pub path_backward_length_m: f64,
+    /// `forward_path_length`: the distance path ahead.
+    pub path_forward_length_m: f64,
+    /// `input_path_interval`: spacing of the distance path.
+    pub path_interval_m: f64,
+    /// `ego_nearest_dist_threshold`, `ego_nearest_yaw_threshold`.
+    pub nearest: NearestLimits,
+    /// Lane change `min_length_for_turn_signal_activation`.
+    pub lane_change_activation_length_m: f64,
+    /// Start planner `turn_signal_on_centerline_start`.
+    pub centerline_start_side: Side,
+    /// Start planner `minimum_shift_length`.
+    pub pull_out_minimum_shift_m: f64,
+    /// Start planner `th_distance_to_middle_of_the_road`.
+    pub pull_out_middle_distance_m: f64,
+    /// Start planner `enable_back`.
+    pub pull_out_enable_back: bool,
+    /// Goal planner `parking_policy`: the side it pulls over to.
+    pub parking_side: Side,
+    /// Avoidance `max_prepare_time`.
+    pub avoidance_prepare_time_s: f64,
+    /// Avoidance `candidate_path_turn_signal`.
+    pub avoidance_candidate: CandidatePolicy,
+}
+
+/// When an avoidance that waits for approval is signalled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum CandidatePolicy {
+    /// `none`: never.
+    #[default]
+    None,
+    /// `stopped_candidate`: while standing.
+    StoppedCandidate,
+    /// `all_candidate`: always.
+    AllCandidate,
+    /// `stop_on_approval`: not while waiting; the planner then holds the vehicle with the signal on.
+    StopOnApproval,
+}
+
+/// Autoware's sample vehicle and others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vehicle {
+    /// Between the axles, metres.
+    pub wheel_base_m: f64,
+    /// Front axle to front bumper, metres.
+    pub front_overhang_m: f64,
+    /// Rear axle to rear bumper, metres.
+    pub rear_overhang_m: f64,
+    /// Centre line to the left side, metres.
+    pub left_m: f64,
+    /// Centre line to the right side, metres.
+    pub right_m: f64,
+}
+
+/// A parameter that was not taken. Nothing changed.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ParameterError {
+    /// There is none of this name.
+    #[error("`{name}` is no parameter of the turn signal decider")]
+    Unknown {
+        /// As given.
+        name: String,
+    },
+    /// The value does not fit.
+    #[error("`{name}` = `{value}`: give {wanted}")]
+    Value {
+        /// The parameter.
+        name: &'static str,
+        /// As given.
+        value: String,
+        /// What would fit.
+        wanted: &'static str,
+    },
+}
+
+impl Parameters {
+    /// The documented defaults. Launch files set one of them otherwise, see [`Self::DEPLOYED`].
+    pub const DOCUMENTED: Self = Self { roundabout_entry_persists: false, ..Self::DEPLOYED };
+
+    /// What Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
+    pub const DEPLOYED: Self = Self {
+        intersection_search_distance_m: 30.0,
+        intersection_angle_threshold_deg: 15.0,
+        minimum_search_distance_m: 10.0,
+        search_time_s: 3.0,
+        shift_length_threshold_m: 0.3,
+        remaining_shift_length_threshold_m: 0.1,
+        remaining_distance_to_bound_threshold_m: 1.3,
+        on_swerving: true,
+        roundabout_on_entry: None,
+        roundabout_on_exit: Some(Side::Left),
+        roundabout_entry_persists: true,
+        roundabout_search_distance_m: 30.0,
+        roundabout_angle_threshold_deg: 15.0,
+        roundabout_backward_depth: Some(50),
+        path_backward_length_m: 100.0,
+        path_forward_length_m: 300.0,
+        path_interval_m: 2.0,
+        nearest: NearestLimits { distance_m: 3.0, yaw_rad: 1.046 },
+        lane_change_activation_length_m: 10.0,
+        centerline_start_side: Side::Right,
+        pull_out_minimum_shift_m: 0.5,
+        pull_out_middle_distance_m: 0.5,
+        pull_out_enable_back: true,
+        parking_side: Side::Left,
+        avoidance_prepare_time_s: 3.0,
+        avoidance_candidate: CandidatePolicy::None,
+    };
+
+    /// Sets one parameter from text, as in a parameter file (`30.0`, `true`, `"Left"`). The name is
+    /// the documented one or the spelling Autoware uses.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
+        let parameter =
+            Parameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
+        parameter.set(self, value.trim()).map_err(|wanted| ParameterError::Value {
+            name: parameter.name,
+            value: value.to_owned(),
+            wanted,
+        })
+    }
+
+    /// Distance at which turns come into view at this speed, metres.
+    pub fn intersection_search_m(&self, speed_mps: f64) -> f64 {
+        self.search_time_s * speed_mps + self.intersection_search_distance_m
+    }
+
+    /// Distance at which roundabouts come into view at this speed, metres.
+    pub fn roundabout_search_m(&self, speed_mps: f64) -> f64 {
+        self.search_time_s * speed_mps + self.roundabout_search_distance_m
+    }
+
+    /// Distance before a shift from which it is announced at this speed, metres.
+    pub fn prepare_m(&self, speed_mps: f64) -> f64 {
+        (speed_mps * self.search_time_s).max(self.minimum_search_distance_m)
+    }
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self::DOCUMENTED
+    }
+}
+
+impl Vehicle {
+    /// Autoware's sample vehicle.
+    pub const SAMPLE: Self = Self {
+        wheel_base_m: 2.79,
+        front_overhang_m: 1.0,
+        rear_overhang_m: 1.1,
+        left_m: 0.948,
+        right_m: 0.948,
+    };
+
+    /// Rear axle to front bumper, metres.
+    pub fn front_m(&self) -> f64 {
+        self.wheel_base_m + self.front_overhang_m
+    }
+}
+
+impl fmt::Display for CandidatePolicy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::None => "none",
+            Self::StoppedCandidate => "stopped_candidate",
+            Self::AllCandidate => "all_candidate",
+            Self::StopOnApproval => "stop_on_approval",
+        })
+    }
+}

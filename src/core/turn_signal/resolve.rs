@@ -1,0 +1,316 @@
+//! Which of the candidates is signalled (turn-signal-decider section 4): validity, order, the
+//! pairwise rule. Pure; what a decision remembers of earlier ones is given to it.
+
+use std::fmt;
+
+use super::geometry::path::Ruler;
+use super::section::{Distances, Section};
+use super::signal::{Side, Signal};
+
+/// Where a record comes from, in the order that settles equal starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Source {
+    /// A turn at an intersection.
+    Intersection,
+    /// Entering or leaving a roundabout.
+    Roundabout,
+    /// A manoeuvre of the planner: lane change, avoidance, pulling out or over.
+    Behaviour,
+}
+
+impl Source {
+    /// All of them, in order.
+    pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Behaviour];
+}
+
+/// The records to choose from.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Candidates {
+    /// Of the turns at intersections.
+    pub intersection: Option<Section>,
+    /// Of roundabouts.
+    pub roundabout: Option<Section>,
+    /// Of the planner's manoeuvres.
+    pub behaviour: Option<Section>,
+}
+
+impl Candidates {
+    /// The record of one source.
+    pub const fn of(&self, source: Source) -> Option<Section> {
+        match source {
+            Source::Intersection => self.intersection,
+            Source::Roundabout => self.roundabout,
+            Source::Behaviour => self.behaviour,
+        }
+    }
+}
+
+/// How the resolver treats what upstream does oddly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Rules {
+    /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
+    /// nor inside, and Q wins for one sample.
+    pub start_belongs_to_before: bool,
+    /// Sources whose manoeuvre is over and may not come back (W4).
+    pub finished: FinishedSources,
+}
+
+/// A set of sources.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FinishedSources([bool; 3]);
+
+impl FinishedSources {
+    /// Whether `source` is in it.
+    pub fn contains(self, source: Source) -> bool {
+        Source::ALL.into_iter().zip(self.0).any(|(other, is_in)| other == source && is_in)
+    }
+}
+
+impl FromIterator<Source> for FinishedSources {
+    fn from_iter<I: IntoIterator<Item = Source>>(sources: I) -> Self {
+        let mut set = [false; 3];
+        for source in sources {
+            for (other, is_in) in Source::ALL.into_iter().zip(&mut set) {
+                *is_in |= other == source;
+            }
+        }
+        Self(set)
+    }
+}
+
+/// A branch of the pairwise rule (4.2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Case {
+    /// Q's required section lies within P's: P.
+    A1,
+    /// P starts first and is not over: P.
+    A2,
+    /// P is over, Q not reached: P.
+    A3,
+    /// P starts first and is over: Q.
+    A4,
+    /// P's required section lies within Q's: P until it is over.
+    B1,
+    /// Q starts first and ends no later: Q until P starts.
+    B2,
+}
+
+/// Which of a pair wins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Winner {
+    /// The one with the earlier desired start.
+    P,
+    /// The other one.
+    Q,
+}
+
+/// A source that could be signalled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contender {
+    /// Which.
+    pub source: Source,
+    /// Where to.
+    pub side: Side,
+    /// How far.
+    pub distances: Distances,
+}
+
+/// What became of a source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fate {
+    /// It has no record.
+    Absent,
+    /// Its record asks for no side.
+    NoSide,
+    /// A point of its record, or its distance, is no number.
+    NotFinite,
+    /// The front is before its desired start.
+    NotReached,
+    /// The rear axle is past its desired end.
+    Passed,
+    /// It was signalled before, gave way, and its required section is over.
+    Finished,
+    /// It lost a comparison.
+    LostTo {
+        /// To whom.
+        source: Source,
+        /// By which branch.
+        case: Case,
+    },
+    /// It is signalled.
+    Won,
+}
+
+/// One source, weighed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weighed {
+    /// Which.
+    pub source: Source,
+    /// What it asks for.
+    pub turn: Signal,
+    /// How far its points are; `None` without a record.
+    pub distances: Option<Distances>,
+    /// What became of it.
+    pub fate: Fate,
+}
+
+/// The outcome.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Who is signalled.
+    pub winner: Option<Contender>,
+    /// The branch that decided last; `None` when there was nothing to compare.
+    pub case: Option<Case>,
+    /// Every source, in order.
+    pub weighed: [Weighed; 3],
+}
+
+impl Resolution {
+    /// Left, right, or off.
+    pub fn signal(&self) -> Signal {
+        self.winner.map_or(Signal::Disable, |winner| winner.side.into())
+    }
+}
+
+/// Chooses. `ruler` finds the points of the records with its own limits.
+pub fn resolve(ruler: &Ruler<'_>, candidates: &Candidates, rules: Rules) -> Resolution {
+    let mut weighed = Source::ALL.map(|source| weigh(ruler, source, candidates.of(source), rules));
+    let mut contenders: Vec<Contender> = weighed.iter().filter_map(Weighed::contender).collect();
+    // Stable: equal starts stay in the order of the sources.
+    contenders
+        .sort_by(|one, other| one.distances.desired_start_m.total_cmp(&other.distances.desired_start_m));
+    let (mut winner, mut last_case) = (None, None);
+    for next in contenders {
+        let Some(holder) = winner.replace(next) else { continue };
+        let (prior, case) = prior(&holder.distances, &next.distances, rules);
+        last_case = Some(case);
+        let (kept, lost) = match prior {
+            Winner::P => (holder, next),
+            Winner::Q => (next, holder),
+        };
+        winner = Some(kept);
+        set_fate(&mut weighed, lost.source, Fate::LostTo { source: kept.source, case });
+    }
+    if let Some(winner) = winner {
+        set_fate(&mut weighed, winner.source, Fate::Won);
+    }
+    Resolution { winner, case: last_case, weighed }
+}
+
+/// The pairwise rule (4.2): `p` has the earlier desired start.
+pub fn prior(p: &Distances, q: &Distances, rules: Rules) -> (Winner, Case) {
+    let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
+    let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
+    let inside_p = ps < 0.0 && pe >= 0.0;
+    let unless_over = if before_p || inside_p { Winner::P } else { Winner::Q };
+    if ps < qs {
+        if qe < pe {
+            (Winner::P, Case::A1)
+        } else if before_p || inside_p {
+            (Winner::P, Case::A2)
+        } else if qs > 0.0 {
+            (Winner::P, Case::A3)
+        } else {
+            (Winner::Q, Case::A4)
+        }
+    } else if pe < qe {
+        (unless_over, Case::B1)
+    } else {
+        (if ps > 0.0 { Winner::Q } else { Winner::P }, Case::B2)
+    }
+}
+
+fn weigh(ruler: &Ruler<'_>, source: Source, record: Option<Section>, rules: Rules) -> Weighed {
+    let Some(record) = record else {
+        return Weighed { source, turn: Signal::NoCommand, distances: None, fate: Fate::Absent };
+    };
+    let distances = record.distances(ruler);
+    let fate = if record.turn.side().is_none() {
+        Fate::NoSide
+    } else if !record.is_finite() || !distances.are_finite() {
+        Fate::NotFinite
+    } else if distances.desired_start_m > 0.0 {
+        Fate::NotReached
+    } else if distances.desired_end_m < 0.0 {
+        Fate::Passed
+    } else if rules.finished.contains(source) {
+        Fate::Finished
+    } else {
+        Fate::Won
+    };
+    Weighed { source, turn: record.turn, distances: Some(distances), fate }
+}
+
+fn set_fate(weighed: &mut [Weighed; 3], source: Source, fate: Fate) {
+    for candidate in weighed.iter_mut().filter(|candidate| candidate.source == source) {
+        candidate.fate = fate;
+    }
+}
+
+impl Weighed {
+    /// Itself, as long as nothing speaks against it.
+    fn contender(&self) -> Option<Contender> {
+        let distances = self.distances.filter(|_| self.fate == Fate::Won)?;
+        Some(Contender { source: self.source, side: self.turn.side()?, distances })
+    }
+}
+
+impl Distances {
+    fn are_finite(&self) -> bool {
+        [self.desired_start_m, self.desired_end_m, self.required_start_m, self.required_end_m]
+            .iter()
+            .all(|distance| distance.is_finite())
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Intersection => "intersection",
+            Self::Roundabout => "roundabout",
+            Self::Behaviour => "behaviour",
+        })
+    }
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::A1 => "A1",
+            Self::A2 => "A2",
+            Self::A3 => "A3",
+            Self::A4 => "A4",
+            Self::B1 => "B1",
+            Self::B2 => "B2",
+        })
+    }
+}
+
+impl fmt::Display for Fate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Absent => f.write_str("no record"),
+            Self::NoSide => f.write_str("asks for no side"),
+            Self::NotFinite => f.write_str("a point of it is no number"),
+            Self::NotReached => f.write_str("desired start not reached"),
+            Self::Passed => f.write_str("desired end passed"),
+            Self::Finished => f.write_str("finished before another took over"),
+            Self::LostTo { source, case } => write!(f, "lost to {source} by {case}"),
+            Self::Won => f.write_str("won"),
+        }
+    }
+}
+
+impl fmt::Display for Weighed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.source, self.fate)?;
+        let Some(distances) = self.distances else { return Ok(()) };
+        let Distances { desired_start_m, desired_end_m, required_start_m, required_end_m } = distances;
+        write!(
+            f,
+            " ({}, ds {desired_start_m:.2} de {desired_end_m:.2} rs {required_start_m:.2} re \
+             {required_end_m:.2} m)",
+            self.turn
+        )
+    }
+}

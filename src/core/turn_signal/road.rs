@@ -1,0 +1,220 @@
+//! What the decider needs to know of lanelets: plain values, so that it does not depend on where a
+//! map comes from (turn-signal-decider sections 3.1.1, 3.2.1, 3.7, 7.3).
+
+use std::collections::BTreeMap;
+
+use super::geometry::polyline::{length_m, nearest};
+use super::geometry::shape::contains;
+use super::geometry::{Point, Pose, wrapped};
+
+/// Id of a lanelet.
+pub type LaneId = i64;
+
+/// The tag `turn_direction`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum TurnDirection {
+    /// No tag, or a value nobody knows.
+    #[default]
+    None,
+    /// `straight`
+    Straight,
+    /// `left`
+    Left,
+    /// `right`
+    Right,
+}
+
+/// What lies along one side of a lanelet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Roadside {
+    /// A polygon of type `hatched_road_markings` shares a point with the bound.
+    pub hatched: bool,
+    /// There is a lane: a neighbour, routable or not, a shoulder, a sibling, an opposite one.
+    pub lane: bool,
+}
+
+/// One lanelet.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Lane {
+    /// Its id.
+    pub id: LaneId,
+    /// Its middle, in driving direction (3.0.6).
+    pub centerline: Vec<Point>,
+    /// Its left bound, in driving direction.
+    pub left_bound: Vec<Point>,
+    /// Its right bound, in driving direction.
+    pub right_bound: Vec<Point>,
+    /// The tag `turn_direction`.
+    pub turn_direction: TurnDirection,
+    /// The tag `turn_signal_distance`, metres.
+    pub turn_signal_distance_m: Option<f64>,
+    /// Lanelets that go on from it, in the order of the routing graph.
+    pub followers: Vec<LaneId>,
+    /// What lies to the left.
+    pub left: Roadside,
+    /// What lies to the right.
+    pub right: Roadside,
+    /// The roundabouts it refers to, by position in [`Road::roundabouts`], in the order of the map.
+    pub roundabouts: Vec<usize>,
+    /// On an entry: exits for which `exit_turn_signal_left` asks for left.
+    pub exits_signalled_left: Vec<LaneId>,
+    /// On an entry: exits for which `exit_turn_signal_right` asks for right.
+    pub exits_signalled_right: Vec<LaneId>,
+    /// `enable_exit_turn_signal` is `true`.
+    pub enables_exit_signal: bool,
+}
+
+/// A roundabout regulatory element.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Roundabout {
+    /// Lanelets that lead in.
+    pub entries: Vec<LaneId>,
+    /// Lanelets that lead out.
+    pub exits: Vec<LaneId>,
+    /// Lanelets of the ring.
+    pub internals: Vec<LaneId>,
+}
+
+/// Lanelets and roundabouts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Road {
+    lanes: BTreeMap<LaneId, Lane>,
+    predecessors: BTreeMap<LaneId, Vec<LaneId>>,
+    roundabouts: Vec<Roundabout>,
+}
+
+impl TurnDirection {
+    /// What the tag says; exact spelling, anything unknown is none (W12).
+    pub fn from_tag(value: &str) -> Self {
+        match value {
+            "straight" => Self::Straight,
+            "left" => Self::Left,
+            "right" => Self::Right,
+            _ => Self::None,
+        }
+    }
+}
+
+/// Ids of a tag like `[12, 34]`, `12,34` or `12 34`; `none` has none. What is no number is left out.
+pub fn lane_ids_of_tag(value: &str) -> Vec<LaneId> {
+    value.split([',', ' ', '[', ']']).filter_map(|word| word.parse().ok()).collect()
+}
+
+impl Roadside {
+    /// Only a hatched marking, no lane (3.7 step 8).
+    pub const fn is_hatched_only(self) -> bool {
+        self.hatched && !self.lane
+    }
+}
+
+impl Roundabout {
+    /// In any role.
+    pub fn contains(&self, lane: LaneId) -> bool {
+        self.entries.contains(&lane) || self.exits.contains(&lane) || self.internals.contains(&lane)
+    }
+}
+
+impl Road {
+    /// The road of these lanelets. Of two with one id the last counts.
+    pub fn new(lanes: impl IntoIterator<Item = Lane>, roundabouts: Vec<Roundabout>) -> Self {
+        let lanes: BTreeMap<LaneId, Lane> = lanes.into_iter().map(|lane| (lane.id, lane)).collect();
+        let mut predecessors: BTreeMap<LaneId, Vec<LaneId>> = BTreeMap::new();
+        for lane in lanes.values() {
+            for follower in &lane.followers {
+                predecessors.entry(*follower).or_default().push(lane.id);
+            }
+        }
+        Self { lanes, predecessors, roundabouts }
+    }
+
+    /// The lanelet with this id.
+    pub fn lane(&self, id: LaneId) -> Option<&Lane> {
+        self.lanes.get(&id)
+    }
+
+    /// Lanelets that go on from this one.
+    pub fn followers(&self, id: LaneId) -> &[LaneId] {
+        self.lane(id).map_or(&[], |lane| &lane.followers)
+    }
+
+    /// Lanelets that lead into this one, ascending.
+    pub fn predecessors(&self, id: LaneId) -> &[LaneId] {
+        self.predecessors.get(&id).map_or(&[], Vec::as_slice)
+    }
+
+    /// All roundabouts; [`Lane::roundabouts`] points here.
+    pub fn roundabouts(&self) -> &[Roundabout] {
+        &self.roundabouts
+    }
+
+    /// The roundabouts a lanelet refers to, in the order of the map.
+    pub fn roundabouts_of(&self, id: LaneId) -> impl Iterator<Item = &Roundabout> {
+        let indices = self.lane(id).map_or(&[][..], |lane| &lane.roundabouts);
+        indices.iter().filter_map(|index| self.roundabouts.get(*index))
+    }
+
+    /// The nearest of `lanes` to a pose; of equally near ones the one that faces most alike.
+    pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lane> {
+        let rank = |lane: &&Lane| (lane.distance_m(pose.position), lane.misalignment_rad(pose));
+        lanes.into_iter().filter_map(|id| self.lane(id)).min_by(|one, other| {
+            let ((near, facing), (other_near, other_facing)) = (rank(one), rank(other));
+            near.total_cmp(&other_near).then(facing.total_cmp(&other_facing))
+        })
+    }
+}
+
+impl Lane {
+    /// Length of the centerline, metres.
+    pub fn length_m(&self) -> f64 {
+        length_m(&self.centerline)
+    }
+
+    /// `point` lies within the bounds.
+    pub fn contains(&self, point: Point) -> bool {
+        contains(&self.ring(), point)
+    }
+
+    /// Distance to its area, metres; to its centerline when it has no bounds.
+    pub fn distance_m(&self, point: Point) -> f64 {
+        let mut ring = self.ring();
+        if contains(&ring, point) {
+            return 0.0;
+        }
+        ring.extend(ring.first().copied());
+        let border = if ring.len() > 3 { &ring } else { &self.centerline };
+        nearest(border, point).map_or(f64::INFINITY, |foot| foot.distance_m)
+    }
+
+    /// How far a pose faces away from the centerline next to it, radians, 0 to π.
+    pub fn misalignment_rad(&self, pose: Pose) -> f64 {
+        let facing = nearest(&self.centerline, pose.position).map_or(0.0, |foot| foot.yaw_rad);
+        wrapped(facing - pose.yaw_rad).abs()
+    }
+
+    fn ring(&self) -> Vec<Point> {
+        self.left_bound.iter().chain(self.right_bound.iter().rev()).copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_ids_are_read_however_they_are_written() {
+        for value in ["[12, 34]", "12,34", "12 34", "[12][34]"] {
+            assert_eq!(lane_ids_of_tag(value), [12, 34], "{value}");
+        }
+        assert_eq!(lane_ids_of_tag("134"), [134]);
+        assert!(lane_ids_of_tag("none").is_empty());
+    }
+
+    #[test]
+    fn only_exact_directions_count() {
+        for (tag, direction) in
+            [("left", TurnDirection::Left), ("Left", TurnDirection::None), ("u_turn", TurnDirection::None)]
+        {
+            assert_eq!(TurnDirection::from_tag(tag), direction);
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! How far the distance path reaches back inside a roundabout, so that it still holds the place where
+//! the entry came into view (3.2.5).
+
+use std::collections::BTreeSet;
+
+use super::RoundaboutMemory;
+use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::parameters::Parameters;
+use crate::core::turn_signal::road::{Lane, LaneId, Road};
+use crate::core::turn_signal::route::Route;
+
+/// Length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
+///
+/// `is_compat` keeps upstream's search: a remembered place inside the entry itself, or met before the
+/// entry is, adds nothing.
+pub fn backward_length_m(
+    (road, route): (&Road, &Route),
+    parameters: &Parameters,
+    memory: &RoundaboutMemory,
+    current: LaneId,
+    is_compat: bool,
+) -> f64 {
+    let default_m = parameters.path_backward_length_m;
+    let inside = road
+        .roundabouts_of(current)
+        .any(|element| element.internals.contains(&current) || element.exits.contains(&current));
+    if !inside {
+        return default_m;
+    }
+    let mut search = Search { road, route, memory, is_compat, noted: BTreeSet::new(), longest_m: default_m };
+    search.run(current, parameters.roundabout_backward_depth);
+    search.longest_m
+}
+
+struct Search<'a> {
+    road: &'a Road,
+    route: &'a Route,
+    memory: &'a RoundaboutMemory,
+    is_compat: bool,
+    /// Lanelets that hold a remembered place.
+    noted: BTreeSet<LaneId>,
+    longest_m: f64,
+}
+
+impl Search<'_> {
+    /// Depth first, over lanelets not met before.
+    fn run(&mut self, current: LaneId, most_depth: Option<u32>) {
+        if !self.is_compat {
+            let places: Vec<Pose> = self.memory.entries.values().copied().collect();
+            self.noted = places.into_iter().filter_map(|place| self.route_lane_at(place)).collect();
+        }
+        let mut visited = BTreeSet::from([current]);
+        let mut pending = vec![(current, 0.0, 0_u32)];
+        while let Some((lane, before_m, depth)) = pending.pop() {
+            let reached_m = before_m + self.length_m(lane);
+            if most_depth.is_some_and(|most| depth >= most) {
+                continue;
+            }
+            for previous in self.route.previous(self.road, lane) {
+                if !visited.insert(previous) {
+                    continue;
+                }
+                let place = self.memory.entry_start(previous).filter(|_| self.is_entry(previous));
+                self.noted.extend(place.and_then(|place| self.route_lane_at(place)));
+                let counts = !self.is_compat || !self.is_entry(previous);
+                if counts && self.noted.contains(&previous) {
+                    self.longest_m = self.longest_m.max(reached_m + self.length_m(previous));
+                }
+                pending.push((previous, reached_m, depth + 1));
+            }
+        }
+    }
+
+    fn route_lane_at(&self, place: Pose) -> Option<LaneId> {
+        self.road.closest(self.route.lanes(), place).map(|lane| lane.id)
+    }
+
+    fn is_entry(&self, lane: LaneId) -> bool {
+        self.road.roundabouts_of(lane).any(|element| element.entries.contains(&lane))
+    }
+
+    fn length_m(&self, lane: LaneId) -> f64 {
+        self.road.lane(lane).map_or(0.0, Lane::length_m)
+    }
+}

@@ -1,0 +1,127 @@
+//! The route: ordered segments of lanelets, and who comes next within them (turn-signal-decider
+//! section 3.0.7).
+
+use std::collections::BTreeSet;
+
+use thiserror::Error;
+
+use super::geometry::Pose;
+use super::road::{LaneId, Road};
+
+/// Side by side lanelets of a route.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Segment {
+    /// The one to be on.
+    pub preferred: LaneId,
+    /// All of them, the preferred one included; areas left out.
+    pub lanes: Vec<LaneId>,
+}
+
+/// A route.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Route {
+    id: u128,
+    start: Pose,
+    segments: Vec<Segment>,
+    lanes: BTreeSet<LaneId>,
+}
+
+/// Why a route is refused; the one before it stays in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum RouteError {
+    /// It leads nowhere.
+    #[error("the route has no lanelet")]
+    Empty,
+    /// Upstream refuses it as well.
+    #[error("the route lists lanelet {lane} twice")]
+    Repeated {
+        /// The lanelet.
+        lane: LaneId,
+    },
+}
+
+impl Route {
+    /// A route with the id (`uuid`) and start pose of its message.
+    pub fn new(id: u128, start: Pose, segments: Vec<Segment>) -> Result<Self, RouteError> {
+        let mut lanes = BTreeSet::new();
+        for lane in segments.iter().flat_map(|segment| &segment.lanes) {
+            if !lanes.insert(*lane) {
+                return Err(RouteError::Repeated { lane: *lane });
+            }
+        }
+        if lanes.is_empty() {
+            return Err(RouteError::Empty);
+        }
+        Ok(Self { id, start, segments, lanes })
+    }
+
+    /// A route of single lanelets.
+    pub fn single_file(id: u128, start: Pose, lanes: &[LaneId]) -> Result<Self, RouteError> {
+        let segment = |lane: &LaneId| Segment { preferred: *lane, lanes: vec![*lane] };
+        Self::new(id, start, lanes.iter().map(segment).collect())
+    }
+
+    /// Its id; another one means another route.
+    pub fn id(&self) -> u128 {
+        self.id
+    }
+
+    /// Where it starts.
+    pub fn start(&self) -> Pose {
+        self.start
+    }
+
+    /// All lanelets, ascending.
+    pub fn lanes(&self) -> impl Iterator<Item = LaneId> + '_ {
+        self.lanes.iter().copied()
+    }
+
+    /// A lanelet is on the route.
+    pub fn contains(&self, lane: LaneId) -> bool {
+        self.lanes.contains(&lane)
+    }
+
+    /// A lanelet is in the last segment.
+    pub fn ends_with(&self, lane: LaneId) -> bool {
+        self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
+    }
+
+    /// The lanelet after this one; none after the last segment.
+    pub fn next(&self, road: &Road, lane: LaneId) -> Option<LaneId> {
+        let first = self.segments.first().map(|segment| segment.preferred);
+        let goes_on = |next: &&LaneId| self.contains(**next) && Some(**next) != first;
+        road.followers(lane).iter().find(goes_on).filter(|_| !self.ends_with(lane)).copied()
+    }
+
+    /// The lanelets before this one; none before the first segment.
+    pub fn previous<'a>(&'a self, road: &'a Road, lane: LaneId) -> impl Iterator<Item = LaneId> + 'a {
+        let starts = self.segments.first().is_some_and(|segment| segment.lanes.contains(&lane));
+        let before = if starts { &[] } else { road.predecessors(lane) };
+        before.iter().copied().filter(|before| self.contains(*before))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::turn_signal::road::Lane;
+
+    #[test]
+    fn a_loop_ends_where_the_route_ends() {
+        let lane = |id, follower| Lane { id, followers: vec![follower], ..Lane::default() };
+        let road = Road::new([lane(1, 2), lane(2, 3), lane(3, 1)], Vec::new());
+        let route = Route::single_file(7, Pose::default(), &[1, 2, 3]).unwrap();
+        assert_eq!([1, 2, 3].map(|lane| route.next(&road, lane)), [Some(2), Some(3), None]);
+        let before = |lane| route.previous(&road, lane).collect::<Vec<_>>();
+        assert_eq!([before(1), before(2)], [vec![], vec![1]]);
+        let short = Route::single_file(7, Pose::default(), &[1, 2]).unwrap();
+        assert_eq!(short.next(&road, 2), None, "the follower is not on the route");
+    }
+
+    #[test]
+    fn bad_routes_are_refused() {
+        assert_eq!(Route::single_file(1, Pose::default(), &[]), Err(RouteError::Empty));
+        let twice = Route::single_file(1, Pose::default(), &[4, 5, 4]);
+        assert_eq!(twice, Err(RouteError::Repeated { lane: 4 }));
+    }
+}

@@ -1,0 +1,296 @@
+//! The rule for all that moves sideways (turn-signal-decider section 3.7): avoidance, pulling out and
+//! over.
+
+use std::fmt;
+
+use super::geometry::path::{Path, PathError};
+use super::geometry::polyline::arc_lengths_m;
+use super::geometry::{Point, Pose};
+use super::road::LaneId;
+use super::scene::Scene;
+use super::section::Section;
+use super::signal::{Hazard, Side, Signal};
+
+mod surroundings;
+
+/// A path with a lateral offset per point, metres, left positive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShiftedPath {
+    poses: Vec<Pose>,
+    arcs_m: Vec<f64>,
+    shifts_m: Vec<f64>,
+    path: Path,
+}
+
+/// Where a shift begins and ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShiftLine {
+    /// First point, by index in the path.
+    pub start_index: usize,
+    /// Last point.
+    pub end_index: usize,
+    /// Where it begins.
+    pub start: Pose,
+    /// Where it ends.
+    pub end: Pose,
+}
+
+/// What the shift is for; decides which tests apply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ShiftKind {
+    /// Around an obstacle and back.
+    Avoidance,
+    /// From the roadside into the lane.
+    PullOut,
+    /// Into another lane.
+    LaneChange,
+    /// From the lane to the roadside.
+    PullOver,
+}
+
+/// A shift to be judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shift<'a> {
+    /// The path it is on.
+    pub path: &'a ShiftedPath,
+    /// Where on it.
+    pub line: ShiftLine,
+    /// Lanelets the vehicle is supposed to stay in.
+    pub lanes: &'a [LaneId],
+    /// Offset of the vehicle at present, metres.
+    pub current_shift_m: f64,
+    /// What for.
+    pub kind: ShiftKind,
+    /// The vehicle drives forwards.
+    pub forward: bool,
+    /// Offsets are relative to the vehicle's own lane, not to the lane it moves to.
+    pub own_lane: bool,
+    /// A return is signalled even while standing.
+    pub stop_override: bool,
+}
+
+/// Which step of the rule decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ShiftVerdict {
+    /// 0: backwards; hazard lights.
+    Backwards,
+    /// 1: the line is not on the path.
+    OffPath,
+    /// 3: less than a shift.
+    TooSmall,
+    /// 4: next to nothing remains.
+    NearlyDone,
+    /// 5: too far away yet.
+    TooEarly,
+    /// 6: swerving is not signalled.
+    SwervingIsSilent,
+    /// 7: no lanelet of the route.
+    NoLane,
+    /// 8: only a hatched marking on that side.
+    HatchedSide,
+    /// 9: the vehicle stays between the bounds.
+    StaysInLane,
+    /// 10: standing before returning.
+    StandsBeforeReturn,
+    /// 11: near the bound of the lane it joins.
+    NearBound,
+    /// 12: signalled.
+    Signalled,
+}
+
+/// What the rule says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShiftOutcome {
+    /// The record; without a command unless signalled.
+    pub section: Section,
+    /// Which step decided.
+    pub verdict: ShiftVerdict,
+}
+
+/// Offsets before and after, seen from the vehicle's own lane, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Offsets {
+    before_m: f64,
+    after_m: f64,
+}
+
+impl ShiftedPath {
+    /// The path through `poses` with an offset for each.
+    pub fn new(poses: Vec<Pose>, shifts_m: Vec<f64>) -> Result<Self, PathError> {
+        let path = Path::new(poses.iter().copied())?;
+        let points: Vec<Point> = poses.iter().map(|pose| pose.position).collect();
+        Ok(Self { arcs_m: arc_lengths_m(&points), poses, shifts_m, path })
+    }
+
+    /// Its points.
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// The point nearest to a place, by index.
+    pub fn nearest_index(&self, place: Point) -> usize {
+        let far = |pose: &Pose| pose.position.squared_distance(place);
+        let by_distance =
+            self.poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
+        by_distance.map_or(0, |(index, _)| index)
+    }
+
+    /// How much the offset changes between two points, metres; zero where there is none.
+    pub fn offset_between_m(&self, start_index: usize, end_index: usize) -> f64 {
+        let offset = |index: usize| self.shifts_m.get(index).copied().unwrap_or_default();
+        offset(end_index) - offset(start_index)
+    }
+
+    /// Arc length from a place to a point, metres.
+    pub fn distance_to_m(&self, from: Point, index: usize) -> Option<f64> {
+        Some(self.arcs_m.get(index)? - self.path.plain_station_m(from))
+    }
+
+    /// The record of a shift that is not signalled: the whole path, no command.
+    fn silent(&self) -> Section {
+        let start = self.poses.first().copied().unwrap_or_default();
+        let end = self.poses.last().copied().unwrap_or_default();
+        Section {
+            desired_start: start,
+            required_start: start,
+            desired_end: end,
+            required_end: end,
+            ..Section::default()
+        }
+    }
+}
+
+impl ShiftOutcome {
+    /// The shift is not to be looked at again.
+    pub const fn ignore(&self) -> bool {
+        match self.verdict {
+            ShiftVerdict::Backwards
+            | ShiftVerdict::TooEarly
+            | ShiftVerdict::SwervingIsSilent
+            | ShiftVerdict::Signalled => false,
+            ShiftVerdict::OffPath
+            | ShiftVerdict::TooSmall
+            | ShiftVerdict::NearlyDone
+            | ShiftVerdict::NoLane
+            | ShiftVerdict::HatchedSide
+            | ShiftVerdict::StaysInLane
+            | ShiftVerdict::StandsBeforeReturn
+            | ShiftVerdict::NearBound => true,
+        }
+    }
+}
+
+impl Offsets {
+    fn relative_m(self) -> f64 {
+        self.after_m - self.before_m
+    }
+
+    fn side(self) -> Side {
+        if self.relative_m() > 0.0 { Side::Left } else { Side::Right }
+    }
+}
+
+/// Judges a shift, step by step.
+pub fn judge(scene: &Scene<'_>, shift: &Shift<'_>) -> ShiftOutcome {
+    if !shift.forward {
+        return ShiftOutcome { section: backwards(scene), verdict: ShiftVerdict::Backwards };
+    }
+    let Some((offsets, start, end, ahead_m)) = located(scene, shift) else {
+        return ShiftOutcome { section: Section::default(), verdict: ShiftVerdict::OffPath };
+    };
+    if let Some(verdict) = objection(scene, shift, offsets, ahead_m - scene.vehicle.front_m()) {
+        return ShiftOutcome { section: shift.path.silent(), verdict };
+    }
+    let desired_start = if ahead_m - scene.vehicle.front_m() > 0.0 { scene.ego() } else { start };
+    let section = Section::blinking(offsets.side(), (desired_start, end), (start, end));
+    ShiftOutcome { section, verdict: ShiftVerdict::Signalled }
+}
+
+/// Step 0: hazard lights from the start of the route to here.
+pub(super) fn backwards(scene: &Scene<'_>) -> Section {
+    Section {
+        turn: Signal::NoCommand,
+        hazard: Hazard::Enable,
+        desired_start: scene.route.start(),
+        required_start: scene.route.start(),
+        desired_end: scene.ego(),
+        required_end: scene.ego(),
+    }
+}
+
+/// Steps 1 and 2: offsets, first and last pose, arc length to the first.
+fn located(scene: &Scene<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
+    let ShiftLine { start_index, end_index, .. } = shift.line;
+    let offset = |index: usize| shift.path.shifts_m.get(index).copied();
+    let (first_m, last_m) = (offset(start_index)?, offset(end_index)?);
+    let offsets = if shift.own_lane {
+        Offsets { before_m: first_m, after_m: last_m }
+    } else {
+        Offsets { before_m: last_m, after_m: -first_m }
+    };
+    let pose = |index: usize| shift.path.poses.get(index).copied();
+    let ahead_m = shift.path.distance_to_m(scene.ego().position, start_index)?;
+    Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
+}
+
+/// Steps 3 to 11: the first that speaks against a signal. `ahead_m` is the front's distance to the
+/// start of the shift.
+fn objection(scene: &Scene<'_>, shift: &Shift<'_>, offsets: Offsets, ahead_m: f64) -> Option<ShiftVerdict> {
+    let parameters = scene.parameters;
+    let joins_or_leaves = matches!(shift.kind, ShiftKind::PullOut | ShiftKind::PullOver);
+    // Written so that an offset that is no number is an objection.
+    let at_least = |value: f64, limit: f64| value.abs() >= limit;
+    if !at_least(offsets.relative_m(), parameters.shift_length_threshold_m) {
+        return Some(ShiftVerdict::TooSmall);
+    }
+    let remaining_m = offsets.after_m - shift.current_shift_m;
+    if !at_least(remaining_m, parameters.remaining_shift_length_threshold_m) {
+        return Some(ShiftVerdict::NearlyDone);
+    }
+    if parameters.prepare_m(scene.speed_mps) < ahead_m {
+        return Some(ShiftVerdict::TooEarly);
+    }
+    if !parameters.on_swerving {
+        return Some(ShiftVerdict::SwervingIsSilent);
+    }
+    let pose = if shift.own_lane { shift.line.end } else { shift.line.start };
+    let Some(lane) = scene.road.closest(scene.route.lanes(), pose) else {
+        return Some(ShiftVerdict::NoLane);
+    };
+    if shift.kind == ShiftKind::Avoidance
+        && surroundings::hatched_forbids(lane, offsets, parameters.shift_length_threshold_m)
+    {
+        return Some(ShiftVerdict::HatchedSide);
+    }
+    if !joins_or_leaves && !surroundings::crosses_bound(scene, shift) {
+        return Some(ShiftVerdict::StaysInLane);
+    }
+    let t = parameters.shift_length_threshold_m;
+    let is_return = offsets.before_m.abs() > t && offsets.after_m.abs() < t;
+    if scene.stands() && !shift.stop_override && is_return && surroundings::is_inside(scene, shift.lanes) {
+        return Some(ShiftVerdict::StandsBeforeReturn);
+    }
+    let near_bound = shift.kind == ShiftKind::PullOut
+        && surroundings::distance_to_bound_m(scene, offsets.side())
+            .is_some_and(|distance_m| distance_m < parameters.remaining_distance_to_bound_threshold_m);
+    near_bound.then_some(ShiftVerdict::NearBound)
+}
+
+impl fmt::Display for ShiftVerdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Backwards => "driving backwards",
+            Self::OffPath => "the shift is not on its path",
+            Self::TooSmall => "shift too small",
+            Self::NearlyDone => "next to nothing of the shift remains",
+            Self::TooEarly => "shift too far ahead",
+            Self::SwervingIsSilent => "swerving is not signalled",
+            Self::NoLane => "no lanelet of the route",
+            Self::HatchedSide => "only a hatched marking on that side",
+            Self::StaysInLane => "the vehicle stays in its lane",
+            Self::StandsBeforeReturn => "standing in the lane before returning",
+            Self::NearBound => "near the bound of the lane it joins",
+            Self::Signalled => "signalled",
+        })
+    }
+}

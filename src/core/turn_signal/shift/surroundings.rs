@@ -1,0 +1,71 @@
+//! What the road says against signalling a shift: hatched sides, bounds not crossed, bounds near
+//! (3.7 steps 8 to 11).
+
+use super::{Offsets, Shift};
+use crate::core::turn_signal::geometry::shape::{sideways_distance_m, touches};
+use crate::core::turn_signal::geometry::{Point, Pose};
+use crate::core::turn_signal::parameters::Vehicle;
+use crate::core::turn_signal::road::{Lane, LaneId};
+use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::signal::Side;
+
+/// The shift leads over, or back from, a side with nothing but a hatched marking.
+pub(super) fn hatched_forbids(lane: &Lane, offsets: Offsets, threshold_m: f64) -> bool {
+    let Offsets { before_m, after_m } = offsets;
+    let (left_only, right_only) = (lane.left.is_hatched_only(), lane.right.is_hatched_only());
+    let (near, far) = (|shift: f64| shift.abs() < threshold_m, |shift: f64| shift.abs() > threshold_m);
+    let (toward, from) = match offsets.side() {
+        Side::Left => (left_only, right_only),
+        Side::Right => (right_only, left_only),
+    };
+    near(before_m) && far(after_m) && toward
+        || far(before_m) && near(after_m) && from
+        || before_m > threshold_m && after_m > threshold_m && left_only
+        // Upstream compares with plus the threshold here.
+        || before_m < threshold_m && after_m < threshold_m && right_only
+}
+
+/// The vehicle, driven along the shift, touches a bound of a current lanelet.
+pub(super) fn crosses_bound(scene: &Scene<'_>, shift: &Shift<'_>) -> bool {
+    let bounds: Vec<&[Point]> = shift
+        .lanes
+        .iter()
+        .filter_map(|id| scene.road.lane(*id))
+        .flat_map(|lane| [lane.left_bound.as_slice(), lane.right_bound.as_slice()])
+        .collect();
+    let (start, end) = (shift.line.start_index, shift.line.end_index);
+    let driven = shift.path.poses().get(start..end.max(start)).unwrap_or_default();
+    driven.iter().any(|pose| {
+        let ring = footprint(scene.vehicle, *pose);
+        bounds.iter().any(|bound| touches(&ring, bound))
+    })
+}
+
+/// The vehicle is in one of `lanes`.
+pub(super) fn is_inside(scene: &Scene<'_>, lanes: &[LaneId]) -> bool {
+    lanes.iter().filter_map(|id| scene.road.lane(*id)).any(|lane| lane.contains(scene.ego().position))
+}
+
+/// From the front corner on `side` across to the bound on that side of the lanelet below it, metres.
+pub(super) fn distance_to_bound_m(scene: &Scene<'_>, side: Side) -> Option<f64> {
+    let (vehicle, ego) = (scene.vehicle, scene.ego());
+    let aside_m = match side {
+        Side::Left => vehicle.left_m,
+        Side::Right => -vehicle.right_m,
+    };
+    let corner = ego.place(vehicle.front_m(), aside_m);
+    let lane = scene.road.closest(scene.route.lanes(), Pose { position: corner, yaw_rad: ego.yaw_rad })?;
+    let bound = match side {
+        Side::Left => &lane.left_bound,
+        Side::Right => &lane.right_bound,
+    };
+    sideways_distance_m(ego, corner, bound)
+}
+
+/// Outline of the vehicle at a pose of its rear axle.
+fn footprint(vehicle: &Vehicle, pose: Pose) -> [Point; 6] {
+    let (front, middle, rear) = (vehicle.front_m(), vehicle.wheel_base_m / 2.0, -vehicle.rear_overhang_m);
+    let (left, right) = (vehicle.left_m, -vehicle.right_m);
+    [(front, left), (front, right), (middle, right), (rear, right), (rear, left), (middle, left)]
+        .map(|(forward_m, left_m)| pose.place(forward_m, left_m))
+}

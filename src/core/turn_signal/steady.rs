@@ -1,0 +1,83 @@
+//! A signal that a person can read: it stays on for a while, and off for a while between two signals
+//! (weakness W2). Upstream has neither.
+
+use std::time::Duration;
+
+use super::signal::{Side, Signal};
+use crate::core::time::MonoTime;
+
+/// How long signals last at least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rhythm {
+    /// On.
+    pub minimum_on: Duration,
+    /// Off before the next, whichever side.
+    pub minimum_gap: Duration,
+}
+
+/// Why something else is shown than is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// This side has not been on long enough.
+    On(Side),
+    /// It has not been off long enough.
+    Off,
+}
+
+/// What is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shown {
+    /// The command.
+    pub signal: Signal,
+    /// Why it is not what was wanted.
+    pub held: Option<Held>,
+    /// When it may change without anything else changing.
+    pub deadline: Option<MonoTime>,
+}
+
+/// What was shown last, and since when.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Steady {
+    on: Option<(Side, MonoTime)>,
+    off_since: Option<MonoTime>,
+}
+
+impl Rhythm {
+    /// Three flashes at 120 a minute, and one dark phase between two signals.
+    pub const READABLE: Self =
+        Self { minimum_on: Duration::from_millis(1500), minimum_gap: Duration::from_millis(500) };
+    /// Every change at once.
+    pub const NONE: Self = Self { minimum_on: Duration::ZERO, minimum_gap: Duration::ZERO };
+}
+
+impl Steady {
+    /// What to show when `wanted` is wanted.
+    pub fn show(&mut self, wanted: Signal, rhythm: Rhythm, now: MonoTime) -> Shown {
+        if let Some((side, since)) = self.on {
+            if wanted.side() == Some(side) {
+                return Shown { signal: wanted, held: None, deadline: None };
+            }
+            if now.since(since) < rhythm.minimum_on {
+                let deadline = Some(since.after(rhythm.minimum_on));
+                return Shown { signal: side.into(), held: Some(Held::On(side)), deadline };
+            }
+            self.cut(now);
+        }
+        let Some(side) = wanted.side() else {
+            return Shown { signal: wanted, held: None, deadline: None };
+        };
+        if let Some(since) = self.off_since.filter(|since| now.since(*since) < rhythm.minimum_gap) {
+            let deadline = Some(since.after(rhythm.minimum_gap));
+            return Shown { signal: Signal::Disable, held: Some(Held::Off), deadline };
+        }
+        self.on = Some((side, now));
+        Shown { signal: wanted, held: None, deadline: None }
+    }
+
+    /// Off at once: there is nothing to go by, or the hazard lights are on.
+    pub fn cut(&mut self, now: MonoTime) {
+        if self.on.take().is_some() {
+            self.off_since = Some(now);
+        }
+    }
+}

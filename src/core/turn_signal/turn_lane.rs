@@ -1,0 +1,75 @@
+//! A stretch of road with a turn signal of its own, reduced to what is measured.
+
+use super::geometry::polyline::{back_pose, front_pose, without_near_earlier};
+use super::geometry::required_end::required_end;
+use super::geometry::{Point, Pose};
+use super::road::{Lane, LaneId, TurnDirection};
+use super::section::Section;
+use super::signal::{Hazard, Signal};
+
+/// Points nearer than this to an earlier one are dropped, metres.
+const SAME_POINT_M: f64 = 0.01;
+
+/// One lanelet, or several that make one turn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TurnLane {
+    /// Id of the first lanelet.
+    pub id: LaneId,
+    /// Where it turns.
+    pub direction: TurnDirection,
+    /// Search distance of its own, metres.
+    pub search_distance_m: Option<f64>,
+    /// Its start.
+    pub front: Pose,
+    /// Its end.
+    pub back: Pose,
+    /// Where it is as good as over (3.0.5).
+    pub required_end: Pose,
+    /// Its middle.
+    pub centerline: Vec<Point>,
+}
+
+impl TurnLane {
+    /// The stretch of one lanelet. `None` without two different points.
+    pub fn new(lane: &Lane, threshold_deg: f64) -> Option<Self> {
+        let kept = without_near_earlier(&lane.centerline, SAME_POINT_M);
+        Some(Self {
+            id: lane.id,
+            direction: lane.turn_direction,
+            search_distance_m: lane.turn_signal_distance_m,
+            front: front_pose(&kept)?,
+            back: back_pose(&kept)?,
+            required_end: required_end(&lane.centerline, threshold_deg)?,
+            centerline: kept,
+        })
+    }
+
+    /// This stretch and the one after it as one: id and search distance are those of the first.
+    pub fn joined(&self, next: &Self, threshold_deg: f64) -> Self {
+        let all: Vec<Point> = self.centerline.iter().chain(&next.centerline).copied().collect();
+        let centerline = without_near_earlier(&all, SAME_POINT_M);
+        let required_end = required_end(&centerline, threshold_deg).unwrap_or(next.required_end);
+        Self { back: next.back, required_end, centerline, ..self.clone() }
+    }
+
+    /// What an intersection signals here: off where it does not turn.
+    pub fn signal(&self) -> Signal {
+        match self.direction {
+            TurnDirection::Left => Signal::Left,
+            TurnDirection::Right => Signal::Right,
+            TurnDirection::None | TurnDirection::Straight => Signal::Disable,
+        }
+    }
+
+    /// Its record, with the desired section up to its end.
+    pub fn section(&self, turn: Signal, desired_start: Pose) -> Section {
+        Section {
+            turn,
+            hazard: Hazard::NoCommand,
+            desired_start,
+            desired_end: self.back,
+            required_start: self.front,
+            required_end: self.required_end,
+        }
+    }
+}
