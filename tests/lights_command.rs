@@ -331,8 +331,11 @@ fn the_same_scenario_gives_the_same_bytes() {
     assert_eq!(by_hand().picture(&[]), by_hand().picture(&[]));
 }
 
-/// Rows as `lane | row`, each with its bars as left, right and what they are.
-fn rows(svg: &str) -> Vec<(String, Vec<(f64, f64, String)>)> {
+/// A bar: left, right, and what it is.
+type Bar = (f64, f64, String);
+
+/// Rows as `lane | row`, each with its bars.
+fn rows(svg: &str) -> Vec<(String, Vec<Bar>)> {
     let document = roxmltree::Document::parse(svg).unwrap();
     let is_a = |node: &roxmltree::Node<'_, '_>, class: &str| node.attribute("class") == Some(class);
     let title = |node: &roxmltree::Node<'_, '_>| {
@@ -391,6 +394,13 @@ fn bars_lie_where_their_times_are() {
         let px = |seconds: f64| left + seconds / 6.0 * (right - left);
         assert!((from_px - px(from_s)).abs() < 0.05 && (to_px - px(to_s)).abs() < 0.05, "{bars:?}");
     }
+}
+
+#[test]
+fn an_hour_of_short_phases_still_shows_their_colours() {
+    let rows = rows(&cycling().picture(&["--until", "3600"]));
+    let (_, bars) = rows.iter().find(|(name, _)| name == "21 (group 200) | GroundTruth").unwrap();
+    assert!(bars.len() > 1_000, "{}", bars.len());
 }
 
 #[test]

@@ -123,20 +123,24 @@ impl TimelineChart {
         let (listed, height) = marks.draw_list(left, right, y);
         content.extend(listed);
         y += height;
+        let last_number =
+            axis.ticks(TICK_GAP_PX).last().map_or(0.0, |tick| text::width(&tick.label, SMALL_PX));
         let headings = [(&self.title, TITLE_PX * 1.1), (&self.subtitle, SMALL_PX)];
         let headings = headings.map(|(text, size)| MARGIN_PX + text::width(text, size)).into_iter();
-        let width = headings.fold(right + marks.overhang(&axis), f64::max) + MARGIN_PX;
+        let width = headings.fold(right + marks.overhang(&axis).max(last_number / 2.0), f64::max) + MARGIN_PX;
         svg::document(width.ceil(), (y + MARGIN_PX).ceil(), content)
     }
 
-    /// So wide that nine of ten bars can be read, within limits; hopelessly short ones do not count.
+    /// So wide that nine of ten bars can be read, within limits; hopelessly short ones do not count
+    /// as long as there are others.
     fn plot_width(&self) -> f64 {
         let span = self.to_s - self.from_s;
         let hopeless = span * READABLE_BAR_PX / WIDEST_PX / 4.0;
-        let mut spans: Vec<_> =
-            self.bars().map(|bar| bar.to_s - bar.from_s).filter(|span| *span > hopeless).collect();
+        let all = self.bars().map(|bar| bar.to_s - bar.from_s);
+        let mut spans: Vec<_> = all.filter(|span| *span > hopeless).collect();
         spans.sort_by(f64::total_cmp);
-        let short = spans.get(spans.len() / 10).copied().unwrap_or(span);
+        let none = if self.bars().next().is_some() { hopeless } else { span };
+        let short = spans.get(spans.len() / 10).copied().unwrap_or(none);
         let wanted = READABLE_BAR_PX * span / short;
         if wanted.is_finite() { wanted.clamp(NARROWEST_PX, WIDEST_PX) } else { NARROWEST_PX }
     }
