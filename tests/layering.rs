@@ -21,7 +21,7 @@ const FLOORS: &[&[&str]] = &[
     &["core"],
 ];
 /// Flows in `core`: each stands alone, and only what joins them sees two of them.
-const FLOWS: &[&str] = &["vehicle_lights", "turn_signal", "traffic_light"];
+const FLOWS: &[&str] = &["vehicle_lights", "turn_signal", "traffic_light", "command"];
 /// In `core` below the flows, which share them: they must not know what they are for.
 const SHARED_BY_FLOWS: &[&str] = &["trust"];
 /// In `core` above the flows: they must not look up to it.

@@ -6,6 +6,7 @@ use std::net::IpAddr;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::command_file::CommandFile;
 use super::traffic_lights_file::TrafficLightsFile;
 use super::vehicle_file::VehicleFile;
 
@@ -36,6 +37,8 @@ pub struct GatewayFile {
     pub black_box: BlackBoxFile,
     /// Traffic lights.
     pub traffic_lights: Option<TrafficLightsFile>,
+    /// Commands to the vehicle; none without.
+    pub command: Option<Spanned<CommandFile>>,
     /// ROS 2.
     #[serde(default)]
     pub ros: RosFile,

@@ -3,6 +3,11 @@
 //! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
 //! and gives [`Settings`] or every reason why not.
 
+pub mod command;
+pub mod command_file;
+mod command_message;
+mod command_profile;
+pub mod command_profile_file;
 pub mod file;
 pub mod files;
 mod hazard;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use toml::Spanned;
 
+use super::command::{CommandConfig, command};
 use super::file::{
     BlackBoxFile, CanFile, Durability, GatewayFile, PublishFile, RecordingFile, SourceKind, Stamps,
 };
@@ -42,6 +43,8 @@ pub struct Settings {
     pub ros: RosConfig,
     /// Topics of the traffic lights; none without them.
     pub light_topics: LightTopics,
+    /// Commands to the vehicle, if the configuration wants them.
+    pub command: Option<CommandConfig>,
 }
 
 /// What is kept around a change to ERROR, and where.
@@ -231,6 +234,9 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         .traffic_lights
         .as_ref()
         .and_then(|section| traffic_lights(files, document, section, &mut checks.problems));
+    let binding = vehicle.as_ref().map(|vehicle| &vehicle.command);
+    let command =
+        file.command.as_ref().and_then(|section| command(document, section, binding, &mut checks.problems));
     let cans = vehicle.as_ref().map(|vehicle| checks.cans(file, vehicle)).unwrap_or_default();
     let (Some(vehicle), true) = (vehicle, checks.problems.is_empty()) else {
         return Err(Refused(checks.problems));
@@ -268,6 +274,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         black_box,
         ros,
         light_topics: light_topics.unwrap_or_default(),
+        command,
     })
 }
 

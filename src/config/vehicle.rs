@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use toml::Spanned;
 
+use super::command_profile::{command, refuse_alive_by};
 use super::files::Files;
 use super::hazard::hazard;
 use super::lights::{faults, while_hazard};
@@ -14,6 +15,7 @@ use super::roles::{Binder, ProfileBus};
 use super::turn::turn;
 use super::v2i::v2i;
 use super::vehicle_file::VehicleFile;
+use crate::core::command::settings::CommandBinding;
 use crate::core::dbc;
 use crate::core::dbc::model::Database;
 use crate::core::event::BusIndex;
@@ -35,6 +37,8 @@ pub struct Vehicle {
     pub lights: LightsBinding,
     /// Traffic-light states from the network; nothing in most profiles.
     pub v2i: V2iBinding,
+    /// What may be sent to it; nothing in many profiles.
+    pub command: CommandBinding,
 }
 
 impl Vehicle {
@@ -48,7 +52,13 @@ impl Vehicle {
             hazard_faults: FaultBinding::default(),
             turn_while_hazard: TurnWhileHazard::default(),
         };
-        Self { name: "no vehicle".to_owned(), buses: Vec::new(), lights, v2i: V2iBinding::default() }
+        Self {
+            name: "no vehicle".to_owned(),
+            buses: Vec::new(),
+            lights,
+            v2i: V2iBinding::default(),
+            command: CommandBinding::default(),
+        }
     }
 }
 
@@ -85,13 +95,19 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
     let light_signals = std::mem::take(&mut binder.signals);
     let sources = v2i(&mut binder, &file.v2i);
     let v2i_signals = std::mem::take(&mut binder.signals);
+    let command = command(&mut binder, file.command.as_ref(), lights.as_ref().map(|lights| &lights.hazard));
+    let command_signals = std::mem::take(&mut binder.signals);
     let alive_by: Vec<_> = buses.iter().map(|bus| alive_by(&mut binder, file, bus)).collect();
-    let all_bound = lights.is_some() && sources.is_some();
+    if let Some(command) = &command {
+        refuse_alive_by(&mut binder, file, &command.allowed);
+    }
+    let all_bound = lights.is_some() && sources.is_some() && command.is_some();
     let messages = messages(&mut binder, file, &alive_by, all_bound);
-    match (lights, sources, binder.problems) {
-        (Some(lights), Some(sources), problems) if problems.is_empty() => {
+    match (lights, sources, command, binder.problems) {
+        (Some(lights), Some(sources), Some(command), problems) if problems.is_empty() => {
             let lights = LightsBinding { table: table(&messages, light_signals), ..lights };
             let v2i = V2iBinding { table: table(&messages, v2i_signals), sources };
+            let command = CommandBinding { table: table(&messages, command_signals), ..command };
             let limits: Vec<_> = buses.iter().map(|bus| alive_timeout(file, bus, &messages)).collect();
             let buses =
                 buses.into_iter().zip(alive_by).zip(limits).map(|((bus, alive_by), limit)| VehicleBus {
@@ -102,9 +118,9 @@ pub fn compile(document: &Document, file: &VehicleFile, files: &dyn Files) -> Re
                     name: bus.name,
                     database: bus.database,
                 });
-            Ok(Vehicle { name: file.name.clone(), buses: buses.collect(), lights, v2i })
+            Ok(Vehicle { name: file.name.clone(), buses: buses.collect(), lights, v2i, command })
         }
-        (_, _, problems) => Err(problems),
+        (_, _, _, problems) => Err(problems),
     }
 }
 

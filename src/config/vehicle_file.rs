@@ -10,6 +10,7 @@ use serde::Deserialize;
 use serde::de::{Unexpected, Visitor};
 use toml::Spanned;
 
+use super::command_profile_file::CommandProfileFile;
 use super::integrity_file::{ChecksumFile, CounterFile, E2eFile, WindowFile};
 use super::v2i_file::V2iFile;
 use crate::core::trust::meaning::RawRange;
@@ -35,6 +36,8 @@ pub struct VehicleFile {
     /// Traffic-light states from the network.
     #[serde(default)]
     pub v2i: Vec<Spanned<V2iFile>>,
+    /// Commands to the vehicle.
+    pub command: Option<Spanned<CommandProfileFile>>,
 }
 
 /// `[bus.<name>]`

@@ -6,6 +6,7 @@
 pub mod black_box;
 pub mod bus;
 mod bus_status;
+pub mod command;
 pub mod controller;
 pub mod dbc;
 pub mod diagnostics;

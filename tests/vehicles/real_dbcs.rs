@@ -43,7 +43,8 @@ const TWINS: [(&str, &str, &[&str]); 31] = [
     ("vw_pq", "vw_pq", &[]),
 ];
 /// Invented, written from a standard, or from labelled frames.
-const WITHOUT_TWIN: [&str; 5] = ["dacia_sandero_2", "demo_vehicle", "j1939_truck", "opel_260", "v2x_unit"];
+const WITHOUT_TWIN: [&str; 6] =
+    ["dacia_sandero_2", "demo_vehicle", "j1939_truck", "opel_260", "pacmod", "v2x_unit"];
 
 fn load(path: &Path) -> Database {
     let database = parse(&std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())));

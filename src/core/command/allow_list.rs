@@ -1,0 +1,123 @@
+//! What may be sent at all: frames of the profile's command messages, and nothing else.
+//!
+//! A [`CommandFrame`] comes out of a [`Permit`] only, and a permit out of the [`AllowList`] only, which
+//! the configuration builds of the profile. So a frame with another identifier, or on another bus,
+//! cannot be made.
+
+use crate::core::event::BusIndex;
+use crate::core::frame::{CanId, Frame, MAX_DATA};
+
+/// The messages that may be sent.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct AllowList(Vec<(BusIndex, CanId)>);
+
+/// The right to send one of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Permit {
+    bus: BusIndex,
+    id: CanId,
+    length: usize,
+}
+
+/// A frame that may be sent.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CommandFrame {
+    bus: BusIndex,
+    frame: Frame,
+}
+
+/// Why a message cannot be sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NotSendable {
+    /// It is in the list already.
+    #[error("another command message of this bus has the identifier {0}")]
+    Twice(CanId),
+    /// No frame has that length.
+    #[error("no frame has {0} bytes: 1 to 8, 12, 16, 20, 24, 32, 48 or 64")]
+    Length(usize),
+}
+
+impl AllowList {
+    /// Adds a message of `length` bytes; beyond 8 it is sent as CAN FD.
+    pub fn admit(&mut self, bus: BusIndex, id: CanId, length: usize) -> Result<Permit, NotSendable> {
+        if self.contains(bus, id) {
+            return Err(NotSendable::Twice(id));
+        }
+        let permit = Permit { bus, id, length };
+        if length == 0 || permit.frame(&[0; MAX_DATA]).is_none() {
+            return Err(NotSendable::Length(length));
+        }
+        self.0.push((bus, id));
+        Ok(permit)
+    }
+
+    /// Whether the message is in the list.
+    pub fn contains(&self, bus: BusIndex, id: CanId) -> bool {
+        self.0.contains(&(bus, id))
+    }
+
+    /// The messages, in the order of the profile.
+    pub fn entries(&self) -> &[(BusIndex, CanId)] {
+        &self.0
+    }
+}
+
+impl Permit {
+    /// The bus.
+    pub fn bus(&self) -> BusIndex {
+        self.bus
+    }
+
+    /// The identifier.
+    pub fn id(&self) -> CanId {
+        self.id
+    }
+
+    /// Bytes of the message.
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// A frame of the message; never `None` for a permit that the list has given.
+    pub(super) fn frame(&self, data: &[u8; MAX_DATA]) -> Option<CommandFrame> {
+        let data = data.get(..self.length)?;
+        let frame = if self.length > 8 { Frame::fd(self.id, data) } else { Frame::classic(self.id, data) };
+        Some(CommandFrame { bus: self.bus, frame: frame? })
+    }
+}
+
+impl CommandFrame {
+    /// Where it goes.
+    pub fn bus(&self) -> BusIndex {
+        self.bus
+    }
+
+    /// What goes there.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_admitted_once_and_with_a_length_that_exists() {
+        let mut list = AllowList::default();
+        let (bus, id) = (BusIndex(0), CanId::Standard(0x130));
+        for length in [0, 9, 11, 65] {
+            assert_eq!(list.admit(bus, id, length), Err(NotSendable::Length(length)));
+        }
+        assert!(!list.contains(bus, id));
+        let permit = list.admit(bus, id, 2).unwrap();
+        assert_eq!(list.admit(bus, id, 2), Err(NotSendable::Twice(id)));
+        assert!(list.contains(bus, id) && !list.contains(BusIndex(1), id));
+        assert!(!list.contains(bus, CanId::Extended(0x130)));
+        let mut data = [0xFF; MAX_DATA];
+        data[0] = 1;
+        assert_eq!(permit.frame(&data).unwrap().frame().to_string(), "130#01FF");
+        let long = list.admit(BusIndex(1), id, 12).unwrap();
+        assert!(long.frame(&data).unwrap().frame().is_fd());
+    }
+}

@@ -1,0 +1,211 @@
+//! One command topic: which of its messages count, and what its sender wants now.
+
+use std::time::Duration;
+
+use super::Turn;
+use crate::core::bus::past;
+use crate::core::time::{MonoTime, WallStamp};
+
+/// How long a refused message is shown.
+const SHOWN: Duration = Duration::from_secs(1);
+
+/// A value of a command message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Word<T> {
+    /// `NO_COMMAND`: no opinion.
+    NoCommand,
+    /// This is wanted.
+    Wanted(T),
+}
+
+/// `TurnIndicatorsCommand.command`; `None` for a value that is not defined.
+pub fn turn_word(raw: u8) -> Option<Word<Turn>> {
+    match raw {
+        0 => Some(Word::NoCommand),
+        1 => Some(Word::Wanted(Turn::Off)),
+        2 => Some(Word::Wanted(Turn::Left)),
+        3 => Some(Word::Wanted(Turn::Right)),
+        _ => None,
+    }
+}
+
+/// `HazardLightsCommand.command`; `None` for a value that is not defined.
+pub fn hazard_word(raw: u8) -> Option<Word<bool>> {
+    match raw {
+        0 => Some(Word::NoCommand),
+        1 => Some(Word::Wanted(false)),
+        2 => Some(Word::Wanted(true)),
+        _ => None,
+    }
+}
+
+/// What is left of a sender's words now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Opinion<T> {
+    /// Nothing has come since start.
+    Never,
+    /// The sender says `NO_COMMAND`, and what it wanted before has run out.
+    None,
+    /// It wants this.
+    Wanted(T),
+    /// Nothing has come for longer than the limit; before that it wanted this, if anything.
+    Silent(Option<T>),
+}
+
+/// Why a message was not used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refusal {
+    /// The value is not defined.
+    Undefined(u8),
+    /// The stamp lies before that of a message used earlier.
+    StampBackwards,
+}
+
+/// Messages since start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct IntakeCounts {
+    /// All.
+    pub received: u64,
+    /// Those that said `NO_COMMAND`.
+    pub no_command: u64,
+    /// Those with an undefined value.
+    pub undefined: u64,
+    /// Those whose stamp went backwards.
+    pub backwards: u64,
+}
+
+/// One topic.
+#[derive(Debug, Clone)]
+pub struct Intake<T> {
+    word: fn(u8) -> Option<Word<T>>,
+    limit: Duration,
+    /// What was wanted last, and when it was said last.
+    wish: Option<(T, MonoTime)>,
+    /// The last message that was used: when it came, and its stamp in ns.
+    heard: Option<(MonoTime, i64)>,
+    refused: Option<(Refusal, MonoTime)>,
+    counts: IntakeCounts,
+}
+
+impl<T: Copy> Intake<T> {
+    /// A topic whose values mean what `word` says, and which is silent after `limit` without a message.
+    pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration) -> Self {
+        Self { word, limit, wish: None, heard: None, refused: None, counts: IntakeCounts::default() }
+    }
+
+    /// Takes a message. Stamps are compared with each other only: a sender that was silent, and so
+    /// perhaps started anew with another clock, begins afresh.
+    pub fn take(&mut self, raw: u8, stamp: WallStamp, now: MonoTime) {
+        self.counts.received += 1;
+        let Some(word) = (self.word)(raw) else {
+            self.counts.undefined += 1;
+            self.refused = Some((Refusal::Undefined(raw), now));
+            return;
+        };
+        let stamp = stamp.as_nanos();
+        if self.heard.is_some_and(|(at, newest)| stamp < newest && now.since(at) <= self.limit) {
+            self.counts.backwards += 1;
+            self.refused = Some((Refusal::StampBackwards, now));
+            return;
+        }
+        self.heard = Some((now, stamp));
+        match word {
+            Word::NoCommand => self.counts.no_command += 1,
+            Word::Wanted(wish) => self.wish = Some((wish, now)),
+        }
+    }
+
+    /// What the sender wants now. A `NO_COMMAND` takes nothing back: what was wanted holds until its
+    /// own limit.
+    pub fn opinion(&self, now: MonoTime) -> Opinion<T> {
+        let Some((heard, _)) = self.heard else { return Opinion::Never };
+        let last = self.wish.map(|(wish, _)| wish);
+        match self.wish {
+            Some((wish, at)) if now.since(at) <= self.limit => Opinion::Wanted(wish),
+            Some(_) | None if now.since(heard) <= self.limit => Opinion::None,
+            Some(_) | None => Opinion::Silent(last),
+        }
+    }
+
+    /// The last refused message, as long as it is worth showing.
+    pub fn refusal(&self, now: MonoTime) -> Option<Refusal> {
+        self.refused.filter(|(_, at)| now.since(*at) <= SHOWN).map(|(refusal, _)| refusal)
+    }
+
+    /// Messages since start.
+    pub fn counts(&self) -> IntakeCounts {
+        self.counts
+    }
+
+    /// How long since the last message that was used.
+    pub fn age(&self, now: MonoTime) -> Option<Duration> {
+        self.heard.map(|(at, _)| now.since(at))
+    }
+
+    /// When opinion or refusal change with nothing happening.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let wish = self.wish.map(|(_, at)| past(at, self.limit));
+        let heard = self.heard.map(|(at, _)| past(at, self.limit));
+        let refused = self.refused.map(|(_, at)| past(at, SHOWN));
+        [wish, heard, refused].into_iter().flatten().filter(|at| *at > now).min()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> MonoTime {
+        MonoTime::from_millis(ms)
+    }
+
+    fn stamp(ms: i64) -> WallStamp {
+        WallStamp::from_nanos(ms * 1_000_000)
+    }
+
+    fn turns(limit_ms: u64) -> Intake<Turn> {
+        Intake::new(turn_word, Duration::from_millis(limit_ms))
+    }
+
+    #[test]
+    fn no_command_takes_nothing_back_and_is_no_error() {
+        let mut turns = turns(500);
+        assert_eq!(turns.opinion(at(0)), Opinion::Never);
+        turns.take(0, stamp(0), at(0));
+        assert_eq!(turns.opinion(at(0)), Opinion::None);
+        turns.take(2, stamp(100), at(100));
+        turns.take(0, stamp(200), at(200));
+        turns.take(0, stamp(600), at(600));
+        assert_eq!(turns.opinion(at(600)), Opinion::Wanted(Turn::Left));
+        assert_eq!(turns.opinion(past(at(100), Duration::from_millis(500))), Opinion::None);
+        assert_eq!(turns.opinion(at(1100)), Opinion::None);
+        assert_eq!(turns.opinion(at(1101)), Opinion::Silent(Some(Turn::Left)));
+        assert_eq!((turns.counts().no_command, turns.refusal(at(600))), (3, None));
+    }
+
+    #[test]
+    fn undefined_values_are_ignored_and_shown_for_a_while() {
+        let mut turns = turns(5000);
+        turns.take(3, stamp(0), at(0));
+        for raw in 4..=u8::MAX {
+            turns.take(raw, stamp(10), at(10));
+            assert_eq!(turns.opinion(at(10)), Opinion::Wanted(Turn::Right), "{raw}");
+            assert_eq!(turns.refusal(at(1010)), Some(Refusal::Undefined(raw)));
+        }
+        assert_eq!((turns.counts().undefined, turns.refusal(at(1011))), (252, None));
+        assert_eq!(hazard_word(3), None);
+    }
+
+    #[test]
+    fn stamps_that_go_backwards_are_rejected_until_the_sender_was_silent() {
+        let mut turns = turns(500);
+        turns.take(2, stamp(1000), at(0));
+        turns.take(2, stamp(1000), at(10));
+        assert_eq!(turns.refusal(at(10)), None, "the same stamp again is no step back");
+        turns.take(3, stamp(999), at(100));
+        assert_eq!(turns.opinion(at(100)), Opinion::Wanted(Turn::Left));
+        assert_eq!(turns.refusal(at(100)), Some(Refusal::StampBackwards));
+        turns.take(3, stamp(5), at(600));
+        assert_eq!((turns.opinion(at(600)), turns.counts().backwards), (Opinion::Wanted(Turn::Right), 1));
+    }
+}

@@ -1,0 +1,262 @@
+//! Sends one message: in its rhythm, at once on a change, never faster than it may, with an unbroken
+//! counter; and knows its own frames again.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::allow_list::{CommandFrame, Permit};
+use super::message::{CommandMessage, Contents};
+use crate::core::bus::past;
+use crate::core::frame::{Frame, MAX_DATA};
+use crate::core::time::MonoTime;
+use crate::core::trust::integrity::Protection;
+
+/// Own frames that may still come back by loopback.
+const REMEMBERED: usize = 8;
+/// Failures in a row after which sending counts as broken.
+const BROKEN_AFTER: u32 = 10;
+/// How long a foreign frame is shown.
+const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
+
+/// Why a frame was not sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SendFailure {
+    /// The queue below is full (`ENOBUFS`, `EAGAIN`): try later.
+    QueueFull,
+    /// The socket refused; the code is the `errno`.
+    Refused(i32),
+}
+
+/// Whose frame came in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Heard {
+    /// Not one of our messages: the vehicle's, as far as we know.
+    NotOurs,
+    /// The loopback of one we sent.
+    Own,
+    /// One of our messages, but we did not send it: somebody else commands the vehicle.
+    Foreign,
+}
+
+/// Frames since start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SendCounts {
+    /// Given out to be sent and not come back as failed.
+    pub sent: u64,
+    /// Of these, asking the vehicle for something.
+    pub with_authority: u64,
+    /// Not sent: the queue was full.
+    pub queue_full: u64,
+    /// Not sent: refused.
+    pub refused: u64,
+    /// Seen again by loopback.
+    pub echoed: u64,
+    /// Of this message, but from somebody else.
+    pub foreign: u64,
+}
+
+/// A frame given out last, to be taken back when it could not be sent.
+#[derive(Debug, Clone)]
+struct Given {
+    frame: Frame,
+    counter: u32,
+    authority: bool,
+}
+
+/// Sends one message.
+#[derive(Debug, Clone)]
+pub struct Sender {
+    contents: Option<Contents>,
+    due: Option<MonoTime>,
+    burst_left: u8,
+    last_sent: Option<MonoTime>,
+    counter: u32,
+    given: Option<Given>,
+    failures: u32,
+    unconfirmed: VecDeque<Frame>,
+    foreign_at: Option<MonoTime>,
+    counts: SendCounts,
+}
+
+impl Sender {
+    /// Nothing sent yet.
+    pub fn new(message: &CommandMessage) -> Self {
+        Self {
+            contents: None,
+            due: None,
+            burst_left: 0,
+            last_sent: None,
+            counter: first_counter(message.protection.as_ref()),
+            given: None,
+            failures: 0,
+            unconfirmed: VecDeque::new(),
+            foreign_at: None,
+            counts: SendCounts::default(),
+        }
+    }
+
+    /// The frame to send now, if one is due. `contents` = what the message should say; none = nothing
+    /// is to be sent.
+    pub fn settle(
+        &mut self,
+        message: &CommandMessage,
+        contents: Option<Contents>,
+        now: MonoTime,
+    ) -> Option<CommandFrame> {
+        let timing = message.timing;
+        if contents != self.contents {
+            self.contents = contents;
+            self.due = contents.map(|_| now);
+            self.burst_left = timing.burst;
+        }
+        let (contents, due) = (self.contents?, self.due?);
+        let allowed = self.last_sent.map_or(due, |last| last.after(timing.least_gap).max(due));
+        if now < allowed {
+            self.due = Some(allowed);
+            return None;
+        }
+        self.burst_left = self.burst_left.saturating_sub(1);
+        let next = if self.burst_left > 0 { now.after(timing.burst_gap) } else { due.after(timing.period) };
+        // A late caller does not make up for what it missed.
+        self.due = Some(if next > now { next } else { now.after(timing.period) });
+        let counter = self.counter;
+        let frame = encode(&message.permit, message.protection.as_ref(), contents.data, counter)?;
+        self.counter = next_counter(message.protection.as_ref(), counter);
+        self.last_sent = Some(now);
+        self.counts.sent += 1;
+        self.counts.with_authority += u64::from(contents.authority);
+        let given = Given { frame: *frame.frame(), counter, authority: contents.authority };
+        if self.given.replace(given).is_some() {
+            // The one before was not taken back.
+            self.failures = 0;
+        }
+        if self.unconfirmed.len() == REMEMBERED {
+            self.unconfirmed.pop_front();
+        }
+        self.unconfirmed.push_back(*frame.frame());
+        Some(frame)
+    }
+
+    /// The frame given out last could not be sent: its counter is used again, and it is due again at
+    /// its least distance. Anything else is no longer of interest.
+    pub fn not_sent(&mut self, message: &CommandMessage, frame: &Frame, why: SendFailure, now: MonoTime) {
+        let Some(given) = self.given.take_if(|given| given.frame == *frame) else { return };
+        self.counter = given.counter;
+        self.unconfirmed.pop_back();
+        self.counts.sent -= 1;
+        self.counts.with_authority -= u64::from(given.authority);
+        match why {
+            SendFailure::QueueFull => self.counts.queue_full += 1,
+            SendFailure::Refused(_) => self.counts.refused += 1,
+        }
+        self.failures = self.failures.saturating_add(1);
+        self.burst_left = self.burst_left.max(1);
+        self.due = self.contents.map(|_| now.after(message.timing.least_gap));
+    }
+
+    /// Says whose frame of this message came in.
+    pub fn heard(&mut self, frame: &Frame, now: MonoTime) -> Heard {
+        if let Some(at) = self.unconfirmed.iter().position(|own| own == frame) {
+            self.unconfirmed.remove(at);
+            self.counts.echoed += 1;
+            return Heard::Own;
+        }
+        self.counts.foreign += 1;
+        self.foreign_at = Some(now);
+        Heard::Foreign
+    }
+
+    /// Nothing of what was given out is sent, so nothing of it comes back.
+    pub fn forget_echoes(&mut self) {
+        self.unconfirmed.clear();
+    }
+
+    /// Nothing can be sent: what waits is dropped, and the next contents are new ones.
+    pub fn cut_off(&mut self) {
+        self.contents = None;
+        self.due = None;
+        self.burst_left = 0;
+        self.given = None;
+        self.failures = 0;
+        self.unconfirmed.clear();
+    }
+
+    /// When a frame is due.
+    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
+        let foreign = self.foreign_at.map(|at| past(at, FOREIGN_SHOWN)).filter(|at| *at > now);
+        self.due.into_iter().chain(foreign).min()
+    }
+
+    /// Whether a frame is still to be sent.
+    pub fn is_waiting(&self) -> bool {
+        self.due.is_some()
+    }
+
+    /// Whether the last frames could not be sent: no, some, or so many that sending is broken.
+    pub fn trouble(&self) -> Option<SendTrouble> {
+        match self.failures {
+            0 => None,
+            1..BROKEN_AFTER => Some(SendTrouble::Delayed),
+            BROKEN_AFTER.. => Some(SendTrouble::Broken),
+        }
+    }
+
+    /// Whether somebody else has just sent this message.
+    pub fn has_rival(&self, now: MonoTime) -> bool {
+        self.foreign_at.is_some_and(|at| now.since(at) <= FOREIGN_SHOWN)
+    }
+
+    /// Frames since start.
+    pub fn counts(&self) -> SendCounts {
+        self.counts
+    }
+}
+
+/// How badly sending goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum SendTrouble {
+    /// The last frame could not be sent.
+    Delayed,
+    /// None of the last ones could.
+    Broken,
+}
+
+/// A frame with counter and checksum; none when they do not fit, which the configuration has ruled out.
+fn encode(
+    permit: &Permit,
+    protection: Option<&Protection>,
+    mut data: [u8; MAX_DATA],
+    value: u32,
+) -> Option<CommandFrame> {
+    match protection {
+        None => {}
+        Some(Protection::Fields { checksum, counter }) => {
+            if let Some(counter) = counter {
+                counter.signal().write(value.into(), &mut data).ok()?;
+            }
+            if let Some(checksum) = checksum {
+                checksum.seal(permit.id(), data.get_mut(..permit.length())?).then_some(())?;
+            }
+        }
+        Some(Protection::E2e { profile, .. }) => {
+            profile.protect(value, data.get_mut(..permit.length())?).then_some(())?;
+        }
+    }
+    permit.frame(&data)
+}
+
+fn first_counter(protection: Option<&Protection>) -> u32 {
+    match protection {
+        Some(Protection::Fields { counter: Some(counter), .. }) => counter.rule().range().0,
+        Some(Protection::E2e { counter, .. }) => counter.range().0,
+        Some(Protection::Fields { counter: None, .. }) | None => 0,
+    }
+}
+
+fn next_counter(protection: Option<&Protection>, value: u32) -> u32 {
+    match protection {
+        Some(Protection::Fields { counter: Some(counter), .. }) => counter.rule().next(value),
+        Some(Protection::E2e { counter, .. }) => counter.next(value),
+        Some(Protection::Fields { counter: None, .. }) | None => value,
+    }
+}

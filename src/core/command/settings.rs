@@ -1,0 +1,92 @@
+//! What the command flow runs on, compiled and checked by `config`.
+
+use std::time::Duration;
+
+use super::accord::Limits;
+use super::allow_list::AllowList;
+use super::arbitration::Rules;
+use super::control_mode::{ControlMode, Grants};
+use super::message::CommandMessage;
+use crate::core::trust::table::{Role, SignalTable};
+
+/// What the gateway's configuration says of commands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CommandSettings {
+    /// Whose commands are carried out.
+    pub source: CommandSource,
+    /// Whether frames are sent.
+    pub transmit: Transmit,
+    /// Where the control mode comes from.
+    pub mode_from: ModeFrom,
+    /// Longest time without a turn command.
+    pub turn_timeout: Duration,
+    /// Longest time without a hazard command.
+    pub hazard_timeout: Duration,
+    /// What to do in silence and at the end.
+    pub rules: Rules,
+    /// How long the vehicle may take to obey.
+    pub limits: Limits,
+}
+
+/// Whose commands are carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum CommandSource {
+    /// Those of Autoware's two command topics.
+    #[default]
+    Topic,
+    /// The turn command of this gateway's own decider; the hazard command of its topic.
+    Decider,
+}
+
+/// Whether frames are sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Transmit {
+    /// Dry run: all is decided and told, nothing is sent.
+    #[default]
+    Off,
+    /// Yes.
+    On,
+}
+
+/// Where the control mode comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ModeFrom {
+    /// `/vehicle/status/control_mode`.
+    Topic {
+        /// Longest believed time without a message.
+        timeout: Duration,
+    },
+    /// The signal that the profile names.
+    Signal,
+}
+
+/// What the vehicle profile binds for commands; by default nothing.
+#[derive(Debug, Clone, Default)]
+pub struct CommandBinding {
+    /// The only messages that can be sent.
+    pub allowed: AllowList,
+    /// They themselves, in the order of the profile.
+    pub messages: Vec<CommandMessage>,
+    /// The messages and signals that are received for commands.
+    pub table: SignalTable,
+    /// The control mode, where a signal tells it.
+    pub control_mode: Option<Role<ControlMode>>,
+    /// Signals by which the vehicle says that the driver has taken over.
+    pub driver: Vec<DriverSign>,
+}
+
+/// A signal that tells of the driver.
+#[derive(Debug, Clone)]
+pub struct DriverSign {
+    /// `true` = the driver has taken over …
+    pub role: Role<bool>,
+    /// … these functions.
+    pub takes: Grants,
+}
+
+impl CommandBinding {
+    /// Whether the profile has no command messages.
+    pub fn is_empty(&self) -> bool {
+        self.messages.is_empty()
+    }
+}
