@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+mod commands;
 mod garbled;
 mod gateway_file;
 mod integrity_keys;
@@ -89,6 +90,12 @@ BO_ 260 SPAT: 4 X
  SG_ SHORT : 23|3@1+ (1,0) [0|7] "" X
  SG_ KIND M : 26|1@1+ (1,0) [0|1] "" X
  SG_ NEXT m1 : 27|4@1+ (1,0) [0|15] "" X
+BO_ 261 LAMP_CMD: 4 X
+ SG_ ENABLE : 0|1@1+ (1,0) [0|1] "" X
+ SG_ DOOR : 1|1@1+ (1,0) [0|1] "" X
+ SG_ TURN_REQ : 2|3@1+ (1,0) [0|7] "" X
+ SG_ CMD_COUNT : 8|4@1+ (1,0) [0|15] "" X
+ SG_ CMD_SUM : 16|8@1+ (1,0) [0|255] "" X
 "#;
 
 fn load_texts(texts: &Texts) -> Result<Settings, Vec<Problem>> {

@@ -61,6 +61,16 @@ BO_ 257 LAMPS: 4 X
  SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X
  SG_ BULB_FAULT : 2|1@1+ (1,0) [0|1] \"\" X
 BO_ 258 ENGINE_DATA: 4 X
+BO_ 260 TURN_CMD: 4 X
+ SG_ ENABLE : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ DOOR : 1|1@1+ (1,0) [0|1] \"\" X
+ SG_ TURN_REQUEST : 2|3@1+ (1,0) [0|7] \"\" X
+ SG_ HAZARD_REQUEST : 5|2@1+ (1,0) [0|3] \"\" X
+ SG_ CMD_COUNTER : 8|4@1+ (1,0) [0|15] \"\" X
+ SG_ CMD_CHECKSUM : 16|8@1+ (1,0) [0|255] \"\" X
+BO_ 261 KIT_STATE: 1 X
+ SG_ MODE : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ OVERRIDE : 1|1@1+ (1,0) [0|1] \"\" X
 BO_ 259 V2X: 8 X
  SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X
  SG_ USABLE : 4|1@1+ (1,0) [0|1] \"\" X
@@ -91,6 +101,12 @@ name = \"x\"
 bus.powertrain.dbc = \"../../dbc/my_car.dbc\"
 turn.fitted = false
 hazard.from = \"not_fitted\"
+[[command.message]]
+name = \"TURN_CMD\"
+period_ms = 100
+turn = { off = { TURN_REQUEST = 0 }, left = { TURN_REQUEST = 1 }, right = { TURN_REQUEST = 2 }, none = { TURN_REQUEST = 7 } }
+hazard = { off = { HAZARD_REQUEST = 0 }, on = { HAZARD_REQUEST = 1 }, none = { HAZARD_REQUEST = 3 } }
+constants = { ENABLE = 0, DOOR = 0, CMD_COUNTER = 0, CMD_CHECKSUM = 0 }
 ";
 
 fn assert_accepted(what: &str, texts: &Texts) {
@@ -117,7 +133,7 @@ fn what_the_gateway_file_shows_are_the_defaults() {
     let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.powertrain]\ninterface = \"can0\"\n\
                  [recording]\nfile = \"drive.log.gz\"\n\
                  [traffic_lights]\nscenario = \"scenarios/bench.toml\"\nmap = \"lanelet2_map.osm\"\n\
-                 [traffic_lights.arbiter]\n";
+                 [traffic_lights.arbiter]\n[command]\n";
     let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
     let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();
     // Shown as examples: without them the environment, all networks and systemd's folder count.
@@ -234,6 +250,43 @@ fn every_key_of_a_v2x_unit_is_accepted_in_each_of_its_forms() {
         let profile = format!(
             "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.V2X.timeout_ms = 500\n\
              [[v2i]]\n{both}{form}{states}[[v2i.status]]\n{status}\n"
+        );
+        assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+    }
+}
+
+#[test]
+fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let of = |name: &str, without: &[&str]| -> String {
+        let lines = section(&sections, name);
+        let wanted = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
+        lines.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+    };
+    let message = of("[[command.message]]", &[]);
+    let enabled = of("[[command.message]]", &["idle"]).replace("DOOR = 0", "DOOR = 0, HAZARD_REQUEST = 0");
+    let bare = of("[[command.message]]", &["enable"]).replace("DOOR = 0", "DOOR = 0, ENABLE = 0");
+    let turn = of("[command.message.turn]", &["hazard"]);
+    let combined = of("[command.message.turn]", &["none"]);
+    let level = of("[command.message.hazard]", &["button"]);
+    let button = of("[command.message.hazard]", &[]);
+    let mode = of("[command.control_mode]", &[]);
+    let driver = of("[[command.driver]]", &[]);
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n\
+                   [command]\ncontrol_mode = \"signal\"\n";
+    let forms = [
+        format!("{message}[command.message.turn]\n{turn}[command.message.hazard]\n{level}"),
+        format!("{message}[command.message.turn]\n{turn}[command.message.hazard]\n{button}"),
+        format!("{bare}[command.message.turn]\n{turn}[command.message.hazard]\n{level}"),
+        format!("{enabled}[command.message.turn]\n{combined}"),
+    ];
+    for form in forms {
+        let profile = format!(
+            "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.KIT_STATE.timeout_ms = 500\n\
+             message.BLINKERS.timeout_ms = 500\nturn.fitted = false\n\
+             hazard = {{ from = \"signal\", signal = \"BLINKERS.HAZARD\", on = [1], off = [0] }}\n\
+             [command.control_mode]\n{mode}[[command.driver]]\n{driver}[[command.message]]\n{form}"
         );
         assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
     }

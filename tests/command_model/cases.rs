@@ -1,0 +1,283 @@
+//! The cases of the specification that need no bus, on a vehicle that obeys after 150 ms.
+
+use signal_gateway::core::command::{Reported, Turn};
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::event::{BusIndex, LinkState};
+use signal_gateway::core::frame::{CanId, Frame};
+use signal_gateway::core::trust::table::MessageIndex;
+
+use crate::bench::{Bench, PROFILE, asks, config};
+
+const MS: u64 = 1_000_000;
+/// The senders' rhythm.
+const CYCLE_MS: u64 = 100;
+/// What the vehicle takes from a frame to its report.
+const LAG_MS: u64 = 150;
+
+/// Something that changes from a time on; commands and mode are sent every 100 ms.
+#[derive(Clone, Copy)]
+enum Do {
+    Turn(u8),
+    TurnOnce(u8),
+    NoTurn,
+    Hazard(u8),
+    NoHazard,
+    Mode(u8),
+    NoMode,
+    /// The driver's stalk, where the vehicle lets it through.
+    Stalk(Turn),
+    HazardButton(bool),
+    Override(bool),
+    /// The vehicle's lights do nothing any more.
+    Dead,
+    /// The report is withheld.
+    NoReport,
+    Link(LinkState),
+    Stop,
+}
+
+/// What must hold at a time: what was asked for last, and a part of what turn and hazard status say.
+type Must = (u64, &'static str, Said, Said);
+type Said = (Level, &'static str);
+
+struct Case {
+    id: &'static str,
+    section: &'static str,
+    does: &'static [(u64, Do)],
+    must: &'static [Must],
+}
+
+const OK: Level = Level::Ok;
+const WARN: Level = Level::Warn;
+const ERROR: Level = Level::Error;
+
+#[rustfmt::skip]
+const CASES: &[Case] = &[
+    Case { id: "hazard during turn, then off", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Hazard(2)), (3000, Do::Hazard(1))],
+        must: &[(900, "left", (OK, "left, as commanded"), (OK, "off, as commanded")),
+                (1010, "hazard", (OK, "off, hazard lights come first"), (OK, "on, as commanded")),
+                (2900, "hazard", (OK, "off, hazard lights come first"), (OK, "on, as commanded")),
+                (3010, "left", (OK, "left"), (OK, "off")), (3900, "left", (OK, "left"), (OK, "off"))] },
+    Case { id: "turn commanded during hazard comes up afterwards", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(1)), (0, Do::Hazard(2)), (1000, Do::Turn(3)), (2000, Do::Hazard(1))],
+        must: &[(1900, "hazard", (OK, "hazard lights come first"), (OK, "on")), (2010, "right", (OK, "right"), (OK, "off"))] },
+    Case { id: "NO_COMMAND at 10 Hz, never engaged", section: "",
+        does: &[(0, Do::Mode(4)), (0, Do::Turn(0)), (0, Do::Hazard(0))],
+        must: &[(100, "-", (OK, "not allowed"), (OK, "not allowed")), (20_000, "-", (OK, "not allowed"), (OK, "not allowed"))] },
+    Case { id: "NO_COMMAND at 10 Hz in AUTONOMOUS", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(0)), (0, Do::Hazard(0))],
+        must: &[(100, "-", (OK, "no opinion"), (OK, "no opinion")), (20_000, "-", (OK, "no opinion"), (OK, "no opinion"))] },
+    Case { id: "emergency of the command gate: turn NO_COMMAND, hazard ENABLE", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Turn(0)), (1000, Do::Hazard(2))],
+        must: &[(1010, "hazard", (OK, "hazard lights come first"), (OK, "on")),
+                (4000, "hazard, any turn", (OK, "no opinion"), (OK, "on"))] },
+    Case { id: "command value 7", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::TurnOnce(7)), (3500, Do::TurnOnce(255))],
+        must: &[(1050, "left", (ERROR, "undefined command 7 is ignored"), (OK, "off")),
+                (1900, "left", (ERROR, "undefined command 7"), (OK, "")), (2100, "left", (OK, "left"), (OK, "off")),
+                (3550, "left", (ERROR, "undefined command 255"), (OK, "off"))] },
+    Case { id: "turn command silent for the limit", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::NoTurn)],
+        must: &[(1850, "left", (OK, "left"), (OK, "off")), (2000, "off", (ERROR, "fallen silent: off"), (OK, "off"))] },
+    Case { id: "turn command silent, hold", section: "turn_silent = \"hold\"\nturn_timeout_ms = 500",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::NoTurn)],
+        must: &[(5000, "left", (ERROR, "fallen silent: left"), (OK, "off"))] },
+    Case { id: "turn command silent, hazard", section: "turn_silent = \"hazard\"",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::NoTurn), (4000, Do::Turn(2))],
+        must: &[(3000, "hazard", (ERROR, ""), (OK, "on, the command has fallen silent")), (4050, "left", (OK, ""), (OK, "off"))] },
+    Case { id: "hazard command silent while on stays on", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(2)), (1000, Do::NoHazard)],
+        must: &[(5000, "hazard", (OK, ""), (ERROR, "fallen silent: on"))] },
+    Case { id: "MANUAL", section: "",
+        does: &[(0, Do::Mode(4)), (0, Do::Turn(2)), (0, Do::Hazard(2)), (1000, Do::Mode(1)), (2000, Do::Mode(4))],
+        must: &[(900, "-", (OK, "not allowed"), (OK, "not allowed")), (1050, "hazard", (OK, ""), (OK, "on")),
+                (2000, "-", (OK, "not allowed"), (OK, "not allowed"))] },
+    Case { id: "modes without a rule, and no mode", section: "",
+        does: &[(0, Do::Turn(2)), (0, Do::Hazard(2)), (1000, Do::Mode(5)), (2000, Do::Mode(6)), (3000, Do::Mode(0)),
+                (4000, Do::Mode(9)), (5000, Do::Mode(2)), (6000, Do::NoMode)],
+        must: &[(900, "-", (OK, "not allowed"), (OK, "")), (1900, "-", (OK, ""), (OK, "")), (2900, "-", (OK, ""), (OK, "")),
+                (3900, "-", (OK, ""), (OK, "")), (4900, "-", (OK, ""), (OK, "")), (5900, "hazard", (OK, ""), (OK, "on")),
+                (6850, "hazard", (OK, ""), (OK, "on")), (7000, "-", (OK, "not allowed"), (OK, ""))] },
+    Case { id: "AUTONOMOUS_VELOCITY_ONLY", section: "",
+        does: &[(0, Do::Mode(3)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Hazard(2))],
+        must: &[(900, "any turn", (OK, "not allowed"), (OK, "off")), (1010, "hazard, any turn", (OK, "not allowed"), (OK, "on"))] },
+    Case { id: "link down and up again", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(3)), (0, Do::Hazard(1)), (1000, Do::Link(LinkState::Missing)), (3000, Do::Link(LinkState::Up))],
+        must: &[(3001, "right", (OK, ""), (OK, ""))] },
+    Case { id: "the vehicle does not obey", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Dead), (2000, Do::Turn(3))],
+        must: &[(900, "left", (OK, ""), (OK, "")), (3400, "right", (OK, ""), (OK, "")),
+                (3700, "right", (WARN, "commanded right, but the vehicle reports left still"), (OK, "")),
+                (5200, "right", (ERROR, "commanded right, but the vehicle reports left"), (OK, "off"))] },
+    Case { id: "no report to hold it against", section: "",
+        does: &[(0, Do::NoReport), (0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1))],
+        must: &[(1400, "left", (OK, ""), (OK, "")), (9000, "left", (WARN, "no report shows it"), (WARN, "no report shows it"))] },
+    Case { id: "the driver's stalk before any wish for a side", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Stalk(Turn::Left)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (3000, Do::Stalk(Turn::Off))],
+        must: &[(1000, "any turn", (WARN, "commanded off, left to the driver: left"), (OK, "off")), (4000, "off", (OK, "off"), (OK, "off"))] },
+    Case { id: "the driver indicates to the other side, and stops", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (3000, Do::Stalk(Turn::Right)), (6000, Do::Stalk(Turn::Off))],
+        must: &[(2900, "left", (OK, ""), (OK, "")), (4000, "any turn", (WARN, "commanded left, left to the driver: right"), (OK, "")),
+                (5900, "any turn", (WARN, "left to the driver"), (OK, "")), (7000, "left", (OK, "left"), (OK, ""))] },
+    Case { id: "the vehicle says that the driver has taken over", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Override(true)), (2000, Do::Override(false))],
+        must: &[(1200, "any turn", (WARN, "left to the driver"), (OK, "")), (2300, "left", (OK, ""), (OK, ""))] },
+    Case { id: "the driver's hazard lights are not switched off", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::HazardButton(true)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (3000, Do::Hazard(2)),
+                (4000, Do::Hazard(1)), (6000, Do::HazardButton(false))],
+        must: &[(1000, "left, any hazard", (OK, ""), (WARN, "commanded off, left to the driver: on")), (3900, "hazard", (OK, ""), (OK, "on")),
+                (5000, "left, any hazard", (OK, ""), (WARN, "left to the driver: on")), (7000, "left", (OK, ""), (OK, "off"))] },
+    Case { id: "nothing commanded yet", section: "",
+        does: &[(0, Do::Mode(1))],
+        must: &[(0, "-", (WARN, "no command"), (WARN, "no command")), (5000, "-", (WARN, "no command has come"), (WARN, "no command"))] },
+    Case { id: "stop releases", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(2)), (1000, Do::Stop)],
+        must: &[(1200, "-", (OK, "the gateway ends"), (OK, "the gateway ends"))] },
+    Case { id: "stop with hazard lights", section: "at_stop = \"hazard\"",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Stop)],
+        must: &[(1200, "hazard", (OK, ""), (OK, "on, the gateway ends"))] },
+    Case { id: "stop with lights off, in MANUAL nothing", section: "at_stop = \"off\"",
+        does: &[(0, Do::Mode(4)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Stop)],
+        must: &[(1200, "-", (OK, ""), (OK, ""))] },
+];
+
+/// A vehicle that does what frames with authority ask for, else what its driver wants.
+struct Vehicle {
+    stalk: Turn,
+    button: bool,
+    dead: Option<Reported>,
+    reports: bool,
+    overridden: bool,
+}
+
+impl Vehicle {
+    /// What it reports now: what was asked `LAG_MS` ago. The stalk beats a side, and the button an "off".
+    fn report(&self, bench: &Bench, ms: u64) -> Reported {
+        if !self.reports {
+            return Reported::default();
+        }
+        if let Some(frozen) = self.dead {
+            return frozen;
+        }
+        let seen = bench.sent.iter().rev().find(|(at, _)| at / MS + LAG_MS <= ms);
+        let asked = seen.map_or("-", |(_, frame)| asks(frame.data()));
+        let hazard = asked.starts_with("hazard") || self.button;
+        let side = match asked.split(',').next() {
+            Some("left") => Turn::Left,
+            Some("right") => Turn::Right,
+            _ => Turn::Off,
+        };
+        let turn = if self.stalk == Turn::Off { side } else { self.stalk };
+        Reported { turn: Some(if hazard { Turn::Off } else { turn }), hazard: Some(hazard) }
+    }
+}
+
+fn play(case: &Case) -> Vec<String> {
+    let mut bench = Bench::new(config(&format!("tx = \"on\"\n{}", case.section), PROFILE));
+    let mut vehicle =
+        Vehicle { stalk: Turn::Off, button: false, dead: None, reports: true, overridden: false };
+    let (mut turn, mut hazard, mut mode) = (None, None, None);
+    let mut wrong = Vec::new();
+    let last = case.must.iter().map(|must| must.0).max().unwrap();
+    for ms in (0..=last).step_by(10) {
+        bench.pass_until(ms * MS);
+        for (_, change) in case.does.iter().filter(|(at, _)| *at == ms) {
+            match *change {
+                Do::Turn(raw) => turn = Some(raw),
+                Do::TurnOnce(raw) => bench.turn(raw),
+                Do::NoTurn => turn = None,
+                Do::Hazard(raw) => hazard = Some(raw),
+                Do::NoHazard => hazard = None,
+                Do::Mode(raw) => mode = Some(raw),
+                Do::NoMode => mode = None,
+                Do::Stalk(side) => vehicle.stalk = side,
+                Do::HazardButton(on) => vehicle.button = on,
+                Do::Override(on) => vehicle.overridden = on,
+                Do::Dead => vehicle.dead = Some(vehicle.report(&bench, ms)),
+                Do::NoReport => vehicle.reports = false,
+                Do::Link(state) => {
+                    bench.buses[0].set_link(state);
+                }
+                Do::Stop => bench.flow.stop(),
+            }
+        }
+        if ms % CYCLE_MS == 0 {
+            turn.into_iter().for_each(|raw| bench.turn(raw));
+            hazard.into_iter().for_each(|raw| bench.hazard(raw));
+            mode.into_iter().for_each(|raw| bench.mode(raw));
+            let state = Frame::classic(CanId::Standard(560), &[u8::from(vehicle.overridden) << 4, 0, 0, 0]);
+            let now = bench.now();
+            bench.buses[0].frame_arrived(now.mono);
+            bench.flow.frame_arrived(MessageIndex(0), &state.unwrap(), now.wall, now);
+        }
+        let report = vehicle.report(&bench, ms);
+        bench.report(report);
+        bench.settle();
+        for (_, wire, turn, hazard) in case.must.iter().filter(|must| must.0 == ms) {
+            let said = bench.said();
+            let fits = |index: usize, must: &Said| said[index].0 == must.0 && said[index].1.contains(must.1);
+            if bench.asked() != *wire || !fits(0, turn) || !fits(1, hazard) {
+                wrong.push(format!(
+                    "{} at {ms}: {} {said:?}, not {wire} {turn:?} {hazard:?}",
+                    case.id,
+                    bench.asked()
+                ));
+            }
+        }
+    }
+    wrong
+}
+
+#[test]
+fn every_case_of_the_specification() {
+    let wrong: Vec<String> = CASES.iter().flat_map(play).collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn while_the_link_is_down_nothing_is_sent_and_it_is_an_error() {
+    let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
+    bench.mode(1);
+    bench.turn(2);
+    bench.settle();
+    bench.buses[0].set_link(LinkState::Down);
+    bench.settle();
+    let before = bench.sent.len();
+    bench.pass_until(900 * MS);
+    assert_eq!(bench.sent.len(), before);
+    assert_eq!(bench.said()[2], (Level::Error, "nothing can be sent on body".to_owned()));
+}
+
+#[test]
+fn after_the_last_frame_there_is_none() {
+    let mut bench = Bench::new(config("tx = \"on\"\nat_stop = \"off\"", PROFILE));
+    bench.mode(1);
+    bench.turn(2);
+    bench.settle();
+    bench.pass_until(300 * MS);
+    bench.flow.stop();
+    bench.settle();
+    let left = bench.sent.len();
+    bench.pass_until(900 * MS);
+    assert!(bench.flow.is_finished());
+    assert_eq!((bench.sent.len(), bench.asked()), (left, "off"));
+    assert!(bench.flow.next_deadline(bench.now().mono).is_none_or(|at| at > bench.now().mono));
+}
+
+#[test]
+fn a_dry_run_tells_everything_and_sends_nothing() {
+    let mut bench = Bench::new(config("control_mode_timeout_ms = 60000", PROFILE));
+    bench.mode(1);
+    bench.turn(2);
+    bench.settle();
+    bench.pass_until(5_000 * MS);
+    assert!(bench.sent.is_empty());
+    assert_eq!(asks(bench.would_send[0].data()), "left, any hazard");
+    assert!(bench.would_send.len() > 40);
+    assert!(bench.said()[0].1.contains("fallen silent"), "{:?}", bench.said());
+    let frame = bench.would_send[3];
+    let now = bench.now();
+    let heard = bench.flow.heard(BusIndex(0), &frame, now);
+    assert_eq!(heard, signal_gateway::core::command::sender::Heard::Foreign, "it cannot be ours");
+}
