@@ -147,7 +147,7 @@ fn what_a_command_message_can_say_is_checked() {
     refused(&[
         (
             &[("[[command.message]]", "[[@@command.message]]"), (", hazard = { TURN_REQ = 3 }", "")],
-            "command",
+            "command.message",
             "no message asks for hazard lights",
             "emergency",
         ),
@@ -164,6 +164,49 @@ fn what_a_command_message_can_say_is_checked() {
             "`none` each",
         ),
     ]);
+}
+
+#[test]
+fn buttons_are_checked() {
+    let none = (", hazard = { TURN_REQ = 3 }", ", none = { TURN_REQ = 7 }");
+    let door = "constants = { DOOR = 0 }";
+    let key = "command.message.hazard.button";
+    refused(&[
+        (
+            &[
+                none,
+                (
+                    door,
+                    "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 }, button = { press_ms = @@99 } }",
+                ),
+            ],
+            "command.message.hazard.button.press_ms",
+            "99 ms is not possible",
+            "100 to 60000 ms",
+        ),
+        (
+            &[
+                none,
+                (
+                    door,
+                    "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 }, button = { attempts = @@0 } }",
+                ),
+            ],
+            "command.message.hazard.button.attempts",
+            "never pressed",
+            "1 to 255",
+        ),
+    ]);
+    let button = "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 }, button = {} }";
+    let mut texts = sound();
+    let command = COMMAND.replace(none.0, none.1).replace(door, button);
+    let profile = std::str::from_utf8(&texts.0["car.toml"]).unwrap();
+    let (lights, _) = profile.split_once(PLACE).unwrap();
+    let profile = format!("{lights}{command}from = \"unbound\"\n");
+    texts.0.insert("car.toml".to_owned(), profile.into());
+    let problems = load_texts(&texts).unwrap_err();
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(problem.key == key && problem.reason.contains("[hazard] binds no signal"), "{problem}");
 }
 
 #[test]
