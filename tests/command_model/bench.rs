@@ -18,7 +18,7 @@ use signal_gateway::core::frame::Frame;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 /// Sent every 100 ms, three times 20 ms apart after a change, never closer than 10 ms.
-pub const PROFILE: &str = r#"name = "Bench"
+pub(crate) const PROFILE: &str = r#"name = "Bench"
 bus.body.dbc = "bench.dbc"
 message.STATE.timeout_ms = 500
 [turn]
@@ -60,7 +60,7 @@ velocity_only = [2]
 manual = [0]
 "#;
 
-pub const DBC: &str = r#"BO_ 304 CMD: 8 X
+pub(crate) const DBC: &str = r#"BO_ 304 CMD: 8 X
  SG_ ENABLE : 0|1@1+ (1,0) [0|1] "" X
  SG_ DOOR : 1|2@1+ (1,0) [0|3] "" X
  SG_ TURN_REQ : 10|3@0+ (1,0) [0|7] "" X
@@ -74,12 +74,16 @@ BO_ 560 STATE: 4 X
  SG_ MODE : 5|2@1+ (1,0) [0|3] "" X
 BO_ 305 BUTTON: 1 X
  SG_ PRESSED : 0|1@1+ (1,0) [0|1] "" X
+BO_ 307 SEALED: 8 X
+ SG_ SEALED_CRC : 0|8@1+ (1,0) [0|255] "" X
+ SG_ SEALED_COUNT : 8|4@1+ (1,0) [0|15] "" X
+ SG_ SEALED_REQ : 16|3@1+ (1,0) [0|7] "" X
 BO_ 306 TURN_ONLY: 1 X
  SG_ TURN_ONLY_REQ : 0|2@1+ (1,0) [0|3] "" X
 "#;
 
 #[derive(Debug)]
-pub struct Texts(pub BTreeMap<&'static str, String>);
+pub(crate) struct Texts(pub(crate) BTreeMap<&'static str, String>);
 
 impl Files for Texts {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
@@ -89,7 +93,7 @@ impl Files for Texts {
 }
 
 /// The configuration with these lines in its `[command]`.
-pub fn config(command: &str, profile: &str) -> CommandConfig {
+pub(crate) fn config(command: &str, profile: &str) -> CommandConfig {
     let gateway = format!("profile = \"bench.toml\"\ncan.body.interface = \"can0\"\n[command]\n{command}\n");
     let files =
         [("gateway.toml", gateway), ("bench.toml", profile.to_owned()), ("bench.dbc", DBC.to_owned())];
@@ -97,13 +101,13 @@ pub fn config(command: &str, profile: &str) -> CommandConfig {
     settings.unwrap_or_else(|refused| panic!("{refused}")).command.unwrap()
 }
 
-pub fn now(ns: u64) -> Now {
+pub(crate) fn now(ns: u64) -> Now {
     let wall = 1_700_000_000_000_000_000 + i64::try_from(ns).unwrap();
     Now { mono: MonoTime::from_nanos(ns), wall: WallStamp::from_nanos(wall) }
 }
 
 /// What a frame of `CMD` asks for, read by hand: `-` = it has no authority.
-pub fn asks(data: &[u8]) -> &'static str {
+pub(crate) fn asks(data: &[u8]) -> &'static str {
     assert_eq!((data[0] & 0xFE, data[2], data[6] >> 4), (0xFC, 0xFF, 0xF), "background and constants");
     match (data[0] & 1, data[1] & 7, data[1] >> 4 & 3) {
         (0, 7, 3) => "-",
@@ -121,17 +125,17 @@ pub fn asks(data: &[u8]) -> &'static str {
 }
 
 /// A flow on its bus, and all frames it has sent.
-pub struct Bench {
-    pub flow: CommandFlow,
-    pub buses: Vec<Bus>,
-    pub now_ns: u64,
+pub(crate) struct Bench {
+    pub(crate) flow: CommandFlow,
+    pub(crate) buses: Vec<Bus>,
+    pub(crate) now_ns: u64,
     /// When, and what.
-    pub sent: Vec<(u64, Frame)>,
-    pub would_send: Vec<Frame>,
+    pub(crate) sent: Vec<(u64, Frame)>,
+    pub(crate) would_send: Vec<Frame>,
 }
 
 impl Bench {
-    pub fn new(config: CommandConfig) -> Self {
+    pub(crate) fn new(config: CommandConfig) -> Self {
         let bus = BusSettings {
             name: "body".to_owned(),
             interface: "can0".to_owned(),
@@ -144,12 +148,12 @@ impl Bench {
         Self { flow, buses, now_ns: 0, sent: Vec::new(), would_send: Vec::new() }
     }
 
-    pub fn now(&self) -> Now {
+    pub(crate) fn now(&self) -> Now {
         now(self.now_ns)
     }
 
     /// Settles and takes the frames that come of it.
-    pub fn settle(&mut self) -> Vec<CommandFrame> {
+    pub(crate) fn settle(&mut self) -> Vec<CommandFrame> {
         self.flow.settle(&self.buses, self.now());
         let mut given = Vec::new();
         while let Some(outgoing) = self.flow.poll_output() {
@@ -165,7 +169,7 @@ impl Bench {
     }
 
     /// Lets time go by, and settles whenever the flow wants it.
-    pub fn pass_until(&mut self, until_ns: u64) {
+    pub(crate) fn pass_until(&mut self, until_ns: u64) {
         while let Some(at) = self.flow.next_deadline(self.now().mono).map(MonoTime::as_nanos) {
             assert!(at > self.now_ns, "a deadline that does not move");
             if at > until_ns {
@@ -177,32 +181,32 @@ impl Bench {
         self.now_ns = until_ns;
     }
 
-    pub fn turn(&mut self, raw: u8) {
+    pub(crate) fn turn(&mut self, raw: u8) {
         let now = self.now();
         self.flow.turn_command(raw, now.wall, now);
     }
 
-    pub fn hazard(&mut self, raw: u8) {
+    pub(crate) fn hazard(&mut self, raw: u8) {
         let now = self.now();
         self.flow.hazard_command(raw, now.wall, now);
     }
 
-    pub fn mode(&mut self, raw: u8) {
+    pub(crate) fn mode(&mut self, raw: u8) {
         let now = self.now();
         self.flow.control_mode(raw, now);
     }
 
-    pub fn report(&mut self, reported: Reported) {
+    pub(crate) fn report(&mut self, reported: Reported) {
         self.flow.report(reported);
     }
 
     /// What the newest frame asks for.
-    pub fn asked(&self) -> &'static str {
+    pub(crate) fn asked(&self) -> &'static str {
         self.sent.last().map_or("no frame", |(_, frame)| asks(frame.data()))
     }
 
     /// Level and message of each task, in order.
-    pub fn said(&self) -> Vec<(Level, String)> {
+    pub(crate) fn said(&self) -> Vec<(Level, String)> {
         let statuses = self.flow.statuses("gateway", &self.buses, self.now().mono);
         statuses.into_iter().map(|status| (status.level, status.message)).collect()
     }

@@ -203,9 +203,15 @@ fn play(case: &Case) -> Vec<String> {
             }
         }
         if ms % CYCLE_MS == 0 {
-            turn.into_iter().for_each(|raw| bench.turn(raw));
-            hazard.into_iter().for_each(|raw| bench.hazard(raw));
-            mode.into_iter().for_each(|raw| bench.mode(raw));
+            if let Some(raw) = turn {
+                bench.turn(raw);
+            }
+            if let Some(raw) = hazard {
+                bench.hazard(raw);
+            }
+            if let Some(raw) = mode {
+                bench.mode(raw);
+            }
             let state = Frame::classic(CanId::Standard(560), &[u8::from(vehicle.overridden) << 4, 0, 0, 0]);
             let now = bench.now();
             bench.buses[0].frame_arrived(now.mono);
@@ -280,4 +286,54 @@ fn a_dry_run_tells_everything_and_sends_nothing() {
     let now = bench.now();
     let heard = bench.flow.heard(BusIndex(0), &frame, now);
     assert_eq!(heard, signal_gateway::core::command::sender::Heard::Foreign, "it cannot be ours");
+}
+
+#[test]
+fn the_control_mode_may_come_from_a_signal() {
+    let mut bench = Bench::new(config("tx = \"on\"\ncontrol_mode = \"signal\"", PROFILE));
+    let mut asked = Vec::new();
+    // MANUAL, AUTONOMOUS, VELOCITY_ONLY, a value without meaning, then silence.
+    for (step, mode) in [Some(0), Some(1), Some(2), Some(3), None].into_iter().enumerate() {
+        for cycle in 0..5 {
+            bench.pass_until((u64::try_from(step).unwrap() * 500 + cycle * 100) * MS);
+            bench.turn(2);
+            bench.hazard(1);
+            bench.mode(1); // the topic is not asked
+            if let Some(mode) = mode {
+                let frame = Frame::classic(CanId::Standard(560), &[mode << 5, 0, 0, 0]).unwrap();
+                let now = bench.now();
+                bench.buses[0].frame_arrived(now.mono);
+                bench.flow.frame_arrived(MessageIndex(0), &frame, now.wall, now);
+            }
+            bench.settle();
+        }
+        bench.pass_until((u64::try_from(step).unwrap() * 500 + 490) * MS);
+        asked.push((bench.asked(), bench.said()[2].clone()));
+    }
+    let said = |level, text: &str| (level, text.to_owned());
+    let unknown = said(Level::Warn, "control mode unknown: nothing is asked of the vehicle");
+    assert_eq!(
+        asked,
+        [
+            ("-", said(Level::Ok, "control mode MANUAL")),
+            ("left", said(Level::Ok, "control mode AUTONOMOUS")),
+            ("any turn", said(Level::Ok, "control mode AUTONOMOUS_VELOCITY_ONLY")),
+            ("-", said(Level::Error, "undefined control mode 3")),
+            ("-", unknown),
+        ]
+    );
+}
+
+#[test]
+fn the_present_state_is_explained() {
+    let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
+    bench.mode(3);
+    bench.turn(2);
+    bench.hazard(2);
+    bench.settle();
+    assert_eq!(
+        bench.flow.explanation(),
+        "turn indicators left to the vehicle (not allowed in this control mode), \
+         hazard lights on (as commanded), control mode AUTONOMOUS_VELOCITY_ONLY"
+    );
 }

@@ -4,7 +4,7 @@ use signal_gateway::core::command::Turn;
 
 /// Something that came in.
 #[derive(Debug, Clone, Copy)]
-pub enum Event {
+pub(crate) enum Event {
     /// A turn command, its stamp so many ms off.
     Turn(u8, i64),
     /// A hazard command, likewise.
@@ -21,7 +21,7 @@ pub enum Event {
 
 /// What to do about a sender that fell silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Silence {
+pub(crate) enum Silence {
     Off,
     Hold,
     Hazard,
@@ -29,16 +29,16 @@ pub enum Silence {
 
 /// The same rules as in the configuration of the flow.
 #[derive(Debug, Clone, Copy)]
-pub struct Rules {
-    pub turn_ns: u64,
-    pub hazard_ns: u64,
-    pub mode_ns: u64,
-    pub turn_silent: Silence,
-    pub hazard_silent: Silence,
+pub(crate) struct Rules {
+    pub(crate) turn_ns: u64,
+    pub(crate) hazard_ns: u64,
+    pub(crate) mode_ns: u64,
+    pub(crate) turn_silent: Silence,
+    pub(crate) hazard_silent: Silence,
 }
 
 /// What is to be asked for: turn indicators and hazard lights.
-pub type Asked = (Option<Turn>, Option<bool>);
+pub(crate) type Asked = (Option<Turn>, Option<bool>);
 
 /// Where one sender stands.
 enum Stand {
@@ -51,19 +51,17 @@ enum Stand {
 }
 
 /// What is to be asked for at `at`, after `history`.
-pub fn asked(rules: Rules, history: &[(u64, Event)], at: u64) -> Asked {
-    let turn = stand(history, at, rules.turn_ns, 3, |event| match event {
-        Event::Turn(raw, offset) => Some((raw, offset)),
-        _ => None,
+pub(crate) fn asked(rules: Rules, history: &[(u64, Event)], at: u64) -> Asked {
+    let turn = stand(history, at, rules.turn_ns, 3, |event| {
+        if let Event::Turn(raw, offset) = event { Some((raw, offset)) } else { None }
     });
-    let hazard = stand(history, at, rules.hazard_ns, 2, |event| match event {
-        Event::Hazard(raw, offset) => Some((raw, offset)),
-        _ => None,
+    let hazard = stand(history, at, rules.hazard_ns, 2, |event| {
+        if let Event::Hazard(raw, offset) = event { Some((raw, offset)) } else { None }
     });
-    let mode = history.iter().rev().find_map(|(time, event)| match event {
-        Event::Mode(raw) => Some((*time, *raw)),
-        _ => None,
-    });
+    let mode = history
+        .iter()
+        .rev()
+        .find_map(|(time, event)| if let Event::Mode(raw) = event { Some((*time, *raw)) } else { None });
     let mode = mode.filter(|(time, _)| at - time <= rules.mode_ns).map(|(_, raw)| raw);
     let (steering, others) = (matches!(mode, Some(1 | 2)), matches!(mode, Some(1..=3)));
 

@@ -87,7 +87,7 @@ fn own_frames_are_known_again_and_others_with_our_identifier_are_an_error() {
     bench.mode(1);
     let own = *bench.settle()[0].frame();
     let now = bench.now();
-    let mut hear = |bench: &mut Bench, bus: u8, frame: &Frame| bench.flow.heard(BusIndex(bus), frame, now);
+    let hear = |bench: &mut Bench, bus: u8, frame: &Frame| bench.flow.heard(BusIndex(bus), frame, now);
     assert_eq!(hear(&mut bench, 0, &own), Heard::Own);
     assert_eq!(hear(&mut bench, 0, &own), Heard::Foreign, "it was sent once");
     let vehicle = Frame::classic(CanId::Standard(560), &[0; 4]).unwrap();
@@ -144,7 +144,7 @@ fn the_shipped_profiles_send_what_public_facts_demand() {
             "new_eagle_dbw" => expected.push(j1850(bytes)),
             // Address and bytes in a sum.
             "tesla_model3" => {
-                expected.push(bytes.iter().fold(0x03 + 0xE9, |sum: u8, byte| sum.wrapping_add(*byte)))
+                expected.push(bytes.iter().fold(0x03 + 0xE9, |sum: u8, byte| sum.wrapping_add(*byte)));
             }
             _ => {}
         }
@@ -177,4 +177,39 @@ impl signal_gateway::config::files::Files for WithGateway {
     fn read(&self, path: &std::path::Path) -> std::io::Result<Vec<u8>> {
         if path.ends_with("test-gateway.toml") { Ok(self.0.clone().into_bytes()) } else { Disk.read(path) }
     }
+}
+
+#[test]
+fn a_message_with_an_e2e_profile_is_trusted_by_the_receiver() {
+    let profile = r#"name = "Sealed"
+bus.body.dbc = "bench.dbc"
+turn.fitted = false
+hazard.from = "not_fitted"
+[[command.message]]
+name = "SEALED"
+period_ms = 20
+e2e = { profile = "1A", data_id = 0x123 }
+[command.message.turn]
+off = { SEALED_REQ = 0 }
+left = { SEALED_REQ = 1 }
+right = { SEALED_REQ = 2 }
+hazard = { SEALED_REQ = 3 }
+none = { SEALED_REQ = 7 }
+"#;
+    let command = config("tx = \"on\"\ncontrol_mode_timeout_ms = 60000", profile);
+    let protection = command.binding.messages[0].protection.clone().unwrap();
+    let mut bench = Bench::new(command);
+    bench.mode(1);
+    bench.turn(2);
+    bench.settle();
+    bench.pass_until(2_000 * MS);
+    let mut guard =
+        Guard::new(MessageIntegrity { length: Some(8), protection, window: None, forget_after: None });
+    assert!(bench.sent.len() > 100);
+    for (index, (at, frame)) in bench.sent.iter().enumerate() {
+        assert_eq!(usize::from(frame.data()[1] & 15), index % 15, "profile 1 counts from 0 to 14");
+        let trusted = guard.check(frame, MonoTime::from_nanos(*at)) == Verdict::Trusted;
+        assert_eq!(trusted, index > 0, "frame {index}");
+    }
+    assert_eq!(bench.sent[0].1.data()[2] & 7, 1);
 }
