@@ -70,8 +70,12 @@ fn a_button_is_pressed_once_for_each_wish_and_never_against_the_driver() {
     day.run(0, 1_000, 1);
     assert!(day.presses.is_empty(), "off is off already");
     // A frame has just gone out: the next one is 10 ms behind it at the earliest.
-    day.run(1_000, 3_000, 2);
+    day.run(1_000, 2_000, 2);
     assert_eq!((day.presses.as_slice(), day.lit), ([1_010].as_slice(), true));
+    // The driver switches them off and on again: nobody presses against him.
+    day.toggles.extend([2_500, 2_900]);
+    day.run(2_000, 3_000, 2);
+    assert_eq!(day.presses.len(), 1);
     day.run(3_000, 5_000, 1);
     assert_eq!((day.presses.as_slice(), day.lit), ([1_010, 3_010].as_slice(), false));
     // The driver switches them on: nobody presses them off.

@@ -104,7 +104,7 @@ const CASES: &[Case] = &[
         must: &[(900, "any turn", (OK, "not allowed"), (OK, "off")), (1010, "hazard, any turn", (OK, "not allowed"), (OK, "on"))] },
     Case { id: "link down and up again", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(3)), (0, Do::Hazard(1)), (1000, Do::Link(LinkState::Missing)), (3000, Do::Link(LinkState::Up))],
-        must: &[(3001, "right", (OK, ""), (OK, ""))] },
+        must: &[(1200, "right", (OK, ""), (OK, "")), (3500, "right", (OK, ""), (OK, ""))] },
     Case { id: "the vehicle does not obey", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Dead), (2000, Do::Turn(3))],
         must: &[(900, "left", (OK, ""), (OK, "")), (3400, "right", (OK, ""), (OK, "")),
@@ -180,6 +180,7 @@ fn play(case: &Case) -> Vec<String> {
     let (mut turn, mut hazard, mut mode) = (None, None, None);
     let mut wrong = Vec::new();
     let last = case.must.iter().map(|must| must.0).max().unwrap();
+    assert!(case.must.iter().all(|must| must.0 % 10 == 0), "{}: looked at every 10 ms", case.id);
     for ms in (0..=last).step_by(10) {
         bench.pass_until(ms * MS);
         for (_, change) in case.does.iter().filter(|(at, _)| *at == ms) {
@@ -253,6 +254,11 @@ fn while_the_link_is_down_nothing_is_sent_and_it_is_an_error() {
     bench.pass_until(900 * MS);
     assert_eq!(bench.sent.len(), before);
     assert_eq!(bench.said()[2], (Level::Error, "nothing can be sent on body".to_owned()));
+    bench.buses[0].set_link(LinkState::Up);
+    bench.settle();
+    assert_eq!(bench.sent.len(), before + 1, "the present state goes out at once");
+    bench.pass_until(990 * MS);
+    assert_eq!(bench.sent.len(), before + 3, "and its burst");
 }
 
 #[test]

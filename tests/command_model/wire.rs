@@ -59,7 +59,7 @@ fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
         }
         for frame in bench.settle() {
             let now = bench.now();
-            if (1_000..1_200).contains(&ms) {
+            if (1_000..1_180).contains(&ms) {
                 failed += 1;
                 bench.flow.not_sent(&frame, SendFailure::QueueFull, now);
             } else {
@@ -69,16 +69,17 @@ fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
         if ms == 1_050 {
             assert_eq!(bench.said()[2], (Level::Warn, "frames are delayed".to_owned()));
         }
-        if ms == 1_190 {
+        if ms == 1_170 {
             assert_eq!(bench.said()[2], (Level::Error, "frames cannot be sent".to_owned()));
         }
     }
-    assert_eq!(failed, 16, "every 10 ms, not faster");
+    // Not as many as the counter has values.
+    assert_eq!(failed, 14, "every 10 ms, not faster");
     assert!(wire.windows(2).all(|pair| pair[1].1 == (pair[0].1 + 1) % 16), "{wire:?}");
-    assert!(wire.iter().any(|(ms, _)| (1_200..1_220).contains(ms)), "at once when there is room");
+    assert!(wire.iter().any(|(ms, _)| (1_180..1_200).contains(ms)), "at once when there is room");
     assert_eq!(bench.said()[2].0, Level::Ok);
     let (_, counts) = bench.flow.send_counts().next().unwrap();
-    assert_eq!((counts.queue_full, counts.sent), (16, u64::try_from(wire.len()).unwrap()));
+    assert_eq!((counts.queue_full, counts.sent), (14, u64::try_from(wire.len()).unwrap()));
 }
 
 #[test]
