@@ -29,7 +29,6 @@ use signal_gateway::core::traffic_light::scenario::{
     Action, Controller, ControllerIndex, Phase, PhaseEntry, Reference, Scenario, StateText,
 };
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
-use signal_gateway::core::traffic_light::text::parse_bulbs;
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
 
 /// What is for a few lights may take so much longer among 100,000 lights than among 10.
