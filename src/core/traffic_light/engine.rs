@@ -125,12 +125,13 @@ impl TrafficLights {
     /// The scenario starts now: its init actions are done, the first frame is yet to come.
     pub fn new(settings: LightsSettings, now: Now) -> Self {
         let LightsSettings { map, scenario, compat, .. } = settings;
+        let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), compat);
         let mut stage = Stage {
             compat,
             copy_on_enable: settings.copy_on_enable,
             lights: SyncedStores::new(Stores::new(map, compat)),
             controllers: Controllers::new(&scenario, compat),
-            predictions: Predictions::new(scenario.controllers.len(), compat),
+            predictions,
             v2i: Cadence::new(settings.v2i_rate),
             verdict: None,
             notes: VecDeque::new(),
