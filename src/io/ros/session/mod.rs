@@ -131,8 +131,8 @@ pub enum RosError {
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// The topics we write: turn indicators, hazard lights, diagnostics, then traffic lights in the
-    /// order of the settings.
+    /// The topics we write: turn indicators and hazard lights if they have a name, diagnostics, then
+    /// traffic lights in the order of the settings.
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics we read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
