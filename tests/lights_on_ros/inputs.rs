@@ -33,11 +33,13 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     expect("camera", "34806: red on circle; 120666: red on circle");
     others.send(SEEN, "1 34802 0 1 0 0.5");
     expect("camera", "34806: red on circle, unknown unknown circle 0.50; 120666: red on circle");
+    reader.status(Mark::START, "traffic_lights_conventional", "detected", |count, _| count == "1");
     others.send(SENT, "1 34806 3 1 2 0.75");
     expect("v2i", "34806: green on circle 0.75; 120666: green on circle 0.75");
     others.send(RECEIVED, "1 34836 2 2 2 1");
     let received = "34806: green on circle 0.75, amber on left; 120666: amber on left";
     expect("v2i", received);
+    reader.status(Mark::START, "traffic_lights_v2i", "detected", |count, _| count == "1");
 
     // In one message: a colour that there is not, an unknown light, a confidence beyond 1; and something
     // good before, between and after.
@@ -72,11 +74,17 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     expect("v2i", "34806: amber on left; 120666: amber on left");
 
     // A group without elements: nothing is said of it any more.
-    let mark = reader.mark();
+    let forgotten = |task| {
+        reader.status(reader.mark(), task, "detected", |count, _| count == "0");
+        reader.mark()
+    };
     others.send(SEEN, "2 34806");
+    let mark = forgotten("traffic_lights_conventional");
     reader.wait_for_state(mark, "camera", "34806: amber on circle, red on up; 120666: amber on circle");
-    let mark = reader.mark();
     others.send(RECEIVED, "2 34806");
+    let mark = forgotten("traffic_lights_v2i");
+    reader.wait_for_state(mark, "v2i", "34806: green on circle 0.75; 120666: green on circle 0.75");
+    let mark = reader.mark();
     others.send(SENT, "2 34806");
     reader.wait_for_state(mark, "v2i", "");
     gateway.stop("TERM");
