@@ -6,6 +6,7 @@ use crate::config::Settings;
 use crate::config::file::Durability as ConfiguredDurability;
 use crate::config::traffic_lights::Outlet;
 use crate::core::event::Output;
+use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::incoming::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
@@ -138,11 +139,15 @@ impl Publisher {
     }
 }
 
-/// Topic names as configured.
+/// Topic names as configured; what the profile leaves out has none, as it is never published.
 pub fn topics(settings: &Settings) -> Topics {
+    let lights = &settings.gateway.lights;
+    let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
+    let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
+    let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
     Topics {
-        turn_indicators: settings.ros.turn_indicators_status.clone(),
-        hazard_lights: settings.ros.hazard_lights_status.clone(),
+        turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
+        hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
         diagnostics: settings.ros.diagnostics.clone(),
         lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
         turn_command: None,

@@ -160,8 +160,8 @@ fn bytes_that_are_not_of_the_type_are_counted_and_the_next_message_is_read() {
     let mut commands = known_writer(&mut gateway, 1, &python, domain, "text", COMMANDS);
     let mut groups = known_writer(&mut gateway, 0, &python, domain, "groups", GROUPS);
     commands.tell("after");
-    groups.tell("8 1 1 1 2 1.0");
     arrived(&gateway, "a command", |what| what["text"] == "after");
+    groups.tell("8 1 1 1 2 1.0");
     arrived(&gateway, "groups", |what| what["sec"] == 8);
     assert_eq!(gateway.status()["running"], true);
 }

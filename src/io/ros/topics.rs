@@ -14,9 +14,9 @@ use crate::core::turn_signal::told::FactorTopic;
 /// The topics we write, by absolute names (`/…`).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics {
-    /// `autoware_vehicle_msgs/msg/TurnIndicatorsReport`.
+    /// `autoware_vehicle_msgs/msg/TurnIndicatorsReport`; empty = there is none.
     pub turn_indicators: String,
-    /// `autoware_vehicle_msgs/msg/HazardLightsReport`.
+    /// `autoware_vehicle_msgs/msg/HazardLightsReport`; likewise.
     pub hazard_lights: String,
     /// `diagnostic_msgs/msg/DiagnosticArray`.
     pub diagnostics: String,

@@ -133,8 +133,9 @@ pub enum RosError {
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// The topics we write: turn indicators, hazard lights, diagnostics, then traffic lights in the
-    /// order of the settings, then the turn and the hazard command if they are wanted.
+    /// The topics we write: turn indicators and hazard lights if they have a name, diagnostics, then
+    /// traffic lights in the order of the settings, then the turn and the hazard command if they are
+    /// wanted.
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics we read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,

@@ -70,7 +70,7 @@ impl Outgoing {
     }
 }
 
-/// All topics: the two reports, diagnostics, traffic lights, commands.
+/// All topics: the reports that have a name, diagnostics, traffic lights, commands.
 pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
     let topics = &settings.topics;
     let report = |name: &str, type_name, source| Outgoing {
@@ -81,18 +81,21 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Report,
         source,
     };
-    let mut table = vec![
-        report(&topics.turn_indicators, TURN_INDICATORS_TYPE, Source::Turn),
-        report(&topics.hazard_lights, HAZARD_LIGHTS_TYPE, Source::Hazard),
-        Outgoing {
-            name: topics.diagnostics.clone(),
-            type_name: DIAGNOSTICS_TYPE,
-            durability: Durability::Volatile,
-            depth: DIAGNOSTICS_DEPTH,
-            delivery: Delivery::Once,
-            source: Source::Diagnostics,
-        },
+    let reports = [
+        (&topics.turn_indicators, TURN_INDICATORS_TYPE, Source::Turn),
+        (&topics.hazard_lights, HAZARD_LIGHTS_TYPE, Source::Hazard),
     ];
+    let reports = reports.into_iter().filter(|(name, ..)| !name.is_empty());
+    let mut table: Vec<_> =
+        reports.map(|(name, type_name, source)| report(name, type_name, source)).collect();
+    table.push(Outgoing {
+        name: topics.diagnostics.clone(),
+        type_name: DIAGNOSTICS_TYPE,
+        durability: Durability::Volatile,
+        depth: DIAGNOSTICS_DEPTH,
+        delivery: Delivery::Once,
+        source: Source::Diagnostics,
+    });
     table.extend(topics.lights.iter().map(|outlet| Outgoing {
         name: outlet.name.clone(),
         type_name: outlet.lights.type_name(),
