@@ -81,7 +81,7 @@ fn groups(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<GroupEntry> {
     for entry in entries {
         let relation = reading.id(&Given { text: entry.key.clone(), spot: entry.spot.clone() });
         let heads: Vec<_> = items(&entry.value).iter().filter_map(|item| id(reading, item)).collect();
-        if heads.is_empty() {
+        if items(&entry.value).is_empty() {
             reading.refuse(&entry.spot, "a group without heads", "give way ids: 100 = [11, 12]");
         }
         let Some(relation_id) = relation else { continue };
