@@ -45,12 +45,12 @@ pub(super) fn groups(
         Compat::Improved => reports(stores, channel),
         Compat::Upstream => upstream_reports(stores, channel),
     };
-    let mut lit = reports.into_iter().filter(|report| !report.bulbs.is_empty());
+    let lit = reports.into_iter().filter(|report| !report.bulbs.is_empty());
     if stores.compat() == Compat::Improved && !one_group_per_head {
         return merged_groups(stores, lit, predictions);
     }
     let mut groups = Vec::new();
-    for Report { head, relation_ids, bulbs, confidence } in &mut lit {
+    for Report { head, relation_ids, bulbs, confidence } in lit {
         for relation_id in relation_ids {
             groups.push(GroupState {
                 relation_id: sent_id(*relation_id, stores.compat()),
@@ -59,7 +59,22 @@ pub(super) fn groups(
             });
         }
     }
+    if stores.compat() == Compat::Upstream {
+        forget_upper_diagonals(&mut groups);
+    }
     groups
+}
+
+/// Upstream has no number for them, so they are sent as unknown shapes (Q7).
+fn forget_upper_diagonals(groups: &mut [GroupState]) {
+    for GroupState { elements, predictions, .. } in groups {
+        let announced = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
+        for Element { bulb, .. } in elements.iter_mut().chain(announced) {
+            if matches!(bulb.shape, Shape::UpperLeft | Shape::UpperRight) {
+                bulb.shape = Shape::Unknown;
+            }
+        }
+    }
 }
 
 /// A marker for each lamp with a place, of the heads that were ever touched: as they truly are, on
