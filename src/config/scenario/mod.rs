@@ -122,7 +122,8 @@ enum Form {
 
 impl Form {
     fn of(path: &Path) -> Result<Self, Problem> {
-        match path.extension().and_then(|extension| extension.to_str()) {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("xosc" | "xml") => Ok(Self::Xml),
             Some("yaml" | "yml") => Ok(Self::Yaml),
             Some("toml") => Ok(Self::Toml),

@@ -16,6 +16,9 @@ pub(super) const MOST_NODES: usize = 100_000;
 /// Of a key longer than this, only the beginning is named, characters.
 const LONGEST_NAME: usize = 60;
 
+/// How far apart the places are that know how many characters are before them, bytes.
+const STRETCH: usize = 256;
+
 /// The rest of longer reasons is cut, characters.
 const LONGEST_WORDS: usize = 600;
 
@@ -111,7 +114,11 @@ impl Spot {
 pub(super) struct Text {
     pub(super) file: Arc<Path>,
     pub(super) body: String,
+    /// Byte at which each line begins.
     starts: Vec<usize>,
+    /// How many characters begin before each stretch of [`STRETCH`] bytes: all of a file may stand on
+    /// one line.
+    before: Vec<usize>,
 }
 
 impl Text {
@@ -148,15 +155,27 @@ impl Text {
     fn of(path: &Path, body: String) -> Self {
         let ends = body.match_indices('\n').map(|(at, _)| at + 1);
         let starts = std::iter::once(0).chain(ends).collect();
-        Self { file: path.into(), body, starts }
+        let stretches = body.as_bytes().chunks(STRETCH).scan(0, |sum, stretch| {
+            *sum += characters(stretch);
+            Some(*sum)
+        });
+        let before = std::iter::once(0).chain(stretches).collect();
+        Self { file: path.into(), body, starts, before }
+    }
+
+    /// How many characters begin before a byte.
+    fn characters_before(&self, offset: usize) -> usize {
+        let stretch = offset / STRETCH;
+        let rest = self.body.as_bytes().get(stretch * STRETCH..offset).unwrap_or_default();
+        self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
     }
 
     /// Line and column of a byte.
     pub(super) fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
-        let before = self.body.get(start..offset).unwrap_or_default();
-        (line, before.chars().count() + 1)
+        let offset = offset.min(self.body.len());
+        (line, self.characters_before(offset) - self.characters_before(start.min(offset)) + 1)
     }
 
     /// A problem that belongs to no key.
@@ -164,6 +183,11 @@ impl Text {
         let place = Place { file: Arc::clone(&self.file), position, key: String::new() };
         place.problem(line(reason), remedy)
     }
+}
+
+/// How many characters of UTF-8 begin here.
+fn characters(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
 /// On one line, and not endless, whatever names are in it.
@@ -180,6 +204,16 @@ mod tests {
         let text = Text::new(Path::new("a"), "\u{FEFF}ä=1\nöb\n".into()).unwrap();
         let at = |part: &str| text.position(text.body.find(part).unwrap());
         assert_eq!((at("ä"), at("="), at("ö"), at("b")), ((1, 1), (1, 2), (2, 1), (2, 2)));
+    }
+
+    #[test]
+    fn positions_on_an_endless_line_are_counted_in_characters() {
+        let text = Text::new(Path::new("a"), "äb日".repeat(1_000).into()).unwrap();
+        for character in [0, 1, 2, 84, 85, 86, 127, 128, 129, 1_500, 2_999] {
+            let offset = text.body.char_indices().nth(character).unwrap().0;
+            assert_eq!(text.position(offset), (1, character + 1));
+        }
+        assert_eq!(text.position(text.body.len() + 1), (1, 3_001));
     }
 
     #[test]

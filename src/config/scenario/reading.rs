@@ -161,7 +161,7 @@ impl Reading {
             return Some(Duration::from_secs_f64(seconds));
         }
         let remedy = if seconds < 0.0 { "give 0 or more" } else { "give at most 1e9 s" };
-        self.refuse(&given.spot, format!("{seconds} s is no usable time"), remedy);
+        self.refuse(&given.spot, format!("{} s is no usable time", given.text.trim()), remedy);
         None
     }
 
@@ -171,7 +171,7 @@ impl Reading {
             return Some(rate_hz);
         }
         let remedy = format!("give {} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
-        self.refuse(&given.spot, format!("{rate_hz} Hz is no usable rate"), &remedy);
+        self.refuse(&given.spot, format!("{} Hz is no usable rate", given.text.trim()), &remedy);
         None
     }
 
@@ -183,7 +183,7 @@ impl Reading {
             Compat::Upstream => confidence.is_finite(),
         };
         if !is_allowed {
-            self.refuse(&given.spot, format!("{confidence} is no confidence"), "give 0 to 1");
+            self.refuse(&given.spot, format!("{} is no confidence", given.text.trim()), "give 0 to 1");
         }
         is_allowed.then_some(confidence)
     }

@@ -4,6 +4,7 @@ mod action;
 mod condition;
 mod fields;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::ScenarioFile;
@@ -65,6 +66,7 @@ pub(super) fn interpret(root: &Value, path: &Path, reading: &mut Reading) -> Sce
 
 fn groups(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<GroupEntry> {
     let mut groups: Vec<GroupEntry> = Vec::new();
+    let mut places = BTreeMap::new();
     let entries = match top.take("groups").map(|value| (&value.kind, value)) {
         None => &[][..],
         Some((Kind::Map(entries), _)) => entries,
@@ -81,18 +83,18 @@ fn groups(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<GroupEntry> {
     for entry in entries {
         let relation = reading.id(&Given { text: entry.key.clone(), spot: entry.spot.clone() });
         let heads: Vec<_> = items(&entry.value).iter().filter_map(|item| id(reading, item)).collect();
-        if heads.is_empty() {
+        if items(&entry.value).is_empty() {
             reading.refuse(&entry.spot, "a group without heads", "give way ids: 100 = [11, 12]");
         }
         let Some(relation_id) = relation else { continue };
-        if groups.iter().any(|group| group.relation_id == relation_id) {
+        if places.insert(relation_id, groups.len()).is_some() {
             reading.refuse(&entry.spot, format!("a second group {relation_id}"), "keep one");
         }
         groups.push(GroupEntry { relation_id, way_ids: heads, is_pedestrian: false });
     }
     for value in top.take("pedestrian_groups").map(items).unwrap_or_default() {
         let Some(id) = id(reading, value) else { continue };
-        match groups.iter_mut().find(|group| group.relation_id == id) {
+        match places.get(&id).and_then(|place: &usize| groups.get_mut(*place)) {
             Some(group) => group.is_pedestrian = true,
             None => reading.refuse(&value.spot, format!("{id} is none of the groups"), "name one of them"),
         }

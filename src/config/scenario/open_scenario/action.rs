@@ -82,11 +82,9 @@ impl Document<'_> {
                 (None, false)
             }
             Err(error) => {
-                self.reading.refuse(
-                    &spot,
-                    error.to_string(),
-                    "write it as Name(argument, \"long argument\")",
-                );
+                let is_form = matches!(error, CommandError::Form { .. } | CommandError::Count { .. });
+                let remedy = if is_form { "write it as Name(argument, \"long argument\")" } else { "" };
+                self.reading.refuse(&spot, error.to_string(), remedy);
                 (None, true)
             }
         }
