@@ -11,10 +11,7 @@ use crate::io::ros::incoming::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::RosSettings;
-use crate::io::ros::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
-
-/// Commands kept for us by DDS while we are busy.
-const COMMAND_DEPTH: i32 = 50;
+use crate::io::ros::topics::{Durability, LightsOutlet, Subscription, SubscriptionKind, Topics};
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -153,6 +150,8 @@ pub fn topics(settings: &Settings) -> Topics {
         hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
         diagnostics: settings.ros.diagnostics.clone(),
         lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
+        turn_command: None,
+        hazard_command: None,
     }
 }
 
@@ -165,20 +164,12 @@ fn light_outlet(outlet: &Outlet, settings: &Settings) -> LightsOutlet {
     }
 }
 
-/// What is read. Volatile: a state from before our start may no longer hold.
+/// What is read.
 fn subscriptions(settings: &Settings) -> Vec<Subscription> {
-    let subscription = |name: &String, kind, depth| Subscription {
-        name: name.clone(),
-        kind,
-        reliability: Reliability::Reliable,
-        durability: Durability::Volatile,
-        depth,
-    };
     let topics = &settings.light_topics;
     let states =
-        topics.inputs.iter().map(|(store, name)| subscription(name, SubscriptionKind::Groups(*store), 1));
-    let commands =
-        topics.command.iter().map(|name| subscription(name, SubscriptionKind::Command, COMMAND_DEPTH));
+        topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
+    let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
     states.chain(commands).collect()
 }
 
