@@ -90,7 +90,8 @@ pub struct TrafficLights {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InputCounts {
     pub(super) rejected: u64,
-    pub(super) last_rejected: Option<(i64, MonoTime)>,
+    /// Whose, if that could be read, and when.
+    pub(super) last_rejected: Option<(Option<i64>, MonoTime)>,
 }
 
 /// What is due at some time. The order is that of things due at the same time.
@@ -194,8 +195,12 @@ impl TrafficLights {
     }
 
     /// Counts inputs that could not even be read.
-    pub fn count_rejected(&mut self, channel: Channel, rejected: u32) {
-        self.counts_mut(channel).rejected += u64::from(rejected);
+    pub fn count_rejected(&mut self, channel: Channel, rejected: u32, now: Now) {
+        if rejected > 0 {
+            let counts = self.counts_mut(channel);
+            counts.rejected += u64::from(rejected);
+            counts.last_rejected = Some((None, now.mono));
+        }
     }
 
     /// Does all that is due by now, in order, each at its own time. After a gap the oldest frames and
@@ -376,7 +381,7 @@ impl TrafficLights {
                 rejected += 1;
                 let counts = self.counts_mut(store.channel);
                 counts.rejected += 1;
-                counts.last_rejected = Some((id, now.mono));
+                counts.last_rejected = Some((Some(id), now.mono));
             }
         }
         rejected

@@ -34,7 +34,8 @@ impl TrafficLights {
         let rejected = counts.last_rejected.filter(|(_, at)| lately(*at));
         let (level, message) = match (stale, rejected) {
             (0, None) => (Level::Ok, "as told".to_owned()),
-            (0, Some((id, _))) => (Level::Warn, format!("an input for {id} was rejected")),
+            (0, Some((Some(id), _))) => (Level::Warn, format!("an input for {id} was rejected")),
+            (0, Some((None, _))) => (Level::Warn, "an input that makes no sense was rejected".to_owned()),
             (_, _) => (Level::Warn, "lights are no longer renewed".to_owned()),
         };
         let mut values = vec![
@@ -46,7 +47,7 @@ impl TrafficLights {
             ("rejected", counts.rejected.to_string()),
             ("rate_hz", rate.as_hz().to_string()),
         ];
-        if let Some((id, _)) = counts.last_rejected {
+        if let Some((Some(id), _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
         }
         Status { name: format!("{node}: traffic_lights_{name}"), level, message, values }
