@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::place::Spot;
-use super::reading::{Given, Reading, listed};
+use super::reading::{Reading, listed};
+use crate::config::values::fields::Given;
+use crate::config::values::place::Spot;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::scenario::{Controller, ControllerIndex, Phase, PhaseEntry, Reference};
 

@@ -2,7 +2,6 @@
 
 mod action;
 mod condition;
-mod fields;
 
 use std::path::Path;
 
@@ -10,8 +9,9 @@ use super::ScenarioFile;
 use super::beside;
 use super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::naming::{Names, action_path, event_path};
-use super::reading::{Given, Reading};
-use super::value::{Kind, Value};
+use super::reading::Reading;
+use crate::config::values::fields::{Fields, Given, given, items};
+use crate::config::values::{Kind, Value};
 use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::scenario::{
     Act, Condition, Edge, Event, PhaseEntry, Rule, Scenario, Test, Trigger,
@@ -19,7 +19,6 @@ use crate::core::traffic_light::scenario::{
 use crate::core::traffic_light::state_check::Writer;
 use crate::core::traffic_light::target::Target;
 use condition::Known;
-use fields::{Fields, given, items};
 
 /// Name of the one act that a file is.
 const ACT: &str = "bench";

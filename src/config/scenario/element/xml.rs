@@ -8,7 +8,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::{Attribute, Content, Element};
 use crate::config::problem::Problem;
-use crate::config::scenario::place::{DEEPEST, Key, MOST_NODES, Spot, Text};
+use crate::config::values::place::{DEEPEST, Key, MOST_NODES, Spot, Text};
 
 /// Reads an XML document.
 ///

@@ -1,8 +1,8 @@
 //! Actions on traffic lights.
 
 use super::super::element::Element;
-use super::super::reading::Given;
 use super::Document;
+use crate::config::values::fields::Given;
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;

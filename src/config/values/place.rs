@@ -10,9 +10,9 @@ use crate::config::problem::Problem;
 /// Longer files are no scenarios, bytes.
 const LARGEST: usize = 4 << 20;
 /// Deeper nesting is refused, levels.
-pub(super) const DEEPEST: usize = 64;
+pub(in crate::config) const DEEPEST: usize = 64;
 /// More elements or values, aliases written out, are refused.
-pub(super) const MOST_NODES: usize = 100_000;
+pub(in crate::config) const MOST_NODES: usize = 100_000;
 /// Of a key longer than this, only the beginning is named, characters.
 const LONGEST_NAME: usize = 60;
 
@@ -53,7 +53,7 @@ impl fmt::Display for Place {
 
 /// A path of keys that shares its beginning with its neighbours, so that a deep file stays small.
 #[derive(Debug)]
-pub(super) struct Key {
+pub(in crate::config) struct Key {
     parent: Option<Rc<Key>>,
     /// With its separator in front.
     segment: String,
@@ -61,12 +61,12 @@ pub(super) struct Key {
 
 impl Key {
     /// The start of every path.
-    pub(super) fn root() -> Rc<Self> {
+    pub(in crate::config) fn root() -> Rc<Self> {
         Rc::new(Self { parent: None, segment: String::new() })
     }
 
     /// `parent` and `separator` and `name`, the name kept short and on one line.
-    pub(super) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
+    pub(in crate::config) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
         let plain = |char: char| !char.is_control();
         let mut segment = separator.to_owned();
         if name.chars().all(plain) && name.chars().nth(LONGEST_NAME).is_none() {
@@ -94,29 +94,29 @@ impl fmt::Display for Key {
 
 /// A place within the file being read.
 #[derive(Debug, Clone)]
-pub(super) struct Spot {
-    pub(super) position: (usize, usize),
-    pub(super) key: Rc<Key>,
+pub(in crate::config) struct Spot {
+    pub(in crate::config) position: (usize, usize),
+    pub(in crate::config) key: Rc<Key>,
 }
 
 impl Spot {
     /// The place for people.
-    pub(super) fn place(&self, file: &Arc<Path>) -> Place {
+    pub(in crate::config) fn place(&self, file: &Arc<Path>) -> Place {
         Place { file: Arc::clone(file), position: self.position, key: self.key.to_string() }
     }
 }
 
 /// The text of a file, without byte-order mark, with the starts of its lines.
 #[derive(Debug)]
-pub(super) struct Text {
-    pub(super) file: Arc<Path>,
-    pub(super) body: String,
+pub(in crate::config) struct Text {
+    pub(in crate::config) file: Arc<Path>,
+    pub(in crate::config) body: String,
     starts: Vec<usize>,
 }
 
 impl Text {
     /// The text of a file's bytes.
-    pub(super) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
+    pub(in crate::config) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
         let whole = |reason: String, remedy: &str| Problem {
             file: path.to_owned(),
             position: Some((1, 1)),
@@ -140,7 +140,7 @@ impl Text {
         })?;
         let text = Self::of(path, body.strip_prefix('\u{FEFF}').map_or(body.clone(), str::to_owned));
         if text.body.trim().is_empty() {
-            return Err(whole("the file is empty".into(), "see config/scenarios for scenarios"));
+            return Err(whole("the file is empty".into(), "write a scenario into it"));
         }
         Ok(text)
     }
@@ -152,7 +152,7 @@ impl Text {
     }
 
     /// Line and column of a byte.
-    pub(super) fn position(&self, offset: usize) -> (usize, usize) {
+    pub(in crate::config) fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
         let before = self.body.get(start..offset).unwrap_or_default();
@@ -160,14 +160,14 @@ impl Text {
     }
 
     /// A problem that belongs to no key.
-    pub(super) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
+    pub(in crate::config) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
         let place = Place { file: Arc::clone(&self.file), position, key: String::new() };
         place.problem(line(reason), remedy)
     }
 }
 
 /// On one line, and not endless, whatever names are in it.
-pub(super) fn line(text: &str) -> String {
+pub(in crate::config) fn line(text: &str) -> String {
     text.chars().take(LONGEST_WORDS).map(|char| if char.is_control() { ' ' } else { char }).collect()
 }
 
