@@ -124,9 +124,9 @@ impl Way {
     /// The place at a position, `offset_m` to the left of the way, which may change along it; beyond the
     /// ends it goes straight on.
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
-        let along = Pose { position: self.middle(at_m), yaw_rad: self.heading(at_m, |_| 0.0) };
-        let position = along.place(0.0, offset_m(at_m));
-        Pose { position, yaw_rad: self.heading(at_m, &offset_m) }
+        let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
+        let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
+        Pose { position: along.place(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
     }
 
     /// The lanelet at a position, the one that is reached in the middle of a lane change.
@@ -176,11 +176,9 @@ impl Way {
         })
     }
 
-    fn heading(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> f64 {
-        let straight =
-            |at_m: f64| self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M));
-        let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
-        straight(at_m) + rise.atan()
+    /// Of the way itself, without offsets.
+    fn heading_rad(&self, at_m: f64) -> f64 {
+        self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M))
     }
 
     /// Without offsets.

@@ -3,4 +3,6 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+mod coverage;
+mod drives;
 mod maps;
