@@ -1,5 +1,6 @@
 //! The way of a drive: positions along the middle of the lanelets of a route, to places on the map.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -38,6 +39,8 @@ struct Lanes {
     tracks: Vec<Track>,
     /// From each track to the next.
     changes: Vec<Change>,
+    /// Of all lanelets of the route, metres.
+    lengths_m: BTreeMap<LaneId, f64>,
 }
 
 /// Lanelets one after the other, one for each segment from the first on.
@@ -103,7 +106,9 @@ impl Way {
             end_m += length_m;
             starts_m.push(end_m);
         }
-        let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new() };
+        let ids = segments.iter().flat_map(|segment| &segment.lanes);
+        let lengths_m = ids.filter_map(|id| Some((*id, road.lane(*id)?.length_m()))).collect();
+        let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
         lanes.place_changes(&road, changes)?;
         Ok(Self { road, line: Line::Lanes(lanes) })
     }
@@ -222,7 +227,7 @@ impl Lanes {
         let lane = road.lane(track.lane(segment)?)?;
         let (start_m, end_m) = (self.starts_m.get(segment)?, self.starts_m.get(segment + 1)?);
         let share = (at_m - start_m) / (end_m - start_m);
-        at_arc(&lane.centerline, share * lane.length_m())
+        at_arc(&lane.centerline, share * self.lengths_m.get(&lane.id)?)
     }
 
     fn place(&self, road: &Road, at_m: f64) -> Point {
