@@ -12,6 +12,7 @@ use crate::config::files::Disk;
 use crate::core::turn_signal::scene::Mode;
 use crate::drive::course::Course;
 use crate::drive::run::Run;
+use crate::drive::strip::Strip;
 use crate::drive::text::Changes;
 use crate::drive::verdict::Verdicts;
 use crate::drive::{json, text};
@@ -20,6 +21,7 @@ pub(super) const HELP: &str = "\
 Examples:
   signal-gateway decide crossing.toml
   signal-gateway decide crossing.toml --compat upstream --json
+  signal-gateway decide crossing.toml --picture crossing.svg
 
 For each change of the decision a line of text is  seconds  metres  m/s  command  ground, with every
 reason below it: what became of each candidate, with its four distances in metres (ds, de: front to
@@ -49,6 +51,9 @@ pub(super) struct DecideArgs {
     /// When to print
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
+    /// Draw the way with all sections and signals as well
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -76,9 +81,10 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
         Some(Whose::Upstream) => vec![Mode::Compat],
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut strip = args.picture.as_ref().map(|_| Strip::new(&course));
     let mut has_failed = false;
     for mode in modes {
-        let verdicts = decide(args, &course, mode, &mut out)?;
+        let verdicts = decide(args, &course, mode, &mut strip, &mut out)?;
         has_failed |= !verdicts.failed().is_empty();
         if args.json {
             writeln!(out, "{}", json::summary(mode, &verdicts))?;
@@ -87,6 +93,12 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
         }
     }
     out.flush()?;
+    if let (Some(path), Some(strip)) = (&args.picture, strip) {
+        let file_name = || args.scenario.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let title = course.file().name.clone().unwrap_or_else(file_name);
+        let svg = strip.chart(title).to_svg();
+        std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
+    }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
 }
 
@@ -94,6 +106,7 @@ fn decide<'a>(
     args: &DecideArgs,
     course: &'a Course,
     mode: Mode,
+    strip: &mut Option<Strip<'a>>,
     out: &mut impl Write,
 ) -> io::Result<Verdicts<'a>> {
     let (mut run, mut verdicts) = (Run::new(course, mode), Verdicts::new(course, mode));
@@ -104,6 +117,9 @@ fn decide<'a>(
     for cycle in course.cycles() {
         let decision = run.step(&cycle);
         verdicts.take(&cycle, &decision);
+        if let Some(strip) = strip {
+            strip.take(mode, &cycle, &decision);
+        }
         if !changes.take(&decision) && args.every == Every::Change {
             continue;
         }

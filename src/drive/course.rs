@@ -56,6 +56,8 @@ pub struct Cycle {
     pub now: MonoTime,
     /// The rear axle, metres along the way.
     pub at_m: f64,
+    /// The lanelet there.
+    pub lane: Option<LaneId>,
     /// Where it truly is.
     pub pose: Pose,
     /// How fast it truly is, m/s.
@@ -317,6 +319,7 @@ impl Cycles<'_> {
             at_s,
             now: clock(clock_s),
             at_m: sight.at_m,
+            lane: leg.way.lane_at(sight.at_m + moved_m),
             pose,
             speed_mps,
             odometry,

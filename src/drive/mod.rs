@@ -11,12 +11,14 @@
 //! | [`verdict`] | expectations met and failed |
 //! | [`text`] | lines for people |
 //! | [`json`] | lines for programs |
+//! | [`strip`] | the drive as a picture: sections and signals over the way |
 
 pub mod course;
 pub mod json;
 mod motion;
 mod planner;
 pub mod run;
+pub mod strip;
 pub mod text;
 pub mod verdict;
 pub mod way;

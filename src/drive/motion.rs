@@ -5,6 +5,9 @@ use crate::config::drive::{SpeedProfile, Stop};
 /// Nearer than this a place is reached, metres; rounding only.
 const SAME_M: f64 = 1e-9;
 
+/// Positions are kept to this, metres.
+const GRAIN_M: f64 = 1.0 / 1_073_741_824.0;
+
 /// A vehicle on its way.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Motion<'a> {
@@ -35,6 +38,12 @@ impl<'a> Motion<'a> {
 
     /// Drives for a while, stops and steps of the profile in between included.
     pub(super) fn advance(&mut self, by_s: f64) {
+        self.drive(by_s);
+        // Rounding does not add up: a metre a cycle is a metre a cycle.
+        self.at_m = (self.at_m / GRAIN_M).round() * GRAIN_M;
+    }
+
+    fn drive(&mut self, by_s: f64) {
         let mut left_s = by_s;
         // Each turn ends at a step or a stop, of which there are so many.
         for _ in 0..self.most_steps() {

@@ -17,6 +17,8 @@ const BEHIND_M: f64 = 100.0;
 const AHEAD_M: f64 = 300.0;
 /// Spacing of their points, metres.
 const SPACING_M: f64 = 0.5;
+/// Points nearer to each other than this are one, metres.
+const SAME_M: f64 = 1e-6;
 /// A manoeuvre is over when its end is so far behind, metres.
 const OVER_M: f64 = 1.0;
 /// This near to the end of the first part of a path counts as there, metres.
@@ -115,9 +117,9 @@ impl Sight<'_> {
                 })
             }
             PlanKind::PullOut { from_m, to_m, backwards_until_s, first_part_end_m, .. } => {
-                let linear = |at_m: f64| own_offset_m(&plan.kind, at_m, |share| share.clamp(0.0, 1.0));
+                let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
                 Manoeuvre::PullOut(PullOut {
-                    path: self.shifted(linear).ok(),
+                    path: self.shifted(&plan.kind).ok(),
                     start: self.pose(*from_m, linear),
                     end: self.pose(*to_m, linear),
                     current_shift_m,
@@ -145,9 +147,9 @@ impl Sight<'_> {
                         stop: place(*stop_m),
                     })));
                 }
-                let linear = |at_m: f64| own_offset_m(&plan.kind, at_m, |share| share.clamp(0.0, 1.0));
+                let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
                 Manoeuvre::PullOver(PullOver::Decided(Decided {
-                    path: self.shifted(linear).ok(),
+                    path: self.shifted(&plan.kind).ok(),
                     start: self.pose(*from_m, linear),
                     goal: self.pose(*to_m, linear),
                     current_shift_m,
@@ -160,8 +162,8 @@ impl Sight<'_> {
     }
 
     fn avoidance(&self, plan: &Plan, lines: &[DrawnLine], current_shift_m: f64) -> Option<Manoeuvre> {
-        let linear = |at_m: f64| own_offset_m(&plan.kind, at_m, |share| share.clamp(0.0, 1.0));
-        let path = self.shifted(linear).ok()?;
+        let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
+        let path = self.shifted(&plan.kind).ok()?;
         let index = |at_m: f64| path.nearest_index(self.pose(at_m, linear).position);
         let mut before_m = 0.0;
         let lines = lines.iter().enumerate().map(|(number, line)| {
@@ -196,13 +198,22 @@ impl Sight<'_> {
     }
 
     /// The path around the vehicle with offsets that change evenly.
-    fn shifted(&self, offset_m: impl Fn(f64) -> f64) -> Result<ShiftedPath, PathError> {
-        let places = self.places(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
+    fn shifted(&self, kind: &PlanKind) -> Result<ShiftedPath, PathError> {
+        let mut places = self.places(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
+        // The ends of shifts are points of the path.
+        for end_m in ends_m(kind) {
+            let index = places.partition_point(|at_m| *at_m < end_m);
+            let is_within = index > 0 && index < places.len();
+            if is_within && places.get(index).is_some_and(|at_m| at_m - end_m > SAME_M) {
+                places.insert(index, end_m);
+            }
+        }
+        let offset_m = |at_m: f64| linear_offset_m(kind, at_m);
         let shifts_m = places.iter().map(|at_m| offset_m(*at_m)).collect();
-        ShiftedPath::new(places.iter().map(|at_m| self.pose(*at_m, &offset_m)).collect(), shifts_m)
+        ShiftedPath::new(places.iter().map(|at_m| self.pose(*at_m, offset_m)).collect(), shifts_m)
     }
 
-    pub(super) fn line(&self, from_m: f64, to_m: f64, offset_m: impl Fn(f64) -> f64) -> Vec<Pose> {
+    fn line(&self, from_m: f64, to_m: f64, offset_m: impl Fn(f64) -> f64) -> Vec<Pose> {
         self.places(from_m, to_m).iter().map(|at_m| self.pose(*at_m, &offset_m)).collect()
     }
 
@@ -217,6 +228,22 @@ impl Sight<'_> {
             at_m += SPACING_M;
         }
         places
+    }
+}
+
+/// As paths of the planner have it: ramps without rounding.
+fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
+    own_offset_m(kind, at_m, |share| share.clamp(0.0, 1.0))
+}
+
+/// Where its shifts begin and end, metres.
+fn ends_m(kind: &PlanKind) -> Vec<f64> {
+    match kind {
+        PlanKind::Avoidance { lines } => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),
+        PlanKind::LaneChange { from_m, to_m, .. }
+        | PlanKind::PullOut { from_m, to_m, .. }
+        | PlanKind::PullOver { from_m, to_m, .. }
+        | PlanKind::SideShift { from_m, to_m, .. } => vec![*from_m, *to_m],
     }
 }
 
