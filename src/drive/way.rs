@@ -1,5 +1,6 @@
 //! The way of a drive: positions along the middle of the lanelets of a route, to places on the map.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -38,6 +39,8 @@ struct Lanes {
     tracks: Vec<Track>,
     /// From each track to the next.
     changes: Vec<Change>,
+    /// Of all lanelets of the route, metres.
+    lengths_m: BTreeMap<LaneId, f64>,
 }
 
 /// Lanelets one after the other, one for each segment from the first on.
@@ -103,7 +106,9 @@ impl Way {
             end_m += length_m;
             starts_m.push(end_m);
         }
-        let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new() };
+        let ids = segments.iter().flat_map(|segment| &segment.lanes);
+        let lengths_m = ids.filter_map(|id| Some((*id, road.lane(*id)?.length_m()))).collect();
+        let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
         lanes.place_changes(&road, changes)?;
         Ok(Self { road, line: Line::Lanes(lanes) })
     }
@@ -124,9 +129,9 @@ impl Way {
     /// The place at a position, `offset_m` to the left of the way, which may change along it; beyond the
     /// ends it goes straight on.
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
-        let along = Pose { position: self.middle(at_m), yaw_rad: self.heading(at_m, |_| 0.0) };
-        let position = along.place(0.0, offset_m(at_m));
-        Pose { position, yaw_rad: self.heading(at_m, &offset_m) }
+        let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
+        let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
+        Pose { position: along.place(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
     }
 
     /// The lanelet at a position, the one that is reached in the middle of a lane change.
@@ -176,11 +181,9 @@ impl Way {
         })
     }
 
-    fn heading(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> f64 {
-        let straight =
-            |at_m: f64| self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M));
-        let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
-        straight(at_m) + rise.atan()
+    /// Of the way itself, without offsets.
+    fn heading_rad(&self, at_m: f64) -> f64 {
+        self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M))
     }
 
     /// Without offsets.
@@ -224,7 +227,7 @@ impl Lanes {
         let lane = road.lane(track.lane(segment)?)?;
         let (start_m, end_m) = (self.starts_m.get(segment)?, self.starts_m.get(segment + 1)?);
         let share = (at_m - start_m) / (end_m - start_m);
-        at_arc(&lane.centerline, share * lane.length_m())
+        at_arc(&lane.centerline, share * self.lengths_m.get(&lane.id)?)
     }
 
     fn place(&self, road: &Road, at_m: f64) -> Point {

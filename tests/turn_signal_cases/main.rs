@@ -13,6 +13,7 @@ mod drive;
 mod laws;
 mod line;
 mod manoeuvres;
+mod mirror;
 mod path_generator;
 mod required_end;
 mod roundabouts;
