@@ -9,13 +9,16 @@ use crate::core::diagnostics::{Level, Status};
 use crate::core::event::Output;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
+use crate::explanation::Explanation;
 use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, LightsMessage, TurnIndicatorsReport};
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
 ///
 /// Every published report is a line. Diagnostics are a line whenever a status changes, with the
-/// statuses that changed; plain refreshes are left out.
+/// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
+/// when it, or the reason for it, is another than before; its topic is [`DECISIONS`] and its data an
+/// [`Explanation`].
 #[derive(Debug, Clone)]
 pub struct JsonTimeline {
     /// Topic names as configured.
@@ -23,6 +26,9 @@ pub struct JsonTimeline {
     /// `hardware_id` of each status.
     pub hardware_id: String,
 }
+
+/// In the place of a topic for decisions, which are not published.
+pub const DECISIONS: &str = "turn_signal_decision";
 
 #[derive(Serialize)]
 struct JsonLine<'a, T> {
@@ -49,9 +55,12 @@ impl JsonTimeline {
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
             ),
             Output::TrafficLights(emission) => self.lights(emission, at),
-            Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
-                None
-            }
+            Output::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
+            Output::Diagnostics { .. }
+            | Output::TurnCommand { .. }
+            | Output::HazardCommand { .. }
+            | Output::WithdrawTurnIndicators
+            | Output::WithdrawHazardLights => None,
         }
     }
 
@@ -115,7 +124,11 @@ impl Changes {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
             // Many a second, changed or not: nothing to read along.
-            Output::TrafficLights(_) => Vec::new(),
+            Output::TrafficLights(_) | Output::TurnCommand { .. } | Output::HazardCommand { .. } => {
+                Vec::new()
+            }
+            // Diagnostics say it.
+            Output::Decision(_) => Vec::new(),
         }
     }
 

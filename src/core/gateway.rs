@@ -143,7 +143,7 @@ impl Gateway {
             Input::LightsAction(action) => {
                 self.traffic_lights.iter_mut().for_each(|flow| flow.perform(action.as_deref(), now));
             }
-            Input::Deadline => {}
+            Input::Told(_) | Input::Deadline => {}
         }
         self.settle(now);
     }

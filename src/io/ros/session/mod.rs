@@ -243,6 +243,7 @@ impl RosSession {
                 Letter::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))
             }
             Output::TrafficLights(emission) => Letter::Lights(emission.clone()),
+            Output::TurnCommand { .. } | Output::HazardCommand { .. } | Output::Decision(_) => return,
         });
     }
 
