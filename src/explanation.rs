@@ -111,7 +111,7 @@ impl Explanation {
             candidates: resolution
                 .map(|all| all.weighed.iter().map(Candidate::of).collect())
                 .unwrap_or_default(),
-            manoeuvres: decision.remarks.iter().map(Outcome::of).collect(),
+            manoeuvres: decision.remarks.iter().copied().map(Outcome::of).collect(),
             findings: decision.findings.iter().map(ToString::to_string).collect(),
         }
     }
@@ -167,7 +167,7 @@ impl Turn {
 }
 
 impl Outcome {
-    fn of(remark: &Remark) -> Self {
+    fn of(remark: Remark) -> Self {
         Self { kind: remark.kind.to_string(), why: remark.why.to_string() }
     }
 }

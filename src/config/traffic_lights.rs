@@ -124,7 +124,7 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 }
 
 /// How the map's places are meant, as the file beside it says that Autoware reads; else they are local.
-fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
+pub(super) fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
     let path = map.with_file_name("map_projector_info.yaml");
     let Ok(bytes) = files.read(&path) else { return Ok(Projector::Local) };
     let text = String::from_utf8_lossy(&bytes);
