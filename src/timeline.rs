@@ -10,7 +10,10 @@ use crate::core::event::Output;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
 use crate::explanation::Explanation;
-use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, LightsMessage, TurnIndicatorsReport};
+use crate::io::ros::messages::{
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
+    TurnIndicatorsReport,
+};
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
@@ -56,11 +59,17 @@ impl JsonTimeline {
             ),
             Output::TrafficLights(emission) => self.lights(emission, at),
             Output::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
-            Output::Diagnostics { .. }
-            | Output::TurnCommand { .. }
-            | Output::HazardCommand { .. }
-            | Output::WithdrawTurnIndicators
-            | Output::WithdrawHazardLights => None,
+            Output::TurnCommand { command, stamp } => {
+                let topic = self.topics.turn_command.as_ref()?;
+                json(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
+            }
+            Output::HazardCommand { command, stamp } => {
+                let topic = self.topics.hazard_command.as_ref()?;
+                json(at, topic, HazardLightsCommand::new(*command, *stamp))
+            }
+            Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
+                None
+            }
         }
     }
 

@@ -130,9 +130,9 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
             Output::WithdrawTurnIndicators => assert!(std::mem::take(&mut shown[0]), "withdrawn twice"),
             Output::WithdrawHazardLights => assert!(std::mem::take(&mut shown[1]), "withdrawn twice"),
             Output::TrafficLights(_)
-| Output::TurnCommand { .. }
-| Output::HazardCommand { .. }
-| Output::Decision(_) => panic!("nothing but reports here"),
+            | Output::TurnCommand { .. }
+            | Output::HazardCommand { .. }
+            | Output::Decision(_) => panic!("nothing but reports here"),
             Output::Diagnostics { diagnostics, .. } => assert!(!diagnostics.statuses.is_empty()),
         }
     }

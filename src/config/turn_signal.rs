@@ -42,6 +42,13 @@ pub struct TurnSignalConfig {
     pub outputs: DeciderOutputs,
 }
 
+impl TurnSignalConfig {
+    /// It publishes commands.
+    pub fn commands(&self) -> bool {
+        self.runs && self.flow.role == Role::Command
+    }
+}
+
 /// Topics that the decider is told by; empty = not read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeciderInputs {

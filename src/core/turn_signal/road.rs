@@ -104,6 +104,11 @@ impl Road {
         self.lanes.get(&id)
     }
 
+    /// All lanelets, ascending by id.
+    pub fn lanes(&self) -> impl Iterator<Item = &Lane> {
+        self.lanes.values()
+    }
+
     /// Lanelets that go on from this one.
     pub fn followers(&self, id: LaneId) -> &[LaneId] {
         self.lane(id).map_or(&[], |lane| &lane.followers)
