@@ -102,7 +102,7 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
         ("yaw is no number", at(36.0, 0.0, NAN, 5.0), NoCommand, Error, "odometry is no number"),
         ("speed is no number", at(36.0, 0.0, 0.0, f64::INFINITY), NoCommand, Error, "odometry is no number"),
         ("beyond the world", at(1e300, -1e300, 0.0, 5.0), Disable, Ok, "none"),
-        ("silent odometry", Bad::Silence(700), NoCommand, Error, "odometry is 6"),
+        ("silent odometry", Bad::Silence(700), NoCommand, Error, "odometry is 700 ms old"),
         ("frozen odometry", Bad::Frozen(700), NoCommand, Error, "odometry is 6"),
         ("an hour is gone", Bad::Jump(3_600_000), NoCommand, Error, "odometry is 36"),
         ("stamps go back", Bad::StampsBack, Left, Ok, "none"),
