@@ -229,7 +229,7 @@ mod tests {
             vec![Remark { kind: ManoeuvreKind::Avoidance, why: Why::Shift(ShiftVerdict::TooSmall) }];
         let held = Some(Held::On(Side::Left));
         let findings = vec![Finding::EmptyPlannedPath];
-        let weighed = Decision { remarks, held, findings, ..decision(Ground::Weighed(resolution)) };
+        let weighed = Decision { held, remarks, findings, ..decision(Ground::Weighed(resolution)) };
         assert_eq!(
             Explanation::of(&weighed).to_json(),
             concat!(

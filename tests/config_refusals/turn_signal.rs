@@ -79,6 +79,15 @@ fn broken_sections_are_refused_where_they_break() {
                 "99999 ms",
                 "0 to 60000 ms",
             ),
+        ],
+    );
+}
+
+#[test]
+fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
+    assert_refused(
+        "gateway.toml",
+        &[
             row(
                 ROS,
                 section!("age_limits.odometry_ms = @@0"),
@@ -98,7 +107,7 @@ fn broken_sections_are_refused_where_they_break() {
                 section!("parameters.@@turn_signal_serch_time = 3.0"),
                 "turn_signal.parameters.turn_signal_serch_time",
                 "is no parameter of the turn signal decider",
-                see,
+                "config/gateway.toml",
             ),
             row(
                 ROS,

@@ -254,19 +254,16 @@ proptest! {
         let mut bench = Bench::new(&format!("enabled = true\n{compat}"));
         let (mut is_placed, mut is_routed) = (false, false);
         for (told, ms) in steps {
-            match &told {
-                Told::Odometry { odometry, .. } => {
-                    is_placed = odometry.pose.is_finite() && odometry.speed_mps.is_finite();
-                }
-                Told::Route(told) => {
-                    let lanes: Vec<i64> = told.segments.iter().map(|segment| segment.preferred).collect();
-                    let mut once = lanes.clone();
-                    once.sort_unstable();
-                    once.dedup();
-                    let known = lanes.iter().all(|lane| [1, 2, 3, 11, 12, 13].contains(lane));
-                    is_routed = !lanes.is_empty() && once.len() == lanes.len() && known;
-                }
-                _ => {}
+            if let Told::Odometry { odometry, .. } = &told {
+                is_placed = odometry.pose.is_finite() && odometry.speed_mps.is_finite();
+            }
+            if let Told::Route(told) = &told {
+                let lanes: Vec<i64> = told.segments.iter().map(|segment| segment.preferred).collect();
+                let mut once = lanes.clone();
+                once.sort_unstable();
+                once.dedup();
+                let known = lanes.iter().all(|lane| [1, 2, 3, 11, 12, 13].contains(lane));
+                is_routed = !lanes.is_empty() && once.len() == lanes.len() && known;
             }
             bench.tell(told);
             let before = bench.turns.len();

@@ -144,7 +144,9 @@ fn a_shadow_compares_and_is_silent() {
     bench.tell(route(1, &[1, 2, 3]));
     let mut stay = |own: Option<u8>, ms: u64| {
         for _ in 0..ms / 100 {
-            own.into_iter().for_each(|own| bench.tell(Told::OwnTurnCommand(own)));
+            if let Some(own) = own {
+                bench.tell(Told::OwnTurnCommand(own));
+            }
             bench.odometry(36.0, 5.0);
             bench.pass(100);
         }

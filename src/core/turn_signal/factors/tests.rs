@@ -92,18 +92,14 @@ fn only<T>(mut all: Vec<T>) -> T {
 
 fn lane_change(told: Told) -> LaneChange {
     assert_eq!(told.findings, []);
-    match only(told.manoeuvres) {
-        Manoeuvre::LaneChange(change) => change,
-        other => panic!("{other:?}"),
-    }
+    let Manoeuvre::LaneChange(change) = only(told.manoeuvres) else { panic!("no lane change") };
+    change
 }
 
 fn avoidance(told: Told) -> Avoidance {
     assert_eq!(told.findings, []);
-    match only(told.manoeuvres) {
-        Manoeuvre::Avoidance(avoidance) => avoidance,
-        other => panic!("{other:?}"),
-    }
+    let Manoeuvre::Avoidance(avoidance) = only(told.manoeuvres) else { panic!("no avoidance") };
+    avoidance
 }
 
 #[test]
@@ -191,10 +187,8 @@ fn pulling_out_shifts_as_told_and_backwards_asks_for_hazard_lights() {
     let at = |x_m: f64, factor: &PlanningFactor, path: Option<&[PathPoint]>| {
         let told = told(x_m, path, &[(FactorTopic::StartPlanner, vec![factor.clone()])]);
         assert_eq!(told.findings, []);
-        match only(told.manoeuvres) {
-            Manoeuvre::PullOut(out) => out,
-            other => panic!("{other:?}"),
-        }
+        let Manoeuvre::PullOut(out) = only(told.manoeuvres) else { panic!("no pull-out") };
+        out
     };
     let begun = at(5.4, &pulling, Some(&out));
     assert!(begun.forward && begun.standing_counts);
@@ -217,10 +211,8 @@ fn pulling_over_is_decided_by_a_shift_and_announced_by_braking() {
     let at = |factors: Vec<PlanningFactor>| {
         let told = told(60.0, Some(&straight), &[(FactorTopic::GoalPlanner, factors)]);
         assert_eq!(told.findings, []);
-        match only(told.manoeuvres) {
-            Manoeuvre::PullOver(over) => over,
-            other => panic!("{other:?}"),
-        }
+        let Manoeuvre::PullOver(over) = only(told.manoeuvres) else { panic!("no pull-over") };
+        over
     };
     let PullOver::Decided(decided) =
         at(vec![factor(3, &[(120.0, 0.0)]), factor(4, &[(90.0, 0.0), (120.0, 2.2)])])
