@@ -40,6 +40,7 @@ impl Live {
                 | Input::BadRecords { .. }
                 | Input::LightStates { .. }
                 | Input::LightsAction(_)
+                | Input::Told(_)
                 | Input::Deadline => read.wall,
             };
             let at = self.time.arrival(stamp, read);

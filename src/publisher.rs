@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::config::Settings;
 use crate::config::file::Durability as ConfiguredDurability;
 use crate::config::traffic_lights::Outlet;
+use crate::config::turn_signal::TurnSignalConfig;
 use crate::core::event::Output;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::incoming::Inbox;
@@ -145,13 +146,14 @@ pub fn topics(settings: &Settings) -> Topics {
     let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
     let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
     let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
+    let commands = settings.turn_signal.as_ref().filter(|decider| decider.commands());
     Topics {
         turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
         hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
         diagnostics: settings.ros.diagnostics.clone(),
         lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
-        turn_command: None,
-        hazard_command: None,
+        turn_command: commands.map(|decider| decider.outputs.turn_command.clone()),
+        hazard_command: commands.map(|decider| decider.outputs.hazard_command.clone()),
     }
 }
 
@@ -170,7 +172,30 @@ fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     let states =
         topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
     let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
-    states.chain(commands).collect()
+    let decider = settings.turn_signal.iter().filter(|decider| decider.runs).flat_map(decider_subscriptions);
+    states.chain(commands).chain(decider).collect()
+}
+
+/// Autoware's own commands only for comparing: where we command they are ours.
+fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
+    let inputs = &decider.inputs;
+    let mut wanted = vec![
+        (&inputs.odometry, SubscriptionKind::Odometry),
+        (&inputs.route, SubscriptionKind::Route),
+        (&inputs.planned_path, SubscriptionKind::PlannedPath),
+        (&inputs.operation_mode, SubscriptionKind::OperationMode),
+        (&inputs.scenario, SubscriptionKind::Scenario),
+        (&inputs.hazard_request, SubscriptionKind::HazardRequest),
+    ];
+    wanted.extend(
+        inputs.planning_factors.iter().map(|(topic, name)| (name, SubscriptionKind::Factors(*topic))),
+    );
+    if !decider.commands() {
+        wanted.push((&inputs.own_turn_command, SubscriptionKind::OwnTurnCommand));
+        wanted.push((&inputs.own_hazard_command, SubscriptionKind::OwnHazardCommand));
+    }
+    let named = wanted.into_iter().filter(|(name, _)| !name.is_empty());
+    named.map(|(name, kind)| Subscription::new(name, kind)).collect()
 }
 
 fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
@@ -193,4 +218,48 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::files::Files;
+    use crate::config::{Overrides, load};
+
+    struct Texts(String);
+
+    impl Files for Texts {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("gateway.toml") => Ok(self.0.clone().into_bytes()),
+                Some("map.osm") => Ok(include_bytes!("../tests/maps/crossroads.osm").to_vec()),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    /// Topics of commands, and how much is read, by whether Autoware's own commands are.
+    fn graph(keys: &str) -> ([Option<String>; 2], usize, bool) {
+        let text = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
+        let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
+        let (topics, read) = (topics(&settings), subscriptions(&settings));
+        let own = |subscription: &Subscription| {
+            matches!(subscription.kind, SubscriptionKind::OwnTurnCommand | SubscriptionKind::OwnHazardCommand)
+        };
+        ([topics.turn_command, topics.hazard_command], read.len(), read.iter().any(own))
+    }
+
+    #[test]
+    fn commands_are_written_or_autowares_own_are_read_never_both() {
+        let commands = ["/planning/turn_indicators_cmd", "/planning/hazard_lights_cmd"];
+        let commands = commands.map(|name| Some(name.to_owned()));
+        assert_eq!(graph("enabled = true"), (commands, 14, false));
+        assert_eq!(graph("shadow = true"), ([None, None], 16, true));
+        assert_eq!(graph(""), ([None, None], 0, false));
+        let less = "shadow = true\ninputs.planning_factors = \"\"\ninputs.own_hazard_command = \"\"";
+        assert_eq!(graph(less), ([None, None], 7, true));
+    }
 }

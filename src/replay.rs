@@ -322,6 +322,7 @@ mod tests {
             | Input::BadRecords { .. }
             | Input::LightStates { .. }
             | Input::LightsAction(_)
+            | Input::Told(_)
             | Input::Deadline) => format!("{other:?}"),
         }
     }

@@ -9,6 +9,7 @@ use crate::core::diagnostics::{Level, Status};
 use crate::core::event::Output;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
+use crate::explanation::Explanation;
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
     TurnIndicatorsReport,
@@ -18,7 +19,9 @@ use crate::io::ros::topics::Topics;
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
 ///
 /// Every published report is a line. Diagnostics are a line whenever a status changes, with the
-/// statuses that changed; plain refreshes are left out.
+/// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
+/// when it, or the reason for it, is another than before; its topic is [`DECISIONS`] and its data an
+/// [`Explanation`].
 #[derive(Debug, Clone)]
 pub struct JsonTimeline {
     /// Topic names as configured.
@@ -26,6 +29,9 @@ pub struct JsonTimeline {
     /// `hardware_id` of each status.
     pub hardware_id: String,
 }
+
+/// In the place of a topic for decisions, which are not published.
+pub const DECISIONS: &str = "turn_signal_decision";
 
 #[derive(Serialize)]
 struct JsonLine<'a, T> {
@@ -52,6 +58,7 @@ impl JsonTimeline {
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
             ),
             Output::TrafficLights(emission) => self.lights(emission, at),
+            Output::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
             Output::TurnCommand { command, stamp } => {
                 let topic = self.topics.turn_command.as_ref()?;
                 json(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
@@ -129,6 +136,8 @@ impl Changes {
             Output::TrafficLights(_) | Output::TurnCommand { .. } | Output::HazardCommand { .. } => {
                 Vec::new()
             }
+            // Diagnostics say it.
+            Output::Decision(_) => Vec::new(),
         }
     }
 

@@ -17,7 +17,7 @@ const FLOORS: &[&[&str]] = &[
     &["daemon", "check"],
     &["decode", "view", "publisher", "lights_timeline", "drive"],
     &["live", "replay", "timeline", "picture"],
-    &["config", "io"],
+    &["config", "explanation", "io"],
     &["core"],
 ];
 /// Flows in `core`: each stands alone, and only what joins them sees two of them.

@@ -132,8 +132,10 @@ impl Desk {
                     }
                 }
                 Output::TurnIndicators { .. } => self.reports += 1,
-                Output::TrafficLights(_) => panic!("no traffic lights here"),
-                Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
+                Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. }
+                | Output::Decision(_) => panic!("nothing but reports here"),
                 Output::HazardLights { .. }
                 | Output::WithdrawTurnIndicators
                 | Output::WithdrawHazardLights

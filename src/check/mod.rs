@@ -2,6 +2,7 @@
 
 mod survey;
 mod traffic_lights;
+mod turn_signal;
 
 use std::fmt::Write as _;
 
@@ -84,6 +85,7 @@ pub fn binding(settings: &Settings) -> Report {
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);
     traffic_lights::sources(v2i, &mut report);
+    settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));
     for note in notes(settings) {
         report.line("note", &note);
     }

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::traffic_lights_file::TrafficLightsFile;
+use super::turn_signal_file::TurnSignalFile;
 use super::vehicle_file::VehicleFile;
 
 /// A whole configuration file.
@@ -36,6 +37,8 @@ pub struct GatewayFile {
     pub black_box: BlackBoxFile,
     /// Traffic lights.
     pub traffic_lights: Option<TrafficLightsFile>,
+    /// The turn signal decider.
+    pub turn_signal: Option<TurnSignalFile>,
     /// ROS 2.
     #[serde(default)]
     pub ros: RosFile,

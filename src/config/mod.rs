@@ -18,6 +18,8 @@ pub mod settings;
 pub mod traffic_lights;
 pub mod traffic_lights_file;
 mod turn;
+pub mod turn_signal;
+pub mod turn_signal_file;
 mod v2i;
 pub mod v2i_file;
 mod values;

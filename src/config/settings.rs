@@ -12,6 +12,7 @@ use super::file::{
 use super::files::Files;
 use super::problem::{Document, Problem, Refused};
 use super::traffic_lights::{LightTopics, traffic_lights};
+use super::turn_signal::{TurnSignalConfig, turn_signal};
 use super::vehicle::{Vehicle, compile};
 use super::vehicle_file::VehicleFile;
 use crate::core::bus::BusSettings;
@@ -42,6 +43,8 @@ pub struct Settings {
     pub ros: RosConfig,
     /// Topics of the traffic lights; none without them.
     pub light_topics: LightTopics,
+    /// The turn signal decider, whether it runs or not.
+    pub turn_signal: Option<TurnSignalConfig>,
 }
 
 /// What is kept around a change to ERROR, and where.
@@ -186,7 +189,9 @@ fn vehicle(
             "both a profile and a [vehicle] are given",
             "keep one of them",
         )]),
-        (None, None) if file.traffic_lights.is_some() => Ok((document.clone(), Vehicle::none())),
+        (None, None) if file.traffic_lights.is_some() || file.turn_signal.is_some() => {
+            Ok((document.clone(), Vehicle::none()))
+        }
         (None, None) => {
             let remedy = "name one with profile = \"vehicles/….toml\"";
             Err(vec![document.problem(0..0, "no vehicle profile is given", remedy)])
@@ -231,6 +236,10 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         .traffic_lights
         .as_ref()
         .and_then(|section| traffic_lights(files, document, section, &mut checks.problems));
+    let decider = file
+        .turn_signal
+        .as_ref()
+        .and_then(|section| turn_signal(files, document, section, &mut checks.problems));
     let cans = vehicle.as_ref().map(|vehicle| checks.cans(file, vehicle)).unwrap_or_default();
     let (Some(vehicle), true) = (vehicle, checks.problems.is_empty()) else {
         return Err(Refused(checks.problems));
@@ -254,6 +263,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         lights: vehicle.lights,
         v2i: vehicle.v2i,
         traffic_lights: flow,
+        turn_signal: decider.as_ref().filter(|decider| decider.runs).map(|decider| decider.flow.clone()),
         publish,
         diagnostics_period,
     };
@@ -268,6 +278,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         black_box,
         ros,
         light_topics: light_topics.unwrap_or_default(),
+        turn_signal: decider,
     })
 }
 

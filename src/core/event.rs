@@ -14,7 +14,9 @@ use super::traffic_light::emission::Emission;
 use super::traffic_light::engine::Sight;
 use super::traffic_light::scenario::Action;
 use super::traffic_light::target::StoreId;
+use super::turn_signal::decision::Decision;
 use super::turn_signal::signal::{Hazard, Signal};
+use super::turn_signal::told::Told;
 use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Which of the configured CAN buses; an index into the settings' list of buses.
@@ -95,6 +97,8 @@ pub enum Input {
     /// Somebody asked for something to be done with the traffic lights; `None` = in words that could
     /// not be understood.
     LightsAction(Option<Arc<Action>>),
+    /// Autoware told something that the turn signal is decided by.
+    Told(Told),
     /// Nothing happened, but the deadline asked for has come.
     Deadline,
 }
@@ -131,16 +135,19 @@ pub enum Output {
     TrafficLights(Emission),
     /// Publish `TurnIndicatorsCommand`.
     TurnCommand {
-        /// What the turn indicators shall do.
+        /// The command.
         command: Signal,
-        /// When that was decided.
+        /// Now.
         stamp: WallStamp,
     },
     /// Publish `HazardLightsCommand`.
     HazardCommand {
-        /// What the hazard lights shall do.
+        /// The command.
         command: Hazard,
-        /// When that was decided.
+        /// Now.
         stamp: WallStamp,
     },
+    /// The turn signal was decided otherwise than before, or for another reason. Not published: for
+    /// those who read along.
+    Decision(Arc<Decision>),
 }

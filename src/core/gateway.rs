@@ -15,6 +15,7 @@ use super::time::{MonoTime, Now, WallStamp};
 use super::traffic_light::flow::{FlowSettings, TrafficLightFlow};
 use super::traffic_light::v2i_reception::binding::V2iBinding;
 use super::trust::table::{BoundMessage, MessageIndex};
+use super::turn_signal::flow::{FlowSettings as DeciderSettings, TurnSignalFlow};
 use super::vehicle_lights::binding::LightsBinding;
 use super::vehicle_lights::report::{Publish, Step};
 use super::vehicle_lights::{Task, VehicleLights};
@@ -32,6 +33,8 @@ pub struct GatewaySettings {
     pub v2i: V2iBinding,
     /// Traffic lights; none = what `v2i` binds has nowhere to go.
     pub traffic_lights: Option<FlowSettings>,
+    /// The turn signal decider; none = what Autoware tells it has nowhere to go.
+    pub turn_signal: Option<DeciderSettings>,
     /// When reports go out.
     pub publish: Publish,
     /// How often all statuses are refreshed, at most 500 ms.
@@ -72,6 +75,7 @@ pub struct Gateway {
     traffic_lights: Option<TrafficLightFlow>,
     /// Level and message of each of its statuses, as said last.
     traffic_lights_said: Vec<(Level, String)>,
+    turn_signal: Option<TurnSignalFlow>,
     diagnostics_period: Duration,
     refresh_due: MonoTime,
     outputs: VecDeque<Output>,
@@ -103,6 +107,7 @@ impl Gateway {
                 .traffic_lights
                 .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
             traffic_lights_said: Vec::new(),
+            turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
             diagnostics_period: settings.diagnostics_period,
             refresh_due: now.mono,
             outputs: VecDeque::new(),
@@ -143,6 +148,7 @@ impl Gateway {
             Input::LightsAction(action) => {
                 self.traffic_lights.iter_mut().for_each(|flow| flow.perform(action.as_deref(), now));
             }
+            Input::Told(told) => self.turn_signal.iter_mut().for_each(|flow| flow.take(told.clone(), now)),
             Input::Deadline => {}
         }
         self.settle(now);
@@ -160,6 +166,7 @@ impl Gateway {
         buses
             .chain(self.lights.next_deadline(now))
             .chain(traffic_lights)
+            .chain(self.turn_signal.as_ref().map(TurnSignalFlow::next_deadline))
             .fold(self.refresh_due, MonoTime::min)
     }
 
@@ -172,7 +179,8 @@ impl Gateway {
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let lights = self.lights.tasks().map(|task| self.lights_status(task, now));
         let buses = (0..self.buses.len()).map(|bus| self.bus_status(bus, now));
-        lights.chain(self.traffic_light_statuses(now)).chain(buses).collect()
+        let decider = self.turn_signal.as_ref().map(|flow| flow.status(&self.node, now));
+        lights.chain(self.traffic_light_statuses(now)).chain(decider).chain(buses).collect()
     }
 
     fn bus(&mut self, bus: BusIndex) -> Option<&mut Bus> {
@@ -224,6 +232,11 @@ impl Gateway {
             }
         }
         changed.extend(self.settle_traffic_lights(now));
+        if let Some(flow) = &mut self.turn_signal {
+            let has_news = flow.settle(now);
+            self.outputs.extend(std::iter::from_fn(|| flow.poll_output()));
+            changed.extend(has_news.then(|| flow.status(&self.node, now.mono)));
+        }
         for index in 0..self.buses.len() {
             let finding = Some(self.buses[index].finding(now.mono));
             if std::mem::replace(&mut self.bus_findings[index], finding) != finding {

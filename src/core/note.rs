@@ -41,6 +41,7 @@ impl Note {
             | Input::BadRecords { .. }
             | Input::LightStates { .. }
             | Input::LightsAction(_)
+            | Input::Told(_)
             | Input::Deadline => None,
         }
     }

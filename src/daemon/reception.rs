@@ -55,11 +55,11 @@ impl Reception {
                     action.map_err(|error| tracing::warn!("a command was not understood: {error}")).ok();
                 Input::LightsAction(action.map(Arc::new))
             }
+            Incoming::Told(told) => Input::Told(told),
             // Nothing subscribes to these.
-            Incoming::Told(_)
-            | Incoming::TurnCommand { .. }
-            | Incoming::HazardCommand { .. }
-            | Incoming::ControlMode { .. } => return None,
+            Incoming::TurnCommand { .. } | Incoming::HazardCommand { .. } | Incoming::ControlMode { .. } => {
+                return None;
+            }
         })
     }
 }

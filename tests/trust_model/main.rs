@@ -173,7 +173,8 @@ impl Trial {
                 | Output::WithdrawHazardLights
                 | Output::TrafficLights(_)
                 | Output::TurnCommand { .. }
-                | Output::HazardCommand { .. } => {
+                | Output::HazardCommand { .. }
+                | Output::Decision(_) => {
                     panic!("not bound")
                 }
                 Output::Diagnostics { .. } => {}

@@ -7,9 +7,12 @@
 #![allow(clippy::many_single_char_names, clippy::manual_midpoint)] // formulas as they are printed
 #![allow(clippy::struct_excessive_bools)] // a case is made of yes and no
 
+mod bad_inputs;
+mod bench;
 mod combination;
 mod conflicts;
 mod drive;
+mod gateway;
 mod laws;
 mod line;
 mod manoeuvres;

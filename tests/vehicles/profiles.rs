@@ -240,8 +240,10 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
             Output::HazardLights { report, .. } => hazard = Some(report.name()),
             Output::WithdrawTurnIndicators => turn = None,
             Output::WithdrawHazardLights => hazard = None,
-            Output::TrafficLights(_) => panic!("no traffic lights here"),
-            Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
+            Output::TrafficLights(_)
+            | Output::TurnCommand { .. }
+            | Output::HazardCommand { .. }
+            | Output::Decision(_) => panic!("nothing but reports here"),
             Output::Diagnostics { .. } => {}
         }
     }

@@ -90,8 +90,10 @@ fn turn_after(gateway: &mut Gateway, from_ms: u64, frames: &[Frame]) -> Option<&
             match output {
                 Output::TurnIndicators { report, .. } => turn = Some(report.name()),
                 Output::WithdrawTurnIndicators => turn = None,
-                Output::TrafficLights(_) => panic!("no traffic lights here"),
-                Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
+                Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. }
+                | Output::Decision(_) => panic!("nothing but reports here"),
                 Output::HazardLights { .. } | Output::WithdrawHazardLights | Output::Diagnostics { .. } => {}
             }
         }

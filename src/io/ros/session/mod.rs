@@ -252,6 +252,7 @@ impl RosSession {
             Output::HazardCommand { command, stamp } => {
                 Letter::HazardCommand(HazardLightsCommand::new(*command, *stamp))
             }
+            Output::Decision(_) => return,
         });
     }
 
