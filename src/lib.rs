@@ -11,6 +11,7 @@
 //! | [`live`] | the gateway on live inputs, step by step as a replay of them would go |
 //! | [`replay`] | the gateway over a recording, on virtual time |
 //! | [`view`], [`timeline`] | what comes out, for people and programs |
+//! | [`explanation`] | a turn-signal decision as JSON |
 //! | [`publisher`] | the way to ROS 2, if there is one |
 //! | [`config`] | what the TOML files say, checked against the DBCs |
 //! | [`io`] | edges; each file touches one outside thing |
@@ -24,6 +25,8 @@ pub mod config;
 pub mod core;
 pub mod daemon;
 pub mod decode;
+pub mod drive;
+pub mod explanation;
 pub mod io;
 pub mod lights_timeline;
 pub mod live;

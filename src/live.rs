@@ -1,10 +1,13 @@
 //! The gateway on live inputs, step by step as a replay of them would go.
 //!
 //! Inputs are handled as soon as they are read, at the time they were received. A deadline is
-//! handled before the first input that was received after it, or [`LAG`] after its time.
+//! handled before the first input that was received after it, or [`LAG`] after its time. Frames to the
+//! vehicle wait for nothing of that: they are due by the clock.
 
 use std::collections::VecDeque;
 
+use crate::core::command::allow_list::CommandFrame;
+use crate::core::command::sender::SendFailure;
 use crate::core::event::{Input, LinkState, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::live_time::{LAG, LiveTime};
@@ -18,13 +21,17 @@ pub struct Live {
     /// Read, not handled yet.
     waiting: VecDeque<(Input, Now)>,
     handled: MonoTime,
+    /// When commands were settled last.
+    commands_at: MonoTime,
 }
 
 impl Live {
     /// Begins at `now` with the link of each bus.
     pub fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
-        let gateway = Gateway::with_links(settings, links, now);
-        Self { gateway, time: LiveTime::starting_at(now), waiting: VecDeque::new(), handled: now.mono }
+        let mut gateway = Gateway::with_links(settings, links, now);
+        gateway.set_commands_apart();
+        let (time, handled) = (LiveTime::starting_at(now), now.mono);
+        Self { gateway, time, waiting: VecDeque::new(), handled, commands_at: handled }
     }
 
     /// Takes what was read at `read`. Call [`Self::step`] until it gives `None`.
@@ -40,6 +47,11 @@ impl Live {
                 | Input::BadRecords { .. }
                 | Input::LightStates { .. }
                 | Input::LightsAction(_)
+                | Input::Told(_)
+                | Input::TurnCommand { .. }
+                | Input::HazardCommand { .. }
+                | Input::ControlMode { .. }
+                | Input::Stop
                 | Input::Deadline => read.wall,
             };
             let at = self.time.arrival(stamp, read);
@@ -63,9 +75,26 @@ impl Live {
         Some((input, at))
     }
 
-    /// When to call [`Self::step`] again if nothing is read before.
+    /// Gives out the frames to the vehicle that are due at `read`, after the steps until then.
+    pub fn settle_commands(&mut self, read: Now) {
+        self.commands_at = self.commands_at.max(read.mono);
+        self.gateway.settle_commands(read);
+    }
+
+    /// Takes back a frame among the outputs that could not be sent, before anything else is done.
+    pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, read: Now) {
+        self.gateway.not_sent(frame, why, read);
+    }
+
+    /// Whether the last frames to the vehicle are out, after [`Input::Stop`].
+    pub fn is_finished(&self) -> bool {
+        self.gateway.is_finished()
+    }
+
+    /// When to call [`Self::step`] and [`Self::settle_commands`] again if nothing is read before.
     pub fn wake_at(&self) -> MonoTime {
-        self.gateway.next_deadline(self.handled).max(self.handled).after(LAG)
+        let step = self.gateway.next_deadline(self.handled).max(self.handled).after(LAG);
+        self.gateway.next_command_deadline(self.commands_at).map_or(step, |due| due.min(step))
     }
 
     /// The next output of the steps taken so far.

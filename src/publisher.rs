@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use crate::config::Settings;
+use crate::config::command::CommandConfig;
 use crate::config::file::Durability as ConfiguredDurability;
 use crate::config::traffic_lights::Outlet;
+use crate::config::turn_signal::TurnSignalConfig;
+use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::event::Output;
+use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::incoming::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::RosSettings;
-use crate::io::ros::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
-
-/// Commands kept for us by DDS while we are busy.
-const COMMAND_DEPTH: i32 = 50;
+use crate::io::ros::topics::{Durability, LightsOutlet, Subscription, SubscriptionKind, Topics};
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -141,13 +142,20 @@ impl Publisher {
     }
 }
 
-/// Topic names as configured.
+/// Topic names as configured; what the profile leaves out has none, as it is never published.
 pub fn topics(settings: &Settings) -> Topics {
+    let lights = &settings.gateway.lights;
+    let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
+    let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
+    let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
+    let commands = settings.turn_signal.as_ref().filter(|decider| decider.commands());
     Topics {
-        turn_indicators: settings.ros.turn_indicators_status.clone(),
-        hazard_lights: settings.ros.hazard_lights_status.clone(),
+        turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
+        hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
         diagnostics: settings.ros.diagnostics.clone(),
         lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
+        turn_command: commands.map(|decider| decider.outputs.turn_command.clone()),
+        hazard_command: commands.map(|decider| decider.outputs.hazard_command.clone()),
     }
 }
 
@@ -160,21 +168,53 @@ fn light_outlet(outlet: &Outlet, settings: &Settings) -> LightsOutlet {
     }
 }
 
-/// What is read. Volatile: a state from before our start may no longer hold.
+/// What is read.
 fn subscriptions(settings: &Settings) -> Vec<Subscription> {
-    let subscription = |name: &String, kind, depth| Subscription {
-        name: name.clone(),
-        kind,
-        reliability: Reliability::Reliable,
-        durability: Durability::Volatile,
-        depth,
-    };
     let topics = &settings.light_topics;
     let states =
-        topics.inputs.iter().map(|(store, name)| subscription(name, SubscriptionKind::Groups(*store), 1));
-    let commands =
-        topics.command.iter().map(|name| subscription(name, SubscriptionKind::Command, COMMAND_DEPTH));
-    states.chain(commands).collect()
+        topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
+    let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
+    let decider = settings.turn_signal.iter().filter(|decider| decider.runs).flat_map(decider_subscriptions);
+    let vehicle = settings.command.iter().flat_map(command_subscriptions);
+    states.chain(commands).chain(decider).chain(vehicle).collect()
+}
+
+/// Commands for the vehicle. The turn command is our own decider's where that is the source.
+fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
+    let CommandConfig { settings, topics, .. } = command;
+    let turn = match settings.source {
+        CommandSource::Topic => Some((&topics.turn_indicators_cmd, SubscriptionKind::TurnCommand)),
+        CommandSource::Decider => None,
+    };
+    let mode = match settings.mode_from {
+        ModeFrom::Topic { .. } => Some((&topics.control_mode, SubscriptionKind::ControlMode)),
+        ModeFrom::Signal => None,
+    };
+    let hazard = Some((&topics.hazard_lights_cmd, SubscriptionKind::HazardCommand));
+    let wanted = [turn, hazard, mode].into_iter().flatten();
+    wanted.map(|(name, kind)| Subscription::new(name, kind)).collect()
+}
+
+/// Autoware's own commands only for comparing: where we command they are ours.
+fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
+    let inputs = &decider.inputs;
+    let mut wanted = vec![
+        (&inputs.odometry, SubscriptionKind::Odometry),
+        (&inputs.route, SubscriptionKind::Route),
+        (&inputs.planned_path, SubscriptionKind::PlannedPath),
+        (&inputs.operation_mode, SubscriptionKind::OperationMode),
+        (&inputs.scenario, SubscriptionKind::Scenario),
+        (&inputs.hazard_request, SubscriptionKind::HazardRequest),
+    ];
+    wanted.extend(
+        inputs.planning_factors.iter().map(|(topic, name)| (name, SubscriptionKind::Factors(*topic))),
+    );
+    if !decider.commands() {
+        wanted.push((&inputs.own_turn_command, SubscriptionKind::OwnTurnCommand));
+        wanted.push((&inputs.own_hazard_command, SubscriptionKind::OwnHazardCommand));
+    }
+    let named = wanted.into_iter().filter(|(name, _)| !name.is_empty());
+    named.map(|(name, kind)| Subscription::new(name, kind)).collect()
 }
 
 fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
@@ -197,4 +237,82 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::path::Path;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::config::command::CommandTopics;
+    use crate::config::files::Files;
+    use crate::config::{Overrides, load};
+    use crate::core::command::accord::Limits;
+    use crate::core::command::arbitration::Rules;
+    use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
+
+    struct Texts(String);
+
+    impl Files for Texts {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("gateway.toml") => Ok(self.0.clone().into_bytes()),
+                Some("map.osm") => Ok(include_bytes!("../tests/maps/crossroads.osm").to_vec()),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    /// Topics of commands, and how much is read, by whether Autoware's own commands are.
+    fn graph(keys: &str) -> ([Option<String>; 2], usize, bool) {
+        let text = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
+        let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
+        let (topics, read) = (topics(&settings), subscriptions(&settings));
+        let own = |subscription: &Subscription| {
+            matches!(subscription.kind, SubscriptionKind::OwnTurnCommand | SubscriptionKind::OwnHazardCommand)
+        };
+        ([topics.turn_command, topics.hazard_command], read.len(), read.iter().any(own))
+    }
+
+    #[test]
+    fn commands_are_written_or_autowares_own_are_read_never_both() {
+        let commands = ["/planning/turn_indicators_cmd", "/planning/hazard_lights_cmd"];
+        let commands = commands.map(|name| Some(name.to_owned()));
+        assert_eq!(graph("enabled = true"), (commands, 14, false));
+        assert_eq!(graph("shadow = true"), ([None, None], 16, true));
+        assert_eq!(graph(""), ([None, None], 0, false));
+        let less = "shadow = true\ninputs.planning_factors = \"\"\ninputs.own_hazard_command = \"\"";
+        assert_eq!(graph(less), ([None, None], 7, true));
+    }
+
+    #[test]
+    fn commands_for_the_vehicle_are_read_where_they_come_from() {
+        let second = Duration::from_secs(1);
+        let read = |source, mode_from| {
+            let settings = CommandSettings {
+                source,
+                transmit: Transmit::On,
+                mode_from,
+                turn_timeout: second,
+                hazard_timeout: second,
+                rules: Rules::default(),
+                limits: Limits { warn: second, error: second },
+            };
+            let topics = CommandTopics {
+                turn_indicators_cmd: "/turn".into(),
+                hazard_lights_cmd: "/hazard".into(),
+                control_mode: "/mode".into(),
+            };
+            let config = CommandConfig { settings, binding: CommandBinding::default(), topics };
+            command_subscriptions(&config).into_iter().map(|read| (read.name, read.kind)).collect::<Vec<_>>()
+        };
+        let turn = ("/turn".to_owned(), SubscriptionKind::TurnCommand);
+        let hazard = ("/hazard".to_owned(), SubscriptionKind::HazardCommand);
+        let mode = ("/mode".to_owned(), SubscriptionKind::ControlMode);
+        let topic = ModeFrom::Topic { timeout: second };
+        assert_eq!(read(CommandSource::Topic, topic), [turn, hazard.clone(), mode]);
+        assert_eq!(read(CommandSource::Decider, ModeFrom::Signal), [hazard]);
+    }
 }

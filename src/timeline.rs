@@ -6,22 +6,49 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::core::diagnostics::{Level, Status};
-use crate::core::event::Output;
+use crate::core::event::{BusIndex, Output};
+use crate::core::frame::{CanId, Frame};
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
-use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, LightsMessage, TurnIndicatorsReport};
+use crate::explanation::Explanation;
+use crate::io::ros::messages::{
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
+    TurnIndicatorsReport,
+};
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
 ///
 /// Every published report is a line. Diagnostics are a line whenever a status changes, with the
-/// statuses that changed; plain refreshes are left out.
+/// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
+/// when it, or the reason for it, is another than before; its topic is [`DECISIONS`] and its data an
+/// [`Explanation`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
+/// `{"bus": name, "id": number, "extended": bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is
+/// false in a dry run, and always in a replay.
 #[derive(Debug, Clone)]
 pub struct JsonTimeline {
     /// Topic names as configured.
     pub topics: Topics,
     /// `hardware_id` of each status.
     pub hardware_id: String,
+    /// Name of each bus.
+    pub buses: Vec<String>,
+}
+
+/// In the place of a topic for decisions, which are not published.
+pub const DECISIONS: &str = "turn_signal_decision";
+
+/// In the place of a topic for frames to the vehicle, which are not published.
+pub const FRAMES: &str = "command_frame";
+
+#[derive(Serialize)]
+struct FrameData<'a> {
+    bus: &'a str,
+    id: u32,
+    extended: bool,
+    fd: bool,
+    data: String,
+    sent: bool,
 }
 
 #[derive(Serialize)]
@@ -49,10 +76,29 @@ impl JsonTimeline {
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
             ),
             Output::TrafficLights(emission) => self.lights(emission, at),
+            Output::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
+            Output::TurnCommand { command, stamp } => {
+                let topic = self.topics.turn_command.as_ref()?;
+                json(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
+            }
+            Output::HazardCommand { command, stamp } => {
+                let topic = self.topics.hazard_command.as_ref()?;
+                json(at, topic, HazardLightsCommand::new(*command, *stamp))
+            }
+            Output::Transmit { frame, .. } => self.frame((frame.bus(), frame.frame()), true, at),
+            Output::WouldTransmit { bus, frame, .. } => self.frame((*bus, frame), false, at),
             Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
                 None
             }
         }
+    }
+
+    fn frame(&self, (bus, frame): (BusIndex, &Frame), sent: bool, at: MonoTime) -> Option<String> {
+        let bus = self.buses.get(usize::from(bus.0)).map_or("", String::as_str);
+        let data = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let (id, fd) = (frame.id(), frame.is_fd());
+        let extended = matches!(id, CanId::Extended(_));
+        json(at, FRAMES, FrameData { bus, id: id.number(), extended, fd, data, sent })
     }
 
     fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
@@ -115,7 +161,13 @@ impl Changes {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
             // Many a second, changed or not: nothing to read along.
-            Output::TrafficLights(_) => Vec::new(),
+            Output::TrafficLights(_) | Output::TurnCommand { .. } | Output::HazardCommand { .. } => {
+                Vec::new()
+            }
+            // Diagnostics say it.
+            Output::Decision(_) => Vec::new(),
+            Output::Transmit { frame, is_news } => commanded(*is_news, "sends", frame.frame()),
+            Output::WouldTransmit { frame, is_news, .. } => commanded(*is_news, "would send", frame),
         }
     }
 
@@ -143,6 +195,11 @@ impl Changes {
 /// The task in `<node>: <task>`.
 pub fn task_of(status_name: &str) -> &str {
     status_name.split_once(": ").map_or(status_name, |(_, task)| task)
+}
+
+fn commanded(is_news: bool, what: &str, frame: &Frame) -> Vec<Event> {
+    let event = || Event { level: Level::Ok, task: FRAMES.to_owned(), text: format!("{what} {frame}") };
+    is_news.then(event).into_iter().collect()
 }
 
 fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static str>) -> Vec<Event> {
@@ -183,7 +240,8 @@ mod tests {
 
     #[test]
     fn json_lines_are_the_contract() {
-        let timeline = JsonTimeline { topics: Topics::default(), hardware_id: "car".into() };
+        let timeline =
+            JsonTimeline { topics: Topics::default(), hardware_id: "car".into(), buses: vec!["body".into()] };
         assert_eq!(
             timeline.line(&left(), MonoTime::from_nanos(1_250_000_000)).unwrap(),
             r#"{"t":1.25,"topic":"/vehicle/status/turn_indicators_status","data":{"stamp":{"sec":1,"nanosec":500000001},"report":2}}"#
@@ -207,7 +265,7 @@ mod tests {
         let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
         let lights = vec![outlet(v2i, "/a"), outlet(camera, "/b"), outlet(v2i, "/c")];
         let topics = Topics { lights, ..Topics::default() };
-        let timeline = JsonTimeline { topics, hardware_id: "car".into() };
+        let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
             let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::Groups(groups)));
@@ -220,6 +278,21 @@ mod tests {
             format!("{}\n{}", line("/a"), line("/c"))
         );
         assert_eq!(timeline.line(&emission(LightsTopic::Arbiter), MonoTime::ZERO), None);
+    }
+
+    #[test]
+    fn frames_to_the_vehicle_are_lines_and_a_person_hears_of_those_that_say_something_new() {
+        let topics = Topics::default();
+        let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
+        let frame = Frame::classic(CanId::Extended(0x130), &[1, 0xFF]).unwrap();
+        let output = |is_news| Output::WouldTransmit { bus: BusIndex(0), frame, is_news };
+        let line = r#"{"t":0.0,"topic":"command_frame","data":{"bus":"body","id":304,"extended":true,"fd":false,"data":"01FF","sent":false}}"#;
+        for is_news in [false, true] {
+            assert_eq!(timeline.line(&output(is_news), MonoTime::ZERO).unwrap(), line);
+            let events = Changes::default().of(&output(is_news));
+            let texts: Vec<_> = events.into_iter().map(|event| event.text).collect();
+            assert_eq!(texts, vec!["would send 00000130#01FF"; usize::from(is_news)]);
+        }
     }
 
     #[test]

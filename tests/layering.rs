@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["daemon", "check"],
-    &["decode", "view", "publisher", "lights_timeline"],
+    &["decode", "view", "publisher", "lights_timeline", "drive"],
     &["live", "replay", "timeline", "picture"],
-    &["config", "io"],
+    &["config", "explanation", "io"],
     &["core"],
 ];
 /// Flows in `core`: each stands alone, and only what joins them sees two of them.

@@ -5,9 +5,11 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::hint::black_box;
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
@@ -16,7 +18,16 @@ use signal_gateway::core::dbc::codec::{ByteOrder, Layout as SignalLayout, Signal
 use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::traffic_light::compat::Compat;
+use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
+use signal_gateway::core::traffic_light::engine::LightsSettings;
+use signal_gateway::core::traffic_light::flow::FlowSettings;
+use signal_gateway::core::traffic_light::scenario::{
+    Action, Controller, Phase, PhaseEntry, Scenario, StateText,
+};
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
 use signal_gateway::core::trust::integrity::checksum::{Checksum, Crc8, Rule};
 use signal_gateway::core::trust::integrity::counter::{Counter, CounterRule, Counts};
 use signal_gateway::core::trust::integrity::e2e::{E2e, Profile};
@@ -185,6 +196,75 @@ fn flashing_lamps_of_several_sources_allocate_nothing() {
         }
     });
     assert_eq!((asked, drained(&mut gateway)), (0, 0), "no refresh meanwhile");
+}
+
+/// A controller for each ten lights, all copied to V2I with what is predicted.
+fn ten_thousand_lights() -> LightsSettings {
+    let group = |id| GroupEntry { relation_id: 1_000_000 + id, way_ids: vec![id], is_pedestrian: false };
+    let groups: Vec<_> = (0..10_000).map(group).collect();
+    let store = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
+    let entry = |id| PhaseEntry { target: Target { id, store }, state: StateText::new("red") };
+    let controller = |first: i64| Controller {
+        name: first.to_string(),
+        reference: None,
+        phases: vec![Phase {
+            name: "red".to_owned(),
+            duration: Some(Duration::from_secs(3_600)),
+            entries: (first..first + 10).map(entry).collect(),
+        }],
+    };
+    let scenario = Scenario {
+        controllers: (0..1_000).map(|crossing| controller(crossing * 10)).collect(),
+        init: vec![Action::EnableV2i { ids: (0..10_000).collect() }],
+        ..Scenario::default()
+    };
+    let topics = [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];
+    LightsSettings {
+        topics: BTreeSet::from(topics),
+        ..LightsSettings::new(Arc::new(LightMap::new([], &groups)), scenario, Compat::Improved)
+    }
+}
+
+#[test]
+fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
+    let mut settings = demo().gateway;
+    settings.traffic_lights = Some(FlowSettings {
+        lights: ten_thousand_lights(),
+        camera_faults: None,
+        v2i_faults: None,
+        arbiter: None,
+    });
+    let period = settings.diagnostics_period;
+    let now = |mono| Now { mono, wall: WallStamp::default() };
+    let mut gateway = Gateway::new(settings, LinkState::Up, now(MonoTime::ZERO));
+    let mut due = MonoTime::ZERO;
+    // Two seconds, and on until the diagnostics are refreshed, which is news and wants memory.
+    let mut refreshed = false;
+    while due < MonoTime::from_millis(2_000) || !refreshed {
+        due = gateway.next_deadline(due);
+        gateway.handle(Input::Deadline, now(due));
+        refreshed = false;
+        while let Some(output) = gateway.poll_output() {
+            refreshed |= matches!(output, Output::Diagnostics { .. });
+        }
+    }
+    let (mut groups, mut messages) = (0, 0);
+    let until = due.after(period);
+    let asked = allocations(|| {
+        while gateway.next_deadline(due) < until {
+            due = gateway.next_deadline(due);
+            gateway.handle(Input::Deadline, now(due));
+            while let Some(output) = gateway.poll_output() {
+                let Output::TrafficLights(emission) = output else { continue };
+                messages += 1;
+                if let Content::Groups(list) = &*emission.content {
+                    groups += list.len();
+                }
+            }
+        }
+    });
+    assert!(messages >= 15 && groups >= 50_000, "{messages} messages, {groups} groups");
+    assert_eq!(asked, 0);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use signal_gateway::core::error_frame::ErrorFrame;
 use signal_gateway::core::event::{BusIndex, Input, LinkState};
 use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
+use signal_gateway::io::can::transmit::Transmitter;
 use socketcan::{
     CanAnyFrame, CanDataFrame, CanErrorFrame, CanFdFrame, CanFdSocket, CanInterface, CanRemoteFrame,
     EmbeddedFrame as _, ExtendedId, Id, Socket as _, StandardId,
@@ -68,6 +69,7 @@ impl Vcan {
             interface: self.0.to_owned(),
             ids: ids.to_vec(),
             receive_buffer_bytes: 4 << 20,
+            transmitter: Transmitter::default(),
         }
     }
 
@@ -294,8 +296,13 @@ async fn an_interface_that_is_no_can_interface_fails() {
     if Vcan::for_test("no CAN interface", "vcan-lo").is_none() {
         return;
     }
-    let settings =
-        BusSocketSettings { bus: BUS, interface: "lo".into(), ids: vec![], receive_buffer_bytes: 4096 };
+    let settings = BusSocketSettings {
+        bus: BUS,
+        interface: "lo".into(),
+        ids: vec![],
+        receive_buffer_bytes: 4096,
+        transmitter: Transmitter::default(),
+    };
     let mut inbox = Inbox::start(settings, 64);
     assert_eq!(inbox.batch().await, [Input::Link { bus: BUS, state: LinkState::Failed(libc::ENODEV) }]);
 }

@@ -19,6 +19,7 @@ use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
+use signal_gateway::io::can::transmit::Transmitter;
 use socketcan::nl::CanState;
 use socketcan::{CanDataFrame, CanInterface, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
 use tokio::sync::mpsc::{Receiver, channel};
@@ -89,7 +90,9 @@ impl Desk {
         let ids = settings.relevant_ids(BUS);
         let (sender, inputs) = channel(64);
         let interface = interface.to_owned();
-        tokio::spawn(receive(BusSocketSettings { bus: BUS, interface, ids, receive_buffer_bytes }, sender));
+        let transmitter = Transmitter::default();
+        let receiver = BusSocketSettings { bus: BUS, interface, ids, receive_buffer_bytes, transmitter };
+        tokio::spawn(receive(receiver, sender));
         let started = Instant::now();
         let gateway = Gateway::new(settings, LinkState::Missing, now(started));
         Self { gateway, inputs, started, said: vec![], turn: vec![], reports: 0 }
@@ -132,7 +135,12 @@ impl Desk {
                     }
                 }
                 Output::TurnIndicators { .. } => self.reports += 1,
-                Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. }
+                | Output::Decision(_)
+                | Output::Transmit { .. }
+                | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
                 Output::HazardLights { .. }
                 | Output::WithdrawTurnIndicators
                 | Output::WithdrawHazardLights

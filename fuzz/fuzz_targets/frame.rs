@@ -129,7 +129,12 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
             Output::HazardLights { .. } => shown[1] = true,
             Output::WithdrawTurnIndicators => assert!(std::mem::take(&mut shown[0]), "withdrawn twice"),
             Output::WithdrawHazardLights => assert!(std::mem::take(&mut shown[1]), "withdrawn twice"),
-            Output::TrafficLights(_) => panic!("no traffic lights here"),
+            Output::TrafficLights(_)
+            | Output::TurnCommand { .. }
+            | Output::HazardCommand { .. }
+            | Output::Decision(_)
+            | Output::Transmit { .. }
+            | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
             Output::Diagnostics { diagnostics, .. } => assert!(!diagnostics.statuses.is_empty()),
         }
     }

@@ -2,6 +2,7 @@
 
 mod survey;
 mod traffic_lights;
+mod turn_signal;
 
 use std::fmt::Write as _;
 
@@ -10,7 +11,7 @@ use crate::core::dbc::model::Severity;
 use crate::core::trust::integrity::MessageIntegrity;
 use crate::core::trust::table::Timing;
 use crate::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, NamedSource, Sources, TurnBinding, TurnSource,
+    HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding, TurnSource,
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::vocabulary::roles;
@@ -84,6 +85,7 @@ pub fn binding(settings: &Settings) -> Report {
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);
     traffic_lights::sources(v2i, &mut report);
+    settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));
     for note in notes(settings) {
         report.line("note", &note);
     }
@@ -92,7 +94,11 @@ pub fn binding(settings: &Settings) -> Report {
 
 /// What an integrator should know of a configuration that is sound.
 pub fn notes(settings: &Settings) -> Vec<String> {
-    let lights = &settings.gateway.lights;
+    let unseen = flashes_unseen(&settings.gateway.lights);
+    unseen.into_iter().chain(traffic_lights::notes(settings)).collect()
+}
+
+fn flashes_unseen(lights: &LightsBinding) -> Vec<String> {
     let TurnBinding::From(sources) = &lights.turn else { return vec![] };
     let note = |named: &NamedSource<TurnSource>| match &named.source {
         TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {

@@ -49,9 +49,11 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     start_log("warn");
     let settings = settings(&args.recording.config)?;
     let (path, routes) = recording(&args.recording, &settings)?;
-    let json = args
-        .json
-        .then(|| JsonTimeline { topics: topics(&settings), hardware_id: settings.hardware_id.clone() });
+    let json = args.json.then(|| JsonTimeline {
+        topics: topics(&settings),
+        hardware_id: settings.hardware_id.clone(),
+        buses: settings.gateway.buses.iter().map(|bus| bus.name.clone()).collect(),
+    });
     if args.ros || args.speed.is_some() {
         return replay_in_time(args, settings, &path, routes, json);
     }

@@ -6,11 +6,11 @@ use toml::Spanned;
 
 use super::command_file::{CommandFile, ModeFromFile};
 use super::problem::{Document, Problem};
-use super::settings::is_topic;
+use super::sections::is_topic;
 use super::vehicle::{LONGEST_TIMEOUT_MS, is_timeout};
 use crate::core::command::accord::Limits;
 use crate::core::command::arbitration::{Rules, WhenSilent};
-use crate::core::command::settings::{CommandBinding, CommandSettings, ModeFrom};
+use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom};
 
 /// Everything for commands to the vehicle.
 #[derive(Debug, Clone)]
@@ -102,7 +102,7 @@ pub(super) fn command(
         control_mode: topic(&file.topics.control_mode, "/vehicle/status/control_mode"),
     };
     let settings = CommandSettings {
-        source: file.source.into(),
+        source: file.source.as_ref().map_or_else(CommandSource::default, |source| (*source.get_ref()).into()),
         transmit: file.tx.into(),
         mode_from,
         turn_timeout,

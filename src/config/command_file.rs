@@ -11,8 +11,7 @@ use crate::core::command::settings::{CommandSource, Transmit};
 #[serde(deny_unknown_fields)]
 pub struct CommandFile {
     /// Whose commands are carried out.
-    #[serde(default)]
-    pub source: SourceFile,
+    pub source: Option<Spanned<SourceFile>>,
     /// Whether frames are sent.
     #[serde(default)]
     pub tx: TxFile,

@@ -8,6 +8,7 @@ use toml::Spanned;
 
 use super::command_file::CommandFile;
 use super::traffic_lights_file::TrafficLightsFile;
+use super::turn_signal_file::TurnSignalFile;
 use super::vehicle_file::VehicleFile;
 
 /// A whole configuration file.
@@ -39,6 +40,8 @@ pub struct GatewayFile {
     pub traffic_lights: Option<TrafficLightsFile>,
     /// Commands to the vehicle; none without.
     pub command: Option<Spanned<CommandFile>>,
+    /// The turn signal decider.
+    pub turn_signal: Option<TurnSignalFile>,
     /// ROS 2.
     #[serde(default)]
     pub ros: RosFile,

@@ -131,9 +131,14 @@ impl BlackBox {
                     write_note(log, start, at, interface(&bus), note);
                 }
             }
-            // A log of a bus has no words for traffic lights.
+            // A log of a bus has no words for traffic lights, nor for Autoware.
             Input::LightStates { .. }
             | Input::LightsAction(_)
+            | Input::Told(_)
+            | Input::TurnCommand { .. }
+            | Input::HazardCommand { .. }
+            | Input::ControlMode { .. }
+            | Input::Stop
             | Input::BadRecords { .. }
             | Input::Deadline => {}
         }

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::command::allow_list::CommandFrame;
 use super::controller::ControllerReport;
 use super::diagnostics::Diagnostics;
 use super::error_frame::ErrorFrame;
@@ -14,6 +15,9 @@ use super::traffic_light::emission::Emission;
 use super::traffic_light::engine::Sight;
 use super::traffic_light::scenario::Action;
 use super::traffic_light::target::StoreId;
+use super::turn_signal::decision::Decision;
+use super::turn_signal::signal::{Hazard, Signal};
+use super::turn_signal::told::Told;
 use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Which of the configured CAN buses; an index into the settings' list of buses.
@@ -94,6 +98,31 @@ pub enum Input {
     /// Somebody asked for something to be done with the traffic lights; `None` = in words that could
     /// not be understood.
     LightsAction(Option<Arc<Action>>),
+    /// Autoware told something that the turn signal is decided by.
+    Told(Told),
+    /// Somebody commanded the vehicle's turn indicators (`TurnIndicatorsCommand`).
+    TurnCommand {
+        /// As sent, defined or not.
+        raw: u8,
+        /// The sender's.
+        stamp: WallStamp,
+    },
+    /// Somebody commanded the vehicle's hazard lights (`HazardLightsCommand`).
+    HazardCommand {
+        /// As sent, defined or not.
+        raw: u8,
+        /// The sender's.
+        stamp: WallStamp,
+    },
+    /// The vehicle told who drives it (`ControlModeReport`).
+    ControlMode {
+        /// As sent, defined or not.
+        raw: u8,
+        /// The sender's.
+        stamp: WallStamp,
+    },
+    /// The gateway is about to end: last frames to the vehicle, then none.
+    Stop,
     /// Nothing happened, but the deadline asked for has come.
     Deadline,
 }
@@ -128,4 +157,37 @@ pub enum Output {
     },
     /// Publish traffic lights.
     TrafficLights(Emission),
+    /// Publish `TurnIndicatorsCommand`.
+    TurnCommand {
+        /// The command.
+        command: Signal,
+        /// Now.
+        stamp: WallStamp,
+    },
+    /// Publish `HazardLightsCommand`.
+    HazardCommand {
+        /// The command.
+        command: Hazard,
+        /// Now.
+        stamp: WallStamp,
+    },
+    /// The turn signal was decided otherwise than before, or for another reason. Not published: for
+    /// those who read along.
+    Decision(Arc<Decision>),
+    /// Send a frame to the vehicle. When it cannot be sent, `Gateway::not_sent` wants to know at once.
+    Transmit {
+        /// The frame and its bus.
+        frame: CommandFrame,
+        /// Whether it asks for something else than the frame of this message before.
+        is_news: bool,
+    },
+    /// Dry run: the frame that would be sent to the vehicle now. For those who read along.
+    WouldTransmit {
+        /// On which bus.
+        bus: BusIndex,
+        /// The frame.
+        frame: Frame,
+        /// Whether it asks for something else than the frame of this message before.
+        is_news: bool,
+    },
 }

@@ -8,6 +8,9 @@ use std::time::Duration;
 
 use super::bus::{Bus, BusFinding, BusSettings};
 use super::bus_status;
+use super::command::flow::CommandFlow;
+use super::command::sender::Heard;
+use super::command::settings::{CommandBinding, CommandSettings, Transmit};
 use super::diagnostics::{Diagnostics, Level, RateMeter, Status};
 use super::event::{BusIndex, Input, LinkState, Output};
 use super::frame::{CanId, Frame};
@@ -15,9 +18,12 @@ use super::time::{MonoTime, Now, WallStamp};
 use super::traffic_light::flow::{FlowSettings, TrafficLightFlow};
 use super::traffic_light::v2i_reception::binding::V2iBinding;
 use super::trust::table::{BoundMessage, MessageIndex};
+use super::turn_signal::flow::{FlowSettings as DeciderSettings, TurnSignalFlow};
 use super::vehicle_lights::binding::LightsBinding;
 use super::vehicle_lights::report::{Publish, Step};
 use super::vehicle_lights::{Task, VehicleLights};
+
+mod commands;
 
 /// Everything the gateway needs to know, checked by `config`.
 #[derive(Debug, Clone)]
@@ -32,6 +38,10 @@ pub struct GatewaySettings {
     pub v2i: V2iBinding,
     /// Traffic lights; none = what `v2i` binds has nowhere to go.
     pub traffic_lights: Option<FlowSettings>,
+    /// The turn signal decider; none = what Autoware tells it has nowhere to go.
+    pub turn_signal: Option<DeciderSettings>,
+    /// Commands to the vehicle, and what the vehicle profile binds for them; none = none are heeded.
+    pub command: Option<(CommandSettings, CommandBinding)>,
     /// When reports go out.
     pub publish: Publish,
     /// How often all statuses are refreshed, at most 500 ms.
@@ -39,13 +49,24 @@ pub struct GatewaySettings {
 }
 
 impl GatewaySettings {
-    /// The identifiers that matter on a bus, ascending: bound messages and signs of life. All
-    /// others can be filtered out before they cost anything.
+    /// The same without a frame to the vehicle: commands are a dry run.
+    #[must_use]
+    pub fn dry(mut self) -> Self {
+        self.command.iter_mut().for_each(|(settings, _)| settings.transmit = Transmit::Off);
+        self
+    }
+
+    /// The identifiers that matter on a bus, ascending: bound messages, signs of life, and the messages
+    /// that we alone may send. All others can be filtered out before they cost anything.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<CanId> {
+        let command = self.command.iter().map(|(_, binding)| binding);
         let bound = self.lights.table.messages.iter().chain(&self.v2i.table.messages);
+        let bound = bound.chain(command.clone().flat_map(|binding| &binding.table.messages));
         let bound = bound.filter(|message| message.bus == bus).map(|message| message.id);
+        let ours = command.flat_map(|binding| binding.allowed.entries());
+        let ours = ours.filter(|(there, _)| *there == bus).map(|(_, id)| *id);
         let alive = self.buses[usize::from(bus.0)].alive_by.iter().copied();
-        let mut ids: Vec<_> = bound.chain(alive).collect();
+        let mut ids: Vec<_> = bound.chain(ours).chain(alive).collect();
         ids.sort_unstable();
         ids.dedup();
         ids
@@ -57,6 +78,7 @@ impl GatewaySettings {
 struct Route {
     lights: Option<MessageIndex>,
     v2i: Option<MessageIndex>,
+    command: Option<MessageIndex>,
 }
 
 /// The whole gateway, pure.
@@ -72,6 +94,12 @@ pub struct Gateway {
     traffic_lights: Option<TrafficLightFlow>,
     /// Level and message of each of its statuses, as said last.
     traffic_lights_said: Vec<(Level, String)>,
+    turn_signal: Option<TurnSignalFlow>,
+    command: Option<CommandFlow>,
+    /// Level and message of each of its statuses, as said last.
+    command_said: Vec<(Level, String)>,
+    /// Commands are settled by [`Self::settle_commands`] alone.
+    commands_apart: bool,
     diagnostics_period: Duration,
     refresh_due: MonoTime,
     outputs: VecDeque<Output>,
@@ -103,6 +131,10 @@ impl Gateway {
                 .traffic_lights
                 .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
             traffic_lights_said: Vec::new(),
+            turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
+            command: settings.command.map(|(settings, binding)| CommandFlow::new(settings, binding, now)),
+            command_said: Vec::new(),
+            commands_apart: false,
             diagnostics_period: settings.diagnostics_period,
             refresh_due: now.mono,
             outputs: VecDeque::new(),
@@ -123,6 +155,7 @@ impl Gateway {
                 if self.bus(bus).is_some_and(|known| known.set_link(state)) {
                     self.lights.forget_bus(bus);
                     self.traffic_lights.iter_mut().for_each(|flow| flow.forget_bus(bus));
+                    self.command.iter_mut().for_each(|flow| flow.forget_bus(bus));
                 }
             }
             Input::Drops { bus, lost } => {
@@ -143,6 +176,19 @@ impl Gateway {
             Input::LightsAction(action) => {
                 self.traffic_lights.iter_mut().for_each(|flow| flow.perform(action.as_deref(), now));
             }
+            Input::Told(told) => self.turn_signal.iter_mut().for_each(|flow| flow.take(told.clone(), now)),
+            Input::TurnCommand { raw, stamp } => {
+                // Where the decider is the source, nobody else is.
+                let flow = self.command.iter_mut().filter(|flow| !flow.follows_decider());
+                flow.for_each(|flow| flow.turn_command(raw, stamp, now));
+            }
+            Input::HazardCommand { raw, stamp } => {
+                self.command.iter_mut().for_each(|flow| flow.hazard_command(raw, stamp, now));
+            }
+            Input::ControlMode { raw, .. } => {
+                self.command.iter_mut().for_each(|flow| flow.control_mode(raw, now));
+            }
+            Input::Stop => self.command.iter_mut().for_each(CommandFlow::stop),
             Input::Deadline => {}
         }
         self.settle(now);
@@ -160,6 +206,8 @@ impl Gateway {
         buses
             .chain(self.lights.next_deadline(now))
             .chain(traffic_lights)
+            .chain(self.turn_signal.as_ref().map(TurnSignalFlow::next_deadline))
+            .chain(self.next_command_deadline(now).filter(|_| !self.commands_apart))
             .fold(self.refresh_due, MonoTime::min)
     }
 
@@ -172,7 +220,9 @@ impl Gateway {
     pub fn statuses(&self, now: MonoTime) -> Vec<Status> {
         let lights = self.lights.tasks().map(|task| self.lights_status(task, now));
         let buses = (0..self.buses.len()).map(|bus| self.bus_status(bus, now));
-        lights.chain(self.traffic_light_statuses(now)).chain(buses).collect()
+        let decider = self.turn_signal.as_ref().map(|flow| flow.status(&self.node, now));
+        let commands = self.command_statuses(now);
+        lights.chain(self.traffic_light_statuses(now)).chain(decider).chain(commands).chain(buses).collect()
     }
 
     fn bus(&mut self, bus: BusIndex) -> Option<&mut Bus> {
@@ -181,6 +231,11 @@ impl Gateway {
 
     /// False when the frame changes nothing: not relevant, or from before the link was lost.
     fn frame_arrived(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) -> bool {
+        match self.command.as_mut().map_or(Heard::NotOurs, |flow| flow.heard(bus, frame, now)) {
+            Heard::NotOurs => {}
+            Heard::Own => return false,
+            Heard::Foreign => return true,
+        }
         let Some(routes) = self.routes.get(usize::from(bus.0)) else { return false };
         let Ok(position) = routes.binary_search_by_key(&frame.id(), |(id, _)| *id) else { return false };
         let route = routes[position].1;
@@ -192,12 +247,16 @@ impl Gateway {
         if !was_alive {
             self.lights.forget_events(bus);
             self.traffic_lights.iter_mut().for_each(|flow| flow.forget_events(bus));
+            self.command.iter_mut().for_each(|flow| flow.forget_events(bus));
         }
         if let Some(message) = route.lights {
             self.lights.frame_arrived(message, frame, stamp, now);
         }
         if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
             flow.frame_arrived(message, frame, stamp, &self.buses, now);
+        }
+        if let (Some(message), Some(flow)) = (route.command, &mut self.command) {
+            flow.frame_arrived(message, frame, stamp, now);
         }
         true
     }
@@ -224,6 +283,17 @@ impl Gateway {
             }
         }
         changed.extend(self.settle_traffic_lights(now));
+        if let Some(flow) = &mut self.turn_signal {
+            let has_news = flow.settle(now);
+            while let Some(output) = flow.poll_output() {
+                self.command.iter_mut().for_each(|flow| commands::follow(flow, &output, now));
+                self.outputs.push_back(output);
+            }
+            changed.extend(has_news.then(|| flow.status(&self.node, now.mono)));
+        }
+        if !self.commands_apart {
+            changed.extend(self.commands_settled(now));
+        }
         for index in 0..self.buses.len() {
             let finding = Some(self.buses[index].finding(now.mono));
             if std::mem::replace(&mut self.bus_findings[index], finding) != finding {
@@ -251,14 +321,8 @@ impl Gateway {
         if !has_news {
             return Vec::new();
         }
-        let mut statuses = self.traffic_light_statuses(now.mono);
-        let said = statuses.iter().map(|status| (status.level, status.message.clone())).collect();
-        let before = std::mem::replace(&mut self.traffic_lights_said, said);
-        let mut before = before.into_iter();
-        statuses.retain(|status| {
-            before.next().is_none_or(|(level, message)| level != status.level || message != status.message)
-        });
-        statuses
+        let statuses = self.traffic_light_statuses(now.mono);
+        news(statuses, &mut self.traffic_lights_said)
     }
 
     fn traffic_light_statuses(&self, now: MonoTime) -> Vec<Status> {
@@ -281,13 +345,25 @@ impl Gateway {
     }
 }
 
+/// The statuses that say something else than was `said` of them last.
+fn news(mut statuses: Vec<Status>, said: &mut Vec<(Level, String)>) -> Vec<Status> {
+    let now = statuses.iter().map(|status| (status.level, status.message.clone())).collect();
+    let mut before = std::mem::replace(said, now).into_iter();
+    statuses.retain(|status| {
+        before.next().is_none_or(|(level, message)| level != status.level || message != status.message)
+    });
+    statuses
+}
+
 fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Route)> {
     let message_of = |messages: &[BoundMessage], id: CanId| {
         messages.iter().position(|message| message.bus == bus && message.id == id).map(MessageIndex)
     };
+    let command = settings.command.as_ref().map_or(&[][..], |(_, binding)| &binding.table.messages);
     let route = |id: CanId| Route {
         lights: message_of(&settings.lights.table.messages, id),
         v2i: message_of(&settings.v2i.table.messages, id),
+        command: message_of(command, id),
     };
     settings.relevant_ids(bus).into_iter().map(|id| (id, route(id))).collect()
 }

@@ -41,6 +41,11 @@ impl Note {
             | Input::BadRecords { .. }
             | Input::LightStates { .. }
             | Input::LightsAction(_)
+            | Input::Told(_)
+            | Input::TurnCommand { .. }
+            | Input::HazardCommand { .. }
+            | Input::ControlMode { .. }
+            | Input::Stop
             | Input::Deadline => None,
         }
     }

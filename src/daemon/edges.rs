@@ -11,8 +11,10 @@ use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 use super::DaemonError;
 use super::fault_recorder::FaultRecorder;
 use crate::config::Settings;
+use crate::core::command::sender::SendFailure;
 use crate::core::event::{LinkState, Output};
 use crate::core::time::Now;
+use crate::io::can::transmit::Transmitter;
 use crate::io::ros::incoming::Inbox;
 use crate::io::systemd::Supervisor;
 use crate::live::Live;
@@ -57,16 +59,23 @@ impl Edges {
         self.publisher.inbox()
     }
 
-    /// Takes the steps that are due and hands on what they give.
-    pub(super) fn emit_live(&mut self, live: &mut Live, read: Now) -> Result<(), DaemonError> {
-        self.emit(|| live.poll_output(), read)?;
+    /// Takes the steps that are due and hands on what they give, frames to the vehicle over `ways`, one
+    /// for each bus.
+    pub(super) fn emit_live(
+        &mut self,
+        live: &mut Live,
+        ways: &[Transmitter],
+        read: Now,
+    ) -> Result<(), DaemonError> {
+        self.emit(|| sent_output(live, ways, read), read)?;
         while let Some((input, at)) = live.step(read.mono) {
             if let Some(faults) = &mut self.faults {
                 faults.keep(input, at);
             }
-            self.emit(|| live.poll_output(), at)?;
+            self.emit(|| sent_output(live, ways, read), at)?;
         }
-        Ok(())
+        live.settle_commands(read);
+        self.emit(|| sent_output(live, ways, read), read)
     }
 
     pub(super) fn emit(
@@ -116,6 +125,19 @@ impl Edges {
         self.publisher.stop();
         tracing::info!("stopped");
     }
+}
+
+/// The next output. A frame to the vehicle is sent, or told at once that it could not be.
+fn sent_output(live: &mut Live, ways: &[Transmitter], read: Now) -> Option<Output> {
+    let output = live.poll_output()?;
+    if let Output::Transmit { frame, .. } = &output {
+        let way = ways.get(usize::from(frame.bus().0));
+        let no_way = Err(SendFailure::Refused(libc::ENODEV));
+        if let Err(why) = way.map_or(no_way, |way| way.send(frame.frame())) {
+            live.not_sent(frame, why, read);
+        }
+    }
+    Some(output)
 }
 
 #[allow(clippy::print_stdout)] // the JSON lines are what was asked for

@@ -19,6 +19,7 @@ use crate::core::event::{BusIndex, Input, LinkState};
 use crate::core::time::MonoTime;
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::log::Log;
+use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::live::Live;
 use crate::publisher::PublisherError;
@@ -76,6 +77,9 @@ pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
 /// kernel, which counts what it has to drop.
 const QUEUED_BATCHES: usize = 16;
 
+/// How long the last frames to the vehicle may take, over a bus whose queue is full.
+const LAST_FRAMES: Duration = Duration::from_millis(300);
+
 /// How long a recording that is behind its time is played without looking for a stop.
 const DEAFNESS: Duration = Duration::from_millis(20);
 
@@ -129,7 +133,7 @@ pub fn play(
 pub fn listen(settings: &Settings, mut take: impl FnMut(Input) -> io::Result<()>) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let mut inputs = receive_all(settings);
+        let (mut inputs, _ways) = receive_all(settings);
         loop {
             tokio::select! {
                 () = stop.requested() => return Ok(()),
@@ -148,7 +152,7 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
 
 async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut edges = Edges::open(&settings, view, None)?;
-    let mut inputs = receive_all(&settings);
+    let (mut inputs, ways) = receive_all(&settings);
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
     edges.keep_black_box(&settings, &links)?;
@@ -157,13 +161,22 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
     edges.supervisor.ready("running");
+    // Until when the last frames to the vehicle may go out, once a stop was requested.
+    let mut end: Option<Instant> = None;
     let outcome = loop {
-        if let Err(error) = edges.emit_live(&mut live, clock.now()) {
+        if let Err(error) = edges.emit_live(&mut live, &ways, clock.now()) {
             break Err(error);
         }
+        if end.is_some_and(|end| live.is_finished() || Instant::now() >= end) {
+            break Ok(());
+        }
         let wake = clock.instant(live.wake_at());
+        let wake = end.map_or(wake, |end| wake.min(end));
         tokio::select! {
-            () = edges.stop.requested() => break Ok(()),
+            () = edges.stop.requested(), if end.is_none() => {
+                live.take([Input::Stop], clock.now());
+                end = Some(Instant::now() + LAST_FRAMES);
+            }
             () = edges.watchdog.is_hungry() => edges.supervisor.feed_watchdog(),
             batch = inputs.recv(), if buses > 0 => match batch {
                 Some(batch) => live.take(batch, clock.now()),
@@ -177,9 +190,11 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     outcome
 }
 
-/// Starts a receiver for each bus; the channel closes when all have ended.
-fn receive_all(settings: &Settings) -> mpsc::Receiver<Vec<Input>> {
+/// Starts a receiver for each bus; the channel closes when all have ended. With it come the ways out, one
+/// for each bus.
+fn receive_all(settings: &Settings) -> (mpsc::Receiver<Vec<Input>>, Vec<Transmitter>) {
     let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
+    let mut ways = Vec::new();
     let buses = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
     for ((bus, described), receive_buffer_bytes) in buses {
         let bus_settings = BusSocketSettings {
@@ -187,10 +202,12 @@ fn receive_all(settings: &Settings) -> mpsc::Receiver<Vec<Input>> {
             interface: described.interface.clone(),
             ids: settings.gateway.relevant_ids(bus),
             receive_buffer_bytes: *receive_buffer_bytes,
+            transmitter: Transmitter::default(),
         };
+        ways.push(bus_settings.transmitter.clone());
         tokio::spawn(receive(bus_settings, sender.clone()));
     }
-    inputs
+    (inputs, ways)
 }
 
 /// Waits until every receiver has said what its link is, which each does at once and first of all.

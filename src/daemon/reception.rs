@@ -27,11 +27,8 @@ impl Reception {
 
     /// The next input. Waits for ever when nothing can come; loses nothing when it is given up.
     pub(super) async fn next(&self) -> Input {
-        let arrival = match &self.inbox {
-            Some(inbox) => inbox.take().await,
-            None => None,
-        };
-        match arrival {
+        let Some(inbox) = &self.inbox else { return pending().await };
+        match inbox.take().await {
             Some(arrival) => self.input(arrival.incoming),
             // A session that ended is noticed where it is written to.
             None => pending().await,
@@ -56,6 +53,10 @@ impl Reception {
                     action.map_err(|error| tracing::warn!("a command was not understood: {error}")).ok();
                 Input::LightsAction(action.map(Arc::new))
             }
+            Incoming::Told(told) => Input::Told(told),
+            Incoming::TurnCommand { raw, stamp } => Input::TurnCommand { raw, stamp },
+            Incoming::HazardCommand { raw, stamp } => Input::HazardCommand { raw, stamp },
+            Incoming::ControlMode { raw, stamp } => Input::ControlMode { raw, stamp },
         }
     }
 }

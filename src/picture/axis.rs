@@ -1,4 +1,4 @@
-//! Values along the picture: where they lie, and where the ticks go.
+//! Values along the picture, times or metres: where they lie, and where the ticks go.
 
 /// Steps of seconds that people count in; below and above them 1, 2, 5 times powers of ten.
 const CLOCK_STEPS_S: [f64; 17] = [
@@ -15,6 +15,14 @@ pub(super) struct Axis {
     to: f64,
     left_px: f64,
     width_px: f64,
+    unit: Unit,
+}
+
+/// What is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Unit {
+    Seconds,
+    Metres,
 }
 
 /// A place on the axis with its number.
@@ -27,9 +35,18 @@ pub(super) struct Tick {
 impl Axis {
     /// Seconds `from` to `to`, from `left_px` on. A stretch without length or end is a second long.
     pub(super) fn new(from: f64, to: f64, left_px: f64, width_px: f64) -> Self {
+        Self::of(Unit::Seconds, from, to, left_px, width_px)
+    }
+
+    /// The same for metres.
+    pub(super) fn of_metres(from: f64, to: f64, left_px: f64, width_px: f64) -> Self {
+        Self::of(Unit::Metres, from, to, left_px, width_px)
+    }
+
+    fn of(unit: Unit, from: f64, to: f64, left_px: f64, width_px: f64) -> Self {
         let from = if from.is_finite() { from } else { 0.0 };
         let to = if to.is_finite() && to > from { to } else { from + 1.0 };
-        Self { from, to, left_px, width_px }
+        Self { from, to, left_px, width_px, unit }
     }
 
     /// Where a value lies; what is outside lies at the edge.
@@ -47,6 +64,7 @@ impl Axis {
     pub(super) fn ticks(&self, gap_px: f64) -> Vec<Tick> {
         let least = (self.to - self.from) * (gap_px / self.width_px).max(0.001);
         let step = CLOCK_STEPS_S.into_iter().find(|step| *step >= least && least > 0.5);
+        let step = step.filter(|_| self.unit == Unit::Seconds);
         let step = step.unwrap_or_else(|| decimal_step(least));
         let first = (self.from / step).ceil();
         let mut ticks = Vec::new();
@@ -61,7 +79,9 @@ impl Axis {
 
     /// What the numbers are.
     pub(super) fn caption(&self) -> &'static str {
-        if self.is_long() {
+        if self.unit == Unit::Metres {
+            "way [m]"
+        } else if self.is_long() {
             if self.to >= 3_600.0 { "time [h:min:s]" } else { "time [min:s]" }
         } else {
             "time [s]"
@@ -69,7 +89,7 @@ impl Axis {
     }
 
     fn is_long(&self) -> bool {
-        self.to > LONG_S
+        self.unit == Unit::Seconds && self.to > LONG_S
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a rounded time from 0 on
@@ -111,6 +131,17 @@ mod tests {
         assert_eq!(labels(600.0)[..3], ["0:00", "1:00", "2:00"]);
         assert_eq!(labels(3_600.0)[..3], ["0:00:00", "0:05:00", "0:10:00"]);
         assert_eq!(labels(86_400.0)[1], "2:00:00");
+    }
+
+    #[test]
+    fn metres_stay_metres() {
+        let axis = Axis::of_metres(0.0, 1_200.0, 0.0, 1_000.0);
+        let labels: Vec<_> = axis.ticks(80.0).into_iter().map(|tick| tick.label).collect();
+        assert_eq!(
+            labels,
+            ["0", "100", "200", "300", "400", "500", "600", "700", "800", "900", "1000", "1100", "1200"]
+        );
+        assert_eq!(axis.caption(), "way [m]");
     }
 
     #[test]

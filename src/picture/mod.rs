@@ -3,6 +3,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | [`timeline_chart`] | lanes of bars over time: the data, and how they are laid out |
+//! | [`strip_chart`] | a path as a strip: sections and signals over metres |
 //! | `bar` | one bar: a lamp state or a name |
 //! | `mark` | vertical marks with their texts above the lanes |
 //! | `legend` | what the looks in the picture mean |
@@ -16,6 +17,7 @@ mod bar;
 mod ink;
 mod legend;
 mod mark;
+pub mod strip_chart;
 mod svg;
 mod text;
 pub mod timeline_chart;

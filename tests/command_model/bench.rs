@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use signal_gateway::config::command::CommandConfig;
 use signal_gateway::config::files::Files;
-use signal_gateway::config::{Overrides, load};
+use signal_gateway::config::{Overrides, Settings, load};
 use signal_gateway::core::bus::{Bus, BusSettings};
 use signal_gateway::core::command::Reported;
 use signal_gateway::core::command::allow_list::CommandFrame;
@@ -94,11 +94,17 @@ impl Files for Texts {
 
 /// The configuration with these lines in its `[command]`.
 pub(crate) fn config(command: &str, profile: &str) -> CommandConfig {
+    settings(command, profile).command.unwrap()
+}
+
+/// Likewise, all of it. `map.osm` is there for a `[turn_signal]` that may follow.
+pub(crate) fn settings(command: &str, profile: &str) -> Settings {
     let gateway = format!("profile = \"bench.toml\"\ncan.body.interface = \"can0\"\n[command]\n{command}\n");
-    let files =
-        [("gateway.toml", gateway), ("bench.toml", profile.to_owned()), ("bench.dbc", DBC.to_owned())];
+    let map = include_str!("../maps/crossroads.osm").to_owned();
+    let (profile, dbc) = (profile.to_owned(), DBC.to_owned());
+    let files = [("gateway.toml", gateway), ("bench.toml", profile), ("bench.dbc", dbc), ("map.osm", map)];
     let settings = load(&Texts(files.into()), Path::new("gateway.toml"), &Overrides::default());
-    settings.unwrap_or_else(|refused| panic!("{refused}")).command.unwrap()
+    settings.unwrap_or_else(|refused| panic!("{refused}"))
 }
 
 pub(crate) fn now(ns: u64) -> Now {
@@ -158,7 +164,7 @@ impl Bench {
         let mut given = Vec::new();
         while let Some(outgoing) = self.flow.poll_output() {
             match outgoing {
-                Outgoing::Send(frame) => {
+                Outgoing::Send { frame, .. } => {
                     self.sent.push((self.now_ns, *frame.frame()));
                     given.push(frame);
                 }

@@ -7,5 +7,7 @@ mod bench;
 mod buttons;
 mod cases;
 mod days;
+mod gateway;
+mod live;
 mod model;
 mod wire;

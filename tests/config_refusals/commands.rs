@@ -233,6 +233,7 @@ fn the_section_of_the_gateway_is_checked() {
     let rows = [
         ("tx = @@\"maybe\"", "command.tx", "unknown variant `maybe`", "gateway.toml"),
         ("source = @@\"can\"", "command.source", "unknown variant `can`", "gateway.toml"),
+        ("source = @@\"decider\"", "command.source", "no decider that commands", "enabled = true"),
         ("turn_timeout_ms = @@0", "command.turn_timeout_ms", "0 ms is no usable limit", "1 to 3600000"),
         ("hazard_timeout_ms = @@3600001", "command.hazard_timeout_ms", "no usable limit", "1 to 3600000"),
         (

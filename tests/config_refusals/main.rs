@@ -8,6 +8,8 @@ mod gateway_file;
 mod integrity_keys;
 mod reference;
 mod sources;
+mod traffic_lights;
+mod turn_signal;
 mod v2i;
 mod vehicle_profile;
 
@@ -31,7 +33,14 @@ impl Files for Texts {
 
 /// A configuration that is accepted; each test spoils a bit of it.
 fn sound() -> Texts {
-    let files = [("gateway.toml", GATEWAY), ("car.toml", PROFILE), ("car.dbc", DBC)];
+    let files = [
+        ("gateway.toml", GATEWAY),
+        ("car.toml", PROFILE),
+        ("car.dbc", DBC),
+        ("map.osm", MAP),
+        ("empty.osm", "<osm></osm>"),
+        ("torn.osm", "<osm><node id='1'"),
+    ];
     Texts(files.map(|(path, text)| (path.to_owned(), text.into())).into())
 }
 
@@ -62,6 +71,17 @@ signal = "BLINK.HAZARD"
 on = [1]
 off = [0]
 "#;
+
+/// One lanelet.
+const MAP: &str = "\
+<osm>
+<node id='1' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='0'/></node>
+<node id='2' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='0'/></node>
+<node id='3' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='3'/></node>
+<node id='4' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='3'/></node>
+<way id='12'><nd ref='1'/><nd ref='2'/></way><way id='13'><nd ref='3'/><nd ref='4'/></way>
+<relation id='21'><member type='way' ref='13' role='left'/><member type='way' ref='12' role='right'/>
+<tag k='type' v='lanelet'/><tag k='subtype' v='road'/></relation></osm>";
 
 /// `BLINK` has no cycle time; line 6 goes beyond its message and line 15 is no statement.
 const DBC: &str = r#"BO_ 256 BLINK: 4 X

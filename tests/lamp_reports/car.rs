@@ -193,7 +193,12 @@ impl Car {
                 Output::HazardLights { report, .. } => self.hazard.push((ms, report.name())),
                 Output::WithdrawTurnIndicators => self.turn.push((ms, "stops")),
                 Output::WithdrawHazardLights => self.hazard.push((ms, "stops")),
-                Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. }
+                | Output::Decision(_)
+                | Output::Transmit { .. }
+                | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
                 Output::Diagnostics { diagnostics, .. } => {
                     for status in diagnostics.statuses.into_iter().filter(|_| !diagnostics.refresh) {
                         for task in ["turn_indicators", "hazard_lights"] {

@@ -126,7 +126,12 @@ impl Trial {
                 }
                 Output::WithdrawTurnIndicators => withdrawn[0] += 1,
                 Output::WithdrawHazardLights => withdrawn[1] += 1,
-                Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. }
+                | Output::Decision(_)
+                | Output::Transmit { .. }
+                | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
                 Output::Diagnostics { diagnostics, stamp } => {
                     prop_assert_eq!(stamp.as_nanos(), wall(self.now_ns));
                     if diagnostics.refresh {

@@ -105,6 +105,12 @@ fn bad_inputs_are_counted_and_the_others_taken() {
         );
         assert!(of_camera.values.contains(&("rejected", "4".to_owned())));
         assert_eq!(status(&lights, 0, 10).level, Level::Ok, "long ago");
+        lights.count_rejected(Channel::Conventional, 0, now(11 * SECOND));
+        assert_eq!(status(&lights, 0, 11).level, Level::Ok, "none");
+        lights.count_rejected(Channel::Conventional, 2, now(11 * SECOND));
+        let of_camera = status(&lights, 0, 11);
+        assert_eq!(of_camera.level, Level::Warn, "unreadable ones count as well");
+        assert!(of_camera.values.contains(&("rejected", "6".to_owned())));
     }
 }
 

@@ -7,12 +7,16 @@
 #![allow(clippy::many_single_char_names, clippy::manual_midpoint)] // formulas as they are printed
 #![allow(clippy::struct_excessive_bools)] // a case is made of yes and no
 
+mod bad_inputs;
+mod bench;
 mod combination;
 mod conflicts;
 mod drive;
+mod gateway;
 mod laws;
 mod line;
 mod manoeuvres;
+mod mirror;
 mod path_generator;
 mod required_end;
 mod roundabouts;

@@ -93,7 +93,12 @@ impl Playback {
             Output::HazardLights { report, .. } => change(&mut self.hazard, ms, report.name()),
             Output::WithdrawTurnIndicators => change(&mut self.turn, ms, "stops"),
             Output::WithdrawHazardLights => change(&mut self.hazard, ms, "stops"),
-            Output::TrafficLights(_) => panic!("no traffic lights here"),
+            Output::TrafficLights(_)
+            | Output::TurnCommand { .. }
+            | Output::HazardCommand { .. }
+            | Output::Decision(_)
+            | Output::Transmit { .. }
+            | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
             Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
                 for Status { name, level, message, .. } in diagnostics.statuses {
                     let task = name.rsplit_once(": ").unwrap().1.to_owned();

@@ -248,7 +248,12 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
             Output::HazardLights { report, .. } => hazard = Some(report.name()),
             Output::WithdrawTurnIndicators => turn = None,
             Output::WithdrawHazardLights => hazard = None,
-            Output::TrafficLights(_) => panic!("no traffic lights here"),
+            Output::TrafficLights(_)
+            | Output::TurnCommand { .. }
+            | Output::HazardCommand { .. }
+            | Output::Decision(_)
+            | Output::Transmit { .. }
+            | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
             Output::Diagnostics { .. } => {}
         }
     }

@@ -90,7 +90,12 @@ fn turn_after(gateway: &mut Gateway, from_ms: u64, frames: &[Frame]) -> Option<&
             match output {
                 Output::TurnIndicators { report, .. } => turn = Some(report.name()),
                 Output::WithdrawTurnIndicators => turn = None,
-                Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. }
+                | Output::Decision(_)
+                | Output::Transmit { .. }
+                | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
                 Output::HazardLights { .. } | Output::WithdrawHazardLights | Output::Diagnostics { .. } => {}
             }
         }

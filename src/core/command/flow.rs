@@ -8,9 +8,10 @@ use super::allow_list::CommandFrame;
 use super::arbitration::{Decision, Situation, arbitrate};
 use super::button::Button;
 use super::control_mode::{ControlMode, Grants, Mode};
-use super::intake::{Intake, Opinion, Refusal, hazard_word, turn_word};
+use super::intake::{Intake, Opinion, Refusal, hazard_word, joined_hazard, turn_word};
+use super::message::Contents;
 use super::sender::{Heard, SendCounts, SendFailure, SendTrouble, Sender};
-use super::settings::{CommandBinding, CommandSettings, ModeFrom, Transmit};
+use super::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
 use super::{Reported, Turn};
 use crate::core::bus::{Bus, past};
 use crate::core::error_frame::ControllerState;
@@ -25,13 +26,20 @@ use crate::core::trust::table::{MessageIndex, Role};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outgoing {
     /// Send it.
-    Send(CommandFrame),
+    Send {
+        /// The frame and its bus.
+        frame: CommandFrame,
+        /// Whether it asks for something else than the one before.
+        is_news: bool,
+    },
     /// Dry run: only tell that it would be sent.
     WouldSend {
         /// Where it would go.
         bus: BusIndex,
         /// What would go there.
         frame: Frame,
+        /// Whether it asks for something else than the one before.
+        is_news: bool,
     },
 }
 
@@ -43,6 +51,8 @@ pub struct CommandFlow {
     seen: Observations,
     pub(super) turn: Intake<Turn>,
     pub(super) hazard: Intake<bool>,
+    /// What this gateway's own decider says of the hazard lights, where it is the source.
+    decided_hazard: Intake<bool>,
     /// The last value of the topic, and when it came.
     told_mode: Option<(u8, MonoTime)>,
     pub(super) undefined_modes: u64,
@@ -63,6 +73,8 @@ pub(super) struct Line {
     button: Option<Button>,
     /// Frames sent before the gateway began to end.
     sent_before_stop: u64,
+    /// What its last frame said, counter and checksum aside.
+    said: Option<Contents>,
 }
 
 /// What diagnostics speak of; when it changes they have something new to say.
@@ -95,7 +107,8 @@ pub(super) struct FunctionFinding<T> {
 impl CommandFlow {
     /// Nothing heard, nothing sent. The first frames come out of the first [`Self::settle`].
     pub fn new(settings: CommandSettings, binding: CommandBinding, now: Now) -> Self {
-        let line = |message| Line { sender: Sender::new(message), button: None, sent_before_stop: 0 };
+        let line =
+            |message| Line { sender: Sender::new(message), button: None, sent_before_stop: 0, said: None };
         let mut lines: Vec<_> = binding.messages.iter().map(line).collect();
         for (line, message) in lines.iter_mut().zip(&binding.messages) {
             let rules = message.hazard.as_ref().and_then(|part| part.button);
@@ -103,6 +116,7 @@ impl CommandFlow {
         }
         let turn = Intake::new(turn_word, settings.turn_timeout);
         let hazard = Intake::new(hazard_word, settings.hazard_timeout);
+        let decided_hazard = hazard.clone();
         let situation = Situation {
             turn: turn.opinion(now.mono),
             hazard: hazard.opinion(now.mono),
@@ -124,6 +138,7 @@ impl CommandFlow {
             seen: Observations::new(&binding.table),
             turn,
             hazard,
+            decided_hazard,
             told_mode: None,
             undefined_modes: 0,
             reported: Reported::default(),
@@ -147,6 +162,12 @@ impl CommandFlow {
     /// Takes `HazardLightsCommand.command`.
     pub fn hazard_command(&mut self, raw: u8, stamp: WallStamp, now: Now) {
         self.hazard.take(raw, stamp, now.mono);
+    }
+
+    /// Takes what the decider says of the hazard lights, by the values of `HazardLightsCommand.command`: on
+    /// counts beside the topic, anything else only while the topic has no opinion.
+    pub fn decided_hazard(&mut self, raw: u8, stamp: WallStamp, now: Now) {
+        self.decided_hazard.take(raw, stamp, now.mono);
     }
 
     /// Takes `ControlModeReport.mode`. Ignored when the mode comes from a signal.
@@ -211,7 +232,8 @@ impl CommandFlow {
     /// Brings everything up to now. True when the diagnostics have something new to say.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let mono = now.mono;
-        let (turn, hazard) = (self.turn.opinion(mono), self.hazard.opinion(mono));
+        let turn = self.turn.opinion(mono);
+        let hazard = joined_hazard(self.hazard.opinion(mono), self.decided_hazard.opinion(mono));
         let mode = self.mode(buses, mono);
         let signs = self.driver_signs(buses, mono);
         let rules = self.settings.rules;
@@ -256,6 +278,7 @@ impl CommandFlow {
         let watches =
             self.turn_watch.next_deadline(now).into_iter().chain(self.hazard_watch.next_deadline(now));
         let intakes = self.turn.next_deadline(now).into_iter().chain(self.hazard.next_deadline(now));
+        let intakes = intakes.chain(self.decided_hazard.next_deadline(now));
         let signals = self.seen.next_deadline(&self.binding.table, now);
         let buttons = self.buttons().filter_map(Button::next_deadline);
         let later = mode.into_iter().chain(watches).chain(intakes).chain(signals).chain(buttons);
@@ -266,6 +289,11 @@ impl CommandFlow {
     /// What is asked of the vehicle, and why, as settled last.
     pub fn decision(&self) -> Decision {
         self.state.decision
+    }
+
+    /// Whether the turn commands of this gateway's own decider are carried out, not those of the topic.
+    pub fn follows_decider(&self) -> bool {
+        self.settings.source == CommandSource::Decider
     }
 
     /// What the profile binds.
@@ -353,11 +381,12 @@ impl CommandFlow {
             let has_ended = self.stopping && line.sender.counts().sent > line.sent_before_stop;
             let contents = message.contents(decision.demand, pressed).filter(|_| !has_ended);
             if let Some(frame) = line.sender.settle(message, contents, now) {
+                let is_news = std::mem::replace(&mut line.said, contents) != contents;
                 self.ready.push_back(match self.settings.transmit {
-                    Transmit::On => Outgoing::Send(frame),
+                    Transmit::On => Outgoing::Send { frame, is_news },
                     Transmit::Off => {
                         line.sender.forget_echoes();
-                        Outgoing::WouldSend { bus, frame: *frame.frame() }
+                        Outgoing::WouldSend { bus, frame: *frame.frame(), is_news }
                     }
                 });
             }

@@ -151,6 +151,16 @@ impl<T: Copy> Intake<T> {
     }
 }
 
+/// The opinion of two senders on the hazard lights: the topic's, unless it has none, or the decider
+/// wants them on. A decider that is silent or never spoke changes nothing.
+pub fn joined_hazard(topic: Opinion<bool>, decider: Opinion<bool>) -> Opinion<bool> {
+    match (topic, decider) {
+        (_, Opinion::Wanted(true)) => Opinion::Wanted(true),
+        (Opinion::Never | Opinion::None, Opinion::None | Opinion::Wanted(false)) => decider,
+        (_, Opinion::Never | Opinion::None | Opinion::Wanted(false) | Opinion::Silent(_)) => topic,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -34,7 +34,8 @@ pub enum CommandSource {
     /// Those of Autoware's two command topics.
     #[default]
     Topic,
-    /// The turn command of this gateway's own decider; the hazard command of its topic.
+    /// The turn command of this gateway's own decider; the hazard command of its topic, or on when the
+    /// decider wants them on.
     Decider,
 }
 

@@ -18,6 +18,8 @@ const SAME_CYCLE: Duration = Duration::from_millis(1);
 pub(super) struct Controllers {
     compat: Compat,
     states: Vec<ControllerState>,
+    /// For each controller, before which time of the frame clock it surely has nothing to do.
+    idle_until: Vec<u64>,
     /// For each controller, who follows it and how long after.
     observers: Vec<Vec<(usize, Duration)>>,
 }
@@ -84,7 +86,7 @@ impl Controllers {
             }
         }
         let states = vec![ControllerState::default(); scenario.controllers.len()];
-        Self { compat, states, observers }
+        Self { compat, idle_until: vec![0; states.len()], states, observers }
     }
 
     /// Where a controller stands.
@@ -94,6 +96,18 @@ impl Controllers {
 
     /// What a controller has to do in this frame.
     pub(super) fn due(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
+        if self.idle_until.get(index).is_some_and(|until| frame.now.nanos < *until) {
+            return None;
+        }
+        let due = self.look(index, controller, frame);
+        if due.is_none() {
+            let until = self.next(index, controller);
+            self.set_idle(index, until);
+        }
+        due
+    }
+
+    fn look(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
         let (compat, now) = (self.compat, frame.now);
         let state = self.states.get_mut(index)?;
         let begins = match controller.reference {
@@ -130,12 +144,36 @@ impl Controllers {
         if let Some(state) = self.states.get_mut(index) {
             (state.phase, state.start, state.start_wall) = (Some(to.phase), to.start, start_wall);
         }
+        self.set_idle(index, 0);
+    }
+
+    /// No transition comes before; upstream's clock is another one.
+    fn next(&self, index: usize, controller: &Controller) -> u64 {
+        let Some(state) = self.states.get(index).filter(|_| self.compat == Compat::Improved) else {
+            return 0;
+        };
+        let Some(phase) = state.phase else {
+            let is_first = controller.reference.is_none();
+            return if is_first { 0 } else { state.begin.map_or(u64::MAX, |begin| begin.nanos) };
+        };
+        let duration = controller.phases.get(phase).and_then(|phase| phase.duration);
+        let end = duration.map(|duration| state.start.after(duration));
+        end.into_iter().chain(state.begin).map(|moment| moment.nanos).min().unwrap_or(u64::MAX)
+    }
+
+    fn set_idle(&mut self, index: usize, until: u64) {
+        if let Some(idle_until) = self.idle_until.get_mut(index) {
+            *idle_until = until;
+        }
     }
 
     fn inform(&mut self, index: usize, start: Moment) {
         for (observer, delay) in self.observers.get(index).into_iter().flatten() {
             if let Some(state) = self.states.get_mut(*observer) {
                 state.begin = Some(start.after(*delay));
+            }
+            if let Some(idle_until) = self.idle_until.get_mut(*observer) {
+                *idle_until = 0;
             }
         }
     }

@@ -90,7 +90,8 @@ pub struct TrafficLights {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InputCounts {
     pub(super) rejected: u64,
-    pub(super) last_rejected: Option<(i64, MonoTime)>,
+    /// Whose, if that could be read, and when.
+    pub(super) last_rejected: Option<(Option<i64>, MonoTime)>,
 }
 
 /// What is due at some time. The order is that of things due at the same time.
@@ -125,12 +126,13 @@ impl TrafficLights {
     /// The scenario starts now: its init actions are done, the first frame is yet to come.
     pub fn new(settings: LightsSettings, now: Now) -> Self {
         let LightsSettings { map, scenario, compat, .. } = settings;
+        let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), compat);
         let mut stage = Stage {
             compat,
             copy_on_enable: settings.copy_on_enable,
             lights: SyncedStores::new(Stores::new(map, compat)),
             controllers: Controllers::new(&scenario, compat),
-            predictions: Predictions::new(scenario.controllers.len(), compat),
+            predictions,
             v2i: Cadence::new(settings.v2i_rate),
             verdict: None,
             notes: VecDeque::new(),
@@ -179,22 +181,26 @@ impl TrafficLights {
         states: impl IntoIterator<Item = (i64, Option<Sight>)>,
         now: Now,
     ) -> usize {
-        self.move_to(now);
-        let mut rejected = 0;
-        for (id, sight) in states {
-            if !self.set_state(Target { id, store }, sight) {
-                rejected += 1;
-                let counts = self.counts_mut(store.channel);
-                counts.rejected += 1;
-                counts.last_rejected = Some((id, now.mono));
-            }
-        }
-        rejected
+        self.take_states(store, states, true, now)
+    }
+
+    /// Likewise, from who says it himself when a state is too old: it holds until then.
+    pub fn set_lasting_states(
+        &mut self,
+        store: StoreId,
+        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        now: Now,
+    ) -> usize {
+        self.take_states(store, states, false, now)
     }
 
     /// Counts inputs that could not even be read.
-    pub fn count_rejected(&mut self, channel: Channel, rejected: u32) {
-        self.counts_mut(channel).rejected += u64::from(rejected);
+    pub fn count_rejected(&mut self, channel: Channel, rejected: u32, now: Now) {
+        if rejected > 0 {
+            let counts = self.counts_mut(channel);
+            counts.rejected += u64::from(rejected);
+            counts.last_rejected = Some((None, now.mono));
+        }
     }
 
     /// Does all that is due by now, in order, each at its own time. After a gap the oldest frames and
@@ -361,8 +367,28 @@ impl TrafficLights {
         }
     }
 
+    fn take_states(
+        &mut self,
+        store: StoreId,
+        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        ages: bool,
+        now: Now,
+    ) -> usize {
+        self.move_to(now);
+        let mut rejected = 0;
+        for (id, sight) in states {
+            if !self.set_state(Target { id, store }, sight, ages) {
+                rejected += 1;
+                let counts = self.counts_mut(store.channel);
+                counts.rejected += 1;
+                counts.last_rejected = Some((Some(id), now.mono));
+            }
+        }
+        rejected
+    }
+
     /// Whether it was taken.
-    fn set_state(&mut self, target: Target, sight: Option<Sight>) -> bool {
+    fn set_state(&mut self, target: Target, sight: Option<Sight>, ages: bool) -> bool {
         let Some(Sight { bulbs, confidence }) = sight else {
             let is_known = self.stage.lights.write(target, Change::Remove).is_ok();
             self.watch(target, false);
@@ -372,7 +398,7 @@ impl TrafficLights {
             && self.stage.lights.write(target, Change::Set(bulbs)).is_ok()
             && self.stage.lights.write(target, Change::Confidence(confidence)).is_ok();
         if is_taken {
-            self.watch(target, true);
+            self.watch(target, ages);
         }
         is_taken
     }

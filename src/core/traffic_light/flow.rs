@@ -91,8 +91,9 @@ impl TrafficLightFlow {
     /// Takes states from outside: `None` where there is none any more. `rejected` more could not be
     /// read. Call [`Self::settle`] afterwards.
     pub fn take(&mut self, store: StoreId, states: &[(i64, Option<Sight>)], rejected: u32, now: Now) {
+        // Of what is rejected the last is shown: rather one with a name.
+        self.engine.count_rejected(store.channel, rejected, now);
         let refused = self.engine.set_states(store, states.iter().copied(), now);
-        self.engine.count_rejected(store.channel, rejected);
         self.news |= refused > 0 || rejected > 0;
     }
 
@@ -117,7 +118,8 @@ impl TrafficLightFlow {
             };
             let changes = settled.changes.iter().map(|change| (change.id, change.state.map(sight)));
             let told = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-            self.engine.set_states(told, changes, now);
+            // Only changes come: the reception itself knows how old the others are.
+            self.engine.set_lasting_states(told, changes, now);
         }
         self.engine.advance(now);
         while let Some(note) = self.engine.poll_note() {

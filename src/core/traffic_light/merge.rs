@@ -1,15 +1,15 @@
 //! From stores to what is sent: truth, detections over truth, groups, markers (traffic-lights
 //! sections 5.1, 5.2 and 5.7).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use super::compat::Compat;
 use super::emission::{Element, GroupState, LampMarker, LightState, Prediction};
 use super::prediction::{Predicted, Predictions, add};
-use super::store::{Light, Stores};
+use super::store::Stores;
 use super::target::Channel;
-use crate::core::map::light_map::{Head, HeadIndex, LampColor};
+use crate::core::map::light_map::{Group, Head, HeadIndex, Lamp, LampColor};
 
 /// `PredictedTrafficLightState::INFORMATION_SOURCE_SIMULATION`
 const SOURCE: &str = "SIMULATION";
@@ -25,12 +25,17 @@ struct Report<'a> {
 
 /// Ground truth of a channel, of the heads that were ever touched.
 pub(super) fn lights(stores: &Stores, channel: Channel) -> Vec<LightState> {
-    let heads = stores.map().heads().iter().zip(stores.truth(channel).lights());
-    let state = |(head, light): (&Head, &Light)| {
-        let (way_id, confidence) = (sent_id(head.way_id, stores.compat()), light.confidence);
-        light.bulbs.map(|bulbs| LightState { way_id, bulbs, confidence })
-    };
-    heads.filter_map(state).collect()
+    (0..).map(HeadIndex).zip(stores.map().heads()).filter_map(|head| light(stores, channel, head)).collect()
+}
+
+/// Those of these heads, by id; as [`lights`] of ours has them.
+pub(super) fn lights_of(
+    stores: &Stores,
+    channel: Channel,
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<LightState>)> {
+    let light = |head: KnownHead<'_>| (head.1.way_id, light(stores, channel, head).into_iter().collect());
+    known(stores, heads).map(light).collect()
 }
 
 /// What the pipeline of a channel reports; dark heads are left out.
@@ -40,78 +45,137 @@ pub(super) fn groups(
     predictions: Option<&Predictions>,
     one_group_per_head: bool,
 ) -> Vec<GroupState> {
-    let predictions = |head| predictions.map_or(&[][..], |predictions| predictions.of(head));
     let reports = match stores.compat() {
-        Compat::Improved => reports(stores, channel),
+        Compat::Improved if !one_group_per_head => {
+            let groups = stores.map().groups();
+            return groups
+                .filter_map(|(id, group)| merged(stores, channel, predictions, id, group))
+                .collect();
+        }
+        Compat::Improved => {
+            let heads = (0..).map(HeadIndex).zip(stores.map().heads());
+            heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
+        }
         Compat::Upstream => upstream_reports(stores, channel),
     };
-    let mut lit = reports.into_iter().filter(|report| !report.bulbs.is_empty());
-    if stores.compat() == Compat::Improved && !one_group_per_head {
-        return merged_groups(stores, lit, predictions);
-    }
     let mut groups = Vec::new();
-    for Report { head, relation_ids, bulbs, confidence } in &mut lit {
+    for Report { head, relation_ids, bulbs, confidence } in
+        reports.into_iter().filter(|report| !report.bulbs.is_empty())
+    {
+        let predictions = predictions.map_or(&[][..], |predictions| predictions.of(head));
         for relation_id in relation_ids {
             groups.push(GroupState {
                 relation_id: sent_id(*relation_id, stores.compat()),
                 elements: bulbs.iter().map(|bulb| Element { bulb, confidence }).collect(),
-                predictions: predictions(head).iter().map(prediction).collect(),
+                predictions: predictions.iter().map(prediction).collect(),
             });
         }
     }
+    if stores.compat() == Compat::Upstream {
+        forget_upper_diagonals(&mut groups);
+    }
     groups
+}
+
+/// The groups that refer to any of these heads, by id; as [`groups`] of ours has them, one for each
+/// relation.
+pub(super) fn groups_of(
+    stores: &Stores,
+    channel: Channel,
+    predictions: Option<&Predictions>,
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<GroupState>)> {
+    let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
+    let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
+    ids.into_iter().map(|id| (id, group(id).into_iter().collect())).collect()
+}
+
+/// Upstream has no number for them, so they are sent as unknown shapes (Q7).
+fn forget_upper_diagonals(groups: &mut [GroupState]) {
+    for GroupState { elements, predictions, .. } in groups {
+        let announced = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
+        for Element { bulb, .. } in elements.iter_mut().chain(announced) {
+            if matches!(bulb.shape, Shape::UpperLeft | Shape::UpperRight) {
+                bulb.shape = Shape::Unknown;
+            }
+        }
+    }
 }
 
 /// A marker for each lamp with a place, of the heads that were ever touched: as they truly are, on
 /// the first of the channels that knows.
 pub(super) fn markers(stores: &Stores, channels: &[Channel]) -> Vec<LampMarker> {
-    let mut markers = Vec::new();
-    for (index, head) in (0..).map(HeadIndex).zip(stores.map().heads()) {
-        let bulbs = |channel: &Channel| stores.truth(*channel).light(index)?.bulbs;
-        let Some(bulbs) = channels.iter().find_map(bulbs) else { continue };
-        markers.extend(head.lamps.iter().map(|lamp| LampMarker {
-            way_id: sent_id(head.way_id, stores.compat()),
-            lamp: *lamp,
-            is_on: shows_circle(&bulbs, lamp.color),
-        }));
-    }
-    markers
+    (0..).map(HeadIndex).zip(stores.map().heads()).flat_map(|head| lamps(stores, channels, head)).collect()
 }
 
-/// One group for each relation: the bulbs of all its heads, each as sure as the surest head.
-fn merged_groups<'a>(
+/// Those of these heads, by id; as [`markers`] of ours has them.
+pub(super) fn markers_of(
     stores: &Stores,
-    lit: impl Iterator<Item = Report<'a>>,
-    predictions: impl Fn(HeadIndex) -> &'a [Predicted],
-) -> Vec<GroupState> {
-    let mut by_head: Vec<Option<Report<'_>>> = vec![None; stores.map().heads().len()];
-    for report in lit {
-        if let Some(place) = by_head.get_mut(report.head.0 as usize) {
-            *place = Some(report);
-        }
+    channels: &[Channel],
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<LampMarker>)> {
+    let lamps = |head: KnownHead<'_>| (head.1.way_id, lamps(stores, channels, head).collect());
+    known(stores, heads).map(lamps).collect()
+}
+
+/// A head, by position and as the map has it.
+type KnownHead<'a> = (HeadIndex, &'a Head);
+
+fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterator<Item = KnownHead<'a>> {
+    heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
+}
+
+fn light(stores: &Stores, channel: Channel, (index, head): KnownHead<'_>) -> Option<LightState> {
+    let light = stores.truth(channel).light(index)?;
+    let way_id = sent_id(head.way_id, stores.compat());
+    light.bulbs.map(|bulbs| LightState { way_id, bulbs, confidence: light.confidence })
+}
+
+fn lamps<'a>(
+    stores: &Stores,
+    channels: &[Channel],
+    (index, head): KnownHead<'a>,
+) -> impl Iterator<Item = LampMarker> + use<'a> {
+    let bulbs = channels.iter().find_map(|channel| stores.truth(*channel).light(index)?.bulbs);
+    let way_id = sent_id(head.way_id, stores.compat());
+    bulbs.into_iter().flat_map(move |bulbs| {
+        let marker =
+            move |lamp: &Lamp| LampMarker { way_id, lamp: *lamp, is_on: shows_circle(&bulbs, lamp.color) };
+        head.lamps.iter().map(marker)
+    })
+}
+
+/// The group of a relation: the bulbs of all its heads, each as sure as the surest head. None when it
+/// is dark.
+fn merged(
+    stores: &Stores,
+    channel: Channel,
+    predictions: Option<&Predictions>,
+    relation_id: i64,
+    group: &Group,
+) -> Option<GroupState> {
+    let reports = group.heads.iter().filter_map(|index| {
+        let report = report(stores, channel, *index, stores.map().at(*index)?)?;
+        (!report.bulbs.is_empty()).then_some(report)
+    });
+    let reports: Vec<_> = reports.collect();
+    let bulbs = reports.iter().fold(BulbSet::EMPTY, |all, report| all.union(report.bulbs));
+    if bulbs.is_empty() {
+        return None;
     }
-    let mut groups = Vec::new();
-    for (relation_id, group) in stores.map().groups() {
-        let heads = group.heads.iter().filter_map(|head| by_head.get(head.0 as usize)?.as_ref());
-        let bulbs = heads.clone().fold(BulbSet::EMPTY, |all, report| all.union(report.bulbs));
-        if bulbs.is_empty() {
-            continue;
-        }
-        let confidence = |bulb| {
-            let of_bulb = heads.clone().filter(|report| report.bulbs.contains(bulb));
-            of_bulb.map(|report| report.confidence).fold(0.0, f64::max)
-        };
-        let elements = bulbs.iter().map(|bulb| Element { bulb, confidence: confidence(bulb) }).collect();
-        let mut announced =
-            heads.clone().map(|report| predictions(report.head)).filter(|list| !list.is_empty());
-        let first = announced.next().unwrap_or_default();
-        let predictions = match announced.next() {
-            None => first.iter().map(prediction).collect(),
-            Some(second) => union([first, second].into_iter().chain(announced)),
-        };
-        groups.push(GroupState { relation_id, elements, predictions });
-    }
-    groups
+    let confidence = |bulb| {
+        let of_bulb = reports.iter().filter(|report| report.bulbs.contains(bulb));
+        of_bulb.map(|report| report.confidence).fold(0.0, f64::max)
+    };
+    let elements = bulbs.iter().map(|bulb| Element { bulb, confidence: confidence(bulb) }).collect();
+    let of_head = |report: &Report<'_>| predictions.map_or(&[][..], |known| known.of(report.head));
+    let mut announced = reports.iter().map(of_head).filter(|list| !list.is_empty());
+    let first = announced.next().unwrap_or_default();
+    let predictions = match announced.next() {
+        None => first.iter().map(prediction).collect(),
+        Some(second) => union([first, second].into_iter().chain(announced)),
+    };
+    Some(GroupState { relation_id, elements, predictions })
 }
 
 /// The predictions of several heads as those of one: ascending, each bulb once at a time.
@@ -132,20 +196,12 @@ fn prediction(predicted: &Predicted) -> Prediction {
     Prediction { at: predicted.at, elements: elements.collect(), reliability: 1.0, source: SOURCE }
 }
 
-/// Head by head, what is detected, else what is so.
-fn reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
-    let mut detected = stores.detected(channel).entries().peekable();
-    let mut reports = Vec::new();
-    let heads = stores.map().heads().iter().zip(stores.truth(channel).lights());
-    for (index, (head, truth)) in (0..).map(HeadIndex).zip(heads) {
-        let seen = detected.next_if(|(key, _)| *key == head.way_id).map(|(_, entry)| entry.light);
-        let light = seen.filter(|light| light.bulbs.is_some()).unwrap_or(*truth);
-        if let Some(bulbs) = light.bulbs {
-            let confidence = light.confidence;
-            reports.push(Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence });
-        }
-    }
-    reports
+/// What is detected of a head, else what is so.
+fn report<'a>(stores: &Stores, channel: Channel, index: HeadIndex, head: &'a Head) -> Option<Report<'a>> {
+    let seen = stores.detected(channel).light(head.way_id);
+    let light = if seen.bulbs.is_some() { &seen } else { stores.truth(channel).light(index)? };
+    let confidence = light.confidence;
+    light.bulbs.map(|bulbs| Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
 }
 
 /// Upstream: all truth, then each detection in the place of the entry whose way id is its key, else

@@ -1,15 +1,21 @@
 //! Messages waiting to be sent, and the last content of each topic, sent again while nothing changes.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::compat::Compat;
 use super::emission::{Content, Emission, LightsTopic};
+use super::journal::Journal;
 use super::merge;
 use super::prediction::Predictions;
+use super::renewal::renew;
 use super::store::Stores;
 use super::target::Channel;
+use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
+
+#[cfg(test)]
+mod properties;
 
 /// Emissions kept until they are asked for; older ones are lost.
 const MOST_WAITING: usize = 1_024;
@@ -25,9 +31,12 @@ pub(super) struct Outbox {
     markers: [Last; 2],
 }
 
-/// The last content of a topic, and which state of its sources it shows.
+/// The last content of a topic, and how many changes of each of its sources it shows.
 #[derive(Debug, Clone, Default)]
 struct Last(Option<([u64; 3], Arc<Content>)>);
+
+/// What a content is made of.
+type Sources<'a> = [Option<&'a Journal>; 3];
 
 impl Outbox {
     pub(super) fn new(one_group_per_head: bool) -> Self {
@@ -46,27 +55,25 @@ impl Outbox {
     }
 
     pub(super) fn send_ground_truth(&mut self, stores: &Stores, stamp: WallStamp) {
-        let sources = [stores.truth(Channel::Conventional).changes(), 0, 0];
-        let make = || Content::Lights(merge::lights(stores, Channel::Conventional));
-        let content = self.ground_truth.content(sources, make);
+        let channel = Channel::Conventional;
+        let sources = [Some(stores.truth(channel).journal()), None, None];
+        let content = self.ground_truth.content(
+            sources,
+            || Content::Lights(merge::lights(stores, channel)),
+            (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
+                renew(content, merge::lights_of(stores, channel, heads));
+            }),
+        );
         self.send(LightsTopic::GroundTruth, stamp, content);
     }
 
     pub(super) fn send_camera(&mut self, stores: &Stores, stamp: WallStamp) {
-        let channel = Channel::Conventional;
-        let sources = [stores.truth(channel).changes(), stores.detected(channel).changes(), 0];
-        let make = || Content::Groups(merge::groups(stores, channel, None, self.one_group_per_head));
-        let content = self.camera.content(sources, make);
+        let content = self.camera.groups(stores, Channel::Conventional, None, self.one_group_per_head);
         self.send(LightsTopic::Camera, stamp, content);
     }
 
     pub(super) fn send_v2i(&mut self, stores: &Stores, predictions: &Predictions, stamp: WallStamp) {
-        let channel = Channel::V2i;
-        let sources =
-            [stores.truth(channel).changes(), stores.detected(channel).changes(), predictions.changes()];
-        let make =
-            || Content::Groups(merge::groups(stores, channel, Some(predictions), self.one_group_per_head));
-        let content = self.v2i.content(sources, make);
+        let content = self.v2i.groups(stores, Channel::V2i, Some(predictions), self.one_group_per_head);
         self.send(LightsTopic::V2i, stamp, content);
     }
 
@@ -80,9 +87,14 @@ impl Outbox {
             (Compat::Upstream, Channel::Conventional) => (conventional, &[Channel::Conventional][..]),
             (Compat::Upstream, Channel::V2i) => (v2i, &[Channel::V2i][..]),
         };
-        let changes = |channel| if channels.contains(&channel) { stores.truth(channel).changes() } else { 0 };
-        let sources = [changes(Channel::Conventional), changes(Channel::V2i), 0];
-        let content = last.content(sources, || Content::Markers(merge::markers(stores, channels)));
+        let source = |channel| channels.contains(&channel).then(|| stores.truth(channel).journal());
+        let content = last.content(
+            [source(Channel::Conventional), source(Channel::V2i), None],
+            || Content::Markers(merge::markers(stores, channels)),
+            (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
+                renew(content, merge::markers_of(stores, channels, heads));
+            }),
+        );
         self.send(LightsTopic::Markers, stamp, content);
     }
 
@@ -95,23 +107,65 @@ impl Outbox {
 }
 
 impl Last {
-    fn content(&mut self, sources: [u64; 3], make: impl FnOnce() -> Content) -> Arc<Content> {
-        match &mut self.0 {
-            Some((known, content)) if *known == sources => Arc::clone(content),
-            Some((known, content)) => {
-                *known = sources;
-                let made = make();
-                // Changed and changed back: still the same content.
-                if **content != made {
-                    *content = Arc::new(made);
+    fn groups(
+        &mut self,
+        stores: &Stores,
+        channel: Channel,
+        predictions: Option<&Predictions>,
+        one_group_per_head: bool,
+    ) -> Arc<Content> {
+        let sources = [
+            Some(stores.truth(channel).journal()),
+            Some(stores.detected(channel).journal()),
+            predictions.map(Predictions::journal),
+        ];
+        let is_merged = stores.compat() == Compat::Improved && !one_group_per_head;
+        self.content(
+            sources,
+            || Content::Groups(merge::groups(stores, channel, predictions, one_group_per_head)),
+            is_merged.then_some(|content: &mut _, heads: &_| {
+                renew(content, merge::groups_of(stores, channel, predictions, heads));
+            }),
+        )
+    }
+
+    /// What the sources come to. `make` makes it of all heads, `renew` of those that changed, if it can.
+    fn content(
+        &mut self,
+        sources: Sources<'_>,
+        make: impl FnOnce() -> Content,
+        renew: Option<impl FnOnce(&mut Arc<Content>, &BTreeSet<HeadIndex>)>,
+    ) -> Arc<Content> {
+        let changes = sources.map(|source| source.map_or(0, Journal::changes));
+        let Some((shown, content)) = &mut self.0 else {
+            let content = Arc::new(make());
+            self.0 = Some((changes, Arc::clone(&content)));
+            return content;
+        };
+        let before = std::mem::replace(shown, changes);
+        if before != changes {
+            match renew.zip(changed(sources, before)) {
+                Some((renew, heads)) => renew(content, &heads),
+                None => {
+                    let made = make();
+                    // Changed and changed back: still the same content.
+                    if **content != made {
+                        *content = Arc::new(made);
+                    }
                 }
-                Arc::clone(content)
-            }
-            none => {
-                let content = Arc::new(make());
-                *none = Some((sources, Arc::clone(&content)));
-                content
             }
         }
+        Arc::clone(content)
     }
+}
+
+/// The heads that changed in any of the sources since; none when they are too many to be known.
+fn changed(sources: Sources<'_>, before: [u64; 3]) -> Option<BTreeSet<HeadIndex>> {
+    let mut heads = BTreeSet::new();
+    for (source, before) in sources.into_iter().zip(before) {
+        if let Some(journal) = source {
+            heads.extend(journal.since(before)?);
+        }
+    }
+    Some(heads)
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use super::bulb::{Bulb, BulbSet};
 use super::compat::Compat;
 use super::controller::{ControllerState, upstream_cycle_s};
+use super::journal::Journal;
 use super::refusal::Refusal;
 use super::scenario::{Controller, Phase, StateText};
 use super::store::heads_of;
@@ -29,7 +30,7 @@ pub(super) struct Predictions {
     by_head: BTreeMap<HeadIndex, Announced>,
     /// Heads each controller announced last.
     by_controller: Vec<Vec<HeadIndex>>,
-    changes: u64,
+    journal: Journal,
 }
 
 #[derive(Debug, Clone)]
@@ -47,8 +48,9 @@ pub(super) struct Predicted {
 }
 
 impl Predictions {
-    pub(super) fn new(controllers: usize, compat: Compat) -> Self {
-        Self { compat, by_head: BTreeMap::new(), by_controller: vec![Vec::new(); controllers], changes: 0 }
+    pub(super) fn new(controllers: usize, heads: usize, compat: Compat) -> Self {
+        let by_controller = vec![Vec::new(); controllers];
+        Self { compat, by_head: BTreeMap::new(), by_controller, journal: Journal::new(heads) }
     }
 
     /// Those of a head, ascending by time.
@@ -56,14 +58,16 @@ impl Predictions {
         self.by_head.get(&head).map_or(&[], |announced| &announced.list)
     }
 
-    /// Differs from what it was whenever something may be different.
-    pub(super) fn changes(&self) -> u64 {
-        self.changes
+    /// Changes whenever something may be different.
+    pub(super) fn journal(&self) -> &Journal {
+        &self.journal
     }
 
     /// Forgets all.
     pub(super) fn clear(&mut self) {
-        self.changes += u64::from(!self.by_head.is_empty());
+        for head in self.by_head.keys() {
+            self.journal.add(*head);
+        }
         self.by_head.clear();
     }
 
@@ -82,7 +86,7 @@ impl Predictions {
                 for head in self.by_controller.get_mut(index).map(std::mem::take).into_iter().flatten() {
                     if self.by_head.get(&head).is_some_and(|announced| announced.controller == index) {
                         self.by_head.remove(&head);
-                        self.changes += 1;
+                        self.journal.add(head);
                     }
                 }
                 let mut found = BTreeMap::new();
@@ -104,7 +108,9 @@ impl Predictions {
     }
 
     fn take(&mut self, controller: usize, found: BTreeMap<HeadIndex, Vec<Predicted>>) {
-        self.changes += u64::from(!found.is_empty());
+        for head in found.keys() {
+            self.journal.add(*head);
+        }
         let announced = found.into_iter().map(|(head, list)| (head, Announced { controller, list }));
         self.by_head.extend(announced);
     }

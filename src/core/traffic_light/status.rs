@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use super::bulb::{BulbSet, Color, Status as BulbStatus};
 use super::engine::TrafficLights;
 use super::note::Verdict;
 use super::scenario::ControllerIndex;
@@ -29,30 +28,26 @@ impl TrafficLights {
             Channel::Conventional => ("conventional", conventional, truth_rate, 0),
             Channel::V2i => ("v2i", v2i, v2i_rate, self.expiry.expired()),
         };
-        let (mut lights, mut dark, mut unknown) = (0, 0, 0);
-        for light in self.ground_truth(channel) {
-            lights += 1;
-            dark += u32::from(!light.bulbs.iter().any(|bulb| bulb.status.is_lit()));
-            unknown += u32::from(is_unknown(&light.bulbs));
-        }
-        unknown += self.detected(channel).map(|(_, sight)| u32::from(is_unknown(&sight.bulbs))).sum::<u32>();
+        let (truth, detected) =
+            (self.stores().truth(channel).tally(), self.stores().detected(channel).tally());
         let lately = |at: MonoTime| now.since(at) < REJECTED_LATELY;
         let rejected = counts.last_rejected.filter(|(_, at)| lately(*at));
         let (level, message) = match (stale, rejected) {
             (0, None) => (Level::Ok, "as told".to_owned()),
-            (0, Some((id, _))) => (Level::Warn, format!("an input for {id} was rejected")),
+            (0, Some((Some(id), _))) => (Level::Warn, format!("an input for {id} was rejected")),
+            (0, Some((None, _))) => (Level::Warn, "an input that makes no sense was rejected".to_owned()),
             (_, _) => (Level::Warn, "lights are no longer renewed".to_owned()),
         };
         let mut values = vec![
-            ("lights", lights.to_string()),
-            ("dark", dark.to_string()),
-            ("unknown", unknown.to_string()),
-            ("detected", self.detected(channel).count().to_string()),
+            ("lights", truth.lights.to_string()),
+            ("dark", truth.dark.to_string()),
+            ("unknown", (truth.unknown + detected.unknown).to_string()),
+            ("detected", detected.lights.to_string()),
             ("stale", stale.to_string()),
             ("rejected", counts.rejected.to_string()),
             ("rate_hz", rate.as_hz().to_string()),
         ];
-        if let Some((id, _)) = counts.last_rejected {
+        if let Some((Some(id), _)) = counts.last_rejected {
             values.push(("last_rejected", id.to_string()));
         }
         Status { name: format!("{node}: traffic_lights_{name}"), level, message, values }
@@ -93,8 +88,4 @@ impl TrafficLights {
         values.push(("skipped", self.skipped().to_string()));
         Status { name: format!("{node}: traffic_lights_scenario"), level, message, values }
     }
-}
-
-fn is_unknown(bulbs: &BulbSet) -> bool {
-    bulbs.iter().any(|bulb| bulb.color == Color::Unknown || bulb.status == BulbStatus::Unknown)
 }

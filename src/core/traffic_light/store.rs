@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use super::compat::Compat;
+use super::journal::Journal;
 use super::refusal::Refusal;
+use super::tally::Tally;
 use super::target::{Channel, Layer, Target};
 use crate::core::map::light_map::{HeadIndex, LightMap};
 
@@ -54,14 +56,16 @@ pub enum Expected {
 #[derive(Debug, Clone)]
 pub struct GroundTruth {
     lights: Vec<Light>,
-    changes: u64,
+    tally: Tally,
+    journal: Journal,
 }
 
 /// Detections of one channel. Key: way id of the head, for upstream the id as written.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Detected {
     entries: BTreeMap<i64, DetectedLight>,
-    changes: u64,
+    tally: Tally,
+    journal: Journal,
 }
 
 /// A detection and whose it is.
@@ -131,17 +135,29 @@ impl GroundTruth {
 
     /// Differs from what it was whenever something is different.
     pub fn changes(&self) -> u64 {
-        self.changes
+        self.journal.changes()
+    }
+
+    pub(super) fn journal(&self) -> &Journal {
+        &self.journal
+    }
+
+    pub(super) fn tally(&self) -> Tally {
+        self.tally
     }
 
     fn apply(&mut self, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
         let Some(light) = self.lights.get_mut(head.0 as usize) else { return false };
+        let before = light.bulbs;
         let created = compat == Compat::Upstream && light.bulbs.is_none();
         if created {
             light.bulbs = Some(BulbSet::EMPTY);
         }
         let changed = light.apply(change, write) || created;
-        self.changes += u64::from(changed);
+        if changed {
+            self.tally.turn(before, light.bulbs);
+            self.journal.add(head);
+        }
         changed
     }
 }
@@ -154,14 +170,23 @@ impl Detected {
 
     /// Differs from what it was whenever something is different.
     pub fn changes(&self) -> u64 {
-        self.changes
+        self.journal.changes()
     }
 
-    fn light(&self, key: i64) -> Light {
+    pub(super) fn journal(&self) -> &Journal {
+        &self.journal
+    }
+
+    pub(super) fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    pub(super) fn light(&self, key: i64) -> Light {
         self.entries.get(&key).map_or(Light::UNTOUCHED, |entry| entry.light)
     }
 
     fn apply(&mut self, key: i64, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
+        let before = self.light(key).bulbs;
         let changed = match (change, compat) {
             (Change::Remove, _) | (Change::Clear, Compat::Upstream) => self.entries.remove(&key).is_some(),
             // Its confidence is kept.
@@ -175,7 +200,10 @@ impl Detected {
                 entry.light.apply(change, write)
             }
         };
-        self.changes += u64::from(changed);
+        if changed {
+            self.tally.turn(before, self.light(key).bulbs);
+            self.journal.add(head);
+        }
         changed
     }
 }
@@ -183,8 +211,11 @@ impl Detected {
 impl Stores {
     /// Nothing is known yet.
     pub fn new(map: Arc<LightMap>, compat: Compat) -> Self {
-        let truth = GroundTruth { lights: vec![Light::UNTOUCHED; map.heads().len()], changes: 0 };
-        let channels = [(truth.clone(), Detected::default()), (truth, Detected::default())];
+        let (heads, tally) = (map.heads().len(), Tally::default());
+        let journal = Journal::new(heads);
+        let truth = GroundTruth { lights: vec![Light::UNTOUCHED; heads], tally, journal: journal.clone() };
+        let detected = Detected { entries: BTreeMap::new(), tally, journal };
+        let channels = [(truth.clone(), detected.clone()), (truth, detected)];
         Self { map, compat, channels, writes: 0 }
     }
 

@@ -86,13 +86,18 @@ impl fmt::Display for Resolution {
 
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.kind)?;
-        match self.why {
-            Why::Shift(verdict) => write!(f, "{verdict}"),
-            Why::Ignored => f.write_str("decided before"),
-            Why::Idle => f.write_str("nothing to signal"),
-            Why::OwnRule => f.write_str("signalled"),
-            Why::TooEarly => f.write_str("too far ahead"),
+        write!(f, "{}: {}", self.kind, self.why)
+    }
+}
+
+impl fmt::Display for Why {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Shift(verdict) => write!(f, "{verdict}"),
+            Self::Ignored => f.write_str("decided before"),
+            Self::Idle => f.write_str("nothing to signal"),
+            Self::OwnRule => f.write_str("signalled"),
+            Self::TooEarly => f.write_str("too far ahead"),
         }
     }
 }

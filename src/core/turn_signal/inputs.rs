@@ -7,7 +7,8 @@ use super::geometry::Pose;
 use super::geometry::path::PathError;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::road::Road;
-use super::route::Route;
+use super::route::{Route, RouteError};
+use super::told::FactorTopic;
 use crate::core::time::MonoTime;
 
 /// A value and when it came.
@@ -104,6 +105,54 @@ pub enum Finding {
     },
     /// The route is another one; what was remembered of the old one is forgotten.
     NewRoute,
+    /// The last route cannot be used, and the one before it holds no longer: no command.
+    RouteRefused(RouteError),
+    /// Points of the planned path are no numbers; it is not used.
+    PlannedPathNotFinite,
+    /// A planning factor cannot be used and is left out.
+    BadFactor {
+        /// Whose.
+        topic: FactorTopic,
+        /// Why.
+        flaw: FactorFlaw,
+    },
+    /// A manoeuvre is left out: it needs a planned path, and there is none to use.
+    NoPathFor {
+        /// Which.
+        kind: ManoeuvreKind,
+    },
+    /// Nobody says any more whether lanes are driven: no command.
+    OldScenario {
+        /// How old.
+        age: Duration,
+    },
+    /// Who asked for hazard lights, or for none, is silent: neither is commanded for him.
+    OldHazardRequest {
+        /// How old.
+        age: Duration,
+    },
+}
+
+/// Why a planning factor cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FactorFlaw {
+    /// A place or an offset is no number.
+    NotFinite,
+    /// It lacks a start or an end.
+    NoStretch,
+    /// It does not say to which side.
+    NoSide,
+}
+
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Weight {
+    /// Part of every drive.
+    Normal,
+    /// The decision may lack something.
+    Doubt,
+    /// There is no decision, though there should be one.
+    Failure,
 }
 
 impl AgeLimits {
@@ -113,6 +162,58 @@ impl AgeLimits {
         planned_path: Duration::from_secs(1),
         manoeuvre: Duration::from_secs(1),
     };
+}
+
+impl Finding {
+    /// How much it matters.
+    pub const fn weight(&self) -> Weight {
+        match self {
+            Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Weight::Normal,
+            Self::NoOdometry
+            | Self::EmptyPlannedPath
+            | Self::OldPlannedPath { .. }
+            | Self::NoLaneAround
+            | Self::NoDistancePath(_)
+            | Self::OldManoeuvre { .. }
+            | Self::TimeWentBack { .. }
+            | Self::PlannedPathNotFinite
+            | Self::BadFactor { .. }
+            | Self::NoPathFor { .. }
+            | Self::OldHazardRequest { .. } => Weight::Doubt,
+            Self::OldOdometry { .. }
+            | Self::FutureOdometry { .. }
+            | Self::OdometryNotFinite
+            | Self::NoRoad
+            | Self::RouteRefused(_)
+            | Self::OldScenario { .. } => Weight::Failure,
+        }
+    }
+
+    /// What is wrong, without numbers that change from cycle to cycle.
+    pub fn situation(&self) -> String {
+        match self {
+            Self::OldOdometry { .. } => "odometry is too old".to_owned(),
+            Self::FutureOdometry { .. } => "odometry is in the future".to_owned(),
+            Self::OldPlannedPath { .. } => "the planned path is too old".to_owned(),
+            Self::OldManoeuvre { kind, .. } => format!("{kind} is too old"),
+            Self::TimeWentBack { .. } => "the clock went back".to_owned(),
+            Self::OldScenario { .. } => "the scenario is too old".to_owned(),
+            Self::OldHazardRequest { .. } => "the hazard request is too old".to_owned(),
+            Self::NoOdometry
+            | Self::OdometryNotFinite
+            | Self::NoRoad
+            | Self::NoRoute
+            | Self::NotLaneDriving
+            | Self::EmptyPlannedPath
+            | Self::NoLaneAround
+            | Self::NoDistancePath(_)
+            | Self::NewRoute
+            | Self::RouteRefused(_)
+            | Self::PlannedPathNotFinite
+            | Self::BadFactor { .. }
+            | Self::NoPathFor { .. } => self.to_string(),
+        }
+    }
 }
 
 impl Inputs<'_> {
@@ -170,6 +271,24 @@ impl fmt::Display for Finding {
             Self::OldManoeuvre { kind, age } => write!(f, "{kind} is {} ms old", age.as_millis()),
             Self::TimeWentBack { by } => write!(f, "the clock went back by {} ms", by.as_millis()),
             Self::NewRoute => f.write_str("new route"),
+            Self::RouteRefused(error) => write!(f, "{error}"),
+            Self::PlannedPathNotFinite => f.write_str("a point of the planned path is no number"),
+            Self::BadFactor { topic, flaw } => write!(f, "planning factor of {}: {flaw}", topic.name()),
+            Self::NoPathFor { kind } => write!(f, "{kind} without a planned path"),
+            Self::OldScenario { age } => write!(f, "the scenario is {} ms old", age.as_millis()),
+            Self::OldHazardRequest { age } => {
+                write!(f, "the hazard request is {} ms old", age.as_millis())
+            }
         }
+    }
+}
+
+impl fmt::Display for FactorFlaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "a place or an offset is no number",
+            Self::NoStretch => "no start and end",
+            Self::NoSide => "no side",
+        })
     }
 }

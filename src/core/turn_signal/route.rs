@@ -26,7 +26,7 @@ pub struct Route {
     lanes: BTreeSet<LaneId>,
 }
 
-/// Why a route is refused; the one before it stays in force.
+/// Why a route is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RouteError {
     /// It leads nowhere.
@@ -38,6 +38,15 @@ pub enum RouteError {
         /// The lanelet.
         lane: LaneId,
     },
+    /// It is of another map.
+    #[error("lanelet {lane} of the route is not on the map")]
+    Unknown {
+        /// The lanelet.
+        lane: LaneId,
+    },
+    /// It starts nowhere.
+    #[error("the start of the route is no number")]
+    StartNotFinite,
 }
 
 impl Route {
@@ -59,6 +68,21 @@ impl Route {
     pub fn single_file(id: u128, start: Pose, lanes: &[LaneId]) -> Result<Self, RouteError> {
         let segment = |lane: &LaneId| Segment { preferred: *lane, lanes: vec![*lane] };
         Self::new(id, start, lanes.iter().map(segment).collect())
+    }
+
+    /// Itself, if it can be driven on this road.
+    ///
+    /// # Errors
+    /// A lanelet that is not there, or a start that is no place.
+    pub fn checked(self, road: &Road) -> Result<Self, RouteError> {
+        if !self.start.is_finite() {
+            return Err(RouteError::StartNotFinite);
+        }
+        let unknown = self.lanes().find(|lane| road.lane(*lane).is_none());
+        match unknown {
+            Some(lane) => Err(RouteError::Unknown { lane }),
+            None => Ok(self),
+        }
     }
 
     /// Its id; another one means another route.

@@ -80,6 +80,16 @@ impl fmt::Display for Signal {
     }
 }
 
+impl fmt::Display for Hazard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoCommand => "NO_COMMAND",
+            Self::Disable => "DISABLE",
+            Self::Enable => "ENABLE",
+        })
+    }
+}
+
 impl fmt::Display for Side {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         Signal::from(*self).fmt(f)

@@ -115,6 +115,11 @@ impl VehicleLights {
         }
     }
 
+    /// What is published at present, as settled last; `None` = withheld.
+    pub fn reports(&self) -> (Option<TurnIndicators>, Option<HazardLights>) {
+        (self.turn.current().map(|(turn, _)| turn), self.hazard.current().map(|(hazard, _)| hazard))
+    }
+
     /// When to call [`Self::settle`] with nothing happening.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let stale = self.seen.next_deadline(&self.binding.table, now);

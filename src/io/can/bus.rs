@@ -11,6 +11,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 use super::controller::{self, ControllerWatch};
 use super::link::{Link, LinkWatch};
 use super::socket::{BATCH, CanSocket};
+use super::transmit::Transmitter;
 use crate::core::controller::ControllerReport;
 use crate::core::event::{BusIndex, Input, LinkState};
 use crate::core::frame::CanId;
@@ -32,6 +33,8 @@ pub struct BusSocketSettings {
     pub ids: Vec<CanId>,
     /// Bytes of receive buffer to ask for. The system may grant less, which is logged.
     pub receive_buffer_bytes: usize,
+    /// Opened while the interface is.
+    pub transmitter: Transmitter,
 }
 
 /// Receives until the channel closes: frames with the kernel's stamps, losses, error frames, the link
@@ -41,8 +44,8 @@ pub struct BusSocketSettings {
 /// A frame after a pause is handed on at once, those that follow in batches 5 ms apart. When the
 /// channel is full, frames wait in the kernel, which counts those it has no room for. An interface
 /// that went down or away is taken up again under its name when it comes back, without the frames
-/// queued before: `ENETDOWN` and `ENODEV` are told by asking for the name again. (`ENOBUFS` comes to
-/// those who send; nothing here does.)
+/// queued before: `ENETDOWN` and `ENODEV` are told by asking for the name again. While the interface is
+/// open, frames can be sent through the settings' transmitter.
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<Input>>) {
     let consumer = inputs.clone();
     let reception = Reception { settings, inputs, reported: None };
@@ -109,9 +112,11 @@ impl Reception {
         let opened = self.open(index);
         // One that cannot be opened may have gone away just now.
         let mut socket = opened.map_err(|error| watch.look().err().unwrap_or(failed(&error)))?;
+        let way_out = self.settings.transmitter.clone();
+        let _open_until_lost = way_out.open(&socket).map_err(|error| failed(&error))?;
         self.report(LinkState::Up).await?;
         let controller = ControllerWatch::new(&self.settings.interface);
-        let mut lookout = Lookout { index, link: watch, controller };
+        let mut lookout = Lookout { index, link: watch, controller, way_out: &way_out };
         loop {
             let (busy, next) = self.frame_by_frame(socket, &mut lookout).await?;
             socket = self.batch_by_batch(busy, next, &mut lookout).await?;
@@ -241,6 +246,7 @@ struct Lookout<'a> {
     index: c_int,
     link: &'a mut LinkWatch,
     controller: ControllerWatch,
+    way_out: &'a Transmitter,
 }
 
 impl Lookout<'_> {
@@ -257,6 +263,7 @@ impl Lookout<'_> {
                 Ok(None)
             }
             () = self.controller.due() => Ok(self.controller.look()),
+            () = self.way_out.lost() => Err(self.link.look().err().unwrap_or(LinkState::Down)),
         }
     }
 }
@@ -283,7 +290,8 @@ mod tests {
 
     fn settings(interface: &str) -> BusSocketSettings {
         let bus = BusIndex(2);
-        BusSocketSettings { bus, interface: interface.into(), ids: vec![], receive_buffer_bytes: 4096 }
+        let (interface, transmitter) = (interface.into(), Transmitter::default());
+        BusSocketSettings { bus, interface, ids: vec![], receive_buffer_bytes: 4096, transmitter }
     }
 
     #[tokio::test(start_paused = true)]

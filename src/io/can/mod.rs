@@ -6,6 +6,7 @@
 //! | `link` | what the kernel says of an interface, and when that may have changed |
 //! | `controller` | what the kernel says of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
+//! | [`transmit`] | sending on that socket |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | recordings on disk, in any format, plain or gzip |
 //! | [`candump`] | one line of a candump log |
@@ -18,4 +19,5 @@ pub mod formats;
 mod link;
 pub mod log;
 mod socket;
+pub mod transmit;
 mod wire;

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::mem::{size_of, size_of_val, zeroed};
-use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd, RawFd};
 use std::ptr::null_mut;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -93,6 +93,12 @@ impl CanSocket {
             }
         }
         Ok(lengths.iter().flatten().count())
+    }
+}
+
+impl AsFd for CanSocket {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.fd.as_fd()
     }
 }
 

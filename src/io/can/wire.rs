@@ -58,6 +58,23 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
     make(id, data).map(Message::Data)
 }
 
+/// A frame as a `can_frame` or `canfd_frame`, and how many of the bytes it takes. FD frames keep to one
+/// bit rate.
+pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
+    let mut bytes = [0; libc::CANFD_MTU];
+    let id = match frame.id() {
+        CanId::Standard(id) => u32::from(id),
+        CanId::Extended(id) => id | libc::CAN_EFF_FLAG,
+    };
+    let data = frame.data();
+    let (head, body) = bytes.split_at_mut(8);
+    // A frame has 64 bytes at most, so the length fits.
+    let words = id.to_ne_bytes().into_iter().chain(u8::try_from(data.len()));
+    head.iter_mut().zip(words).for_each(|(to, from)| *to = from);
+    body.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+    (bytes, if frame.is_fd() { libc::CANFD_MTU } else { libc::CAN_MTU })
+}
+
 /// What the control messages beside a frame say.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Controls {
@@ -144,6 +161,24 @@ mod tests {
         bytes.extend(body);
         bytes.resize(bytes.len().next_multiple_of(size_of::<usize>()), 0);
         bytes
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_back(
+            extended: bool,
+            number in 0..0x2000_0000_u32,
+            data in proptest::collection::vec(any::<u8>(), 0..=64),
+            fd: bool,
+        ) {
+            let id = if extended { CanId::extended(number) } else { CanId::standard(number & 0x7FF) };
+            let frame = if fd { Frame::fd(id.unwrap(), &data) } else { Frame::classic(id.unwrap(), &data) };
+            if let Some(frame) = frame {
+                let (bytes, length) = bytes(&frame);
+                prop_assert_eq!(message(&bytes[..length]), Some(Message::Data(frame)));
+                prop_assert_eq!(bytes[5..8], [0; 3], "no flags, nothing reserved");
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,9 @@
 //! Frames that do not fall on the ends of phases.
 
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+
 use super::*;
 use crate::core::traffic_light::cadence::{FrameClock, Rate};
 use crate::core::traffic_light::scenario::{Phase, Reference};
@@ -21,12 +25,20 @@ fn following(mut follower: Controller, delay_s: f64) -> Controller {
 
 /// (controller, phase, frame) of all transitions within so many frames at 30 Hz.
 fn transitions(controllers: Vec<Controller>, compat: Compat, frames: u64) -> Vec<(usize, usize, u64)> {
+    seen(controllers, compat, frames, false)
+}
+
+/// Likewise; `all` looks at each controller in each frame.
+fn seen(controllers: Vec<Controller>, compat: Compat, frames: u64, all: bool) -> Vec<(usize, usize, u64)> {
     let scenario = Scenario { controllers, ..Scenario::default() };
     let mut states = Controllers::new(&scenario, compat);
     let (mut clock, mut previous, mut found) = (FrameClock::new(Rate::THIRTY_HZ, 1), None, Vec::new());
     for number in 1..=frames {
         let now = clock.tick();
         let frame = Frame { now, previous: previous.replace(now) };
+        if all {
+            states.idle_until.fill(0);
+        }
         for (index, controller) in scenario.controllers.iter().enumerate() {
             if let Some(to) = states.due(index, controller, frame) {
                 assert!(to.start.nanos <= now.nanos);
@@ -123,5 +135,28 @@ fn cycles_agree_exactly_or_as_upstream_adds_them() {
         let (one_c, other_c) = (controller(&one), controller(&other));
         assert_eq!(cycles_agree(&one_c, &other_c, Compat::Improved), ours, "{one:?} {other:?}");
         assert_eq!(cycles_agree(&one_c, &other_c, Compat::Upstream), upstream, "{one:?} {other:?}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn no_idle_controller_is_overlooked(
+        told in vec((vec(option::of(0..30_u8), 0..4), option::of((0..5_usize, 0..20_u8))), 1..5),
+    ) {
+        let count = told.len();
+        let controllers: Vec<_> = told
+            .into_iter()
+            .map(|(tenths, follows)| {
+                let seconds = |tenths: Option<u8>| tenths.map_or(f64::INFINITY, |tenths| f64::from(tenths) / 10.0);
+                let mut controller = controller(&tenths.into_iter().map(seconds).collect::<Vec<_>>());
+                controller.reference = follows.map(|(reference, tenths)| Reference {
+                    controller: ControllerIndex(reference % count),
+                    delay: Duration::from_millis(u64::from(tenths) * 100),
+                });
+                controller
+            })
+            .collect();
+        let found = seen(controllers.clone(), Compat::Improved, 300, false);
+        prop_assert_eq!(found, seen(controllers, Compat::Improved, 300, true));
     }
 }

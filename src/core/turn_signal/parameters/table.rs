@@ -106,6 +106,31 @@ impl Parameter {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
     }
 
+    /// What it is set to, as [`Parameters::set`] takes it.
+    pub fn value(&self, parameters: &Parameters) -> String {
+        // The slots hand out places to write to.
+        let parameters = &mut parameters.clone();
+        let side = |side: Side, names: [&str; 2]| match side {
+            Side::Left => names[0].to_owned(),
+            Side::Right => names[1].to_owned(),
+        };
+        match self.slot {
+            Slot::Metres(slot)
+            | Slot::Spacing(slot)
+            | Slot::Seconds(slot)
+            | Slot::Degrees(slot)
+            | Slot::Radians(slot) => slot(parameters).to_string(),
+            Slot::Flag(slot) => slot(parameters).to_string(),
+            Slot::RoundaboutSide(slot) => {
+                slot(parameters).map_or("None".to_owned(), |given| side(given, ["Left", "Right"]))
+            }
+            Slot::StartSide(slot) => side(*slot(parameters), ["LEFT", "RIGHT"]),
+            Slot::ParkingSide(slot) => side(*slot(parameters), ["left_side", "right_side"]),
+            Slot::Depth(slot) => slot(parameters).map_or("-1".to_owned(), |depth| depth.to_string()),
+            Slot::Policy(slot) => slot(parameters).to_string(),
+        }
+    }
+
     /// Puts `value` where it belongs; the error says what would fit, and nothing changed.
     pub(super) fn set(&self, parameters: &mut Parameters, value: &str) -> Result<(), &'static str> {
         match self.slot {

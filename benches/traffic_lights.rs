@@ -1,0 +1,333 @@
+//! What many traffic lights cost: from 10 to 100,000 of them, all kinds of messages on.
+//!
+//! `cargo bench --bench traffic_lights`. Ten lights hang at each crossing, each light in a group of its
+//! own, known to V2I with all that is predicted. The limits compare figures of the same run: what is
+//! for a few lights must not cost more because there are many others.
+
+#![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::hint::black_box;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use byteorder::LittleEndian;
+use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
+use signal_gateway::config::{Overrides, load};
+use signal_gateway::core::event::{Input, LinkState, Output};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
+use signal_gateway::core::traffic_light::compat::Compat;
+use signal_gateway::core::traffic_light::emission::{Emission, LightsTopic};
+use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
+use signal_gateway::core::traffic_light::flow::FlowSettings;
+use signal_gateway::core::traffic_light::scenario::{
+    Action, Controller, ControllerIndex, Phase, PhaseEntry, Reference, Scenario, StateText,
+};
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
+
+/// What is for a few lights may take so much longer among 100,000 lights than among 10.
+const MOST_GROWTH: f64 = 20.0;
+
+const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
+const LIGHTS_PER_CROSSING: usize = 10;
+/// Each figure is the median of so many.
+const SAMPLES: usize = 9;
+/// Relation ids begin here.
+const GROUPS: usize = 1_000_000;
+/// Green, yellow, red; the cycle of each crossing begins a little after that of the one before.
+const PHASES: [(&str, u64); 3] = [("green", 17), ("yellow", 3), ("red", 10)];
+const CYCLE: Duration = Duration::from_secs(30);
+const TRUTH: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
+
+/// One figure for each of the sizes, nanoseconds.
+struct Row {
+    name: &'static str,
+    ns: Vec<f64>,
+    /// What 100,000 lights may cost more than 10; none = it is for all lights.
+    most: Option<f64>,
+}
+
+fn main() -> ExitCode {
+    let mut rows = [
+        ("emission, nothing changed", Some(MOST_GROWTH)),
+        ("phase change of ten lights", Some(MOST_GROWTH)),
+        ("emissions of a frame after it", None),
+        ("diagnostics", Some(MOST_GROWTH)),
+    ]
+    .map(|(name, most)| Row { name, ns: Vec::new(), most });
+    for lights in SIZES {
+        for (row, ns) in rows.iter_mut().zip(times(lights)) {
+            row.ns.push(ns);
+        }
+    }
+    let mut good = true;
+    println!("{:<32}{}", "traffic lights, ns for", SIZES.map(|size| format!("{size:>11}")).concat());
+    for row in &rows {
+        good &= row.print();
+    }
+    for (lights, with, arbiter, encoded) in [
+        (1_000, "", false, false),
+        (10_000, "", false, false),
+        (10_000, ", with arbiter", true, false),
+        (10_000, ", with CDR", false, true),
+        (100_000, "", false, false),
+    ] {
+        let share = share_of_a_core(lights, arbiter, encoded);
+        println!("traffic lights, {lights} at 30 Hz{with}: {share:.2} % of a core");
+    }
+    encoding(10_000);
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+impl Row {
+    /// Whether it grows no more than it may.
+    fn print(&self) -> bool {
+        let figures: String = self.ns.iter().map(|ns| format!("{ns:>11.0}")).collect();
+        let grown = self.ns.last().unwrap() / self.ns.first().unwrap();
+        println!("{:<32}{figures} ns, {:.1} times for ten times the lights", self.name, growth(&self.ns));
+        match self.most {
+            Some(most) if grown > most => {
+                println!("{}: {grown:.0} times as long among 100,000 lights; {most} is the most", self.name);
+                false
+            }
+            Some(_) | None => true,
+        }
+    }
+}
+
+/// Factor from one size to the next, as fits all of them best (least squares of the logarithms).
+fn growth(ns: &[f64]) -> f64 {
+    let logs: Vec<_> = ns.iter().map(|ns| ns.log10()).collect();
+    let middle = (logs.len() - 1) as f64 / 2.0;
+    let offsets = || (0..logs.len()).map(|index| index as f64 - middle);
+    let slope = offsets().zip(&logs).map(|(offset, log)| offset * log).sum::<f64>()
+        / offsets().map(|offset| offset * offset).sum::<f64>();
+    10_f64.powf(slope)
+}
+
+/// A second, a change, what follows, a status: nanoseconds of each, for the rows.
+fn times(lights: usize) -> [f64; 4] {
+    let hour = Duration::from_secs(3_600);
+    let mut drive = Drive::new(settings(lights, [hour; 3], Duration::ZERO));
+    drive.passes(Duration::from_secs(1));
+    let unchanged = median(|| timed(|| drive.passes(Duration::from_secs(1))));
+    let mut changes = (0..).flat_map(|round| {
+        let phase = PHASES[(round + 1) % PHASES.len()].0.to_owned();
+        (0..lights / LIGHTS_PER_CROSSING).map(move |crossing| Action::EnterPhase {
+            controller: ControllerIndex(crossing),
+            phase: phase.clone(),
+        })
+    });
+    let change = median(|| {
+        let actions: Vec<_> = changes.by_ref().take(100).collect();
+        timed(|| {
+            for action in &actions {
+                drive.engine.apply(action, drive.now).unwrap();
+            }
+            actions.len()
+        })
+    });
+    drive.passes(Duration::from_secs(1));
+    let after = median(|| {
+        drive.engine.apply(&changes.next().unwrap(), drive.now).unwrap();
+        // Three frames, in which each topic has its turn at least once.
+        timed(|| drive.passes(Duration::from_millis(100)).min(1))
+    });
+    let diagnostics = median(|| {
+        timed(|| {
+            for _ in 0..10 {
+                black_box(drive.engine.statuses("bench", drive.now.mono));
+            }
+            10
+        })
+    });
+    [unchanged, change, after, diagnostics]
+}
+
+/// Traffic lights and their time.
+struct Drive {
+    engine: TrafficLights,
+    now: Now,
+}
+
+impl Drive {
+    fn new(settings: LightsSettings) -> Self {
+        let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+        Self { engine: TrafficLights::new(settings, now), now }
+    }
+
+    /// Takes away what is sent, time after time; how much it was.
+    fn passes(&mut self, time: Duration) -> usize {
+        let end = self.now.mono.after(time);
+        let mut count = 0;
+        while self.engine.next_deadline() <= end {
+            self.now = at(self.engine.next_deadline());
+            self.engine.advance(self.now);
+            while let Some(emission) = self.engine.poll_output() {
+                black_box(&emission);
+                count += 1;
+            }
+            while self.engine.poll_note().is_some() {}
+        }
+        self.now = at(end);
+        count
+    }
+}
+
+/// How much of the time of the lights the whole gateway works, per cent: messages, diagnostics, phase
+/// changes as they come, at will the arbiter, and the bytes of all messages.
+fn share_of_a_core(lights: usize, arbiter: bool, encoded: bool) -> f64 {
+    let phases = PHASES.map(|(_, seconds)| Duration::from_secs(seconds));
+    let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
+    settings.traffic_lights = Some(FlowSettings {
+        lights: self::settings(lights, phases, CYCLE / u32::try_from(lights / LIGHTS_PER_CROSSING).unwrap()),
+        camera_faults: None,
+        v2i_faults: None,
+        arbiter: arbiter.then(ArbiterSettings::default),
+    });
+    let mut gateway = Gateway::new(settings, LinkState::Up, at(MonoTime::ZERO));
+    let mut due = MonoTime::ZERO;
+    let mut work = |until: MonoTime| {
+        let start = worked();
+        while gateway.next_deadline(due) <= until {
+            due = gateway.next_deadline(due);
+            gateway.handle(Input::Deadline, at(due));
+            while let Some(output) = gateway.poll_output() {
+                if let (Output::TrafficLights(emission), true) = (&output, encoded) {
+                    black_box(bytes(emission));
+                }
+                black_box(output);
+            }
+        }
+        worked().saturating_sub(start)
+    };
+    // Within a cycle all crossings have begun.
+    let begun = MonoTime::ZERO.after(CYCLE + Duration::from_secs(1));
+    work(begun);
+    let span = Duration::from_secs(10);
+    work(begun.after(span)).as_secs_f64() / span.as_secs_f64() * 100.0
+}
+
+/// What the messages of the lights are made of on their way out, beside the gateway.
+fn encoding(lights: usize) {
+    let phases = [Duration::from_secs(3_600); 3];
+    let mut drive = Drive::new(settings(lights, phases, Duration::ZERO));
+    drive.passes(Duration::from_secs(1));
+    let mut last = BTreeMap::new();
+    drive.now = at(drive.engine.next_deadline().after(Duration::from_millis(100)));
+    drive.engine.advance(drive.now);
+    while let Some(emission) = drive.engine.poll_output() {
+        last.insert(emission.topic, emission);
+    }
+    for (topic, emission) in last {
+        let messages = LightsMessage::of(&emission, lights_type(topic), Compat::Improved);
+        let size: usize = messages.iter().map(|message| cdr(message).len()).sum();
+        let converted = median(|| timed(|| black_box(bytes(&emission)).len().min(1)));
+        println!("traffic lights, {lights} as CDR, {topic:?}: {:.2} ms for {size} bytes", converted / 1e6);
+    }
+}
+
+/// As they go to DDS.
+fn bytes(emission: &Emission) -> Vec<Vec<u8>> {
+    let messages = LightsMessage::of(emission, lights_type(emission.topic), Compat::Improved);
+    messages.iter().map(cdr).collect()
+}
+
+fn cdr(message: &LightsMessage) -> Vec<u8> {
+    cdr_encoding::to_vec::<_, LittleEndian>(message).unwrap()
+}
+
+fn lights_type(topic: LightsTopic) -> LightsType {
+    match topic {
+        LightsTopic::GroundTruth => LightsType::ArrayV1,
+        LightsTopic::Camera | LightsTopic::V2i | LightsTopic::Arbiter => LightsType::GroupArray,
+        LightsTopic::Markers => LightsType::MarkerArray,
+    }
+}
+
+/// Crossings whose lights all go through the phases, each crossing a while after the one before.
+fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSettings {
+    let way_ids =
+        |crossing: usize| (0..LIGHTS_PER_CROSSING).map(move |light| crossing * LIGHTS_PER_CROSSING + light);
+    let lamps = (0..lights).map(|way_id| {
+        let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
+        (id(way_id), LampColor::ALL.map(lamp).to_vec())
+    });
+    let groups: Vec<_> = (0..lights)
+        .map(|way_id| GroupEntry {
+            relation_id: id(GROUPS + way_id),
+            way_ids: vec![id(way_id)],
+            is_pedestrian: false,
+        })
+        .collect();
+    let phase = |crossing: usize, (state, _): (&str, u64), duration| Phase {
+        name: state.to_owned(),
+        duration: Some(duration),
+        entries: way_ids(crossing)
+            .map(|way_id| PhaseEntry { target: target(way_id), state: StateText::new(state) })
+            .collect(),
+    };
+    let controllers = (0..lights / LIGHTS_PER_CROSSING).map(|crossing| Controller {
+        name: format!("crossing {crossing}"),
+        reference: (crossing > 0).then(|| Reference {
+            controller: ControllerIndex(0),
+            delay: apart * u32::try_from(crossing).unwrap(),
+        }),
+        phases: PHASES
+            .into_iter()
+            .zip(phases)
+            .map(|(told, duration)| phase(crossing, told, duration))
+            .collect(),
+    });
+    let scenario = Scenario {
+        controllers: controllers.collect(),
+        init: vec![Action::EnableV2i { ids: (0..lights).map(id).collect() }],
+        ..Scenario::default()
+    };
+    let topics = [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];
+    LightsSettings {
+        topics: BTreeSet::from(topics),
+        ..LightsSettings::new(Arc::new(LightMap::new(lamps, &groups)), scenario, Compat::Improved)
+    }
+}
+
+fn target(way_id: usize) -> Target {
+    Target { id: id(way_id), store: TRUTH }
+}
+
+fn id(number: usize) -> i64 {
+    i64::try_from(number).unwrap()
+}
+
+fn at(mono: MonoTime) -> Now {
+    Now { mono, wall: WallStamp::from_nanos(i64::try_from(mono.as_nanos()).unwrap()) }
+}
+
+/// Nanoseconds for each of what was done, which says how many they were.
+fn timed(action: impl FnOnce() -> usize) -> f64 {
+    let start = worked();
+    let count = action();
+    worked().saturating_sub(start).as_secs_f64() * 1e9 / count as f64
+}
+
+/// Time that this thread has worked: who else is busy does not count.
+fn worked() -> Duration {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is to a live value of the right type.
+    #[allow(unsafe_code)]
+    let told = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    assert_eq!(told, 0);
+    Duration::new(u64::try_from(time.tv_sec).unwrap(), u32::try_from(time.tv_nsec).unwrap())
+}
+
+fn median(mut sample: impl FnMut() -> f64) -> f64 {
+    let mut samples: Vec<_> = (0..SAMPLES).map(|_| sample()).collect();
+    samples.sort_by(f64::total_cmp);
+    samples[SAMPLES / 2]
+}

@@ -1,0 +1,49 @@
+//! The shipped maps: small, made up, traffic on the left as in Autoware's own parameters. Lanes are
+//! 3.5 m wide; the middle of each is what its description gives.
+
+mod bus_bay;
+mod crossing;
+mod curve;
+mod drawing;
+mod fork;
+mod lane_change_road;
+mod narrow_road;
+mod roundabout;
+mod turns;
+
+use drawing::Drawing;
+
+/// The file with the lanelets, in the folder of a map.
+pub(crate) const MAP_FILE: &str = "lanelet2_map.osm";
+/// The file that says how to read coordinates.
+pub(crate) const PROJECTOR_FILE: &str = "map_projector_info.yaml";
+/// Its text: `local_x` and `local_y` are the coordinates.
+pub(crate) const PROJECTOR: &str = "projector_type: Local\n";
+
+/// A map to make.
+pub(crate) struct Map {
+    /// Its folder.
+    pub(crate) name: &'static str,
+    draw: fn(&mut Drawing),
+}
+
+/// All of them.
+pub(crate) const ALL: [Map; 8] = [
+    Map { name: "bus_bay", draw: bus_bay::draw },
+    Map { name: "consecutive_turns", draw: turns::draw },
+    Map { name: "crossing", draw: crossing::draw },
+    Map { name: "fork", draw: fork::draw },
+    Map { name: "lane_change_road", draw: lane_change_road::draw },
+    Map { name: "narrow_road", draw: narrow_road::draw },
+    Map { name: "roundabout", draw: roundabout::draw_tagged },
+    Map { name: "roundabout_untagged", draw: roundabout::draw_untagged },
+];
+
+impl Map {
+    /// The text of [`MAP_FILE`].
+    pub(crate) fn osm(&self) -> String {
+        let mut drawing = Drawing::default();
+        (self.draw)(&mut drawing);
+        drawing.osm()
+    }
+}

@@ -1,0 +1,46 @@
+//! Any bytes as a drive scenario are refused in words, or make a drive whose cycles are numbers.
+//!
+//! The first byte says the form (0 TOML, 1 YAML); the map is always the same.
+
+#![no_main]
+
+use std::io;
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use signal_gateway::config::drive::read;
+use signal_gateway::config::files::Files;
+use signal_gateway::drive::course::Course;
+
+const MAP: &[u8] = include_bytes!("../corpus/map_text/crossroads.osm");
+
+struct Only<'a>(&'a [u8]);
+
+impl Files for Only<'_> {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("osm") => Ok(MAP.to_vec()),
+            Some("toml" | "yaml") if path.file_name().is_some_and(|name| name.len() <= 6) => Ok(self.0.to_vec()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        }
+    }
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((which, text)) = bytes.split_first() else { return };
+    let path = ["s.toml", "s.yaml"][usize::from(*which) % 2];
+    match read(&Only(text), Path::new(path)).and_then(Course::new) {
+        Err(refused) => {
+            assert!(!refused.0.is_empty());
+            for problem in refused.0 {
+                assert!(!problem.reason.is_empty() && !problem.to_string().contains('\n'));
+            }
+        }
+        Ok(course) => {
+            for cycle in course.cycles().take(20) {
+                assert!(cycle.pose.is_finite() && cycle.at_m.is_finite() && cycle.speed_mps.is_finite());
+                assert!(cycle.path.iter().all(|point| point.pose.is_finite()));
+            }
+        }
+    }
+});

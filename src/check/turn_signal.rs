@@ -1,0 +1,122 @@
+//! What a check says of the turn signal decider: what it would run on.
+
+use super::Report;
+use crate::config::turn_signal::TurnSignalConfig;
+use crate::core::turn_signal::flow::Role;
+use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
+use crate::core::turn_signal::scene::Mode;
+use crate::core::turn_signal::told::FactorTopic;
+
+/// Lists mode, map, rules, vehicle, age limits and topics.
+pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
+    let (flow, settings) = (&decider.flow, &decider.flow.decider);
+    let role = match (decider.runs, flow.role) {
+        (false, _) => "neither enabled nor shadow: does not run".to_owned(),
+        (true, Role::Command) => "enabled: commands are published".to_owned(),
+        (true, Role::Shadow { tolerance }) => {
+            format!("shadow: nothing is published, may differ for {} ms", tolerance.as_millis())
+        }
+    };
+    report.line("decider", &role);
+    let (map, lanes) = (decider.map.display(), flow.road.lanes().count());
+    report.line("", &format!("map {map}: {lanes} lanelets, {} roundabouts", flow.road.roundabouts().len()));
+    let behaviour = match settings.mode {
+        Mode::Improved => "improved",
+        Mode::Compat => "upstream",
+    };
+    let rules = decider.country.map_or("as deployed".to_owned(), |country| {
+        format!("{} ({})", country.code(), country.rules().source)
+    });
+    report.line("", &format!("behaviour {behaviour}, rules {rules}"));
+    let Vehicle { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
+    let front_m = settings.vehicle.front_m();
+    report.line(
+        "",
+        &format!(
+            "vehicle: front bumper {front_m:.2} m before the rear axle ({front_overhang_m:.2} m overhang), rear \
+             {rear_overhang_m:.2} m behind it, sides {left_m:.3} and {right_m:.3} m"
+        ),
+    );
+    let ms = |limit: std::time::Duration| limit.as_millis();
+    let limits = settings.age_limits;
+    report.line(
+        "",
+        &format!(
+            "a cycle each {} ms; too old after: odometry {}, planned path {}, manoeuvres {}, scenario {}, hazard \
+             request {} ms",
+            ms(flow.period),
+            ms(limits.odometry),
+            ms(limits.planned_path),
+            ms(limits.manoeuvre),
+            ms(flow.limits.scenario),
+            ms(flow.limits.hazard_request),
+        ),
+    );
+    for parameter in PARAMETERS.iter().take(SIGNAL_PARAMETERS) {
+        report.line("", &format!("{} = {}", parameter.name, parameter.value(&settings.parameters)));
+    }
+    for (name, what) in [
+        (&decider.inputs.odometry, "odometry"),
+        (&decider.inputs.route, "route"),
+        (&decider.inputs.planned_path, "planned path"),
+        (&decider.inputs.operation_mode, "operation mode"),
+        (&decider.inputs.scenario, "scenario"),
+        (&decider.inputs.hazard_request, "hazard request"),
+    ] {
+        let name = if name.is_empty() { "nothing" } else { name };
+        report.line("", &format!("{what} from {name}"));
+    }
+    let modules = decider.inputs.planning_factors.len();
+    report.line("", &format!("planning factors of {modules} of {} modules", FactorTopic::ALL.len()));
+    if decider.commands() {
+        let outputs = &decider.outputs;
+        report.line("", &format!("commands to {} and {}", outputs.turn_command, outputs.hazard_command));
+    }
+}
+
+/// How many parameters, at the head of the table, say when to signal.
+const SIGNAL_PARAMETERS: usize = 14;
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::path::Path;
+
+    use crate::config::files::Files;
+    use crate::config::{Overrides, load};
+
+    struct Texts(&'static str);
+
+    impl Files for Texts {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("gateway.toml") => Ok(self.0.into()),
+                Some("map.osm") => Ok(include_bytes!("../../tests/maps/crossroads.osm").to_vec()),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_decider_would_use_is_listed() {
+        let text = "[turn_signal]\nmap = \"map.osm\"\nshadow = true\ncountry = \"DE\"\ncompat = \"upstream\"\n\
+                    parameters.turn_signal_search_time = 2.5\ninputs.scenario = \"\"\n";
+        let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
+        let text = super::super::binding(&settings).text;
+        for part in [
+            "decider    shadow: nothing is published, may differ for 500 ms\n",
+            "behaviour upstream, rules DE (StVO",
+            "front bumper 3.79 m before the rear axle",
+            "a cycle each 100 ms; too old after: odometry 500,",
+            "turn_signal_search_time = 2.5\n",
+            "turn_signal_roundabout_on_entry = None\n",
+            "turn_signal_roundabout_on_exit = Right\n",
+            "odometry from /localization/kinematic_state\n",
+            "scenario from nothing\n",
+            "planning factors of 8 of 8 modules\n",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert!(!text.contains("commands to"), "{text}");
+    }
+}

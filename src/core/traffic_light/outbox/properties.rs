@@ -1,0 +1,175 @@
+//! Whatever happens in whatever order: content brought up to date is content made anew, and so are the
+//! counts of the diagnostics.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+
+use super::*;
+use crate::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
+use crate::core::time::{MonoTime, Now};
+use crate::core::traffic_light::engine::{LightsSettings, Sight, TrafficLights};
+use crate::core::traffic_light::scenario::{
+    Action, Controller, ControllerIndex, Phase, PhaseEntry, Scenario, StateText,
+};
+use crate::core::traffic_light::tally::Tally;
+use crate::core::traffic_light::target::{Layer, StoreId, Target};
+use crate::core::traffic_light::text::parse_bulbs;
+
+const HEADS: i64 = 12;
+const STATES: [&str; 5] = ["green", "red, green right", "yellow flashing", "red solidOff", "unknown"];
+const TOPICS: [LightsTopic; 4] =
+    [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];
+
+#[derive(Debug, Clone)]
+enum Step {
+    Told(Vec<(i64, Option<&'static str>, u8)>, StoreId),
+    Done(Action),
+    /// More changes than are remembered.
+    Storm,
+}
+
+fn store() -> impl Strategy<Value = StoreId> {
+    let layers = select(vec![Layer::GroundTruth, Layer::Detected]);
+    (select(&Channel::ALL[..]), layers).prop_map(|(channel, layer)| StoreId { channel, layer })
+}
+
+/// A head, or the relation of it and the next one.
+fn id() -> impl Strategy<Value = i64> {
+    (0..HEADS, any::<bool>()).prop_map(|(head, group)| if group { 100 + head } else { head })
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let told = (id(), proptest::option::of(select(&STATES[..])), 0..=4_u8);
+    let target = || (id(), store()).prop_map(|(id, store)| Target { id, store });
+    let controller = (0..2_usize).prop_map(ControllerIndex);
+    prop_oneof![
+        4 => (vec(told, 1..4), store()).prop_map(|(states, store)| Step::Told(states, store)),
+        1 => target().prop_map(|target| Step::Done(Action::Clear { target })),
+        1 => (target(), 0..=4_u8).prop_map(|(target, quarters)| {
+            Step::Done(Action::SetConfidence { target, confidence: f64::from(quarters) / 4.0 })
+        }),
+        3 => (controller, select(vec!["one", "two", "three"])).prop_map(|(controller, phase)| {
+            Step::Done(Action::EnterPhase { controller, phase: phase.to_owned() })
+        }),
+        2 => vec(id(), 1..4).prop_map(|ids| Step::Done(Action::EnableV2i { ids })),
+        1 => vec(id(), 1..4).prop_map(|ids| Step::Done(Action::DisableV2i { ids })),
+        1 => Just(Step::Storm),
+    ]
+}
+
+/// Two controllers with a head in common; each relation has two heads, each head two lamps.
+fn lights() -> TrafficLights {
+    let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
+    let lamps = (0..HEADS).map(|head| (head, vec![lamp(LampColor::Green), lamp(LampColor::Red)]));
+    let group = |head| GroupEntry {
+        relation_id: 100 + head,
+        way_ids: vec![head, (head + 1) % HEADS],
+        is_pedestrian: false,
+    };
+    let groups: Vec<_> = (0..HEADS).map(group).collect();
+    let phase = |name: &str, first: i64, channel, state| Phase {
+        name: name.to_owned(),
+        duration: Some(Duration::from_secs(3_600)),
+        entries: (first..first + 4)
+            .map(|id| {
+                let target = Target { id, store: StoreId { channel, layer: Layer::GroundTruth } };
+                PhaseEntry { target, state: StateText::new(state) }
+            })
+            .collect(),
+    };
+    let controller = |first| Controller {
+        name: String::new(),
+        reference: None,
+        phases: vec![
+            phase("one", first, Channel::Conventional, "green"),
+            phase("two", first, Channel::V2i, "red"),
+            phase("three", first + 1, Channel::Conventional, "yellow"),
+        ],
+    };
+    let scenario = Scenario { controllers: vec![controller(0), controller(3)], ..Scenario::default() };
+    let settings = LightsSettings {
+        topics: BTreeSet::from(TOPICS),
+        ..LightsSettings::new(Arc::new(LightMap::new(lamps, &groups)), scenario, Compat::Improved)
+    };
+    TrafficLights::new(settings, now(0))
+}
+
+fn now(millis: u64) -> Now {
+    Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() }
+}
+
+fn sight(state: &str, quarters: u8) -> Sight {
+    Sight { bulbs: parse_bulbs(state).unwrap(), confidence: f64::from(quarters) / 4.0 }
+}
+
+fn take(lights: &mut TrafficLights, step: Step, now: Now) {
+    match step {
+        Step::Told(states, store) => {
+            let states =
+                states.into_iter().map(|(id, state, sure)| (id, state.map(|state| sight(state, sure))));
+            assert_eq!(lights.set_states(store, states, now), 0);
+        }
+        Step::Done(action) => lights.apply(&action, now).unwrap(),
+        Step::Storm => {
+            let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+            for state in ["red", "green", "red", "yellow"].repeat(2) {
+                lights.set_states(store, (0..HEADS).map(|id| (id, Some(sight(state, 4)))), now);
+            }
+        }
+    }
+}
+
+/// All topics, by somebody who has never sent anything.
+fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, Arc<Content>> {
+    let (mut outbox, stamp) = (Outbox::new(false), WallStamp::default());
+    let (stores, predictions) = (lights.stores(), &lights.stage.predictions);
+    outbox.send_ground_truth(stores, stamp);
+    outbox.send_camera(stores, stamp);
+    outbox.send_v2i(stores, predictions, stamp);
+    outbox.send_markers(stores, Channel::Conventional, stamp);
+    outbox.waiting.into_iter().map(|emission| (emission.topic, emission.content)).collect()
+}
+
+fn counted(lights: impl Iterator<Item = Tally>) -> Tally {
+    lights.fold(Tally::default(), |sum, light| Tally {
+        lights: sum.lights + light.lights,
+        dark: sum.dark + light.dark,
+        unknown: sum.unknown + light.unknown,
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn what_is_kept_up_to_date_is_as_made_anew(steps in vec((step(), any::<bool>()), 1..30)) {
+        let mut lights = lights();
+        let mut held: Vec<(Arc<Content>, Content)> = Vec::new();
+        for (index, (step, hold)) in (0..).zip(steps) {
+            take(&mut lights, step, now(50 + index * 100));
+            lights.advance(now(149 + index * 100));
+            let mut sent = BTreeMap::new();
+            while let Some(emission) = lights.poll_output() {
+                sent.insert(emission.topic, emission.content);
+            }
+            prop_assert_eq!(&sent, &made_anew(&lights));
+            if hold {
+                held.extend(sent.values().map(|content| (Arc::clone(content), (**content).clone())));
+            }
+            for channel in Channel::ALL {
+                let (truth, detected) = (lights.stores().truth(channel), lights.stores().detected(channel));
+                let looks = truth.lights().iter().map(|light| Tally::of(light.bulbs));
+                prop_assert_eq!(truth.tally(), counted(looks));
+                let looks = detected.entries().map(|(_, entry)| Tally::of(entry.light.bulbs));
+                prop_assert_eq!(detected.tally(), counted(looks));
+            }
+        }
+        for (shared, then) in held {
+            prop_assert_eq!(&*shared, &then, "what was sent stays as it was sent");
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Planning factors and the planned path as manoeuvres (turn-signal-decider section 7.2).
+//!
+//! Upstream's modules know more than they publish. What is not told is taken from the planned path and
+//! the road, and each builder says what of it is approximate.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::geometry::Pose;
+use super::inputs::{FactorFlaw, Finding, Odometry, Timed};
+use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use super::parameters::Parameters;
+use super::road::Road;
+use super::route::Route;
+use super::told::{ControlPoint, FactorTopic, OperationMode, PathPoint, PlanningFactor};
+use course::Course;
+
+mod avoidance;
+mod course;
+mod lane_change;
+mod pulling;
+
+#[cfg(test)]
+mod tests;
+
+/// `STOP` of the operation mode.
+const MODE_STOP: u8 = 1;
+
+/// The factors of each module, as told last.
+pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
+
+/// What factors are looked at with.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The lanelets.
+    pub road: &'a Road,
+    /// The route.
+    pub route: &'a Route,
+    /// The parameters.
+    pub parameters: &'a Parameters,
+    /// The vehicle.
+    pub odometry: Odometry,
+    /// The planned path, if there is one to use.
+    pub path: Option<&'a [PathPoint]>,
+    /// Who drives, if known.
+    pub operation_mode: Option<OperationMode>,
+}
+
+/// The order in which the planner runs its modules (3.8).
+const SLOTS: [FactorTopic; 8] = [
+    FactorTopic::StartPlanner,
+    FactorTopic::AvoidanceByLaneChange,
+    FactorTopic::StaticObstacleAvoidance,
+    FactorTopic::LaneChangeLeft,
+    FactorTopic::LaneChangeRight,
+    FactorTopic::ExternalLaneChangeLeft,
+    FactorTopic::ExternalLaneChangeRight,
+    FactorTopic::GoalPlanner,
+];
+
+/// A planning factor by its number (`PlanningFactor.behavior`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Behaviour {
+    SlowDown,
+    Stop,
+    ShiftLeft,
+    ShiftRight,
+    Other,
+}
+
+/// Where a factor begins and ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stretch {
+    start: ControlPoint,
+    end: ControlPoint,
+}
+
+/// The manoeuvres in the order of the chain, and what could not be made into one. A manoeuvre is as old
+/// as the factors it is made of.
+pub fn manoeuvres(view: &View<'_>, factors: &Factors) -> (Vec<Timed<Manoeuvre>>, Vec<Finding>) {
+    let mut findings = Vec::new();
+    let mut manoeuvres = Vec::new();
+    let anything = factors.values().any(|told| !told.value.is_empty());
+    let course = if anything { Course::new(view) } else { None };
+    for topic in SLOTS {
+        let Some(told) = factors.get(&topic) else { continue };
+        let made = made(view, course.as_ref(), topic, &told.value, &mut findings);
+        manoeuvres.extend(made.into_iter().map(|value| Timed { at: told.at, value }));
+    }
+    (manoeuvres, findings)
+}
+
+fn made(
+    view: &View<'_>,
+    course: Option<&Course>,
+    topic: FactorTopic,
+    factors: &[PlanningFactor],
+    findings: &mut Vec<Finding>,
+) -> Vec<Manoeuvre> {
+    let mut usable = Vec::new();
+    for factor in factors {
+        if factor.is_finite() {
+            usable.push(factor);
+        } else {
+            findings.push(Finding::BadFactor { topic, flaw: FactorFlaw::NotFinite });
+        }
+    }
+    let mut refuse = |flaw| findings.push(Finding::BadFactor { topic, flaw });
+    let made = match topic {
+        FactorTopic::StartPlanner => {
+            usable.iter().filter_map(|factor| pulling::out(view, course, factor, &mut refuse)).collect()
+        }
+        FactorTopic::StaticObstacleAvoidance => avoidance::around(view, course, &usable, &mut refuse),
+        FactorTopic::GoalPlanner => pulling::over(view, course, &usable, &mut refuse),
+        FactorTopic::AvoidanceByLaneChange
+        | FactorTopic::LaneChangeLeft
+        | FactorTopic::LaneChangeRight
+        | FactorTopic::ExternalLaneChangeLeft
+        | FactorTopic::ExternalLaneChangeRight => {
+            let change = |factor: &&PlanningFactor| {
+                lane_change::sideways(view, course, topic, factor, &mut refuse).map(Manoeuvre::LaneChange)
+            };
+            usable.iter().filter_map(change).collect()
+        }
+    };
+    match made {
+        Made::All(made) => made,
+        Made::NeedsPath(kind) => {
+            findings.push(Finding::NoPathFor { kind });
+            Vec::new()
+        }
+    }
+}
+
+/// What became of the factors of a module.
+enum Made {
+    All(Vec<Manoeuvre>),
+    NeedsPath(ManoeuvreKind),
+}
+
+impl FromIterator<Manoeuvre> for Made {
+    fn from_iter<I: IntoIterator<Item = Manoeuvre>>(manoeuvres: I) -> Self {
+        Self::All(manoeuvres.into_iter().collect())
+    }
+}
+
+impl View<'_> {
+    /// Autoware drives, as far as is known.
+    fn is_engaged(&self) -> bool {
+        self.operation_mode.is_none_or(|mode| mode.mode != MODE_STOP && mode.is_autoware_control_enabled)
+    }
+}
+
+impl PlanningFactor {
+    fn behaviour(&self) -> Behaviour {
+        match self.behavior {
+            2 => Behaviour::SlowDown,
+            3 => Behaviour::Stop,
+            4 => Behaviour::ShiftLeft,
+            5 => Behaviour::ShiftRight,
+            _ => Behaviour::Other,
+        }
+    }
+
+    /// All that is used of it are numbers. Distance and speed are not used.
+    fn is_finite(&self) -> bool {
+        self.control_points.iter().all(|point| point.pose.is_finite() && point.shift_length_m.is_finite())
+    }
+
+    /// It is only about stopping or slowing down.
+    fn is_about_speed(&self) -> bool {
+        matches!(self.behaviour(), Behaviour::SlowDown | Behaviour::Stop)
+    }
+
+    /// From its first control point to its last.
+    fn stretch(&self) -> Option<Stretch> {
+        match self.control_points.as_slice() {
+            [start, .., end] => Some(Stretch { start: *start, end: *end }),
+            _ => None,
+        }
+    }
+}
+
+impl Stretch {
+    fn start(&self) -> Pose {
+        self.start.pose
+    }
+
+    fn end(&self) -> Pose {
+        self.end.pose
+    }
+
+    /// To the left, metres.
+    fn shift_m(&self) -> f64 {
+        self.end.shift_length_m - self.start.shift_length_m
+    }
+}

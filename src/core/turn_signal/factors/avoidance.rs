@@ -1,0 +1,82 @@
+//! Avoidance of planning factors. A factor tells of a batch of shift lines from its first start to its
+//! last end: exact when the batch is one line. Of one that goes out and comes back the lines are taken
+//! from the planned path, a little shorter than they are. Whether it is approved is not told: it counts
+//! as such when the planned path follows one of its lines. Lines have no id: their ends stand for it.
+
+use super::course::{Course, Ramp};
+use super::{Made, Stretch, View};
+use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::inputs::FactorFlaw;
+use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
+use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use crate::core::turn_signal::shift::ShiftLine;
+use crate::core::turn_signal::told::PlanningFactor;
+
+/// The avoidance of the module's factors. `refuse` hears what is wrong with them.
+pub(super) fn around(
+    view: &View<'_>,
+    course: Option<&Course>,
+    factors: &[&PlanningFactor],
+    refuse: &mut impl FnMut(FactorFlaw),
+) -> Made {
+    let mut stretches = Vec::new();
+    for factor in factors.iter().filter(|factor| !factor.is_about_speed()) {
+        match factor.stretch() {
+            Some(stretch) => stretches.push(stretch),
+            None => refuse(FactorFlaw::NoStretch),
+        }
+    }
+    if stretches.is_empty() {
+        return Made::All(Vec::new());
+    }
+    let Some(course) = course else { return Made::NeedsPath(ManoeuvreKind::Avoidance) };
+    let threshold_m = view.parameters.shift_length_threshold_m;
+    let mut ramps: Vec<Ramp> =
+        stretches.iter().flat_map(|stretch| ramps(course, stretch, threshold_m)).collect();
+    ramps.sort_by_key(|ramp| course.nearest_index(ramp.start.position));
+    let Some(path) = course.ramped(&ramps) else { return Made::NeedsPath(ManoeuvreKind::Avoidance) };
+    let line = |ramp: &Ramp| AvoidanceLine {
+        id: id(ramp),
+        line: ShiftLine {
+            start_index: course.nearest_index(ramp.start.position),
+            end_index: course.nearest_index(ramp.end.position),
+            start: ramp.start,
+            end: ramp.end,
+        },
+        start_shift_m: ramp.before_m,
+        end_shift_m: ramp.after_m,
+    };
+    let ego = view.odometry.pose.position;
+    let avoidance = Avoidance {
+        lines: ramps.iter().map(line).collect(),
+        ego_index: course.nearest_index(ego),
+        deviation_m: course.beside_m(ego),
+        current_shift_m: course.path_offset_m(ego),
+        lanes: course.lanes.clone(),
+        approved: ramps.iter().any(|ramp| course.follows(ramp)),
+        path,
+    };
+    Made::All(vec![Manoeuvre::Avoidance(avoidance)])
+}
+
+/// The line of a batch of one; else those that the path shows.
+fn ramps(course: &Course, stretch: &Stretch, threshold_m: f64) -> Vec<Ramp> {
+    if stretch.shift_m().abs() < threshold_m {
+        return course.own_ramps(stretch.start(), stretch.end(), threshold_m);
+    }
+    vec![Ramp {
+        start: stretch.start(),
+        end: stretch.end(),
+        before_m: stretch.start.shift_length_m,
+        after_m: stretch.end.shift_length_m,
+    }]
+}
+
+/// The same for a line that ends within the same metre and shifts to the same side.
+fn id(ramp: &Ramp) -> u128 {
+    let Pose { position, .. } = ramp.end;
+    // Zero without a sign.
+    let metre = |coordinate_m: f64| u128::from((coordinate_m.round() + 0.0).to_bits());
+    let side = u128::from(ramp.after_m > ramp.before_m);
+    metre(position.x_m) << 64 | metre(position.y_m) << 1 ^ side
+}

@@ -1,0 +1,74 @@
+//! Lane changes of planning factors: side, start and end are told; whether the planner drives it
+//! already is not, and is taken from the planned path, which crosses a bound when it does. Where it
+//! crosses is exact to the spacing of the path. The length that the planner keeps for a lane change
+//! before its lane ends is not told either: the length of the change stands for it.
+
+use super::course::{Course, crossing};
+use super::{Behaviour, Stretch, View};
+use crate::core::turn_signal::inputs::FactorFlaw;
+use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::told::{FactorTopic, PlanningFactor};
+
+/// The lane change of a factor. `refuse` hears why there is none.
+pub(super) fn sideways(
+    view: &View<'_>,
+    course: Option<&Course>,
+    topic: FactorTopic,
+    factor: &PlanningFactor,
+    refuse: &mut impl FnMut(FactorFlaw),
+) -> Option<LaneChange> {
+    if factor.is_about_speed() {
+        return None;
+    }
+    let Some(stretch) = factor.stretch() else {
+        refuse(FactorFlaw::NoStretch);
+        return None;
+    };
+    let Some(side) = side(topic, factor, &stretch) else {
+        refuse(FactorFlaw::NoSide);
+        return None;
+    };
+    let crossing = course.zip(view.path).and_then(|(course, path)| {
+        let index = |place| course.nearest_index(place);
+        crossing(view.road, path, (index(stretch.start().position), index(stretch.end().position)))
+    });
+    let phase = match (crossing, topic) {
+        (Some(_), _) => LaneChangePhase::Running,
+        // Not signalled while it waits.
+        (None, FactorTopic::AvoidanceByLaneChange) => LaneChangePhase::Unsignalled,
+        (None, _) => LaneChangePhase::Waiting,
+    };
+    Some(LaneChange {
+        side,
+        phase,
+        start: Some(stretch.start()),
+        crossing,
+        end: Some(stretch.end()),
+        previous_path: course.map(|course| course.poses().to_vec()).unwrap_or_default(),
+        minimum_length_m: stretch.start().position.distance_m(stretch.end().position),
+    })
+}
+
+/// As the factor says; else as its module is called, else by its offsets.
+fn side(topic: FactorTopic, factor: &PlanningFactor, stretch: &Stretch) -> Option<Side> {
+    let told = match factor.behaviour() {
+        Behaviour::ShiftLeft => Some(Side::Left),
+        Behaviour::ShiftRight => Some(Side::Right),
+        Behaviour::SlowDown | Behaviour::Stop | Behaviour::Other => None,
+    };
+    let by_name = || match topic {
+        FactorTopic::LaneChangeLeft | FactorTopic::ExternalLaneChangeLeft => Some(Side::Left),
+        FactorTopic::LaneChangeRight | FactorTopic::ExternalLaneChangeRight => Some(Side::Right),
+        FactorTopic::AvoidanceByLaneChange
+        | FactorTopic::StartPlanner
+        | FactorTopic::StaticObstacleAvoidance
+        | FactorTopic::GoalPlanner => None,
+    };
+    let by_offset = || match stretch.shift_m() {
+        shift_m if shift_m > 0.0 => Some(Side::Left),
+        shift_m if shift_m < 0.0 => Some(Side::Right),
+        _ => None,
+    };
+    told.or_else(by_name).or_else(by_offset)
+}

@@ -1,0 +1,260 @@
+//! The decider as a flow of the gateway: what Autoware told last goes in, a decision comes out every
+//! cycle, as commands or as a comparison with Autoware's own.
+//!
+//! Whatever is missing or too old, no decision is invented: the command is `NO_COMMAND` then, and a
+//! finding says why.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::decider::{Decider, Settings};
+use super::decision::Decision;
+use super::factors::{View, manoeuvres};
+use super::inputs::{Finding, Inputs, Timed};
+use super::road::Road;
+use super::route::{Route, RouteError};
+use super::signal::{Hazard, joined_hazard};
+use super::told::{Told, ToldRoute};
+use crate::core::diagnostics::{Level, Status};
+use crate::core::event::Output;
+use crate::core::time::{MonoTime, Now};
+use agreement::Agreement;
+use headline::Headline;
+use hearing::Hearing;
+
+mod agreement;
+mod headline;
+mod hearing;
+mod status;
+
+/// What the flow runs on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlowSettings {
+    /// The decider.
+    pub decider: Settings,
+    /// The lanelets; those of a city are many, so they are shared.
+    pub road: Arc<Road>,
+    /// What its decisions are for.
+    pub role: Role,
+    /// Time from cycle to cycle, above zero.
+    pub period: Duration,
+    /// How old may be what the decider itself does not look at.
+    pub limits: Limits,
+}
+
+/// What decisions are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// They are commanded.
+    Command,
+    /// They are compared with Autoware's own; nothing is commanded.
+    Shadow {
+        /// So long the two may differ before it counts.
+        tolerance: Duration,
+    },
+}
+
+/// How old may be what is told beside odometry, path and manoeuvres. As old as the limit is not too
+/// old. Route and operation mode are told once and hold until they are told anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Whether lanes are driven.
+    pub scenario: Duration,
+    /// The system's request for hazard lights.
+    pub hazard_request: Duration,
+    /// Autoware's own commands.
+    pub own_command: Duration,
+}
+
+/// The decider with everything around it.
+#[derive(Debug, Clone)]
+pub struct TurnSignalFlow {
+    settings: FlowSettings,
+    decider: Decider,
+    heard: Hearing,
+    route: Option<Result<Route, RouteError>>,
+    due: MonoTime,
+    cycles: u64,
+    /// Decisions that were another than the one before, or had another reason.
+    changes: u64,
+    decision: Option<Arc<Decision>>,
+    headline: Option<Headline>,
+    turn_agreement: Agreement,
+    hazard_agreement: Agreement,
+    said: Option<(Level, String)>,
+    ready: VecDeque<Output>,
+}
+
+impl Limits {
+    /// Several cycles of sources that tell ten times a second.
+    pub const DEFAULT: Self = Self {
+        scenario: Duration::from_secs(1),
+        hazard_request: Duration::from_secs(1),
+        own_command: Duration::from_secs(1),
+    };
+}
+
+impl TurnSignalFlow {
+    /// The first cycle is now.
+    pub fn new(settings: FlowSettings, now: Now) -> Self {
+        Self {
+            decider: Decider::new(settings.decider.clone()),
+            settings,
+            heard: Hearing::default(),
+            route: None,
+            due: now.mono,
+            cycles: 0,
+            changes: 0,
+            decision: None,
+            headline: None,
+            turn_agreement: Agreement::default(),
+            hazard_agreement: Agreement::default(),
+            said: None,
+            ready: VecDeque::new(),
+        }
+    }
+
+    /// Takes what Autoware told. It counts from the next cycle on.
+    pub fn take(&mut self, told: Told, now: Now) {
+        if let Told::Route(route) = &told {
+            self.take_route(route);
+        }
+        self.heard.take(told, now.mono);
+    }
+
+    /// Decides, if a cycle is due. True when the diagnostics have something new to say.
+    pub fn settle(&mut self, now: Now) -> bool {
+        if now.mono < self.due {
+            return false;
+        }
+        let next = self.due.after(self.settings.period);
+        // After a gap the rhythm begins anew, without making up for what was left out.
+        self.due = if next > now.mono { next } else { now.mono.after(self.settings.period) };
+        self.cycles += 1;
+        let decision = Arc::new(self.decide(now.mono));
+        match self.settings.role {
+            Role::Command => {
+                let (command, stamp) = (decision.turn, now.wall);
+                self.ready.push_back(Output::TurnCommand { command, stamp });
+                let command = decision.hazard;
+                self.ready.push_back(Output::HazardCommand { command, stamp });
+            }
+            Role::Shadow { tolerance } => self.compare(&decision, tolerance, now.mono),
+        }
+        let headline = Some(Headline::of(&decision));
+        if self.headline != headline {
+            self.headline = headline;
+            self.changes += 1;
+            self.ready.push_back(Output::Decision(Arc::clone(&decision)));
+        }
+        self.decision = Some(decision);
+        let said = Some(self.summary());
+        std::mem::replace(&mut self.said, said.clone()) != said
+    }
+
+    /// The next thing to send, oldest first.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.ready.pop_front()
+    }
+
+    /// When [`Self::settle`] has something to do: the next cycle.
+    pub fn next_deadline(&self) -> MonoTime {
+        self.due
+    }
+
+    /// What was decided last, and why.
+    pub fn decision(&self) -> Option<&Decision> {
+        self.decision.as_deref()
+    }
+
+    /// How the decider is.
+    pub fn status(&self, node: &str, now: MonoTime) -> Status {
+        let (level, message) = self.summary();
+        let values = self.values(now);
+        Status { name: format!("{node}: turn_signal_decider"), level, message, values }
+    }
+
+    /// A route that cannot be used ends the one before: the vehicle is not on that any more.
+    fn take_route(&mut self, told: &ToldRoute) {
+        let route = Route::new(told.id, told.start, told.segments.clone());
+        self.route = Some(route.and_then(|route| route.checked(&self.settings.road)));
+    }
+
+    fn decide(&mut self, now: MonoTime) -> Decision {
+        let limits = self.settings.limits;
+        let mut findings = Vec::new();
+        let route = match &self.route {
+            Some(Ok(route)) => Some(route),
+            Some(Err(error)) => {
+                findings.push(Finding::RouteRefused(*error));
+                None
+            }
+            None => None,
+        };
+        let lane_driving = self.heard.lane_driving(limits.scenario, now, &mut findings);
+        let manoeuvres = route.map(|route| self.manoeuvres(route, now, &mut findings)).unwrap_or_default();
+        let inputs = Inputs {
+            odometry: self.heard.odometry,
+            road: Some(&self.settings.road),
+            route,
+            planned_path: self.heard.planned_path_length(),
+            manoeuvres: &manoeuvres,
+            lane_driving,
+        };
+        let mut decision = self.decider.decide(&inputs, now);
+        decision.hazard = self.joined_hazard(decision.hazard, now, &mut findings);
+        decision.findings.append(&mut findings);
+        decision
+    }
+
+    /// What the planner is doing, as far as it can be told of a vehicle whose place is known.
+    fn manoeuvres(
+        &self,
+        route: &Route,
+        now: MonoTime,
+        findings: &mut Vec<Finding>,
+    ) -> Vec<Timed<super::manoeuvre::Manoeuvre>> {
+        let known = self.heard.odometry.map(|odometry| odometry.value);
+        let Some(odometry) = known.filter(|odometry| odometry.pose.is_finite()) else { return Vec::new() };
+        let path_limit = self.settings.decider.age_limits.planned_path;
+        let view = View {
+            road: &self.settings.road,
+            route,
+            parameters: &self.settings.decider.parameters,
+            odometry,
+            path: self.heard.planned_path(path_limit, now, findings),
+            operation_mode: self.heard.operation_mode,
+        };
+        let (manoeuvres, mut found) = manoeuvres(&view, &self.heard.factors);
+        findings.append(&mut found);
+        manoeuvres
+    }
+
+    /// On when the planner or the system wants them on (5.3). Neither is taken for off while who would
+    /// say so is silent.
+    fn joined_hazard(&self, planner: Hazard, now: MonoTime, findings: &mut Vec<Finding>) -> Hazard {
+        let Some(request) = self.heard.hazard_request else { return planner };
+        let age = now.since(request.at);
+        if age > self.settings.limits.hazard_request {
+            findings.push(Finding::OldHazardRequest { age });
+            return if planner == Hazard::Enable { planner } else { Hazard::NoCommand };
+        }
+        match (planner, request.value) {
+            (Hazard::NoCommand, Hazard::NoCommand | Hazard::Disable) => Hazard::NoCommand,
+            (planner, system) => joined_hazard(planner, system),
+        }
+    }
+
+    fn compare(&mut self, decision: &Decision, tolerance: Duration, now: MonoTime) {
+        let limit = self.settings.limits.own_command;
+        let fresh =
+            |told: Option<Timed<u8>>| told.filter(|told| now.since(told.at) <= limit).map(|told| told.value);
+        // Upstream publishes nothing when it knows nothing.
+        let decides = decision.turn as u8 != 0 || decision.hazard as u8 != 0;
+        let turn = fresh(self.heard.own_turn).filter(|_| decides);
+        let hazard = fresh(self.heard.own_hazard).filter(|_| decides);
+        self.turn_agreement.compare(decision.turn as u8, turn, tolerance, now);
+        self.hazard_agreement.compare(decision.hazard as u8, hazard, tolerance, now);
+    }
+}

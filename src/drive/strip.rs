@@ -1,0 +1,235 @@
+//! A drive as a picture: the lanelets of its way, what the planner does, and for each behaviour the
+//! sections of every candidate and the signal that came out.
+
+use super::course::{Course, Cycle};
+use super::words;
+use crate::config::drive::{AvoidanceLine, Expectation, PlanKind, Stretch};
+use crate::core::map::lanelet::TurnDirection;
+use crate::core::turn_signal::decision::Decision;
+use crate::core::turn_signal::resolve::Source;
+use crate::core::turn_signal::scene::Mode;
+use crate::core::turn_signal::signal::{Hazard, Signal};
+use crate::picture::strip_chart::{Group, Look, Piece, Row, StripChart, Way};
+
+/// Records whose ends lie nearer than this are one, metres: some have starts that move on.
+const SAME_M: f64 = 1.0;
+
+/// Collects what is drawn while a drive goes on, behaviour by behaviour.
+#[derive(Debug, Clone)]
+pub struct Strip<'a> {
+    course: &'a Course,
+    road: Vec<Piece>,
+    behaviours: Vec<Behaviour>,
+}
+
+#[derive(Debug, Clone)]
+struct Behaviour {
+    mode: Mode,
+    records: Vec<Record>,
+    signals: Vec<(f64, f64, Way)>,
+}
+
+/// A record as it was seen, metres along the way.
+#[derive(Debug, Clone, Copy)]
+struct Record {
+    source: Source,
+    way: Way,
+    desired: (f64, f64),
+    required: (f64, f64),
+}
+
+impl<'a> Strip<'a> {
+    /// Nothing yet.
+    pub fn new(course: &'a Course) -> Self {
+        Self { course, road: Vec::new(), behaviours: Vec::new() }
+    }
+
+    /// Takes down what was decided at a cycle; the cycles of one behaviour come one after the other.
+    pub fn take(&mut self, mode: Mode, cycle: &Cycle, decision: &Decision) {
+        if self.behaviours.last().is_none_or(|behaviour| behaviour.mode != mode) {
+            self.behaviours.push(Behaviour { mode, records: Vec::new(), signals: Vec::new() });
+        }
+        if self.behaviours.len() == 1 {
+            self.note_road(cycle);
+        }
+        let front_m = self.course.file().vehicle.front_m();
+        let Some(behaviour) = self.behaviours.last_mut() else { return };
+        behaviour.note_signal(cycle.at_m, way_of(decision.turn, decision.hazard));
+        let weighed = words::resolution(decision).map(|resolution| &resolution.weighed[..]);
+        for weighed in weighed.unwrap_or_default() {
+            let (Some(_), Some(distances)) = (weighed.turn.side(), weighed.distances) else { continue };
+            let front_at = |distance_m: f64| cycle.at_m + front_m + distance_m;
+            behaviour.note_record(Record {
+                source: weighed.source,
+                way: way_of(weighed.turn, Hazard::Disable),
+                desired: (front_at(distances.desired_start_m), cycle.at_m + distances.desired_end_m),
+                required: (front_at(distances.required_start_m), cycle.at_m + distances.required_end_m),
+            });
+        }
+    }
+
+    /// The picture.
+    pub fn chart(self, title: String) -> StripChart {
+        let file = self.course.file();
+        let driven = self.behaviours.iter().flat_map(|behaviour| &behaviour.signals);
+        let (mut from_m, mut to_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (from, to, _) in driven {
+            (from_m, to_m) = (from_m.min(*from), to_m.max(*to));
+        }
+        let mut rows = vec![Row { label: "lanelets".to_owned(), pieces: self.road }];
+        rows.extend(
+            file.manoeuvres
+                .iter()
+                .map(|plan| Row { label: "planner".to_owned(), pieces: planned(&plan.kind) }),
+        );
+        let mut groups = vec![Group { label: "way".to_owned(), rows }];
+        for behaviour in &self.behaviours {
+            let mode = behaviour.mode;
+            let expected: Vec<Piece> = file
+                .expectations
+                .iter()
+                .filter(|one| one.modes.contains(&mode))
+                .filter_map(expected)
+                .collect();
+            groups.push(behaviour.group(expected));
+        }
+        for piece in groups.iter_mut().flat_map(|group| &mut group.rows).flat_map(|row| &mut row.pieces) {
+            piece.from_m = piece.from_m.clamp(from_m.min(to_m), to_m.max(from_m));
+            piece.to_m = piece.to_m.clamp(from_m.min(to_m), to_m.max(from_m));
+        }
+        for row in groups.iter_mut().flat_map(|group| &mut group.rows) {
+            row.pieces.retain(|piece| piece.from_m < piece.to_m);
+        }
+        let front_m = file.vehicle.front_m();
+        let subtitle = format!(
+            "signals over the place of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
+             starts of sections, the rear axle for their ends"
+        );
+        StripChart { title, subtitle, from_m, to_m, groups }
+    }
+
+    fn note_road(&mut self, cycle: &Cycle) {
+        let lane = cycle.lane.and_then(|id| self.course.road().lane(id));
+        let direction = lane.map_or("", |lane| match lane.turn_direction {
+            TurnDirection::None => "",
+            TurnDirection::Straight => " straight",
+            TurnDirection::Left => " left",
+            TurnDirection::Right => " right",
+        });
+        let text = lane.map_or_else(|| "?".to_owned(), |lane| format!("{}{direction}", lane.id));
+        match self.road.last_mut() {
+            Some(last) if last.text == text => last.to_m = cycle.at_m,
+            last => {
+                if let Some(last) = last {
+                    last.to_m = cycle.at_m;
+                }
+                let (from_m, to_m) = (cycle.at_m, cycle.at_m);
+                self.road.push(Piece { from_m, to_m, look: Look::Plain, text });
+            }
+        }
+    }
+}
+
+impl Behaviour {
+    fn note_signal(&mut self, at_m: f64, way: Way) {
+        match self.signals.last_mut() {
+            // The signal holds up to the next cycle.
+            Some((_, to_m, last)) => {
+                *to_m = at_m;
+                if *last != way {
+                    self.signals.push((at_m, at_m, way));
+                }
+            }
+            None => self.signals.push((at_m, at_m, way)),
+        }
+    }
+
+    fn note_record(&mut self, record: Record) {
+        let is_same = |known: &&mut Record| {
+            let near = |one: f64, other: f64| (one - other).abs() < SAME_M;
+            known.source == record.source
+                && known.way == record.way
+                && near(known.desired.1, record.desired.1)
+                && near(known.required.1, record.required.1)
+        };
+        match self.records.iter_mut().find(is_same) {
+            Some(known) => {
+                known.desired.0 = known.desired.0.min(record.desired.0);
+                known.required.0 = known.required.0.min(record.required.0);
+            }
+            None => self.records.push(record),
+        }
+    }
+
+    fn group(&self, expected: Vec<Piece>) -> Group {
+        let mut rows = Vec::new();
+        for source in Source::ALL {
+            for record in self.records.iter().filter(|record| record.source == source) {
+                let piece = |(from_m, to_m): (f64, f64), look, text: &str| Piece {
+                    from_m,
+                    to_m,
+                    look,
+                    text: text.to_owned(),
+                };
+                let pieces = vec![
+                    piece(record.desired, Look::Desired(record.way), ""),
+                    piece(record.required, Look::Required(record.way), record.way.name()),
+                ];
+                rows.push(Row { label: source.to_string(), pieces });
+            }
+        }
+        let signal = |(from_m, to_m, way): &(f64, f64, Way)| Piece {
+            from_m: *from_m,
+            to_m: *to_m,
+            look: Look::Signal(*way),
+            text: way.name().to_owned(),
+        };
+        rows.push(Row { label: "signal".to_owned(), pieces: self.signals.iter().map(signal).collect() });
+        if !expected.is_empty() {
+            rows.push(Row { label: "expected".to_owned(), pieces: expected });
+        }
+        Group { label: words::mode(self.mode).to_owned(), rows }
+    }
+}
+
+const fn way_of(turn: Signal, hazard: Hazard) -> Way {
+    match (turn, hazard) {
+        (_, Hazard::Enable) => Way::Hazard,
+        (Signal::Left, _) => Way::Left,
+        (Signal::Right, _) => Way::Right,
+        (Signal::Disable, _) => Way::Off,
+        (Signal::NoCommand, _) => Way::Nothing,
+    }
+}
+
+/// Expected commands by place; those by time have none.
+fn expected(expectation: &Expectation) -> Option<Piece> {
+    let Stretch::Metres { from, to, .. } = expectation.stretch else { return None };
+    let hazard = expectation.wanted.hazard.unwrap_or_default();
+    let look = Look::Expected(way_of(expectation.wanted.command?, hazard));
+    Some(Piece { from_m: from, to_m: to, look, text: String::new() })
+}
+
+fn planned(kind: &PlanKind) -> Vec<Piece> {
+    let piece = |from_m: f64, to_m: f64, text: String| Piece { from_m, to_m, look: Look::Plain, text };
+    match kind {
+        PlanKind::Avoidance { lines } => {
+            let shift = |line: &AvoidanceLine| {
+                piece(line.from_m, line.to_m, format!("avoidance to {} m", line.offset_m))
+            };
+            lines.iter().map(shift).collect()
+        }
+        PlanKind::LaneChange { from_m, to_m, side, .. } => {
+            vec![piece(*from_m, *to_m, format!("lane change {}", side.to_string().to_lowercase()))]
+        }
+        PlanKind::PullOut { from_m, to_m, offset_m, .. } => {
+            vec![piece(*from_m, *to_m, format!("pull-out from {offset_m} m"))]
+        }
+        PlanKind::PullOver { from_m, to_m, offset_m, .. } => {
+            vec![piece(*from_m, *to_m, format!("pull-over to {offset_m} m"))]
+        }
+        PlanKind::SideShift { from_m, to_m, offset_m } => {
+            vec![piece(*from_m, *to_m, format!("side shift to {offset_m} m"))]
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Sending on the socket that one interface is received on.
+//!
+//! The kernel loops frames back to all sockets but the one that sent them. Sent on the receiving socket,
+//! the gateway's own frames never come back to it, so whatever comes with their identifiers is foreign.
+
+use std::io;
+use std::os::fd::{AsFd as _, AsRawFd as _, OwnedFd};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::Notify;
+
+use super::socket::CanSocket;
+use super::wire;
+use crate::core::command::sender::SendFailure;
+use crate::core::frame::Frame;
+
+/// The way out to one interface, shared by the task that receives on it and whoever sends.
+#[derive(Debug, Clone, Default)]
+pub struct Transmitter(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    way: Mutex<Way>,
+    lost: Notify,
+}
+
+/// Where frames go.
+#[derive(Debug, Default)]
+enum Way {
+    /// Nowhere: the interface is not open.
+    #[default]
+    Closed,
+    /// To the kernel.
+    Open(OwnedFd),
+    /// Nowhere: the kernel has said that the interface is down or gone, which it says only once.
+    Lost,
+}
+
+impl Transmitter {
+    /// Hands a frame to the kernel; never waits. Frames of a bus that is not open are refused with
+    /// `ENETDOWN`.
+    ///
+    /// # Errors
+    /// The kernel's, told apart by what helps against it.
+    pub fn send(&self, frame: &Frame) -> Result<(), SendFailure> {
+        let mut way = self.way();
+        let Way::Open(socket) = &*way else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
+        let Err(error) = write(socket, frame) else { return Ok(()) };
+        let errno = error.raw_os_error().unwrap_or(libc::EIO);
+        if matches!(errno, libc::ENETDOWN | libc::ENODEV | libc::ENXIO) {
+            // The receiver, which would have been told the same, is told by us.
+            *way = Way::Lost;
+            self.0.lost.notify_one();
+        }
+        Err(match errno {
+            libc::ENOBUFS | libc::EAGAIN | libc::EINTR => SendFailure::QueueFull,
+            _ => SendFailure::Refused(errno),
+        })
+    }
+
+    /// Opens the way out over a socket, until the result is dropped.
+    pub(super) fn open(&self, socket: &CanSocket) -> io::Result<Opened> {
+        *self.way() = Way::Open(socket.as_fd().try_clone_to_owned()?);
+        Ok(Opened(self.clone()))
+    }
+
+    /// Waits until sending has shown that the link is lost.
+    pub(super) async fn lost(&self) {
+        while !matches!(*self.way(), Way::Lost) {
+            self.0.lost.notified().await;
+        }
+    }
+
+    /// Nothing behind this lock can be left half done by a panic.
+    fn way(&self) -> MutexGuard<'_, Way> {
+        self.0.way.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Closes the way out when it is dropped.
+pub(super) struct Opened(Transmitter);
+
+impl Drop for Opened {
+    fn drop(&mut self) {
+        *self.0.way() = Way::Closed;
+    }
+}
+
+#[allow(unsafe_code)]
+fn write(socket: &OwnedFd, frame: &Frame) -> io::Result<()> {
+    let (bytes, length) = wire::bytes(frame);
+    let part = bytes.get(..length).unwrap_or_default();
+    // SAFETY: pointer and length describe `part`, which the kernel only reads.
+    let sent =
+        unsafe { libc::send(socket.as_raw_fd(), part.as_ptr().cast(), part.len(), libc::MSG_DONTWAIT) };
+    if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::frame::CanId;
+
+    fn frame() -> Frame {
+        Frame::classic(CanId::Standard(0x130), &[1]).unwrap()
+    }
+
+    #[tokio::test]
+    async fn an_interface_that_is_not_open_refuses_and_nobody_is_told_of_a_loss() {
+        let transmitter = Transmitter::default();
+        assert_eq!(transmitter.send(&frame()), Err(SendFailure::Refused(libc::ENETDOWN)));
+        tokio::select! {
+            biased;
+            () = transmitter.lost() => panic!("it was never there"),
+            () = tokio::task::yield_now() => {}
+        }
+    }
+}
