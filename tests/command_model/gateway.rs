@@ -20,6 +20,9 @@ const MANUAL: u8 = 4;
 const LEFT: u8 = 2;
 const ON: u8 = 2;
 
+/// An input and its raw value.
+type Word = (fn(u8) -> Input, u8);
+
 /// A gateway, and what it has given out.
 struct Desk {
     gateway: Gateway,
@@ -83,7 +86,7 @@ impl Desk {
     }
 
     /// `STATE` with this data, commands and mode every 100 ms for a while.
-    fn pass(&mut self, ms: u64, state: u8, words: &[(fn(u8) -> Input, u8)]) {
+    fn pass(&mut self, ms: u64, state: u8, words: &[Word]) {
         let until = self.now_ms + ms;
         while self.now_ms < until {
             self.tell(frame(STATE, &[state, 0, 0, 0]));
@@ -156,7 +159,7 @@ fn a_command_is_a_frame_at_once_and_the_report_proves_it() {
     desk.tell(turn(LEFT));
     let (at, _, is_news) = desk.sent[before];
     assert_eq!((desk.asked(), at, is_news), ("left", 500, true));
-    let words: &[(fn(u8) -> Input, u8)] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
+    let words: &[Word] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
     desk.pass(200, 0, words);
     desk.pass(1_000, 1, words);
     assert!(desk.sent[before + 1..].iter().all(|(_, _, is_news)| !is_news));
@@ -205,7 +208,7 @@ fn frames_with_our_identifier_are_not_the_vehicles() {
 #[test]
 fn frames_without_room_leave_no_gap_in_the_counter() {
     let mut desk = Desk::live("");
-    let words: &[(fn(u8) -> Input, u8)] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
+    let words: &[Word] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
     desk.pass(500, 1, words);
     desk.full_until_ms = 590;
     desk.pass(500, 1, words);
@@ -219,7 +222,7 @@ fn frames_without_room_leave_no_gap_in_the_counter() {
 fn a_stop_is_one_last_frame_with_the_state_for_it() {
     for (at_stop, last) in [("release", "-"), ("off", "off"), ("hazard", "hazard")] {
         let mut desk = Desk::live(&format!("at_stop = \"{at_stop}\""));
-        let words: &[(fn(u8) -> Input, u8)] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
+        let words: &[Word] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
         desk.pass(200, 0, words);
         desk.pass(300, 1, words);
         let before = desk.sent.len();

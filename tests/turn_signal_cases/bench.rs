@@ -190,7 +190,9 @@ impl Bench {
                 | Output::HazardLights { .. }
                 | Output::WithdrawTurnIndicators
                 | Output::WithdrawHazardLights
-                | Output::TrafficLights(_) => panic!("nothing of that is configured"),
+                | Output::TrafficLights(_)
+                | Output::Transmit { .. }
+                | Output::WouldTransmit { .. } => panic!("nothing of that is configured"),
             }
         }
     }

@@ -176,7 +176,7 @@ mod tests {
             if let Some(frame) = frame {
                 let (bytes, length) = bytes(&frame);
                 prop_assert_eq!(message(&bytes[..length]), Some(Message::Data(frame)));
-                prop_assert_eq!(bytes[5..8], [0; 3], "no flags, nothing reserved");
+                prop_assert_eq!(&bytes[5..8], &[0; 3], "no flags, nothing reserved");
             }
         }
     }
