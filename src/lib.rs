@@ -24,6 +24,7 @@ pub mod config;
 pub mod core;
 pub mod daemon;
 pub mod decode;
+pub mod drive;
 pub mod io;
 pub mod lights_timeline;
 pub mod live;

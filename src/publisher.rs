@@ -6,14 +6,12 @@ use crate::config::Settings;
 use crate::config::file::Durability as ConfiguredDurability;
 use crate::config::traffic_lights::Outlet;
 use crate::core::event::Output;
+use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::incoming::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
 use crate::io::ros::settings::RosSettings;
-use crate::io::ros::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
-
-/// Commands kept for us by DDS while we are busy.
-const COMMAND_DEPTH: i32 = 50;
+use crate::io::ros::topics::{Durability, LightsOutlet, Subscription, SubscriptionKind, Topics};
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -141,13 +139,19 @@ impl Publisher {
     }
 }
 
-/// Topic names as configured.
+/// Topic names as configured; what the profile leaves out has none, as it is never published.
 pub fn topics(settings: &Settings) -> Topics {
+    let lights = &settings.gateway.lights;
+    let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
+    let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
+    let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
     Topics {
-        turn_indicators: settings.ros.turn_indicators_status.clone(),
-        hazard_lights: settings.ros.hazard_lights_status.clone(),
+        turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
+        hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
         diagnostics: settings.ros.diagnostics.clone(),
         lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
+        turn_command: None,
+        hazard_command: None,
     }
 }
 
@@ -160,20 +164,12 @@ fn light_outlet(outlet: &Outlet, settings: &Settings) -> LightsOutlet {
     }
 }
 
-/// What is read. Volatile: a state from before our start may no longer hold.
+/// What is read.
 fn subscriptions(settings: &Settings) -> Vec<Subscription> {
-    let subscription = |name: &String, kind, depth| Subscription {
-        name: name.clone(),
-        kind,
-        reliability: Reliability::Reliable,
-        durability: Durability::Volatile,
-        depth,
-    };
     let topics = &settings.light_topics;
     let states =
-        topics.inputs.iter().map(|(store, name)| subscription(name, SubscriptionKind::Groups(*store), 1));
-    let commands =
-        topics.command.iter().map(|name| subscription(name, SubscriptionKind::Command, COMMAND_DEPTH));
+        topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
+    let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
     states.chain(commands).collect()
 }
 

@@ -9,7 +9,10 @@ use crate::core::diagnostics::{Level, Status};
 use crate::core::event::Output;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
-use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, LightsMessage, TurnIndicatorsReport};
+use crate::io::ros::messages::{
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
+    TurnIndicatorsReport,
+};
 use crate::io::ros::topics::Topics;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
@@ -49,6 +52,14 @@ impl JsonTimeline {
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
             ),
             Output::TrafficLights(emission) => self.lights(emission, at),
+            Output::TurnCommand { command, stamp } => {
+                let topic = self.topics.turn_command.as_ref()?;
+                json(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
+            }
+            Output::HazardCommand { command, stamp } => {
+                let topic = self.topics.hazard_command.as_ref()?;
+                json(at, topic, HazardLightsCommand::new(*command, *stamp))
+            }
             Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
                 None
             }
@@ -115,7 +126,9 @@ impl Changes {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
             // Many a second, changed or not: nothing to read along.
-            Output::TrafficLights(_) => Vec::new(),
+            Output::TrafficLights(_) | Output::TurnCommand { .. } | Output::HazardCommand { .. } => {
+                Vec::new()
+            }
         }
     }
 

@@ -6,6 +6,8 @@
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+#[path = "dds_peer/autoware_topics.rs"]
+mod autoware_topics;
 #[allow(dead_code)] // the tests with Cyclone use more of it
 #[path = "dds_peer/bench.rs"]
 mod bench;

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["daemon", "check"],
-    &["decode", "view", "publisher", "lights_timeline"],
+    &["decode", "view", "publisher", "lights_timeline", "drive"],
     &["live", "replay", "timeline", "picture"],
     &["config", "io"],
     &["core"],

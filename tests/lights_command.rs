@@ -10,6 +10,9 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use serde_json::{Value, json};
+use signal_gateway::core::traffic_light::command::parse_command;
+use signal_gateway::core::traffic_light::compat::Compat;
+use signal_gateway::core::traffic_light::scenario::{Controller, Phase};
 
 const GROUPS: &str = "[groups]\n100 = [11, 12]\n200 = [21]\n[[controller]]\nname = \"A\"\n";
 const BY_THE_SECOND: [&str; 6] = ["--frame-rate", "1", "--first-frame", "0", "--v2i-rate", "1"];
@@ -321,6 +324,49 @@ fn a_map_takes_the_place_of_groups() {
     fs::write(&map, "<osm><way>").unwrap();
     let refusal = bench.refused(3, &["--map", map.to_str().unwrap()]);
     assert!(refusal.contains("map.osm"), "{refusal}");
+}
+
+#[test]
+fn q7_upper_diagonals_are_sent_as_each_behaviour_can() {
+    let bench =
+        Bench::of_phases(&[("p1", 3.0, "\"21\" = \"red upperLeft\", \"21 v2i\" = \"red upperRight\"")], "");
+    for (compat, camera, v2i) in [("improved", "upperLeft", "upperRight"), ("upstream", "unknown", "unknown")]
+    {
+        let lines =
+            bench.json(&[&BY_THE_SECOND[..], &["--json", "--until", "1", "--compat", compat]].concat());
+        let last = lines.last().unwrap();
+        assert_eq!(last["ground_truth"]["conventional"]["21"]["state"], "red solidOn upperLeft");
+        let shapes = [&last["internal"][0], &last["external"][0], &last["external"][0]["predictions"][0]]
+            .map(|shown| shown["elements"][0]["shape"].as_str().unwrap());
+        assert_eq!(shapes, [camera, v2i, v2i], "{compat}");
+    }
+}
+
+#[test]
+fn the_example_of_the_documentation_runs_as_it_says() {
+    let guide = include_str!("../docs/traffic-lights.md");
+    let block = |language: &str| {
+        let (_, rest) = guide.split_once(&format!("```{language}\n")).unwrap();
+        rest.split_once("```").unwrap().0
+    };
+    let bench = Bench::new("crossing.toml", block("toml"));
+    assert_eq!(bench.out(&["--until", "5"]), block("text"));
+}
+
+#[test]
+fn commands_of_the_documentation_are_commands() {
+    let guide = include_str!("../docs/traffic-lights.md");
+    let (_, rows) = guide.split_once("| command | example |\n").unwrap();
+    let rows = rows.split_once("\n\n").unwrap().0.lines().skip(1);
+    let commands: Vec<_> = rows
+        .flat_map(|row| row.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    assert_eq!(commands.len(), 9);
+    let stop = Phase { name: "stop".to_owned(), duration: None, entries: Vec::new() };
+    let main = Controller { name: "main road".to_owned(), reference: None, phases: vec![stop] };
+    for command in commands {
+        parse_command(&command, std::slice::from_ref(&main), Compat::Improved).unwrap();
+    }
 }
 
 #[test]

@@ -133,6 +133,7 @@ impl Desk {
                 }
                 Output::TurnIndicators { .. } => self.reports += 1,
                 Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
                 Output::HazardLights { .. }
                 | Output::WithdrawTurnIndicators
                 | Output::WithdrawHazardLights

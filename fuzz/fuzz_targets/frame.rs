@@ -130,6 +130,7 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
             Output::WithdrawTurnIndicators => assert!(std::mem::take(&mut shown[0]), "withdrawn twice"),
             Output::WithdrawHazardLights => assert!(std::mem::take(&mut shown[1]), "withdrawn twice"),
             Output::TrafficLights(_) => panic!("no traffic lights here"),
+            Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
             Output::Diagnostics { diagnostics, .. } => assert!(!diagnostics.statuses.is_empty()),
         }
     }

@@ -10,7 +10,7 @@ use crate::core::dbc::model::Severity;
 use crate::core::trust::integrity::MessageIntegrity;
 use crate::core::trust::table::Timing;
 use crate::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, NamedSource, Sources, TurnBinding, TurnSource,
+    HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding, TurnSource,
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::vocabulary::roles;
@@ -92,7 +92,11 @@ pub fn binding(settings: &Settings) -> Report {
 
 /// What an integrator should know of a configuration that is sound.
 pub fn notes(settings: &Settings) -> Vec<String> {
-    let lights = &settings.gateway.lights;
+    let unseen = flashes_unseen(&settings.gateway.lights);
+    unseen.into_iter().chain(traffic_lights::notes(settings)).collect()
+}
+
+fn flashes_unseen(lights: &LightsBinding) -> Vec<String> {
     let TurnBinding::From(sources) = &lights.turn else { return vec![] };
     let note = |named: &NamedSource<TurnSource>| match &named.source {
         TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {

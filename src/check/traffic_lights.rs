@@ -1,6 +1,7 @@
-//! What a check says of traffic-light states received over CAN.
+//! What a check says of traffic lights: states received over CAN, and what has no effect.
 
 use super::Report;
+use crate::config::Settings;
 use crate::core::traffic_light::v2i_reception::binding::{Group, V2iBinding, V2iStates};
 use crate::core::trust::table::Role;
 use crate::core::trust::words::role_words;
@@ -28,6 +29,17 @@ pub(super) fn sources(binding: &V2iBinding, report: &mut Report) {
             values(binding, role, "states", name, report);
         }
     }
+}
+
+/// What a scenario or a profile says that has no effect.
+pub(super) fn notes(settings: &Settings) -> Vec<String> {
+    let parts = settings.light_topics.not_interpreted.iter().map(ToString::to_string);
+    let gateway = &settings.gateway;
+    let lost = !gateway.v2i.is_empty() && gateway.traffic_lights.is_none();
+    let lost = lost.then(|| {
+        "v2i: what the profile receives goes nowhere; add [traffic_lights] to the configuration".to_owned()
+    });
+    parts.chain(lost).collect()
 }
 
 fn one_group(binding: &V2iBinding, group: &Group, heading: &str, what: &str, report: &mut Report) {

@@ -1,6 +1,7 @@
 //! The command line: one definition makes help, man page and completions.
 
 mod arguments;
+mod decide;
 mod inspect;
 mod lights;
 mod live;
@@ -17,6 +18,7 @@ use crate::config::problem::Refused;
 use crate::daemon::DaemonError;
 use crate::publisher::PublisherError;
 use arguments::ConfigArgs;
+use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
 use live::DemoArgs;
@@ -63,6 +65,9 @@ enum Command {
     /// Run a scenario of traffic lights on virtual time and print its timeline, or draw it
     #[command(after_help = lights::HELP)]
     Lights(LightsArgs),
+    /// Run a drive scenario of the turn signal decider on virtual time and explain each decision
+    #[command(after_help = decide::HELP)]
+    Decide(DecideArgs),
     /// Print shell completions
     Completions(CompletionsArgs),
     /// Print the man page (roff), or one for each command into a folder
@@ -79,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => inspect::check(&args),
         Command::Decode(args) => inspect::decode(&args),
         Command::Lights(args) => lights::run(&args),
+        Command::Decide(args) => decide::run(&args),
         Command::Completions(args) => Ok(manual::completions(&args)),
         Command::Man(args) => manual::man(&args),
     };

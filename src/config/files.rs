@@ -1,7 +1,11 @@
 //! Where configuration files come from: the disk, or the copies built into the binary.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+
+/// Larger files are no configuration and no map, bytes: whatever is named by mistake, memory is kept.
+const LARGEST: u64 = 1 << 30;
 
 /// A place to read files from.
 pub trait Files {
@@ -18,8 +22,17 @@ pub struct Disk;
 
 impl Files for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        std::fs::read(path)
+        read_at_most(File::open(path)?, LARGEST)
     }
+}
+
+fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {most} bytes")));
+    }
+    Ok(bytes)
 }
 
 /// What the binary carries so that the demo needs nothing beside it.
@@ -62,6 +75,13 @@ fn without_dots(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn endless_files_are_not_read_to_their_end() {
+        let read = |bytes: u64| read_at_most(io::repeat(b'x').take(bytes), 100).map(|bytes| bytes.len());
+        assert_eq!(read(100).unwrap(), 100);
+        assert_eq!(read(u64::MAX).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+    }
 
     #[test]
     fn embedded_files_are_found_by_relative_paths() {

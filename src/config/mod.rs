@@ -3,6 +3,7 @@
 //! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
 //! and gives [`Settings`] or every reason why not.
 
+pub mod drive;
 pub mod file;
 pub mod files;
 mod hazard;
@@ -19,6 +20,7 @@ pub mod traffic_lights_file;
 mod turn;
 mod v2i;
 pub mod v2i_file;
+mod values;
 pub mod vehicle;
 pub mod vehicle_file;
 

@@ -85,7 +85,7 @@ pub(super) fn traffic_lights(
     let timeout = checks.timeout(file.v2i_timeout_ms.as_ref());
     let arbiter = file.arbiter.as_ref().map(|arbiter| checks.arbiter(arbiter));
     let outlets = architecture.map(|types| checks.outlets(&file.topics, types, arbiter.is_some()));
-    let (inputs, command) = checks.inputs(&file.inputs);
+    let (inputs, command) = checks.inputs(&file.inputs, outlets.as_deref().unwrap_or_default());
     let [camera_faults, v2i_faults] =
         [&file.faults.camera, &file.faults.v2i].map(|faults| checks.faults(faults.as_ref()));
     if let (Some(scenario), Some(map)) = (&scenario, &map) {
@@ -124,7 +124,7 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 }
 
 /// How the map's places are meant, as the file beside it says that Autoware reads; else they are local.
-fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
+pub(super) fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
     let path = map.with_file_name("map_projector_info.yaml");
     let Ok(bytes) = files.read(&path) else { return Ok(Projector::Local) };
     let text = String::from_utf8_lossy(&bytes);
@@ -313,7 +313,12 @@ impl Checks<'_> {
         outlets
     }
 
-    fn inputs(&mut self, file: &LightInputsFile) -> (Vec<(StoreId, String)>, Option<String>) {
+    fn inputs<'f>(
+        &mut self,
+        file: &'f LightInputsFile,
+        outlets: &'f [Outlet],
+    ) -> (Vec<(StoreId, String)>, Option<String>) {
+        let mut taken: Vec<&'f str> = outlets.iter().map(|outlet| outlet.name.as_str()).collect();
         let stores = [
             (&file.conventional, Channel::Conventional, Layer::GroundTruth),
             (&file.conventional_detected, Channel::Conventional, Layer::Detected),
@@ -323,15 +328,25 @@ impl Checks<'_> {
         let mut inputs = Vec::new();
         for (given, channel, layer) in stores {
             if let Some(given) = given {
-                self.topic(given);
+                self.input(given, &mut taken);
                 inputs.push((StoreId { channel, layer }, given.get_ref().clone()));
             }
         }
         let command = file.command.as_ref().map(|given| {
-            self.topic(given);
+            self.input(given, &mut taken);
             given.get_ref().clone()
         });
         (inputs, command)
+    }
+
+    /// What we publish, or read for something else, is no input.
+    fn input<'f>(&mut self, given: &'f Spanned<String>, taken: &mut Vec<&'f str>) {
+        self.topic(given);
+        let name = given.get_ref().as_str();
+        if taken.contains(&name) {
+            self.refuse(given, "another topic has this name", "give each its own");
+        }
+        taken.push(name);
     }
 
     fn topic(&mut self, given: &Spanned<String>) {

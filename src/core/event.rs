@@ -14,6 +14,7 @@ use super::traffic_light::emission::Emission;
 use super::traffic_light::engine::Sight;
 use super::traffic_light::scenario::Action;
 use super::traffic_light::target::StoreId;
+use super::turn_signal::signal::{Hazard, Signal};
 use super::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 /// Which of the configured CAN buses; an index into the settings' list of buses.
@@ -128,4 +129,18 @@ pub enum Output {
     },
     /// Publish traffic lights.
     TrafficLights(Emission),
+    /// Publish `TurnIndicatorsCommand`.
+    TurnCommand {
+        /// What the turn indicators shall do.
+        command: Signal,
+        /// When that was decided.
+        stamp: WallStamp,
+    },
+    /// Publish `HazardLightsCommand`.
+    HazardCommand {
+        /// What the hazard lights shall do.
+        command: Hazard,
+        /// When that was decided.
+        stamp: WallStamp,
+    },
 }

@@ -27,19 +27,18 @@ impl Reception {
 
     /// The next input. Waits for ever when nothing can come; loses nothing when it is given up.
     pub(super) async fn next(&self) -> Input {
-        let arrival = match &self.inbox {
-            Some(inbox) => inbox.take().await,
-            None => None,
-        };
-        match arrival {
-            Some(arrival) => self.input(arrival.incoming),
-            // A session that ended is noticed where it is written to.
-            None => pending().await,
+        let Some(inbox) = &self.inbox else { return pending().await };
+        while let Some(arrival) = inbox.take().await {
+            if let Some(input) = self.input(arrival.incoming) {
+                return input;
+            }
         }
+        // A session that ended is noticed where it is written to.
+        pending().await
     }
 
-    fn input(&self, incoming: Incoming) -> Input {
-        match incoming {
+    fn input(&self, incoming: Incoming) -> Option<Input> {
+        Some(match incoming {
             Incoming::Groups { store, groups } => {
                 let ReceivedGroups { groups, rejected, .. } = groups;
                 let sight = |bulbs, confidence| Sight { bulbs, confidence };
@@ -56,6 +55,11 @@ impl Reception {
                     action.map_err(|error| tracing::warn!("a command was not understood: {error}")).ok();
                 Input::LightsAction(action.map(Arc::new))
             }
-        }
+            // Nothing subscribes to these.
+            Incoming::Told(_)
+            | Incoming::TurnCommand { .. }
+            | Incoming::HazardCommand { .. }
+            | Incoming::ControlMode { .. } => return None,
+        })
     }
 }

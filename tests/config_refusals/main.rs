@@ -7,6 +7,7 @@ mod gateway_file;
 mod integrity_keys;
 mod reference;
 mod sources;
+mod traffic_lights;
 mod v2i;
 mod vehicle_profile;
 

@@ -119,6 +119,11 @@ impl Gateway {
         Self::start_as(namespace, domain, "transient_local", "lights")
     }
 
+    /// Likewise, with the topics of [`super::autoware_topics`].
+    pub(crate) fn start_with_autoware(domain: u16) -> Self {
+        Self::start_as(None, domain, "transient_local", "autoware")
+    }
+
     fn start_as(namespace: Option<&str>, domain: u16, role: &str, topics: &str) -> Self {
         let mut command = inside(namespace, &std::env::current_exe().unwrap());
         command.args(["--exact", "session::session_process", "--nocapture", "--test-threads=1"]);

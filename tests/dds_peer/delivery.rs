@@ -102,6 +102,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
     let matched = late.wait_for("a match", |line| line["event"] == "matched");
     assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
     assert_eq!(samples(&late.during(SILENCE)), Vec::<&Value>::new());
+    gateway.wait_until("the late joiner", |status| status["readers"][0] == 1);
     gateway.tell("turn right 2");
     late.wait_for("the next report", is_report(3, 2));
     gateway.tell("turn withdraw");

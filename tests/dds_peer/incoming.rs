@@ -23,6 +23,23 @@ fn writer(python: &Path, domain: u16, kind: &str, topic: &str, qos: [&str; 2]) -
 
 const RELIABLE: [&str; 2] = ["reliable", "volatile"];
 
+/// The only writer of a subscription, known on both sides: what a volatile writer says before the reader
+/// knows of it is lost.
+fn known_writer(
+    gateway: &mut Gateway,
+    subscription: usize,
+    python: &Path,
+    domain: u16,
+    kind: &str,
+    topic: &str,
+) -> Side {
+    let writers = |count: u32| move |status: &Value| status["incoming"][subscription]["writers"] == count;
+    gateway.wait_until("the leave of who wrote before", writers(0));
+    let side = writer(python, domain, kind, topic, RELIABLE);
+    gateway.wait_until("a writer", writers(1));
+    side
+}
+
 fn arrived(gateway: &Gateway, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
     gateway.wait_for(what, |line| line["event"] == "arrived" && is_it(&line["what"]))
 }
@@ -34,11 +51,8 @@ fn groups_and_commands_arrive_with_their_contents_and_are_counted() {
     };
     let domain = domain();
     let mut gateway = Gateway::start_with_lights(None, domain);
-    let mut groups = writer(&python, domain, "groups", GROUPS, RELIABLE);
-    let mut commands = writer(&python, domain, "text", COMMANDS, RELIABLE);
-    gateway.wait_until("two writers", |status| {
-        status["incoming"][0]["writers"] == 1 && status["incoming"][1]["writers"] == 1
-    });
+    let mut groups = known_writer(&mut gateway, 0, &python, domain, "groups", GROUPS);
+    let mut commands = known_writer(&mut gateway, 1, &python, domain, "text", COMMANDS);
     groups.tell("5 34806 1 5 3 0.25");
     let seen = arrived(&gateway, "groups", |what| what["sec"] == 5);
     assert_eq!(seen["subscription"], 0);
@@ -77,8 +91,8 @@ fn groups_and_commands_arrive_with_their_contents_and_are_counted() {
 fn a_sample_of_half_a_megabyte_arrives_whole() {
     let Some(python) = python("a_sample_of_half_a_megabyte_arrives_whole") else { return };
     let domain = domain();
-    let gateway = Gateway::start_with_lights(None, domain);
-    let mut commands = writer(&python, domain, "text", COMMANDS, RELIABLE);
+    let mut gateway = Gateway::start_with_lights(None, domain);
+    let mut commands = known_writer(&mut gateway, 1, &python, domain, "text", COMMANDS);
     for length in [500_000, 65_536, 500_001] {
         commands.tell(&format!("{length}*"));
         arrived(&gateway, "the sample", |what| what["length"] == length);
@@ -133,7 +147,7 @@ fn bytes_that_are_not_of_the_type_are_counted_and_the_next_message_is_read() {
     let domain = domain();
     let mut gateway = Gateway::start_with_lights(None, domain);
     for (subscription, kind, topic) in [(0, "no_groups", GROUPS), (1, "no_text", COMMANDS)] {
-        let mut garbage = writer(&python, domain, kind, topic, RELIABLE);
+        let mut garbage = known_writer(&mut gateway, subscription, &python, domain, kind, topic);
         for length in [0, 1, 7, 100, 70_000] {
             garbage.tell(&length.to_string());
         }
@@ -143,11 +157,11 @@ fn bytes_that_are_not_of_the_type_are_counted_and_the_next_message_is_read() {
             status["incoming"][subscription]["undecodable"] == undecodable
         });
     }
-    let mut commands = writer(&python, domain, "text", COMMANDS, RELIABLE);
-    let mut groups = writer(&python, domain, "groups", GROUPS, RELIABLE);
+    let mut commands = known_writer(&mut gateway, 1, &python, domain, "text", COMMANDS);
+    let mut groups = known_writer(&mut gateway, 0, &python, domain, "groups", GROUPS);
     commands.tell("after");
-    groups.tell("8 1 1 1 2 1.0");
     arrived(&gateway, "a command", |what| what["text"] == "after");
+    groups.tell("8 1 1 1 2 1.0");
     arrived(&gateway, "groups", |what| what["sec"] == 8);
     assert_eq!(gateway.status()["running"], true);
 }
@@ -171,8 +185,8 @@ fn the_graph_lists_readers_and_writers() {
 fn without_anything_to_read_nothing_arrives() {
     let Some(python) = python("without_anything_to_read_nothing_arrives") else { return };
     let domain = domain();
-    let gateway = Gateway::start_with_lights(None, domain);
-    let _commands = writer(&python, domain, "text", COMMANDS, RELIABLE);
+    let mut gateway = Gateway::start_with_lights(None, domain);
+    let _commands = known_writer(&mut gateway, 1, &python, domain, "text", COMMANDS);
     let seen = gateway.during(Duration::from_millis(500));
     assert!(seen.iter().all(|line| line["event"] != "arrived"), "{seen:?}");
 }

@@ -21,6 +21,8 @@ use signal_gateway::io::ros::session::{
     Durability, LightsOutlet, Reliability, RosSession, Subscription, SubscriptionKind,
 };
 
+use super::autoware_topics;
+
 const RED: Bulb = Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle };
 
 /// Topics in the order of the status.
@@ -138,6 +140,10 @@ fn shown(arrival: &Arrival, at: f64) -> Value {
                 .collect();
             json!({"sec": groups.stamp.sec(), "groups": listed, "rejected": groups.rejected.len()})
         }
+        Incoming::Told(_)
+        | Incoming::TurnCommand { .. }
+        | Incoming::HazardCommand { .. }
+        | Incoming::ControlMode { .. } => autoware_topics::shown(&arrival.incoming),
     };
     json!({"event": "arrived", "at": at, "subscription": arrival.subscription, "what": what})
 }

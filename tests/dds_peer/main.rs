@@ -6,6 +6,8 @@
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+mod autoware;
+mod autoware_topics;
 mod bench;
 mod cyclone;
 mod delivery;

@@ -250,6 +250,10 @@ fn after_an_outage_commands_are_received_again_and_none_twice() {
     gateway.wait_until("the far writers", |status| {
         [0, 1, 3].iter().all(|position| status["incoming"][*position]["writers"] == 1)
     });
+    // The new reader must be known there as well: nothing volatile is kept for it.
+    for writer in [&far, &far_groups] {
+        writer.wait_for("the new reader", |line| line["event"] == "matched");
+    }
     far.tell("after");
     far_groups.tell("5 1 1 1 2 1.0");
     near.tell("end");

@@ -1,17 +1,22 @@
 """An independent reader (Cyclone DDS) of the gateway's topics, for the tests.
 
 Usage: reader.py DOMAIN KIND TOPIC DURABILITY [KIND TOPIC DURABILITY]...
-KIND is one of messages.py, or gid16 / gid24 (the ROS graph with identifiers of that length); DURABILITY is transient_local or volatile. Prints a line of JSON for each event: `ready`,
-and with the kind `matched` and `unmatched` (with the writer's QoS), `sample`. Ends when standard
-input does.
+KIND is one of messages.py, gid16 or gid24 (the ROS graph with identifiers of that length), or
+`endpoints` (every writer in the domain, whatever its topic; TOPIC and DURABILITY mean nothing);
+`KIND=NAME` where several are of one kind. DURABILITY is transient_local or volatile. Prints a line
+of JSON for each event: `ready`, and with the kind or its name `matched` and `unmatched` (with the
+writer's QoS), `sample` (with the writer's time of day, nanoseconds). Samples that wait for us: 10, or
+SIGNAL_GATEWAY_PEER_DEPTH. Ends when standard input does.
 """
 
 import json
+import os
 import sys
 import threading
 import time
 from dataclasses import asdict
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.sub import DataReader
@@ -50,25 +55,31 @@ def look(kind, reader, matched):
         say("unmatched", kind=kind, **matched.pop(handle))
     for sample in reader.take(N=100):
         if sample.sample_info.valid_data:
-            say("sample", kind=kind, data=shown(sample))
+            sent = sample.sample_info.source_timestamp
+            say("sample", kind=kind, sent=sent, data=shown(sample))
 
 
 def shown(sample):
     """A sample's content; of many groups their number."""
+    if hasattr(sample, "type_name"):
+        return {"topic": sample.topic_name, "type": sample.type_name, **offered(sample)}
     groups = getattr(sample, "traffic_light_groups", [])
     if len(groups) > 100:
         return {"stamp": asdict(sample.stamp), "groups": len(groups)}
     return asdict(sample)
 
 
-def open_reader(participant, kind, topic_name, durability):
+def open_reader(participant, name, topic_name, durability):
+    kind = name.partition("=")[0]
+    if kind == "endpoints":
+        return BuiltinDataReader(participant, BuiltinTopicDcpsPublication)
     message = graph_type(int(kind[3:])) if kind.startswith("gid") else TYPES[kind]
     qos = Qos(
         Policy.Reliability.Reliable(duration(milliseconds=100)),
         Policy.Durability.TransientLocal
         if durability == "transient_local"
         else Policy.Durability.Volatile,
-        Policy.History.KeepLast(10),
+        Policy.History.KeepLast(int(os.environ.get("SIGNAL_GATEWAY_PEER_DEPTH", "10"))),
     )
     return DataReader(participant, Topic(participant, topic_name, message, qos=qos), qos=qos)
 
@@ -77,7 +88,9 @@ def main():
     domain, *wanted = sys.argv[1:]
     participant = DomainParticipant(int(domain))
     triples = zip(*[iter(wanted)] * 3)
-    readers = {triple[0]: open_reader(participant, *triple) for triple in triples}
+    readers = {
+        triple[0].rpartition("=")[2]: open_reader(participant, *triple) for triple in triples
+    }
     say("ready")
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[readers, ended])

@@ -8,19 +8,24 @@ use serde_json::json;
 use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
 use signal_gateway::core::event::Output;
 use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::io::ros::session::{Durability, OutgoingStatus, RosSession, RosSettings, Topics};
 
-use super::lights;
+use super::{autoware_topics, lights};
 
 /// Not a test by itself: does nothing unless [`super::bench::Gateway`] started it. One command a
 /// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
-/// `hazard on 5` likewise; `diagnostics TEXT`, `status`, `stop`; and those of [`lights::send`].
+/// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `status`, `stop`; and those of [`lights::send`].
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var("SIGNAL_GATEWAY_TEST_SESSION") else { return };
     let role: Vec<&str> = role.split(' ').collect();
-    let has_lights = std::env::var("SIGNAL_GATEWAY_TEST_TOPICS").is_ok_and(|topics| topics == "lights");
+    let (topics, subscriptions) = match std::env::var("SIGNAL_GATEWAY_TEST_TOPICS").as_deref() {
+        Ok("lights") => (Topics { lights: lights::outlets(), ..Topics::default() }, lights::subscriptions()),
+        Ok("autoware") => (autoware_topics::topics(), autoware_topics::subscriptions()),
+        Ok(_) | Err(_) => (Topics::default(), vec![]),
+    };
     let settings = RosSettings {
         node: "gateway_under_test".to_owned(),
         namespace: "/vehicle".to_owned(),
@@ -28,8 +33,8 @@ fn session_process() {
         durability: if role[1] == "volatile" { Durability::Volatile } else { Durability::TransientLocal },
         only_networks: role[2..].iter().map(|address| address.parse().unwrap()).collect(),
         hardware_id: "bench".to_owned(),
-        topics: Topics { lights: if has_lights { lights::outlets() } else { vec![] }, ..Topics::default() },
-        subscriptions: if has_lights { lights::subscriptions() } else { vec![] },
+        topics,
+        subscriptions,
     };
     let session = RosSession::start(settings).unwrap();
     let inbox = session.inbox();
@@ -42,7 +47,9 @@ fn session_process() {
                 println!(
                     "{}",
                     json!({"event": "status", "running": status.running, "rebuilds": status.rebuilds,
-                        "readers": readers(&status.outgoing[..3]), "lights": readers(&status.outgoing[3..]),
+                        "readers": readers(&status.outgoing, |label| REPORTS.contains(&label)),
+                        "lights": readers(&status.outgoing, |label| !REPORTS.contains(&label)),
+                        "commands": readers(&status.outgoing, |label| label.ends_with("command")),
                         "incoming": status.incoming.iter().map(|topic| json!({"writers": topic.writers,
                             "received": topic.received, "undecodable": topic.undecodable,
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
@@ -62,8 +69,11 @@ fn session_process() {
     }
 }
 
-fn readers(topics: &[OutgoingStatus]) -> Vec<usize> {
-    topics.iter().map(|topic| topic.readers).collect()
+/// Labels of what is always written.
+const REPORTS: [&str; 3] = ["turn", "hazard", "diagnostics"];
+
+fn readers(topics: &[OutgoingStatus], is_asked_for: impl Fn(&str) -> bool) -> Vec<usize> {
+    topics.iter().filter(|topic| is_asked_for(topic.label)).map(|topic| topic.readers).collect()
 }
 
 fn output(command: &str) -> Output {
@@ -76,6 +86,12 @@ fn output(command: &str) -> Output {
         ("turn", "off") => Output::TurnIndicators { report: TurnIndicators::Disable, stamp: stamp() },
         ("hazard", "withdraw") => Output::WithdrawHazardLights,
         ("hazard", "on") => Output::HazardLights { report: HazardLights::Enable, stamp: stamp() },
+        ("command", "left") => Output::TurnCommand { command: Signal::Left, stamp: stamp() },
+        ("command", "right") => Output::TurnCommand { command: Signal::Right, stamp: stamp() },
+        ("command", "disable") => Output::TurnCommand { command: Signal::Disable, stamp: stamp() },
+        ("command", "none") => Output::TurnCommand { command: Signal::NoCommand, stamp: stamp() },
+        ("command", "hazard") => Output::HazardCommand { command: Hazard::Enable, stamp: stamp() },
+        ("command", "no_hazard") => Output::HazardCommand { command: Hazard::Disable, stamp: stamp() },
         ("diagnostics", text) => {
             let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
             let status = |level, message: &str, values| Status {

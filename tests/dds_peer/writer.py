@@ -1,11 +1,12 @@
 """An independent writer (Cyclone DDS) to the gateway's subscriptions, for the tests.
 
-Usage: writer.py DOMAIN KIND TOPIC RELIABILITY DURABILITY
+Usage: writer.py DOMAIN KIND TOPIC RELIABILITY DURABILITY [KIND TOPIC RELIABILITY DURABILITY]...
 KIND is one of messages.py, RELIABILITY reliable or best_effort, DURABILITY transient_local or
-volatile. Prints a line of JSON for each event: `ready`, `matched`, `unmatched`, `wrote`. Each line
-of standard input is a message: for text the text itself, or `LENGTH*` for one of that length; for
-groups `SEC ID COLOR SHAPE STATUS CONFIDENCE`; else so many bytes of nonsense. Ends when standard
-input does.
+volatile. Prints a line of JSON for each event: `ready`, `matched` and `unmatched` (with the number
+of the topic, from 0), `wrote`. Each line of standard input is a message: for text the text itself,
+or `LENGTH*` for one of that length; for groups `SEC GROUP[, GROUP]...` with a GROUP of `ID` and any
+number of `COLOR SHAPE STATUS CONFIDENCE`; else so many bytes of nonsense. With several topics the
+topic's number and a blank come first. Ends when standard input does.
 """
 
 import json
@@ -30,27 +31,31 @@ def message(kind, line):
     if kind == "text":
         return Text("x" * int(line[:-1]) if line.endswith("*") else line)
     if kind == "groups":
-        sec, group, color, shape, status, confidence = line.split()
-        element = Element(int(color), int(shape), int(status), float(confidence))
-        return GroupArray(Time(int(sec), 1), [Group(int(group), [element], [])])
+        sec, _, groups = line.partition(" ")
+        return GroupArray(Time(int(sec), 1), [group(text.split()) for text in groups.split(",")])
     return TYPES[kind]([255 - i % 7 for i in range(int(line))])
 
 
-def watch(writer, ended):
-    matched = set()
+def group(words):
+    bulbs = zip(*[iter(words[1:])] * 4)
+    elements = [Element(int(c), int(shape), int(s), float(conf)) for c, shape, s, conf in bulbs]
+    return Group(int(words[0]), elements, [])
+
+
+def watch(writers, ended):
+    matched = [set() for _ in writers]
     while not ended.is_set():
-        now = set(writer.get_matched_subscriptions())
-        for _ in now - matched:
-            say("matched")
-        for _ in matched - now:
-            say("unmatched")
-        matched = now
+        for number, writer in enumerate(writers):
+            now = set(writer.get_matched_subscriptions())
+            for _ in now - matched[number]:
+                say("matched", topic=number)
+            for _ in matched[number] - now:
+                say("unmatched", topic=number)
+            matched[number] = now
         time.sleep(0.005)
 
 
-def main():
-    domain, kind, topic_name, reliability, durability = sys.argv[1:]
-    participant = DomainParticipant(int(domain))
+def open_writer(participant, kind, topic_name, reliability, durability):
     qos = Qos(
         Policy.Reliability.Reliable(duration(seconds=10))
         if reliability == "reliable"
@@ -60,15 +65,23 @@ def main():
         else Policy.Durability.Volatile,
         Policy.History.KeepLast(10),
     )
-    writer = DataWriter(participant, Topic(participant, topic_name, TYPES[kind], qos=qos), qos=qos)
+    return DataWriter(participant, Topic(participant, topic_name, TYPES[kind], qos=qos), qos=qos)
+
+
+def main():
+    domain, *wanted = sys.argv[1:]
+    participant = DomainParticipant(int(domain))
+    topics = list(zip(*[iter(wanted)] * 4))
+    writers = [open_writer(participant, *topic) for topic in topics]
     say("ready")
     ended = threading.Event()
-    watcher = threading.Thread(target=watch, args=[writer, ended])
+    watcher = threading.Thread(target=watch, args=[writers, ended])
     watcher.start()
     for line in sys.stdin:
-        sample = message(kind, line.rstrip("\n"))
+        number, text = line.rstrip("\n").split(" ", 1) if len(topics) > 1 else ("0", line.rstrip("\n"))
+        sample = message(topics[int(number)][0], text)
         before = time.time()
-        writer.write(sample)
+        writers[int(number)].write(sample)
         say("wrote", before=before)
     ended.set()
     watcher.join()

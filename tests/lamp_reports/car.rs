@@ -194,6 +194,7 @@ impl Car {
                 Output::WithdrawTurnIndicators => self.turn.push((ms, "stops")),
                 Output::WithdrawHazardLights => self.hazard.push((ms, "stops")),
                 Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
                 Output::Diagnostics { diagnostics, .. } => {
                     for status in diagnostics.statuses.into_iter().filter(|_| !diagnostics.refresh) {
                         for task in ["turn_indicators", "hazard_lights"] {

@@ -127,6 +127,7 @@ impl Trial {
                 Output::WithdrawTurnIndicators => withdrawn[0] += 1,
                 Output::WithdrawHazardLights => withdrawn[1] += 1,
                 Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
                 Output::Diagnostics { diagnostics, stamp } => {
                     prop_assert_eq!(stamp.as_nanos(), wall(self.now_ns));
                     if diagnostics.refresh {

@@ -2,7 +2,7 @@
 
 use signal_gateway::core::traffic_light::compat::Compat;
 
-use crate::{Row, accepted, assert_refused};
+use crate::{Row, accepted, assert_refused, read_text};
 
 /// A document with `network` in its `TrafficSignals` and `board` in its `Storyboard`.
 pub(crate) fn document(network: &str, board: &str) -> String {
@@ -103,6 +103,20 @@ fn controllers_and_phases_that_cannot_run_are_refused() {
 }
 
 #[test]
+fn all_of_a_circle_and_nobody_else_is_refused() {
+    let follows = |name: &str, whom: &str| {
+        format!("<TrafficSignalController name=\"{name}\" reference=\"{whom}\" delay=\"1\"/>\n")
+    };
+    let network = [("behind", "B"), ("B", "C"), ("C", "D"), ("alone", "alone"), ("D", "B")]
+        .map(|(name, whom)| follows(name, whom))
+        .concat();
+    let problems = read_text("s.xosc", &document(&network, "")).unwrap_err();
+    let told: Vec<_> = problems.iter().map(|problem| problem.reason.as_str()).collect();
+    let wanted = ["B", "C", "alone", "D"].map(|name| format!("{name:?} waits for itself to begin"));
+    assert_eq!(told, wanted);
+}
+
+#[test]
 fn actions_that_cannot_be_done_are_refused() {
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
@@ -116,15 +130,15 @@ fn actions_that_cannot_be_done_are_refused() {
     refused(rows, |part| document(A, &light_action(part)));
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
-        ("@@V2ITrafficSignalStateAction(1, red, green)", "/@type", "rate `green`", "long argument"),
-        ("@@V2ITrafficSignalStateAction(1, red, 0)", "/@type", "rate `0`", "long argument"),
+        ("@@V2ITrafficSignalStateAction(1, red, green)", "/@type", "rate `green`", ""),
+        ("@@V2ITrafficSignalStateAction(1, red, 0)", "/@type", "rate `0`", ""),
         ("@@V2ITrafficSignalStateAction(1, red solidOn circle)", "/@type", "takes 2 or 3 arguments, 4 given", "long argument"),
-        ("@@V2ITrafficSignalStateAction(1, unknown)", "/@type", "unknown", "long argument"),
+        ("@@V2ITrafficSignalStateAction(1, unknown)", "/@type", "unknown", ""),
         ("@@EnableTrafficSignalV2IFeatureAction@v1()", "/@type", "at least 1 argument", "long argument"),
-        ("@@DisableTrafficSignalV2IFeatureAction@v1(1.5)", "/@type", "`1.5` is no id", "long argument"),
-        ("@@PseudoTrafficSignalDetectorConfidenceSetAction@v1(1, 1.5)", "/@type", "confidence `1.5`", "long argument"),
-        ("@@PseudoTrafficSignalDetectorConfidenceSetAction@v1(1, NaN)", "/@type", "confidence `NaN`", "long argument"),
-        ("@@TrafficSignalControllerAction(A, went)", "/@type", "has no phase `went`", "long argument"),
+        ("@@DisableTrafficSignalV2IFeatureAction@v1(1.5)", "/@type", "`1.5` is no id", ""),
+        ("@@PseudoTrafficSignalDetectorConfidenceSetAction@v1(1, 1.5)", "/@type", "confidence `1.5`", ""),
+        ("@@PseudoTrafficSignalDetectorConfidenceSetAction@v1(1, NaN)", "/@type", "confidence `NaN`", ""),
+        ("@@TrafficSignalControllerAction(A, went)", "/@type", "has no phase `went`", ""),
         ("@@exitSuccess(1)", "/@type", "takes no arguments", "long argument"),
     ];
     refused(rows, |part| {
@@ -184,7 +198,7 @@ fn all_problems_of_a_document_are_told_at_once() {
          <TrafficSignalState trafficSignalId=\"x\" state=\"unknown\"/></Phase></TrafficSignalController>",
         &light_action("<TrafficSignalControllerAction trafficSignalControllerRef=\"C\" phase=\"go\"/>"),
     );
-    let problems = crate::read_text("s.xosc", &text).unwrap_err();
+    let problems = read_text("s.xosc", &text).unwrap_err();
     assert_eq!(problems.len(), 4, "{}", crate::shown(&problems));
     assert!(problems.is_sorted_by_key(|problem| problem.position));
 }

@@ -22,6 +22,7 @@ fn broken_tables_are_refused_at_their_keys() {
         ("groups = @@[1]", "groups", "a list stands here", "100 = [11, 12]"),
         ("groups = { @@x = [2] }", "groups.x", "`x` is no id", "relation id"),
         ("groups = { 1 = [2, @@'x'] }", "groups.1[2]", "`x` is no id", "relation id"),
+        ("groups = { 1 = [@@9223372036854775808] }", "groups.1[1]", "is no id", "relation id"),
         ("groups = { @@1 = [] }", "groups.1", "a group without heads", "way ids"),
         ("pedestrian_groups = [@@1]", "pedestrian_groups[1]", "1 is none of the groups", "name one"),
         ("stop_at_s = @@'5'", "stop_at_s", "\"5\" is a text", "without quotes"),

@@ -98,7 +98,7 @@ fn ids_that_the_map_lacks_are_named_with_their_places() {
     let first = problems[0].to_string();
     assert!(
         first.starts_with(&format!("bench.xosc:{walk}:"))
-            && first.contains("Controller[2]/Phase/TrafficSignalState/@trafficSignalId: the map has neither a light nor a group 200; its lights are 11, 12; its groups are 100"),
+            && first.contains("Controller[2]/Phase/TrafficSignalState/@trafficSignalId: the map has neither a light nor a group 200; give an id of the map, or another map: its lights are 11, 12; its groups are 100"),
         "{first}"
     );
 }

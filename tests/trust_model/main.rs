@@ -169,7 +169,11 @@ impl Trial {
             match output {
                 Output::TurnIndicators { report, .. } => self.published = Some(report.name()),
                 Output::WithdrawTurnIndicators => self.published = None,
-                Output::HazardLights { .. } | Output::WithdrawHazardLights | Output::TrafficLights(_) => {
+                Output::HazardLights { .. }
+                | Output::WithdrawHazardLights
+                | Output::TrafficLights(_)
+                | Output::TurnCommand { .. }
+                | Output::HazardCommand { .. } => {
                     panic!("not bound")
                 }
                 Output::Diagnostics { .. } => {}

@@ -30,6 +30,14 @@ impl Folder {
         folder
     }
 
+    /// Nothing but a configuration.
+    #[allow(dead_code)] // most tests want a vehicle
+    pub(crate) fn with_configuration(text: &str) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        folder.write("gateway.toml", text);
+        folder
+    }
+
     pub(crate) fn path(&self) -> &Path {
         self.0.path()
     }

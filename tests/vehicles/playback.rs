@@ -94,6 +94,7 @@ impl Playback {
             Output::WithdrawTurnIndicators => change(&mut self.turn, ms, "stops"),
             Output::WithdrawHazardLights => change(&mut self.hazard, ms, "stops"),
             Output::TrafficLights(_) => panic!("no traffic lights here"),
+            Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
             Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
                 for Status { name, level, message, .. } in diagnostics.statuses {
                     let task = name.rsplit_once(": ").unwrap().1.to_owned();

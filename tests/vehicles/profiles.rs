@@ -241,6 +241,7 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
             Output::WithdrawTurnIndicators => turn = None,
             Output::WithdrawHazardLights => hazard = None,
             Output::TrafficLights(_) => panic!("no traffic lights here"),
+            Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
             Output::Diagnostics { .. } => {}
         }
     }

@@ -91,6 +91,7 @@ fn turn_after(gateway: &mut Gateway, from_ms: u64, frames: &[Frame]) -> Option<&
                 Output::TurnIndicators { report, .. } => turn = Some(report.name()),
                 Output::WithdrawTurnIndicators => turn = None,
                 Output::TrafficLights(_) => panic!("no traffic lights here"),
+                Output::TurnCommand { .. } | Output::HazardCommand { .. } => panic!("no decider here"),
                 Output::HazardLights { .. } | Output::WithdrawHazardLights | Output::Diagnostics { .. } => {}
             }
         }

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::place::Spot;
-use super::reading::{Given, Reading, listed};
+use super::reading::{Reading, listed};
+use crate::config::values::fields::Given;
+use crate::config::values::place::Spot;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::scenario::{Controller, ControllerIndex, Phase, PhaseEntry, Reference};
 
@@ -86,17 +87,21 @@ fn reference(
 
 /// Who follows itself, directly or round about, would never begin.
 fn refuse_circles(reading: &mut Reading, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
-    for (start, draft) in drafts.iter().enumerate() {
-        let mut at = start;
-        for _ in 0..drafts.len() {
-            let Some(Some(reference)) = references.get(at) else { break };
-            at = reference.controller.0;
-            if at == start {
-                let spot = draft.reference.as_ref().map_or(&draft.spot, |reference| &reference.spot);
-                let reason = format!("{:?} waits for itself to begin", draft.name);
-                reading.refuse(spot, reason, "let one controller stand without a reference");
-                break;
-            }
+    let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
+    // From where each was first reached: what is reached again from the same start is in a circle.
+    let mut reached_from = vec![None; drafts.len()];
+    for start in 0..drafts.len() {
+        let mut at = Some(start);
+        while let Some(place) = at.and_then(|at| reached_from.get_mut(at)).filter(|place| place.is_none()) {
+            *place = Some(start);
+            at = at.and_then(next);
+        }
+        let Some(met) = at.filter(|at| reached_from.get(*at) == Some(&Some(start))) else { continue };
+        let circle = std::iter::successors(next(met), |at| next(*at).filter(|_| *at != met));
+        for draft in circle.filter_map(|at| drafts.get(at)) {
+            let spot = draft.reference.as_ref().map_or(&draft.spot, |reference| &reference.spot);
+            let reason = format!("{:?} waits for itself to begin", draft.name);
+            reading.refuse(spot, reason, "let one controller stand without a reference");
         }
     }
 }

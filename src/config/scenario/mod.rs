@@ -10,23 +10,24 @@ mod element;
 mod naming;
 mod on_map;
 mod open_scenario;
-mod place;
 mod reading;
-mod value;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-pub use place::Place;
+pub use crate::config::values::place::Place;
 
 use crate::config::files::Files;
 use crate::config::problem::{Problem, Refused};
+use crate::config::values::place::Text;
+use crate::config::values::{Entry, Kind, Value, from_toml, from_yaml};
 use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::scenario::Scenario;
-use place::Text;
 use reading::Reading;
-use value::{Kind, Value};
+
+/// Where the keys of our own form are explained.
+const SEE: &str = "config/scenarios/bench.toml";
 
 /// What a scenario file says.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,14 +85,14 @@ pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFi
             let root = element::from_xml(&text).map_err(one)?;
             open_scenario::interpret(&root, path, &mut reading)
         }
-        Form::Toml => bench::interpret(&value::from_toml(&text).map_err(one)?, path, &mut reading),
+        Form::Toml => bench::interpret(&from_toml(&text, SEE).map_err(one)?, path, &mut reading),
         Form::Yaml => {
-            let value = value::from_yaml(&text).map_err(one)?;
+            let value = from_yaml(&text).map_err(one)?;
             match open_scenario_in(&value) {
                 None => bench::interpret(&value, path, &mut reading),
                 Some((root, others)) => {
                     let root = element::from_values(&text, root).map_err(one)?;
-                    let is_filled = |entry: &&value::Entry| !matches!(entry.value.kind, Kind::Null);
+                    let is_filled = |entry: &&Entry| !matches!(entry.value.kind, Kind::Null);
                     for entry in others.filter(is_filled) {
                         reading.leave_out(&entry.spot, "it stands beside OpenSCENARIO");
                     }
@@ -122,7 +123,8 @@ enum Form {
 
 impl Form {
     fn of(path: &Path) -> Result<Self, Problem> {
-        match path.extension().and_then(|extension| extension.to_str()) {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("xosc" | "xml") => Ok(Self::Xml),
             Some("yaml" | "yml") => Ok(Self::Yaml),
             Some("toml") => Ok(Self::Toml),
@@ -148,9 +150,9 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Problem {
 }
 
 /// The root of TIER IV's form, and what stands beside it.
-fn open_scenario_in(value: &Value) -> Option<(&value::Entry, impl Iterator<Item = &value::Entry>)> {
+fn open_scenario_in(value: &Value) -> Option<(&Entry, impl Iterator<Item = &Entry>)> {
     let Kind::Map(entries) = &value.kind else { return None };
-    let is_root = |entry: &&value::Entry| entry.key == open_scenario::ROOT;
+    let is_root = |entry: &&Entry| entry.key == open_scenario::ROOT;
     let root = entries.iter().find(is_root)?;
     Some((root, entries.iter().filter(move |entry| !is_root(entry))))
 }

@@ -39,7 +39,7 @@ fn known_ids(map: &LightMap) -> String {
         if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
     };
     format!(
-        "its lights are {}; its groups are {}",
+        "give an id of the map, or another map: its lights are {}; its groups are {}",
         some(&mut map.heads().iter().map(|head| head.way_id)),
         some(&mut map.groups().map(|(id, _)| id))
     )

@@ -5,9 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::place::{Spot, line};
 use super::{NotInterpreted, UsedId};
 use crate::config::problem::Problem;
+use crate::config::values::fields::{Given, Refuse};
+use crate::config::values::place::{Spot, line};
 use crate::core::traffic_light::command::RATES_HZ;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::scenario::{Action, Controller, ControllerIndex, StateText, Test};
@@ -18,13 +19,6 @@ use crate::core::traffic_light::target::{StoreId, Target};
 /// Longer times are mistakes, s: some thirty years.
 const LONGEST_S: f64 = 1e9;
 
-/// A text with its place.
-#[derive(Debug, Clone)]
-pub(super) struct Given {
-    pub(super) text: String,
-    pub(super) spot: Spot,
-}
-
 /// What was found so far.
 pub(super) struct Reading {
     pub(super) file: Arc<Path>,
@@ -34,13 +28,21 @@ pub(super) struct Reading {
     pub(super) ids: Vec<UsedId>,
 }
 
+impl Refuse for Reading {
+    const SEE: &'static str = super::SEE;
+
+    fn refuse_at(&mut self, spot: &Spot, reason: String, remedy: &str) {
+        self.problems.push(spot.place(&self.file).problem(line(&reason), line(remedy)));
+    }
+}
+
 impl Reading {
     pub(super) fn new(file: Arc<Path>, compat: Compat) -> Self {
         Self { file, compat, problems: Vec::new(), not_interpreted: Vec::new(), ids: Vec::new() }
     }
 
     pub(super) fn refuse(&mut self, spot: &Spot, reason: impl Into<String>, remedy: &str) {
-        self.problems.push(spot.place(&self.file).problem(line(&reason.into()), line(remedy)));
+        self.refuse_at(spot, reason.into(), remedy);
     }
 
     pub(super) fn leave_out(&mut self, spot: &Spot, what: &str) {
@@ -161,7 +163,7 @@ impl Reading {
             return Some(Duration::from_secs_f64(seconds));
         }
         let remedy = if seconds < 0.0 { "give 0 or more" } else { "give at most 1e9 s" };
-        self.refuse(&given.spot, format!("{seconds} s is no usable time"), remedy);
+        self.refuse(&given.spot, format!("{} s is no usable time", given.text.trim()), remedy);
         None
     }
 
@@ -171,7 +173,7 @@ impl Reading {
             return Some(rate_hz);
         }
         let remedy = format!("give {} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
-        self.refuse(&given.spot, format!("{rate_hz} Hz is no usable rate"), &remedy);
+        self.refuse(&given.spot, format!("{} Hz is no usable rate", given.text.trim()), &remedy);
         None
     }
 
@@ -183,7 +185,7 @@ impl Reading {
             Compat::Upstream => confidence.is_finite(),
         };
         if !is_allowed {
-            self.refuse(&given.spot, format!("{confidence} is no confidence"), "give 0 to 1");
+            self.refuse(&given.spot, format!("{} is no confidence", given.text.trim()), "give 0 to 1");
         }
         is_allowed.then_some(confidence)
     }

@@ -180,17 +180,17 @@ impl TrafficLights {
         states: impl IntoIterator<Item = (i64, Option<Sight>)>,
         now: Now,
     ) -> usize {
-        self.move_to(now);
-        let mut rejected = 0;
-        for (id, sight) in states {
-            if !self.set_state(Target { id, store }, sight) {
-                rejected += 1;
-                let counts = self.counts_mut(store.channel);
-                counts.rejected += 1;
-                counts.last_rejected = Some((id, now.mono));
-            }
-        }
-        rejected
+        self.take_states(store, states, true, now)
+    }
+
+    /// Likewise, from who says it himself when a state is too old: it holds until then.
+    pub fn set_lasting_states(
+        &mut self,
+        store: StoreId,
+        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        now: Now,
+    ) -> usize {
+        self.take_states(store, states, false, now)
     }
 
     /// Counts inputs that could not even be read.
@@ -362,8 +362,28 @@ impl TrafficLights {
         }
     }
 
+    fn take_states(
+        &mut self,
+        store: StoreId,
+        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        ages: bool,
+        now: Now,
+    ) -> usize {
+        self.move_to(now);
+        let mut rejected = 0;
+        for (id, sight) in states {
+            if !self.set_state(Target { id, store }, sight, ages) {
+                rejected += 1;
+                let counts = self.counts_mut(store.channel);
+                counts.rejected += 1;
+                counts.last_rejected = Some((id, now.mono));
+            }
+        }
+        rejected
+    }
+
     /// Whether it was taken.
-    fn set_state(&mut self, target: Target, sight: Option<Sight>) -> bool {
+    fn set_state(&mut self, target: Target, sight: Option<Sight>, ages: bool) -> bool {
         let Some(Sight { bulbs, confidence }) = sight else {
             let is_known = self.stage.lights.write(target, Change::Remove).is_ok();
             self.watch(target, false);
@@ -373,7 +393,7 @@ impl TrafficLights {
             && self.stage.lights.write(target, Change::Set(bulbs)).is_ok()
             && self.stage.lights.write(target, Change::Confidence(confidence)).is_ok();
         if is_taken {
-            self.watch(target, true);
+            self.watch(target, ages);
         }
         is_taken
     }

@@ -117,7 +117,8 @@ impl TrafficLightFlow {
             };
             let changes = settled.changes.iter().map(|change| (change.id, change.state.map(sight)));
             let told = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-            self.engine.set_states(told, changes, now);
+            // Only changes come: the reception itself knows how old the others are.
+            self.engine.set_lasting_states(told, changes, now);
         }
         self.engine.advance(now);
         while let Some(note) = self.engine.poll_note() {

@@ -71,6 +71,9 @@ pub(super) fn groups(
             });
         }
     }
+    if stores.compat() == Compat::Upstream {
+        forget_upper_diagonals(&mut groups);
+    }
     groups
 }
 
@@ -85,6 +88,18 @@ pub(super) fn groups_of(
     let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
     let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
     ids.into_iter().map(|id| (id, group(id).into_iter().collect())).collect()
+}
+
+/// Upstream has no number for them, so they are sent as unknown shapes (Q7).
+fn forget_upper_diagonals(groups: &mut [GroupState]) {
+    for GroupState { elements, predictions, .. } in groups {
+        let announced = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
+        for Element { bulb, .. } in elements.iter_mut().chain(announced) {
+            if matches!(bulb.shape, Shape::UpperLeft | Shape::UpperRight) {
+                bulb.shape = Shape::Unknown;
+            }
+        }
+    }
 }
 
 /// A marker for each lamp with a place, of the heads that were ever touched: as they truly are, on

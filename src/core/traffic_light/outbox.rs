@@ -61,7 +61,7 @@ impl Outbox {
             sources,
             || Content::Lights(merge::lights(stores, channel)),
             (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
-                renew(content, merge::lights_of(stores, channel, heads))
+                renew(content, merge::lights_of(stores, channel, heads));
             }),
         );
         self.send(LightsTopic::GroundTruth, stamp, content);

@@ -45,6 +45,9 @@ impl Target {
         if channel.contains(is_blank) {
             return Err(SignalIdError::Format { found: shown(text) });
         }
+        // An empty part is refused by what stands in its place.
+        let id = if id.is_empty() { text } else { id };
+        let channel = if channel.is_empty() { rest } else { channel };
         Ok(Self { id: parse_id(id)?, store: channel.parse()? })
     }
 }
@@ -131,12 +134,12 @@ mod tests {
         let format = |found: &str| SignalIdError::Format { found: found.to_owned() };
         let cases = [
             ("", id("")),
-            (" 34802", id("")),
+            (" 34802", id(" 34802")),
             ("34802.0", id("34802.0")),
             ("0x10 v2i", id("0x10")),
             ("9223372036854775808", id("9223372036854775808")),
             ("-", id("-")),
-            ("34802 ", channel("")),
+            ("34802 ", channel(" ")),
             ("34802 V2I", channel("V2I")),
             ("34802 _detected", channel("_detected")),
             ("34802 v2i_detected_detected", channel("v2i_detected_detected")),

@@ -22,4 +22,5 @@ pub mod section;
 pub mod shift;
 pub mod signal;
 pub mod steady;
+pub mod told;
 pub mod turn_lane;

@@ -6,23 +6,12 @@ use std::collections::BTreeMap;
 use super::geometry::polyline::{length_m, nearest};
 use super::geometry::shape::contains;
 use super::geometry::{Point, Pose, wrapped};
+pub use crate::core::map::lanelet::TurnDirection;
+
+mod of_map;
 
 /// Id of a lanelet.
 pub type LaneId = i64;
-
-/// The tag `turn_direction`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum TurnDirection {
-    /// No tag, or a value nobody knows.
-    #[default]
-    None,
-    /// `straight`
-    Straight,
-    /// `left`
-    Left,
-    /// `right`
-    Right,
-}
 
 /// What lies along one side of a lanelet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -83,23 +72,6 @@ pub struct Road {
     roundabouts: Vec<Roundabout>,
 }
 
-impl TurnDirection {
-    /// What the tag says; exact spelling, anything unknown is none (W12).
-    pub fn from_tag(value: &str) -> Self {
-        match value {
-            "straight" => Self::Straight,
-            "left" => Self::Left,
-            "right" => Self::Right,
-            _ => Self::None,
-        }
-    }
-}
-
-/// Ids of a tag like `[12, 34]`, `12,34` or `12 34`; `none` has none. What is no number is left out.
-pub fn lane_ids_of_tag(value: &str) -> Vec<LaneId> {
-    value.split([',', ' ', '[', ']']).filter_map(|word| word.parse().ok()).collect()
-}
-
 impl Roadside {
     /// Only a hatched marking, no lane (3.7 step 8).
     pub const fn is_hatched_only(self) -> bool {
@@ -130,6 +102,11 @@ impl Road {
     /// The lanelet with this id.
     pub fn lane(&self, id: LaneId) -> Option<&Lane> {
         self.lanes.get(&id)
+    }
+
+    /// All lanelets, ascending by id.
+    pub fn lanes(&self) -> impl Iterator<Item = &Lane> {
+        self.lanes.values()
     }
 
     /// Lanelets that go on from this one.
@@ -193,28 +170,5 @@ impl Lane {
 
     fn ring(&self) -> Vec<Point> {
         self.left_bound.iter().chain(self.right_bound.iter().rev()).copied().collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lists_of_ids_are_read_however_they_are_written() {
-        for value in ["[12, 34]", "12,34", "12 34", "[12][34]"] {
-            assert_eq!(lane_ids_of_tag(value), [12, 34], "{value}");
-        }
-        assert_eq!(lane_ids_of_tag("134"), [134]);
-        assert!(lane_ids_of_tag("none").is_empty());
-    }
-
-    #[test]
-    fn only_exact_directions_count() {
-        for (tag, direction) in
-            [("left", TurnDirection::Left), ("Left", TurnDirection::None), ("u_turn", TurnDirection::None)]
-        {
-            assert_eq!(TurnDirection::from_tag(tag), direction);
-        }
     }
 }

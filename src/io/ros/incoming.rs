@@ -9,7 +9,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
 use super::messages::ReceivedGroups;
+use crate::core::time::WallStamp;
 use crate::core::traffic_light::target::StoreId;
+use crate::core::turn_signal::told::Told;
 
 /// Commands that may wait.
 pub const MOST_COMMANDS: usize = 256;
@@ -24,16 +26,44 @@ pub enum Incoming {
         /// What it said.
         groups: ReceivedGroups,
     },
-    /// A command.
+    /// A command in words.
     Command(String),
+    /// Something the decider wants to know.
+    Told(Told),
+    /// `TurnIndicatorsCommand` for the vehicle.
+    TurnCommand {
+        /// As sent.
+        raw: u8,
+        /// The sender's.
+        stamp: WallStamp,
+    },
+    /// `HazardLightsCommand` for the vehicle.
+    HazardCommand {
+        /// As sent.
+        raw: u8,
+        /// The sender's.
+        stamp: WallStamp,
+    },
+    /// `ControlModeReport` of the vehicle.
+    ControlMode {
+        /// As sent.
+        raw: u8,
+        /// The sender's.
+        stamp: WallStamp,
+    },
 }
 
 impl Incoming {
-    /// Whether each counts; of states only the newest does.
+    /// Whether each counts. Of states only the newest does, and of commands for the vehicle, which are
+    /// said again and again.
     const fn is_command(&self) -> bool {
         match self {
-            Self::Groups { .. } => false,
             Self::Command(_) => true,
+            Self::Groups { .. }
+            | Self::Told(_)
+            | Self::TurnCommand { .. }
+            | Self::HazardCommand { .. }
+            | Self::ControlMode { .. } => false,
         }
     }
 }
@@ -129,7 +159,6 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::core::time::WallStamp;
     use crate::core::traffic_light::target::{Channel, Layer};
 
     fn command(number: usize) -> Arrival {
@@ -154,6 +183,19 @@ mod tests {
         }
         assert_eq!(all(&inbox), [command(1), state(1, 2), command(2), state(0, 4)]);
         assert_eq!(all(&inbox), []);
+    }
+
+    #[test]
+    fn of_commands_for_the_vehicle_the_newest_is_kept_in_its_place() {
+        let inbox = Inbox::default();
+        let turn = |raw, nanos| Arrival {
+            subscription: 3,
+            incoming: Incoming::TurnCommand { raw, stamp: WallStamp::from_nanos(nanos) },
+        };
+        for arrival in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
+            inbox.put(arrival);
+        }
+        assert_eq!(all(&inbox), [command(1), turn(1, 3), command(2)]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub mod incoming;
 pub mod messages;
+pub mod reading;
 #[cfg(feature = "ros")]
 pub mod session;
 pub mod settings;

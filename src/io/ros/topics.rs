@@ -2,24 +2,30 @@
 //!
 //! Reports are reliable with depth 1, diagnostics reliable, volatile, with depth 10
 //! (vehicle-interface sections 1.1 and 1.7); traffic lights reliable, transient local, with depth 10,
-//! markers with depth 1 (traffic-lights section 5.3).
+//! markers with depth 1 (traffic-lights section 5.3); commands reliable, volatile, with depth 1
+//! (turn-signal-decider section 5.2).
 
 use super::messages::LightsType;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::target::StoreId;
+use crate::core::turn_signal::told::FactorTopic;
 
 /// The topics we write, by absolute names (`/…`).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics {
-    /// `autoware_vehicle_msgs/msg/TurnIndicatorsReport`.
+    /// `autoware_vehicle_msgs/msg/TurnIndicatorsReport`; empty = there is none.
     pub turn_indicators: String,
-    /// `autoware_vehicle_msgs/msg/HazardLightsReport`.
+    /// `autoware_vehicle_msgs/msg/HazardLightsReport`; likewise.
     pub hazard_lights: String,
     /// `diagnostic_msgs/msg/DiagnosticArray`.
     pub diagnostics: String,
     /// Traffic lights; none unless configured.
     pub lights: Vec<LightsOutlet>,
+    /// `autoware_vehicle_msgs/msg/TurnIndicatorsCommand`; none unless configured.
+    pub turn_command: Option<String>,
+    /// `autoware_vehicle_msgs/msg/HazardLightsCommand`; none unless configured.
+    pub hazard_command: Option<String>,
 }
 
 impl Default for Topics {
@@ -30,6 +36,8 @@ impl Default for Topics {
             hazard_lights: "/vehicle/status/hazard_lights_status".to_owned(),
             diagnostics: "/diagnostics".to_owned(),
             lights: Vec::new(),
+            turn_command: None,
+            hazard_command: None,
         }
     }
 }
@@ -83,6 +91,19 @@ pub struct Subscription {
     pub depth: i32,
 }
 
+impl Subscription {
+    /// As topics of its kind are to be read, reliably.
+    pub fn new(name: &str, kind: SubscriptionKind) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind,
+            reliability: Reliability::Reliable,
+            durability: kind.durability(),
+            depth: kind.depth(),
+        }
+    }
+}
+
 /// What comes on a topic, and what it is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SubscriptionKind {
@@ -90,6 +111,31 @@ pub enum SubscriptionKind {
     Groups(StoreId),
     /// `std_msgs/msg/String`: commands, of which each counts.
     Command,
+    /// `Odometry` for the decider, `/localization/kinematic_state`. The newest counts, of this and of all
+    /// that follow (turn-signal-decider section 7.1).
+    Odometry,
+    /// `LaneletRoute` for the decider, `/planning/mission_planning/route`.
+    Route,
+    /// `PathWithLaneId` for the decider.
+    PlannedPath,
+    /// `PlanningFactorArray` for the decider, of one module.
+    Factors(FactorTopic),
+    /// `OperationModeState` for the decider, `/system/operation_mode/state`.
+    OperationMode,
+    /// `Scenario` for the decider, `/planning/scenario_planning/scenario`.
+    Scenario,
+    /// `HazardLightsCommand` of the system for the decider, `/system/hazard_lights_cmd`.
+    HazardRequest,
+    /// `TurnIndicatorsCommand` of Autoware's own decider, to compare with.
+    OwnTurnCommand,
+    /// `HazardLightsCommand` of Autoware's own decider, to compare with.
+    OwnHazardCommand,
+    /// `TurnIndicatorsCommand` for the vehicle, `/control/command/turn_indicators_cmd`.
+    TurnCommand,
+    /// `HazardLightsCommand` for the vehicle, `/control/command/hazard_lights_cmd`.
+    HazardCommand,
+    /// `ControlModeReport` of the vehicle, `/vehicle/status/control_mode`.
+    ControlMode,
 }
 
 impl SubscriptionKind {
@@ -98,6 +144,55 @@ impl SubscriptionKind {
         match self {
             Self::Groups(_) => LightsType::GroupArray.type_name(),
             Self::Command => TEXT_TYPE,
+            Self::Odometry => ("nav_msgs", "Odometry"),
+            Self::Route => ("autoware_planning_msgs", "LaneletRoute"),
+            Self::PlannedPath => ("autoware_internal_planning_msgs", "PathWithLaneId"),
+            Self::Factors(_) => ("autoware_internal_planning_msgs", "PlanningFactorArray"),
+            Self::OperationMode => ("autoware_adapi_v1_msgs", "OperationModeState"),
+            Self::Scenario => ("autoware_internal_planning_msgs", "Scenario"),
+            Self::OwnTurnCommand | Self::TurnCommand => TURN_COMMAND_TYPE,
+            Self::HazardRequest | Self::OwnHazardCommand | Self::HazardCommand => HAZARD_COMMAND_TYPE,
+            Self::ControlMode => ("autoware_vehicle_msgs", "ControlModeReport"),
+        }
+    }
+
+    /// What to ask of writers. What is said only when it changes is said once more to who comes later
+    /// (turn-signal-decider section 7.1); of the rest, what was said before we came may no longer hold.
+    pub const fn durability(self) -> Durability {
+        match self {
+            Self::Route | Self::OperationMode => Durability::TransientLocal,
+            Self::Groups(_)
+            | Self::Command
+            | Self::Odometry
+            | Self::PlannedPath
+            | Self::Factors(_)
+            | Self::Scenario
+            | Self::HazardRequest
+            | Self::OwnTurnCommand
+            | Self::OwnHazardCommand
+            | Self::TurnCommand
+            | Self::HazardCommand
+            | Self::ControlMode => Durability::Volatile,
+        }
+    }
+
+    /// Samples kept for us while we are busy: all commands that each count, of the rest the newest.
+    pub const fn depth(self) -> i32 {
+        match self {
+            Self::Command => 50,
+            Self::Groups(_)
+            | Self::Odometry
+            | Self::Route
+            | Self::PlannedPath
+            | Self::Factors(_)
+            | Self::OperationMode
+            | Self::Scenario
+            | Self::HazardRequest
+            | Self::OwnTurnCommand
+            | Self::OwnHazardCommand
+            | Self::TurnCommand
+            | Self::HazardCommand
+            | Self::ControlMode => 1,
         }
     }
 }
@@ -111,7 +206,11 @@ pub const TURN_INDICATORS_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndica
 pub const HAZARD_LIGHTS_TYPE: TypeName = ("autoware_vehicle_msgs", "HazardLightsReport");
 /// Type of the diagnostics topic.
 pub const DIAGNOSTICS_TYPE: TypeName = ("diagnostic_msgs", "DiagnosticArray");
-/// Type of commands.
+/// Type of turn commands.
+pub const TURN_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndicatorsCommand");
+/// Type of hazard commands.
+pub const HAZARD_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "HazardLightsCommand");
+/// Type of commands in words.
 pub const TEXT_TYPE: TypeName = ("std_msgs", "String");
 
 impl LightsType {
@@ -136,5 +235,7 @@ impl LightsType {
 
 /// Samples kept for a report: the current one.
 pub const REPORT_DEPTH: i32 = 1;
+/// Samples kept for a command: the current one.
+pub const COMMAND_DEPTH: i32 = 1;
 /// Samples kept for diagnostics.
 pub const DIAGNOSTICS_DEPTH: i32 = 10;

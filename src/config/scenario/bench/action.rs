@@ -1,10 +1,10 @@
 //! `do = [ … ]`: each action is a table, known by its first word.
 
 use super::super::reading::Reading;
-use super::super::value::Value;
 use super::condition::Known;
-use super::fields::{Fields, items};
 use super::id;
+use crate::config::values::Value;
+use crate::config::values::fields::{Fields, items};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
 

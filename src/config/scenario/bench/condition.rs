@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use super::super::reading::{Given, Reading, listed};
-use super::super::value::{Kind, Value};
-use super::fields::{Fields, items};
+use super::super::reading::{Reading, listed};
+use crate::config::values::fields::Given;
+use crate::config::values::fields::{Fields, items};
+use crate::config::values::{Kind, Value};
 use crate::core::traffic_light::scenario::{Condition, Controller, Edge, ElementState, Rule, Test, Trigger};
 
 /// What conditions and actions can refer to.

@@ -2,16 +2,17 @@
 
 mod action;
 mod condition;
-mod fields;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::ScenarioFile;
 use super::beside;
 use super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::naming::{Names, action_path, event_path};
-use super::reading::{Given, Reading};
-use super::value::{Kind, Value};
+use super::reading::Reading;
+use crate::config::values::fields::{Fields, Given, given, items};
+use crate::config::values::{Kind, Value};
 use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::scenario::{
     Act, Condition, Edge, Event, PhaseEntry, Rule, Scenario, Test, Trigger,
@@ -19,7 +20,6 @@ use crate::core::traffic_light::scenario::{
 use crate::core::traffic_light::state_check::Writer;
 use crate::core::traffic_light::target::Target;
 use condition::Known;
-use fields::{Fields, given, items};
 
 /// Name of the one act that a file is.
 const ACT: &str = "bench";
@@ -65,6 +65,7 @@ pub(super) fn interpret(root: &Value, path: &Path, reading: &mut Reading) -> Sce
 
 fn groups(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<GroupEntry> {
     let mut groups: Vec<GroupEntry> = Vec::new();
+    let mut places = BTreeMap::new();
     let entries = match top.take("groups").map(|value| (&value.kind, value)) {
         None => &[][..],
         Some((Kind::Map(entries), _)) => entries,
@@ -81,18 +82,18 @@ fn groups(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<GroupEntry> {
     for entry in entries {
         let relation = reading.id(&Given { text: entry.key.clone(), spot: entry.spot.clone() });
         let heads: Vec<_> = items(&entry.value).iter().filter_map(|item| id(reading, item)).collect();
-        if heads.is_empty() {
+        if items(&entry.value).is_empty() {
             reading.refuse(&entry.spot, "a group without heads", "give way ids: 100 = [11, 12]");
         }
         let Some(relation_id) = relation else { continue };
-        if groups.iter().any(|group| group.relation_id == relation_id) {
+        if places.insert(relation_id, groups.len()).is_some() {
             reading.refuse(&entry.spot, format!("a second group {relation_id}"), "keep one");
         }
         groups.push(GroupEntry { relation_id, way_ids: heads, is_pedestrian: false });
     }
     for value in top.take("pedestrian_groups").map(items).unwrap_or_default() {
         let Some(id) = id(reading, value) else { continue };
-        match groups.iter_mut().find(|group| group.relation_id == id) {
+        match places.get(&id).and_then(|place: &usize| groups.get_mut(*place)) {
             Some(group) => group.is_pedestrian = true,
             None => reading.refuse(&value.spot, format!("{id} is none of the groups"), "name one of them"),
         }

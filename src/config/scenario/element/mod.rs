@@ -11,7 +11,7 @@ pub(super) use xml::from_xml;
 
 use std::cell::Cell;
 
-use super::place::Spot;
+use crate::config::values::place::Spot;
 
 /// An element with what stands in it.
 #[derive(Debug)]

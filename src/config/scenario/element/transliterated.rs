@@ -7,8 +7,8 @@ use std::rc::Rc;
 use super::xml::numbered;
 use super::{Attribute, Content, Element};
 use crate::config::problem::Problem;
-use crate::config::scenario::place::{Key, Spot, Text};
-use crate::config::scenario::value::{Entry, Kind, Value};
+use crate::config::values::place::{Key, Spot, Text};
+use crate::config::values::{Entry, Kind, Value};
 
 /// The root element, from the table that stands under its name.
 ///
@@ -73,7 +73,7 @@ fn add(text: &Text, parent: &mut Element, key: &Rc<Key>, entry: &Entry) -> Resul
 mod tests {
     use super::super::from_xml;
     use super::*;
-    use crate::config::scenario::value::from_yaml;
+    use crate::config::values::from_yaml;
     use std::path::Path;
 
     fn text(body: &str) -> Text {

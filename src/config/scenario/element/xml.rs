@@ -4,11 +4,11 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Error, Node, ParsingOptions};
 
 use super::{Attribute, Content, Element};
 use crate::config::problem::Problem;
-use crate::config::scenario::place::{DEEPEST, Key, MOST_NODES, Spot, Text};
+use crate::config::values::place::{DEEPEST, Key, MOST_NODES, Spot, Text};
 
 /// Reads an XML document.
 ///
@@ -20,13 +20,22 @@ pub(in crate::config::scenario) fn from_xml(text: &Text) -> Result<Element, Prob
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
     let document = Document::parse_with_options(&text.body, options).map_err(|error| {
         let position = error.pos();
-        // Some of its errors have no place and say 1:1.
-        let words = error.to_string();
-        let reason = words.rsplit_once(" at ").map_or(words.as_str(), |(reason, _)| reason);
-        text.problem((position.row as usize, position.col as usize), reason, "this is not plain XML here")
+        let position = (position.row as usize, position.col as usize);
+        let (reason, remedy) = words(&error);
+        text.problem(position, &reason, remedy)
     })?;
     let root = document.root_element();
     element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
+}
+
+/// The reader's own words without the place, which some of its errors lack, and what to do.
+fn words(error: &Error) -> (String, &'static str) {
+    if matches!(error, Error::DtdDetected) {
+        return ("a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
+    }
+    let words = error.to_string();
+    let place = format!(" at {}", error.pos());
+    (words.replacen(&place, "", 1), "this is not plain XML here")
 }
 
 fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Result<Element, Problem> {
@@ -100,9 +109,9 @@ mod tests {
         let rows = [
             (deep.as_str(), "a:1:193: nested too deeply"),
             (deeper.as_str(), "nested too deeply"),
-            (laughs, "a:1:1: XML with DTD"),
+            (laughs, "a:1:1: a document type cannot be read here; remove the <!DOCTYPE …>"),
             ("<a>\n<b></a>", "a:2:4: expected 'b' tag, not 'a'; this is not plain XML here"),
-            ("<a b='1' b='2'/>", "a:1:10: "),
+            ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; this is not plain XML here"),
             ("<a>&b;</a>", "a:1:4: "),
         ];
         for (text, words) in rows {

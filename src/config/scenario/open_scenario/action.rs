@@ -1,8 +1,8 @@
 //! Actions on traffic lights.
 
 use super::super::element::Element;
-use super::super::reading::Given;
 use super::Document;
+use crate::config::values::fields::Given;
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
@@ -82,11 +82,9 @@ impl Document<'_> {
                 (None, false)
             }
             Err(error) => {
-                self.reading.refuse(
-                    &spot,
-                    error.to_string(),
-                    "write it as Name(argument, \"long argument\")",
-                );
+                let is_form = matches!(error, CommandError::Form { .. } | CommandError::Count { .. });
+                let remedy = if is_form { "write it as Name(argument, \"long argument\")" } else { "" };
+                self.reading.refuse(&spot, error.to_string(), remedy);
                 (None, true)
             }
         }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::super::element::Element;
-use super::super::place::Spot;
 use super::super::reading::Reading;
+use crate::config::values::place::Spot;
 
 /// Lists every element and attribute that was not seen, those of one kind together.
 pub(super) fn list(root: &Element, reading: &mut Reading) {

@@ -7,9 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::element::Element;
 use super::super::naming::{Names, action_path, event_path};
-use super::super::reading::{Given, Reading};
+use super::super::reading::Reading;
 use super::storyboard::{ActDraft, EventDraft};
 use super::trigger::{ConditionDraft, TestDraft, TriggerDraft};
+use crate::config::values::fields::Given;
 use crate::core::traffic_light::scenario::{Act, Condition, Event, Test, Trigger};
 
 /// An act, one of its events, one of its actions.

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use super::super::element::Element;
-use super::super::place::Spot;
-use super::super::reading::Given;
 use super::Document;
+use crate::config::values::fields::Given;
+use crate::config::values::place::Spot;
 use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
 

@@ -29,3 +29,66 @@ pub(super) fn string(text: &str, padded: bool) -> Vec<u8> {
     }
     bytes
 }
+
+/// A message by hand: little-endian CDR, each number aligned to its own size.
+#[derive(Default)]
+pub(super) struct Wire(Vec<u8>);
+
+impl Wire {
+    /// Begins with [`STAMP`] and the frame `map`: a `std_msgs/msg/Header`.
+    pub(super) fn with_header() -> Self {
+        Self::default().stamp().text("map")
+    }
+
+    /// [`STAMP`].
+    pub(super) fn stamp(self) -> Self {
+        self.aligned(4).bytes(&STAMP_BYTES)
+    }
+
+    fn aligned(mut self, to: usize) -> Self {
+        self.0.resize(self.0.len().next_multiple_of(to), 0);
+        self
+    }
+
+    /// As they are: `bool`, `uint8`, arrays of it.
+    pub(super) fn bytes(mut self, bytes: &[u8]) -> Self {
+        self.0.extend(bytes);
+        self
+    }
+
+    /// `uint16`.
+    pub(super) fn short(self, value: u16) -> Self {
+        self.aligned(2).bytes(&value.to_le_bytes())
+    }
+
+    /// `uint32`, and the length of a sequence.
+    pub(super) fn count(self, value: u32) -> Self {
+        self.aligned(4).bytes(&value.to_le_bytes())
+    }
+
+    /// `int64`.
+    pub(super) fn id(self, value: i64) -> Self {
+        self.aligned(8).bytes(&value.to_le_bytes())
+    }
+
+    /// Several `float32`.
+    pub(super) fn singles(self, values: &[f32]) -> Self {
+        values.iter().fold(self, |wire, value| wire.aligned(4).bytes(&value.to_le_bytes()))
+    }
+
+    /// Several `float64`.
+    pub(super) fn doubles(self, values: &[f64]) -> Self {
+        values.iter().fold(self, |wire, value| wire.aligned(8).bytes(&value.to_le_bytes()))
+    }
+
+    /// `string`.
+    pub(super) fn text(self, text: &str) -> Self {
+        let length = u32::try_from(text.len() + 1).unwrap();
+        self.count(length).bytes(text.as_bytes()).bytes(&[0])
+    }
+
+    /// The message.
+    pub(super) fn done(self) -> Vec<u8> {
+        self.0
+    }
+}

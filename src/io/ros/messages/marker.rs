@@ -2,73 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stamp::Header;
-
-/// `builtin_interfaces/msg/Duration`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Duration {
-    /// Whole seconds.
-    pub sec: i32,
-    /// 0 to 999 999 999.
-    pub nanosec: u32,
-}
-
-/// `geometry_msgs/msg/Point`, metres.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Point {
-    /// East, in a map.
-    pub x: f64,
-    /// North, in a map.
-    pub y: f64,
-    /// Up.
-    pub z: f64,
-}
-
-impl From<[f64; 3]> for Point {
-    fn from([x, y, z]: [f64; 3]) -> Self {
-        Self { x, y, z }
-    }
-}
-
-/// `geometry_msgs/msg/Vector3`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Vector3 {
-    /// Along x.
-    pub x: f64,
-    /// Along y.
-    pub y: f64,
-    /// Along z.
-    pub z: f64,
-}
-
-/// `geometry_msgs/msg/Quaternion`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Quaternion {
-    /// Imaginary.
-    pub x: f64,
-    /// Imaginary.
-    pub y: f64,
-    /// Imaginary.
-    pub z: f64,
-    /// Real.
-    pub w: f64,
-}
-
-impl Default for Quaternion {
-    /// No rotation.
-    fn default() -> Self {
-        Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
-    }
-}
-
-/// `geometry_msgs/msg/Pose`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Pose {
-    /// Where.
-    pub position: Point,
-    /// Turned how.
-    pub orientation: Quaternion,
-}
+use super::geometry::{Point, Pose, Vector3};
+use super::stamp::{Duration, Header};
 
 /// `std_msgs/msg/ColorRGBA`; each 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

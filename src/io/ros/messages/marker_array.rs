@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::marker::{ColorRgba, Marker, Pose, Vector3};
+use super::geometry::{Pose, Vector3};
+use super::marker::{ColorRgba, Marker};
 use super::stamp::Header;
 use crate::core::map::light_map::LampColor;
 use crate::core::time::WallStamp;

@@ -3,38 +3,63 @@
 //!
 //! One `Serialize` serves two readers: CDR on the wire (fields in order) and JSON for people and
 //! scripts (fields by name; `level` is a number). Conversions from the core's types go one way.
-//! Sources: `builtin_interfaces`, `std_msgs`, `geometry_msgs`, `sensor_msgs`, `visualization_msgs` and
-//! `diagnostic_msgs` of `common_interfaces` (Humble and Jazzy lay them out alike);
-//! `autoware_vehicle_msgs` 1.12, `autoware_perception_msgs` 1.12, `traffic_simulator_msgs` 25.0.
+//! Sources: `builtin_interfaces`, `std_msgs`, `geometry_msgs`, `nav_msgs`, `sensor_msgs`,
+//! `visualization_msgs` and `diagnostic_msgs` of `common_interfaces`, `unique_identifier_msgs` (Humble and
+//! Jazzy lay them out alike); `autoware_vehicle_msgs`, `autoware_perception_msgs` and
+//! `autoware_planning_msgs` 1.12, `autoware_internal_planning_msgs` 1.12, `autoware_adapi_v1_msgs`,
+//! `traffic_simulator_msgs` 25.0.
 
+mod bounded;
+mod control_mode_report;
 mod diagnostics;
 mod element;
+mod geometry;
+mod hazard_lights_command;
+mod lanelet_route;
 mod lights;
 mod marker;
 mod marker_array;
+mod odometry;
+mod operation_mode_state;
+mod path_with_lane_id;
+mod planning_factor_array;
 mod received_groups;
 mod reports;
+mod scenario;
 mod stamp;
 mod text;
 mod traffic_light_array_v1;
 mod traffic_light_group_array;
 mod traffic_signal_array;
+mod turn_indicators_command;
 
+pub use control_mode_report::ControlModeReport;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use element::{TrafficLightElement, Unfit};
+pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
+pub use hazard_lights_command::HazardLightsCommand;
+pub use lanelet_route::{LaneletPrimitive, LaneletRoute, LaneletSegment, Uuid};
 pub use lights::{LightsMessage, LightsType};
-pub use marker::{
-    ColorRgba, CompressedImage, Duration, Marker, MeshFile, Point, Pose, Quaternion, UvCoordinate, Vector3,
-};
+pub use marker::{ColorRgba, CompressedImage, Marker, MeshFile, UvCoordinate};
 pub use marker_array::MarkerArray;
+pub use odometry::Odometry;
+pub use operation_mode_state::OperationModeState;
+pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
+pub use planning_factor_array::{
+    ControlPoint, PlanningFactor, PlanningFactorArray, PredictedPath, SafetyFactor, SafetyFactorArray,
+};
 pub use received_groups::{ReceivedGroup, ReceivedGroups, Rejection};
 pub use reports::{HazardLightsReport, TurnIndicatorsReport};
-pub use stamp::{Header, Time};
+pub use scenario::Scenario;
+pub use stamp::{Duration, Header, Time};
 pub use text::Text;
 pub use traffic_light_array_v1::{TrafficLightArrayV1, TrafficLightBulbV1, TrafficLightV1};
 pub use traffic_light_group_array::{PredictedTrafficLightState, TrafficLightGroup, TrafficLightGroupArray};
 pub use traffic_signal_array::{TrafficSignal, TrafficSignalArray};
+pub use turn_indicators_command::TurnIndicatorsCommand;
 
+#[cfg(test)]
+mod autoware_tests;
 #[cfg(test)]
 mod golden;
 #[cfg(test)]

@@ -38,9 +38,7 @@ pub struct ReceivedGroups {
 
 impl From<&TrafficLightGroupArray> for ReceivedGroups {
     fn from(message: &TrafficLightGroupArray) -> Self {
-        // 32 bits of seconds in nanoseconds fit 64 bits, with any number of nanoseconds.
-        let nanos = i64::from(message.stamp.sec) * 1_000_000_000 + i64::from(message.stamp.nanosec);
-        let mut received = Self { stamp: WallStamp::from_nanos(nanos), ..Self::default() };
+        let mut received = Self { stamp: message.stamp.into(), ..Self::default() };
         for group in &message.traffic_light_groups {
             let relation_id = group.traffic_light_group_id;
             match read(group) {

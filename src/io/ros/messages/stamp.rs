@@ -19,6 +19,23 @@ impl From<WallStamp> for Time {
     }
 }
 
+impl From<Time> for WallStamp {
+    /// Any number of nanoseconds is taken for what it says.
+    fn from(time: Time) -> Self {
+        // 32 bits of seconds in nanoseconds fit 64 bits, with any number of nanoseconds.
+        Self::from_nanos(i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec))
+    }
+}
+
+/// `builtin_interfaces/msg/Duration`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Duration {
+    /// Whole seconds.
+    pub sec: i32,
+    /// 0 to 999 999 999.
+    pub nanosec: u32,
+}
+
 /// `std_msgs/msg/Header`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Header {

@@ -4,12 +4,11 @@ use std::task::Waker;
 
 use rustdds::dds::result::CreateResult;
 use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
-use rustdds::serialization::{Error, deserialize_from_cdr_with_rep_id};
+use rustdds::serialization::Error;
 use rustdds::{GUID, RepresentationIdentifier, Subscriber, Topic};
-use serde::de::DeserializeOwned;
 
 use crate::io::ros::incoming::Incoming;
-use crate::io::ros::messages::{ReceivedGroups, Text, TrafficLightGroupArray};
+use crate::io::ros::reading::{Endian, read};
 use crate::io::ros::topics::SubscriptionKind;
 
 /// Samples taken from one topic before others have their turn.
@@ -83,58 +82,11 @@ impl<'de> Decode<'de, Incoming> for Decoder {
     type Error = Error;
 
     fn decode_bytes(self, bytes: &'de [u8], encoding: RepresentationIdentifier) -> Result<Incoming, Error> {
-        Ok(match self.0 {
-            SubscriptionKind::Groups(store) => {
-                let message: TrafficLightGroupArray = whole(bytes, encoding)?;
-                Incoming::Groups { store, groups: ReceivedGroups::from(&message) }
-            }
-            SubscriptionKind::Command => {
-                let message: Text = whole(bytes, encoding)?;
-                Incoming::Command(message.data)
-            }
-        })
-    }
-}
-
-/// A message that fills its bytes, but for what fills up to a multiple of four: another layout would
-/// decode by chance, but hardly to its end.
-fn whole<M: DeserializeOwned>(bytes: &[u8], encoding: RepresentationIdentifier) -> Result<M, Error> {
-    let (message, length) = deserialize_from_cdr_with_rep_id(bytes, encoding)?;
-    match bytes.len().checked_sub(length) {
-        Some(0..=3) => Ok(message),
-        Some(_) | None => Err(Error::Message(format!("{length} of {} bytes are a message", bytes.len()))),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const LITTLE: RepresentationIdentifier = RepresentationIdentifier::CDR_LE;
-
-    fn command(bytes: &[u8], encoding: RepresentationIdentifier) -> Option<Incoming> {
-        Decoder(SubscriptionKind::Command).decode_bytes(bytes, encoding).ok()
-    }
-
-    #[test]
-    fn text_is_read_in_both_byte_orders_and_with_what_fills_up() {
-        let text = Some(Incoming::Command("ab".to_owned()));
-        assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0], LITTLE), text);
-        assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0, 0], LITTLE), text);
-        assert_eq!(command(&[0, 0, 0, 3, b'a', b'b', 0], RepresentationIdentifier::CDR_BE), text);
-    }
-
-    #[test]
-    fn bytes_of_another_layout_are_refused() {
-        for bytes in [
-            &[][..],
-            &[3, 0, 0],
-            &[9, 0, 0, 0, b'a', b'b', 0],
-            &[0xFF, 0xFF, 0xFF, 0xFF, b'a'],
-            &[3, 0, 0, 0, 0xFF, 0xFE, 0],
-            &[3, 0, 0, 0, b'a', b'b', 0, 0, 0, 0, 0],
-        ] {
-            assert_eq!(command(bytes, LITTLE), None, "{bytes:?}");
-        }
+        let endian = match encoding {
+            RepresentationIdentifier::CDR_LE => Endian::Little,
+            RepresentationIdentifier::CDR_BE => Endian::Big,
+            other => return Err(Error::Message(format!("encoded as {other:?}"))),
+        };
+        read(self.0, bytes, endian).map_err(|error| Error::Message(error.to_string()))
     }
 }

@@ -1,6 +1,6 @@
 //! What the caller hands to the session's thread, and what it sees of it.
 //!
-//! A report or emission waiting to be sent is overtaken by a newer one of the same topic. Diagnostics
+//! A report, command or emission waiting to be sent is overtaken by a newer one of the same topic. Diagnostics
 //! keep their order; when `MOST_DIAGNOSTICS` wait, the oldest is dropped and counted.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -10,7 +10,9 @@ use std::time::Duration;
 
 use super::RosStatus;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
-use crate::io::ros::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
+use crate::io::ros::messages::{
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+};
 
 /// Diagnostics that may wait.
 const MOST_DIAGNOSTICS: usize = 64;
@@ -35,6 +37,10 @@ pub(super) enum Letter {
     Diagnostics(DiagnosticArray),
     /// Publish; made into messages by the thread.
     Lights(Emission),
+    /// Publish.
+    TurnCommand(TurnIndicatorsCommand),
+    /// Publish.
+    HazardCommand(HazardLightsCommand),
     /// Leave.
     Stop,
 }
@@ -50,6 +56,10 @@ pub(super) struct Letters {
     pub(super) diagnostics: VecDeque<DiagnosticArray>,
     /// The newest of each topic.
     pub(super) lights: BTreeMap<LightsTopic, Emission>,
+    /// The newest.
+    pub(super) turn_command: Option<TurnIndicatorsCommand>,
+    /// The newest.
+    pub(super) hazard_command: Option<HazardLightsCommand>,
     /// Something was received: look.
     pub(super) rung: bool,
     /// Leave after sending the rest.
@@ -62,6 +72,8 @@ impl Letters {
             && self.hazard.is_none()
             && self.diagnostics.is_empty()
             && self.lights.is_empty()
+            && self.turn_command.is_none()
+            && self.hazard_command.is_none()
             && !self.rung
             && !self.stop
     }
@@ -94,6 +106,8 @@ impl Mailbox {
                     lock(&self.status).overtaken_lights += 1;
                 }
             }
+            Letter::TurnCommand(command) => letters.turn_command = Some(command),
+            Letter::HazardCommand(command) => letters.hazard_command = Some(command),
             Letter::Stop => letters.stop = true,
         }
         self.arrived.notify_one();

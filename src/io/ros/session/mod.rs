@@ -63,7 +63,9 @@ use std::time::Duration;
 use ros2_client::names::{Name, NameError};
 
 use super::incoming::Inbox;
-use super::messages::{DiagnosticArray, HazardLightsReport, TurnIndicatorsReport};
+use super::messages::{
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+};
 pub use super::settings::RosSettings;
 pub use super::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
 use crate::core::event::Output;
@@ -131,8 +133,9 @@ pub enum RosError {
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// The topics we write: turn indicators, hazard lights, diagnostics, then traffic lights in the
-    /// order of the settings.
+    /// The topics we write: turn indicators and hazard lights if they have a name, diagnostics, then
+    /// traffic lights in the order of the settings, then the turn and the hazard command if they are
+    /// wanted.
     pub outgoing: Vec<OutgoingStatus>,
     /// The topics we read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
@@ -227,8 +230,8 @@ impl RosSession {
         }
     }
 
-    /// Publishes. Never blocks: reports and traffic lights not yet sent are overtaken by newer ones,
-    /// diagnostics queue up to a bound.
+    /// Publishes. Never blocks: reports, commands and traffic lights not yet sent are overtaken by newer
+    /// ones, diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
         self.mailbox.put(match output {
             Output::TurnIndicators { report, stamp } => {
@@ -243,6 +246,12 @@ impl RosSession {
                 Letter::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))
             }
             Output::TrafficLights(emission) => Letter::Lights(emission.clone()),
+            Output::TurnCommand { command, stamp } => {
+                Letter::TurnCommand(TurnIndicatorsCommand::new(*command, *stamp))
+            }
+            Output::HazardCommand { command, stamp } => {
+                Letter::HazardCommand(HazardLightsCommand::new(*command, *stamp))
+            }
         });
     }
 

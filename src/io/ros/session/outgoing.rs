@@ -9,7 +9,8 @@ use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
 use crate::io::ros::messages::{LightsMessage, LightsType};
 use crate::io::ros::topics::{
-    DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, HAZARD_LIGHTS_TYPE, REPORT_DEPTH, TURN_INDICATORS_TYPE, TypeName,
+    COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
+    REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
 };
 
 /// How a topic's messages reach readers.
@@ -19,8 +20,8 @@ pub(super) enum Delivery {
     Report,
     /// The newest counts, and there are many a second.
     Stream,
-    /// Each counts.
-    Queue,
+    /// Said to whoever reads then, and not again.
+    Once,
 }
 
 /// What goes to a topic.
@@ -30,6 +31,8 @@ pub(super) enum Source {
     Hazard,
     Diagnostics,
     Lights(LightsTopic, LightsType, Compat),
+    TurnCommand,
+    HazardCommand,
 }
 
 /// A topic we write.
@@ -61,11 +64,13 @@ impl Outgoing {
             Source::Lights(LightsTopic::V2i, ..) => "V2I lights",
             Source::Lights(LightsTopic::Arbiter, ..) => "arbiter lights",
             Source::Lights(LightsTopic::Markers, ..) => "markers",
+            Source::TurnCommand => "turn command",
+            Source::HazardCommand => "hazard command",
         }
     }
 }
 
-/// All topics: the two reports, diagnostics, traffic lights.
+/// All topics: the reports that have a name, diagnostics, traffic lights, commands.
 pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
     let topics = &settings.topics;
     let report = |name: &str, type_name, source| Outgoing {
@@ -76,18 +81,21 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Report,
         source,
     };
-    let mut table = vec![
-        report(&topics.turn_indicators, TURN_INDICATORS_TYPE, Source::Turn),
-        report(&topics.hazard_lights, HAZARD_LIGHTS_TYPE, Source::Hazard),
-        Outgoing {
-            name: topics.diagnostics.clone(),
-            type_name: DIAGNOSTICS_TYPE,
-            durability: Durability::Volatile,
-            depth: DIAGNOSTICS_DEPTH,
-            delivery: Delivery::Queue,
-            source: Source::Diagnostics,
-        },
+    let reports = [
+        (&topics.turn_indicators, TURN_INDICATORS_TYPE, Source::Turn),
+        (&topics.hazard_lights, HAZARD_LIGHTS_TYPE, Source::Hazard),
     ];
+    let reports = reports.into_iter().filter(|(name, ..)| !name.is_empty());
+    let mut table: Vec<_> =
+        reports.map(|(name, type_name, source)| report(name, type_name, source)).collect();
+    table.push(Outgoing {
+        name: topics.diagnostics.clone(),
+        type_name: DIAGNOSTICS_TYPE,
+        durability: Durability::Volatile,
+        depth: DIAGNOSTICS_DEPTH,
+        delivery: Delivery::Once,
+        source: Source::Diagnostics,
+    });
     table.extend(topics.lights.iter().map(|outlet| Outgoing {
         name: outlet.name.clone(),
         type_name: outlet.lights.type_name(),
@@ -96,6 +104,20 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Stream,
         source: Source::Lights(outlet.topic, outlet.lights, outlet.compat),
     }));
+    // A command is not repeated: to whoever comes later it is of the past.
+    let command = |name: &String, type_name, source| Outgoing {
+        name: name.clone(),
+        type_name,
+        durability: Durability::Volatile,
+        depth: COMMAND_DEPTH,
+        delivery: Delivery::Once,
+        source,
+    };
+    table
+        .extend(topics.turn_command.iter().map(|name| command(name, TURN_COMMAND_TYPE, Source::TurnCommand)));
+    table.extend(
+        topics.hazard_command.iter().map(|name| command(name, HAZARD_COMMAND_TYPE, Source::HazardCommand)),
+    );
     table
 }
 
@@ -133,14 +155,24 @@ pub(super) fn orders(table: &[Outgoing], letters: &Letters) -> Vec<(usize, Resul
                 });
                 orders.push((position, samples.map(Order::Publish)));
             }
+            Source::TurnCommand => {
+                orders.extend(letters.turn_command.map(|command| (position, once(&command))));
+            }
+            Source::HazardCommand => {
+                orders.extend(letters.hazard_command.map(|command| (position, once(&command))));
+            }
         }
     }
     orders
 }
 
+fn once(message: &impl Serialize) -> Result<Order, String> {
+    Ok(Order::Publish(vec![Sample::encode(message)?]))
+}
+
 fn order(wish: &Wish<impl Serialize>) -> Result<Order, String> {
     match wish {
-        Wish::Publish(message) => Ok(Order::Publish(vec![Sample::encode(message)?])),
+        Wish::Publish(message) => once(message),
         Wish::Withdraw => Ok(Order::Withdraw),
     }
 }
@@ -172,6 +204,8 @@ mod tests {
             outlet(LightsTopic::V2i, "/c", LightsType::SignalArray),
             outlet(LightsTopic::Markers, "/d", LightsType::MarkerArray),
         ];
+        settings.topics.turn_command = Some("/e".to_owned());
+        settings.topics.hazard_command = Some("/f".to_owned());
         settings
     }
 
@@ -188,11 +222,13 @@ mod tests {
             [
                 ("turn", volatile, 1, Delivery::Report),
                 ("hazard", volatile, 1, Delivery::Report),
-                ("diagnostics", volatile, 10, Delivery::Queue),
+                ("diagnostics", volatile, 10, Delivery::Once),
                 ("V2I lights", kept, 10, Delivery::Stream),
                 ("V2I lights", kept, 10, Delivery::Stream),
                 ("V2I lights", kept, 10, Delivery::Stream),
                 ("markers", kept, 1, Delivery::Stream),
+                ("turn command", volatile, 1, Delivery::Once),
+                ("hazard command", volatile, 1, Delivery::Once),
             ]
         );
     }

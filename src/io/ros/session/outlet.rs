@@ -85,10 +85,10 @@ impl Outlet {
         self.writer.guid()
     }
 
-    /// Publishes, if anybody reads; else the first reader gets it. What is queued goes out in any
-    /// case. The error is the text of RustDDS.
+    /// Publishes, if anybody reads; else the first reader gets it. What is said once goes out
+    /// in any case. The error is the text of RustDDS.
     pub(super) fn publish(&mut self, samples: &[Sample], readers: usize) -> Result<(), String> {
-        if self.delivery == Delivery::Queue {
+        if self.delivery == Delivery::Once {
             return self.write(samples);
         }
         self.current = samples.to_vec();
@@ -136,7 +136,7 @@ impl Outlet {
             self.history.acknowledged(Instant::now());
         }
         let is_transient = self.durability == Durability::TransientLocal;
-        if self.delivery == Delivery::Queue {
+        if self.delivery == Delivery::Once {
             return Ok(false);
         }
         if readers == 0 && is_transient {
@@ -151,7 +151,7 @@ impl Outlet {
         let age = self.born.elapsed();
         let due = match self.delivery {
             Delivery::Report => REPEATS.iter().filter(|repeat| **repeat <= age).count(),
-            Delivery::Stream | Delivery::Queue => self.repeats,
+            Delivery::Stream | Delivery::Once => self.repeats,
         };
         if due > self.repeats || !self.used {
             self.repeats = due;

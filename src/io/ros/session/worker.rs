@@ -56,7 +56,7 @@ pub(super) struct Worker {
     last_made: Instant,
     deafness: Deafness,
     write_failed: bool,
-    /// What each topic of the table is to say; what is queued is said once.
+    /// What each topic of the table is to say, but for what is said once.
     current: Vec<Order>,
     /// Of each subscription.
     repetitions: Vec<Repetition>,
@@ -147,8 +147,9 @@ impl Worker {
     }
 
     fn remember(&mut self, position: usize, order: Order) {
-        let is_queue = self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Queue);
-        if let Some(current) = self.current.get_mut(position).filter(|_| !is_queue) {
+        let is_said_once =
+            self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Once);
+        if let Some(current) = self.current.get_mut(position).filter(|_| !is_said_once) {
             *current = order;
         }
     }
@@ -309,6 +310,10 @@ fn count(mailbox: &Mailbox, subscription: usize, change: impl FnOnce(&mut Incomi
 fn rejected(incoming: &Incoming) -> u64 {
     match incoming {
         Incoming::Groups { groups, .. } => groups.rejected.len() as u64,
-        Incoming::Command(_) => 0,
+        Incoming::Command(_)
+        | Incoming::Told(_)
+        | Incoming::TurnCommand { .. }
+        | Incoming::HazardCommand { .. }
+        | Incoming::ControlMode { .. } => 0,
     }
 }

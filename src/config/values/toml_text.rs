@@ -7,16 +7,16 @@ use toml::de::{DeTable, DeValue};
 
 use super::{Entry, Kind, Value};
 use crate::config::problem::Problem;
-use crate::config::scenario::place::{DEEPEST, Key, Spot, Text};
+use crate::config::values::place::{DEEPEST, Key, Spot, Text};
 
-/// Reads a TOML document.
+/// Reads a TOML document; `see` is where its keys are explained.
 ///
 /// # Errors
 /// The first thing that is not TOML, or nested too deeply.
-pub(in crate::config::scenario) fn from_toml(text: &Text) -> Result<Value, Problem> {
+pub(in crate::config) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     let table = DeTable::parse(&text.body).map_err(|error| {
         let position = text.position(error.span().map_or(0, |span| span.start));
-        text.problem(position, error.message(), "see config/scenarios/bench.toml for every key")
+        text.problem(position, error.message(), &format!("see {see} for every key"))
     })?;
     let key = Key::root();
     let kind = map(text, table.get_ref(), &key, 1)?;
@@ -72,7 +72,7 @@ mod tests {
     fn keys_keep_their_order_and_places() {
         let text =
             Text::new(Path::new("a"), b"z = 0x1F\n[b]\na = [1.5, \"x\"]\n[[c]]\n[[c]]\nd = true".to_vec());
-        let Kind::Map(entries) = from_toml(&text.unwrap()).unwrap().kind else { panic!() };
+        let Kind::Map(entries) = from_toml(&text.unwrap(), "b").unwrap().kind else { panic!() };
         let keys: Vec<_> = entries.iter().map(|entry| entry.key.as_str()).collect();
         assert_eq!(keys, ["z", "b", "c"]);
         assert!(matches!(&entries[0].value.kind, Kind::Scalar { text, is_quoted: false } if text == "31"));

@@ -7,13 +7,13 @@ use saphyr_parser::{Event, Parser, ScalarStyle, Span};
 
 use super::{Entry, Kind, Value};
 use crate::config::problem::Problem;
-use crate::config::scenario::place::{DEEPEST, Key, MOST_NODES, Spot, Text};
+use crate::config::values::place::{DEEPEST, Key, MOST_NODES, Spot, Text};
 
 /// Reads the one document of a YAML text.
 ///
 /// # Errors
 /// The first thing that is not YAML, not plain data, nested too deeply or too much.
-pub(in crate::config::scenario) fn from_yaml(text: &Text) -> Result<Value, Problem> {
+pub(in crate::config) fn from_yaml(text: &Text) -> Result<Value, Problem> {
     let mut builder = Builder { text, root: None, open: Vec::new(), anchors: BTreeMap::new(), nodes: 0 };
     for event in Parser::new_from_str(&text.body) {
         let (event, span) = event.map_err(|error| {
@@ -22,9 +22,7 @@ pub(in crate::config::scenario) fn from_yaml(text: &Text) -> Result<Value, Probl
         })?;
         builder.take(event, position(span))?;
     }
-    builder
-        .root
-        .ok_or_else(|| text.problem((1, 1), "the file is empty", "see config/scenarios for scenarios"))
+    builder.root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
 }
 
 fn position(span: Span) -> (usize, usize) {

@@ -1,23 +1,25 @@
 //! Text of keys, lists and scalars, whatever it was written in, each with its place.
 
+pub(in crate::config) mod fields;
+pub(in crate::config) mod place;
 mod toml_text;
 mod yaml_text;
 
-pub(super) use toml_text::from_toml;
-pub(super) use yaml_text::from_yaml;
+pub(in crate::config) use toml_text::from_toml;
+pub(in crate::config) use yaml_text::from_yaml;
 
-use super::place::Spot;
+use place::Spot;
 
 /// A value at its place.
 #[derive(Debug, Clone)]
-pub(super) struct Value {
-    pub(super) spot: Spot,
-    pub(super) kind: Kind,
+pub(in crate::config) struct Value {
+    pub(in crate::config) spot: Spot,
+    pub(in crate::config) kind: Kind,
 }
 
 /// What a value is.
 #[derive(Debug, Clone)]
-pub(super) enum Kind {
+pub(in crate::config) enum Kind {
     /// Nothing: YAML only.
     Null,
     /// A number, a truth value or text, as written.
@@ -33,16 +35,16 @@ pub(super) enum Kind {
 
 /// A key with its value.
 #[derive(Debug, Clone)]
-pub(super) struct Entry {
-    pub(super) key: String,
+pub(in crate::config) struct Entry {
+    pub(in crate::config) key: String,
     /// Of the key.
-    pub(super) spot: Spot,
-    pub(super) value: Value,
+    pub(in crate::config) spot: Spot,
+    pub(in crate::config) value: Value,
 }
 
 impl Value {
     /// What it is, in words.
-    pub(super) fn described(&self) -> &'static str {
+    pub(in crate::config) fn described(&self) -> &'static str {
         match &self.kind {
             Kind::Null => "nothing",
             Kind::Scalar { is_quoted: true, .. } => "a text",

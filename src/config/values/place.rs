@@ -10,11 +10,14 @@ use crate::config::problem::Problem;
 /// Longer files are no scenarios, bytes.
 const LARGEST: usize = 4 << 20;
 /// Deeper nesting is refused, levels.
-pub(super) const DEEPEST: usize = 64;
+pub(in crate::config) const DEEPEST: usize = 64;
 /// More elements or values, aliases written out, are refused.
-pub(super) const MOST_NODES: usize = 100_000;
+pub(in crate::config) const MOST_NODES: usize = 100_000;
 /// Of a key longer than this, only the beginning is named, characters.
 const LONGEST_NAME: usize = 60;
+
+/// How far apart the places are that know how many characters are before them, bytes.
+const STRETCH: usize = 256;
 
 /// The rest of longer reasons is cut, characters.
 const LONGEST_WORDS: usize = 600;
@@ -53,7 +56,7 @@ impl fmt::Display for Place {
 
 /// A path of keys that shares its beginning with its neighbours, so that a deep file stays small.
 #[derive(Debug)]
-pub(super) struct Key {
+pub(in crate::config) struct Key {
     parent: Option<Rc<Key>>,
     /// With its separator in front.
     segment: String,
@@ -61,12 +64,12 @@ pub(super) struct Key {
 
 impl Key {
     /// The start of every path.
-    pub(super) fn root() -> Rc<Self> {
+    pub(in crate::config) fn root() -> Rc<Self> {
         Rc::new(Self { parent: None, segment: String::new() })
     }
 
     /// `parent` and `separator` and `name`, the name kept short and on one line.
-    pub(super) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
+    pub(in crate::config) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
         let plain = |char: char| !char.is_control();
         let mut segment = separator.to_owned();
         if name.chars().all(plain) && name.chars().nth(LONGEST_NAME).is_none() {
@@ -94,29 +97,33 @@ impl fmt::Display for Key {
 
 /// A place within the file being read.
 #[derive(Debug, Clone)]
-pub(super) struct Spot {
-    pub(super) position: (usize, usize),
-    pub(super) key: Rc<Key>,
+pub(in crate::config) struct Spot {
+    pub(in crate::config) position: (usize, usize),
+    pub(in crate::config) key: Rc<Key>,
 }
 
 impl Spot {
     /// The place for people.
-    pub(super) fn place(&self, file: &Arc<Path>) -> Place {
+    pub(in crate::config) fn place(&self, file: &Arc<Path>) -> Place {
         Place { file: Arc::clone(file), position: self.position, key: self.key.to_string() }
     }
 }
 
 /// The text of a file, without byte-order mark, with the starts of its lines.
 #[derive(Debug)]
-pub(super) struct Text {
-    pub(super) file: Arc<Path>,
-    pub(super) body: String,
+pub(in crate::config) struct Text {
+    pub(in crate::config) file: Arc<Path>,
+    pub(in crate::config) body: String,
+    /// Byte at which each line begins.
     starts: Vec<usize>,
+    /// How many characters begin before each stretch of [`STRETCH`] bytes: all of a file may stand on
+    /// one line.
+    before: Vec<usize>,
 }
 
 impl Text {
     /// The text of a file's bytes.
-    pub(super) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
+    pub(in crate::config) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
         let whole = |reason: String, remedy: &str| Problem {
             file: path.to_owned(),
             position: Some((1, 1)),
@@ -140,7 +147,7 @@ impl Text {
         })?;
         let text = Self::of(path, body.strip_prefix('\u{FEFF}').map_or(body.clone(), str::to_owned));
         if text.body.trim().is_empty() {
-            return Err(whole("the file is empty".into(), "see config/scenarios for scenarios"));
+            return Err(whole("the file is empty".into(), "write a scenario into it"));
         }
         Ok(text)
     }
@@ -148,26 +155,43 @@ impl Text {
     fn of(path: &Path, body: String) -> Self {
         let ends = body.match_indices('\n').map(|(at, _)| at + 1);
         let starts = std::iter::once(0).chain(ends).collect();
-        Self { file: path.into(), body, starts }
+        let stretches = body.as_bytes().chunks(STRETCH).scan(0, |sum, stretch| {
+            *sum += characters(stretch);
+            Some(*sum)
+        });
+        let before = std::iter::once(0).chain(stretches).collect();
+        Self { file: path.into(), body, starts, before }
+    }
+
+    /// How many characters begin before a byte.
+    fn characters_before(&self, offset: usize) -> usize {
+        let stretch = offset / STRETCH;
+        let rest = self.body.as_bytes().get(stretch * STRETCH..offset).unwrap_or_default();
+        self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
     }
 
     /// Line and column of a byte.
-    pub(super) fn position(&self, offset: usize) -> (usize, usize) {
+    pub(in crate::config) fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
-        let before = self.body.get(start..offset).unwrap_or_default();
-        (line, before.chars().count() + 1)
+        let offset = offset.min(self.body.len());
+        (line, self.characters_before(offset) - self.characters_before(start.min(offset)) + 1)
     }
 
     /// A problem that belongs to no key.
-    pub(super) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
+    pub(in crate::config) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
         let place = Place { file: Arc::clone(&self.file), position, key: String::new() };
         place.problem(line(reason), remedy)
     }
 }
 
+/// How many characters of UTF-8 begin here.
+fn characters(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
+}
+
 /// On one line, and not endless, whatever names are in it.
-pub(super) fn line(text: &str) -> String {
+pub(in crate::config) fn line(text: &str) -> String {
     text.chars().take(LONGEST_WORDS).map(|char| if char.is_control() { ' ' } else { char }).collect()
 }
 
@@ -180,6 +204,16 @@ mod tests {
         let text = Text::new(Path::new("a"), "\u{FEFF}ä=1\nöb\n".into()).unwrap();
         let at = |part: &str| text.position(text.body.find(part).unwrap());
         assert_eq!((at("ä"), at("="), at("ö"), at("b")), ((1, 1), (1, 2), (2, 1), (2, 2)));
+    }
+
+    #[test]
+    fn positions_on_an_endless_line_are_counted_in_characters() {
+        let text = Text::new(Path::new("a"), "äb日".repeat(1_000).into()).unwrap();
+        for character in [0, 1, 2, 84, 85, 86, 127, 128, 129, 1_500, 2_999] {
+            let offset = text.body.char_indices().nth(character).unwrap().0;
+            assert_eq!(text.position(offset), (1, character + 1));
+        }
+        assert_eq!(text.position(text.body.len() + 1), (1, 3_001));
     }
 
     #[test]

@@ -1,0 +1,117 @@
+//! `decide`: a drive scenario of the turn signal decider on virtual time.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+
+use super::Failure;
+use crate::config::drive;
+use crate::config::files::Disk;
+use crate::core::turn_signal::scene::Mode;
+use crate::drive::course::Course;
+use crate::drive::run::Run;
+use crate::drive::text::Changes;
+use crate::drive::verdict::Verdicts;
+use crate::drive::{json, text};
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway decide crossing.toml
+  signal-gateway decide crossing.toml --compat upstream --json
+
+For each change of the decision a line of text is  seconds  metres  m/s  command  ground, with every
+reason below it: what became of each candidate, with its four distances in metres (ds, de: front to
+the desired start, rear axle to the desired end; rs, re: the same for the required section; negative
+is behind), then what each manoeuvre came to and what is wrong with the inputs.
+
+With --json each line is one object:
+  {\"behaviour\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
+   \"command\": \"LEFT\", \"hazard\": \"DISABLE\", \"ground\": TEXT, \"winner\": \"intersection\", \"case\": \"A2\",
+   \"held\": TEXT, \"candidates\": [{\"source\", \"command\", \"desired_start_m\", \"desired_end_m\",
+   \"required_start_m\", \"required_end_m\", \"fate\"}], \"remarks\": [TEXT], \"findings\": [TEXT]}
+winner, case and held are null where there is none. The last line of each behaviour is
+  {\"behaviour\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
+
+The exit code is 5 when an expectation failed.";
+
+#[derive(Debug, Args)]
+pub(super) struct DecideArgs {
+    /// Drive scenario (.toml, .yaml)
+    scenario: PathBuf,
+    /// Whose behaviour; default: those that the scenario is for
+    #[arg(long, value_name = "WHOSE", value_enum)]
+    compat: Option<Whose>,
+    /// Print JSON lines
+    #[arg(long)]
+    json: bool,
+    /// When to print
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
+    every: Every,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Whose {
+    /// Ours
+    Improved,
+    /// That of Autoware
+    Upstream,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Every {
+    /// When the decision is another one, distances apart
+    #[default]
+    Change,
+    /// At every cycle
+    Cycle,
+}
+
+pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
+    let course = Course::new(drive::read(&Disk, &args.scenario)?)?;
+    let modes = match args.compat {
+        None => course.file().modes.clone(),
+        Some(Whose::Improved) => vec![Mode::Improved],
+        Some(Whose::Upstream) => vec![Mode::Compat],
+    };
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut has_failed = false;
+    for mode in modes {
+        let verdicts = decide(args, &course, mode, &mut out)?;
+        has_failed |= !verdicts.failed().is_empty();
+        if args.json {
+            writeln!(out, "{}", json::summary(mode, &verdicts))?;
+        } else {
+            text::summary(&verdicts).iter().try_for_each(|line| writeln!(out, "{line}"))?;
+        }
+    }
+    out.flush()?;
+    Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
+}
+
+fn decide<'a>(
+    args: &DecideArgs,
+    course: &'a Course,
+    mode: Mode,
+    out: &mut impl Write,
+) -> io::Result<Verdicts<'a>> {
+    let (mut run, mut verdicts) = (Run::new(course, mode), Verdicts::new(course, mode));
+    let mut changes = Changes::default();
+    if !args.json {
+        writeln!(out, "{}", text::heading(mode))?;
+    }
+    for cycle in course.cycles() {
+        let decision = run.step(&cycle);
+        verdicts.take(&cycle, &decision);
+        if !changes.take(&decision) && args.every == Every::Change {
+            continue;
+        }
+        if args.json {
+            writeln!(out, "{}", json::line(mode, &cycle, &decision))?;
+        } else {
+            text::lines(&cycle, &decision).iter().try_for_each(|line| writeln!(out, "{line}"))?;
+        }
+    }
+    Ok(verdicts)
+}

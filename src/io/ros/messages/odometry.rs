@@ -1,0 +1,28 @@
+//! `nav_msgs/msg/Odometry`.
+
+use serde::{Deserialize, Serialize};
+
+use super::geometry::{PoseWithCovariance, TwistWithCovariance};
+use super::stamp::Header;
+use crate::core::turn_signal::inputs::Odometry as Motion;
+use crate::core::turn_signal::told::Told;
+
+/// `nav_msgs/msg/Odometry`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Odometry {
+    /// When it was measured, and the frame of the pose.
+    pub header: Header,
+    /// Frame of the twist.
+    pub child_frame_id: String,
+    /// Where the vehicle is.
+    pub pose: PoseWithCovariance,
+    /// How it moves; forward is x.
+    pub twist: TwistWithCovariance,
+}
+
+impl From<Odometry> for Told {
+    fn from(message: Odometry) -> Self {
+        let odometry = Motion { pose: message.pose.pose.into(), speed_mps: message.twist.twist.linear.x };
+        Self::Odometry { odometry, stamp: message.header.stamp.into() }
+    }
+}

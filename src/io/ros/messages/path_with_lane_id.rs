@@ -1,0 +1,67 @@
+//! `autoware_internal_planning_msgs/msg/PathWithLaneId`.
+
+use serde::{Deserialize, Serialize};
+
+use super::bounded::at_most;
+use super::geometry::{Point, Pose};
+use super::stamp::Header;
+use crate::core::turn_signal::told::{self, Told};
+
+/// Points of a path.
+pub(super) const MOST_POINTS: usize = 20_000;
+/// Lanelets of a point.
+pub(super) const MOST_LANES: usize = 1_000;
+/// Points of a bound.
+pub(super) const MOST_BOUND_POINTS: usize = 100_000;
+
+/// `autoware_planning_msgs/msg/PathPoint`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct PathPoint {
+    /// Where.
+    pub pose: Pose,
+    /// m/s.
+    pub longitudinal_velocity_mps: f32,
+    /// m/s.
+    pub lateral_velocity_mps: f32,
+    /// rad/s.
+    pub heading_rate_rps: f32,
+    /// It will not be changed any more.
+    pub is_final: bool,
+}
+
+/// `autoware_internal_planning_msgs/msg/PathPointWithLaneId`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct PathPointWithLaneId {
+    /// The point.
+    pub point: PathPoint,
+    /// The lanelets it belongs to.
+    #[serde(deserialize_with = "at_most::<_, _, MOST_LANES>")]
+    pub lane_ids: Vec<i64>,
+}
+
+/// `autoware_internal_planning_msgs/msg/PathWithLaneId`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct PathWithLaneId {
+    /// When it was made, and the frame of the points.
+    pub header: Header,
+    /// In the order of driving.
+    #[serde(deserialize_with = "at_most::<_, _, MOST_POINTS>")]
+    pub points: Vec<PathPointWithLaneId>,
+    /// Where the drivable area ends on the left.
+    #[serde(deserialize_with = "at_most::<_, _, MOST_BOUND_POINTS>")]
+    pub left_bound: Vec<Point>,
+    /// Where the drivable area ends on the right.
+    #[serde(deserialize_with = "at_most::<_, _, MOST_BOUND_POINTS>")]
+    pub right_bound: Vec<Point>,
+}
+
+impl From<PathWithLaneId> for Told {
+    fn from(message: PathWithLaneId) -> Self {
+        let point = |PathPointWithLaneId { point, lane_ids }| told::PathPoint {
+            pose: point.pose.into(),
+            speed_mps: point.longitudinal_velocity_mps.into(),
+            lanes: lane_ids,
+        };
+        Self::PlannedPath(message.points.into_iter().map(point).collect())
+    }
+}

@@ -1,0 +1,30 @@
+//! `autoware_internal_planning_msgs/msg/Scenario`.
+
+use serde::{Deserialize, Serialize};
+
+use super::bounded::at_most;
+use crate::core::turn_signal::told::Told;
+
+/// Scenarios of a message.
+pub(super) const MOST_SCENARIOS: usize = 100;
+
+/// `autoware_internal_planning_msgs/msg/Scenario`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Scenario {
+    /// `Empty`, `LaneDriving` or `Parking`.
+    pub current_scenario: String,
+    /// Those that are on.
+    #[serde(deserialize_with = "at_most::<_, _, MOST_SCENARIOS>")]
+    pub activating_scenarios: Vec<String>,
+}
+
+impl Scenario {
+    /// The planner drives lanes.
+    pub const LANEDRIVING: &'static str = "LaneDriving";
+}
+
+impl From<Scenario> for Told {
+    fn from(message: Scenario) -> Self {
+        Self::LaneDriving(message.current_scenario == Scenario::LANEDRIVING)
+    }
+}

@@ -1,0 +1,23 @@
+//! `autoware_vehicle_msgs/msg/TurnIndicatorsCommand`.
+
+use serde::{Deserialize, Serialize};
+
+use super::stamp::Time;
+use crate::core::time::WallStamp;
+use crate::core::turn_signal::signal::Signal;
+
+/// `autoware_vehicle_msgs/msg/TurnIndicatorsCommand`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct TurnIndicatorsCommand {
+    /// When it was given.
+    pub stamp: Time,
+    /// `NO_COMMAND` 0, `DISABLE` 1, `ENABLE_LEFT` 2, `ENABLE_RIGHT` 3.
+    pub command: u8,
+}
+
+impl TurnIndicatorsCommand {
+    /// The message that gives `command`.
+    pub fn new(command: Signal, stamp: WallStamp) -> Self {
+        Self { stamp: stamp.into(), command: command as u8 }
+    }
+}

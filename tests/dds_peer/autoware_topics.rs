@@ -1,0 +1,48 @@
+//! The gateway's side of tests with Autoware: its topics, and what it tells of what it was told.
+
+use serde_json::{Value, json};
+use signal_gateway::core::turn_signal::told::{FactorTopic, Told};
+use signal_gateway::io::ros::incoming::Incoming;
+use signal_gateway::io::ros::session::{Subscription, SubscriptionKind, Topics};
+
+/// Topics below `/`, in the order of the status.
+pub(crate) const KINDS: [(&str, SubscriptionKind); 12] = [
+    ("odometry", SubscriptionKind::Odometry),
+    ("route", SubscriptionKind::Route),
+    ("path", SubscriptionKind::PlannedPath),
+    ("factors", SubscriptionKind::Factors(FactorTopic::GoalPlanner)),
+    ("operation_mode", SubscriptionKind::OperationMode),
+    ("scenario", SubscriptionKind::Scenario),
+    ("hazard_request", SubscriptionKind::HazardRequest),
+    ("own_turn", SubscriptionKind::OwnTurnCommand),
+    ("own_hazard", SubscriptionKind::OwnHazardCommand),
+    ("turn_command", SubscriptionKind::TurnCommand),
+    ("hazard_command", SubscriptionKind::HazardCommand),
+    ("control_mode", SubscriptionKind::ControlMode),
+];
+
+pub(crate) fn subscriptions() -> Vec<Subscription> {
+    // Deeper than they are: what is overtaken in time is not lost on the way.
+    let deep = |kind, name: &str| Subscription { depth: 40, ..Subscription::new(name, kind) };
+    KINDS.iter().map(|(name, kind)| deep(*kind, &format!("/{name}"))).collect()
+}
+
+pub(crate) fn topics() -> Topics {
+    Topics {
+        turn_command: Some("/commanded_turn".to_owned()),
+        hazard_command: Some("/commanded_hazard".to_owned()),
+        ..Topics::default()
+    }
+}
+
+/// What was received; of a large path the number of points. Nothing for what is not of Autoware.
+pub(crate) fn shown(incoming: &Incoming) -> Value {
+    match incoming {
+        Incoming::Told(Told::PlannedPath(points)) if points.len() > 100 => json!({"points": points.len()}),
+        Incoming::Told(told) => json!({"told": format!("{told:?}")}),
+        Incoming::TurnCommand { raw, stamp } => json!({"turn": raw, "sec": stamp.sec()}),
+        Incoming::HazardCommand { raw, stamp } => json!({"hazard": raw, "sec": stamp.sec()}),
+        Incoming::ControlMode { raw, stamp } => json!({"mode": raw, "sec": stamp.sec()}),
+        Incoming::Groups { .. } | Incoming::Command(_) => Value::Null,
+    }
+}
