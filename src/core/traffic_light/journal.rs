@@ -51,8 +51,7 @@ mod tests {
     fn what_changed_since_is_known_until_it_is_too_much() {
         let mut journal = Journal::new(0);
         (0..3).for_each(|head| journal.add(HeadIndex(head)));
-        let since =
-            |journal: &Journal, changes| journal.since(changes).map(|heads| heads.collect::<Vec<_>>());
+        let since = |journal: &Journal, changes| journal.since(changes).map(Iterator::collect::<Vec<_>>);
         assert_eq!(since(&journal, 3), Some(vec![]));
         assert_eq!(since(&journal, 1), Some(vec![HeadIndex(1), HeadIndex(2)]));
         assert_eq!(since(&journal, 4), None, "that is yet to come");
