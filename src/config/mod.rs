@@ -3,6 +3,7 @@
 //! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
 //! and gives [`Settings`] or every reason why not.
 
+pub mod country;
 pub mod drive;
 pub mod file;
 pub mod files;
