@@ -1,8 +1,8 @@
 //! What many traffic lights cost: from 10 to 100,000 of them, all kinds of messages on.
 //!
 //! `cargo bench --bench traffic_lights`. Ten lights hang at each crossing, each light in a group of its
-//! own, known to V2I with all that is predicted. The limits compare figures of the same run: what is
-//! for a few lights must not cost more because there are many others.
+//! own, known to V2I with all that is predicted. Times are what this thread worked. The limits compare
+//! figures of the same run: what is for a few lights must not cost more because there are many others.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
 
@@ -26,7 +26,8 @@ use signal_gateway::core::traffic_light::emission::{Emission, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::flow::FlowSettings;
 use signal_gateway::core::traffic_light::scenario::{
-    Action, Controller, ControllerIndex, Phase, PhaseEntry, Reference, Scenario, StateText,
+    Act, Action, Condition, Controller, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule,
+    Scenario, StateText, Test, Trigger,
 };
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
@@ -82,6 +83,8 @@ fn main() -> ExitCode {
         println!("traffic lights, {lights} at 30 Hz{with}: {share:.2} % of a core");
     }
     encoding(10_000);
+    events(10_000);
+    println!("traffic lights, all of this: {:.1} s", worked().as_secs_f64());
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -193,7 +196,7 @@ fn share_of_a_core(lights: usize, arbiter: bool, encoded: bool) -> f64 {
     });
     let mut gateway = Gateway::new(settings, LinkState::Up, at(MonoTime::ZERO));
     let mut due = MonoTime::ZERO;
-    let mut work = |until: MonoTime| {
+    let mut work = |until: MonoTime, encoded: bool| {
         let start = worked();
         while gateway.next_deadline(due) <= until {
             due = gateway.next_deadline(due);
@@ -209,9 +212,9 @@ fn share_of_a_core(lights: usize, arbiter: bool, encoded: bool) -> f64 {
     };
     // Within a cycle all crossings have begun.
     let begun = MonoTime::ZERO.after(CYCLE + Duration::from_secs(1));
-    work(begun);
-    let span = Duration::from_secs(10);
-    work(begun.after(span)).as_secs_f64() / span.as_secs_f64() * 100.0
+    work(begun, false);
+    let span = Duration::from_secs(2);
+    work(begun.after(span), encoded).as_secs_f64() / span.as_secs_f64() * 100.0
 }
 
 /// What the messages of the lights are made of on their way out, beside the gateway.
@@ -231,6 +234,30 @@ fn encoding(lights: usize) {
         let converted = median(|| timed(|| black_box(bytes(&emission)).len().min(1)));
         println!("traffic lights, {lights} as CDR, {topic:?}: {:.2} ms for {size} bytes", converted / 1e6);
     }
+}
+
+/// A scenario with so many events, one after the other, for a hundred seconds.
+fn events(count: usize) {
+    let span = Duration::from_secs(100);
+    let event = |number: usize| {
+        let value = span * u32::try_from(number).unwrap() / u32::try_from(count).unwrap();
+        let test = Test::SimulationTime { rule: Rule::GreaterOrEqual, value };
+        let condition = Condition { name: String::new(), test, edge: Edge::None, delay: Duration::ZERO };
+        let state = StateText::new(PHASES[number % PHASES.len()].0);
+        Event {
+            name: format!("event {number}"),
+            start: Some(Trigger { groups: vec![vec![condition]] }),
+            most_executions: 1,
+            action_names: vec![String::new()],
+            actions: vec![Action::SetState { target: target(number % LIGHTS_PER_CROSSING), state }],
+        }
+    };
+    let mut settings = settings(LIGHTS_PER_CROSSING, [Duration::from_secs(3_600); 3], Duration::ZERO);
+    let events = (0..count).map(event).collect();
+    settings.scenario.acts = vec![Act { events, ..Act::default() }];
+    let mut drive = Drive::new(settings);
+    let time = timed(|| drive.passes(span).min(1));
+    println!("traffic lights, {count} events in {} s: {:.0} ms", span.as_secs(), time / 1e6);
 }
 
 /// As they go to DDS.

@@ -1,5 +1,5 @@
 //! A turn-signal decision as JSON: what is commanded, who won by which rule, why each other candidate
-//! lost. One form, for the lines of a replay and for whoever explains decisions.
+//! lost. One form, for the lines of a replay and of a drive.
 
 use serde::Serialize;
 
@@ -8,7 +8,6 @@ use crate::core::turn_signal::intersection::TurnAhead;
 use crate::core::turn_signal::manoeuvre::Remark;
 use crate::core::turn_signal::resolve::{Fate, Weighed};
 use crate::core::turn_signal::section::Distances;
-use crate::core::turn_signal::steady::Held;
 
 /// A decision with its reasons.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,7 +53,7 @@ pub struct Candidate {
     pub distances: Option<Metres>,
 }
 
-/// Distances along the path, metres to the millimetre, negative = behind: starts from the front, ends
+/// Distances along the path, metres to the micrometre, negative = behind: starts from the front, ends
 /// from the rear axle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Metres {
@@ -106,7 +105,7 @@ impl Explanation {
             },
             winner: resolution.and_then(|all| all.winner).map(|winner| winner.source.to_string()),
             case: resolution.and_then(|all| all.case).map(|case| case.to_string()),
-            held: decision.held.map(held),
+            held: decision.held.map(|held| held.to_string()),
             intersection: decision.intersection.turn.map(Turn::of),
             candidates: resolution
                 .map(|all| all.weighed.iter().map(Candidate::of).collect())
@@ -151,10 +150,10 @@ impl Candidate {
 impl Metres {
     fn of(distances: Distances) -> Self {
         Self {
-            desired_start_m: to_the_millimetre(distances.desired_start_m),
-            desired_end_m: to_the_millimetre(distances.desired_end_m),
-            required_start_m: to_the_millimetre(distances.required_start_m),
-            required_end_m: to_the_millimetre(distances.required_end_m),
+            desired_start_m: to_the_micrometre(distances.desired_start_m),
+            desired_end_m: to_the_micrometre(distances.desired_end_m),
+            required_start_m: to_the_micrometre(distances.required_start_m),
+            required_end_m: to_the_micrometre(distances.required_end_m),
         }
     }
 }
@@ -162,7 +161,7 @@ impl Metres {
 impl Turn {
     fn of(turn: TurnAhead) -> Self {
         let TurnAhead { side, active, distance_m, .. } = turn;
-        Self { side: side.to_string(), active, distance_m: to_the_millimetre(distance_m) }
+        Self { side: side.to_string(), active, distance_m: to_the_micrometre(distance_m) }
     }
 }
 
@@ -172,16 +171,9 @@ impl Outcome {
     }
 }
 
-fn held(held: Held) -> String {
-    match held {
-        Held::On(side) => format!("{side} is on for too short a time"),
-        Held::Off => "off for too short a time".to_owned(),
-    }
-}
-
 /// Zero has no sign.
-fn to_the_millimetre(metres: f64) -> f64 {
-    (metres * 1000.0).round() / 1000.0 + 0.0
+fn to_the_micrometre(metres: f64) -> f64 {
+    (metres * 1e6).round() / 1e6 + 0.0
 }
 
 #[cfg(test)]
@@ -196,6 +188,7 @@ mod tests {
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
     use crate::core::turn_signal::signal::{Hazard, Side, Signal};
+    use crate::core::turn_signal::steady::Held;
 
     fn decision(ground: Ground) -> Decision {
         Decision {
@@ -223,7 +216,7 @@ mod tests {
             roundabout: None,
             behaviour: Some(record(Side::Right, 5.0, 70.0)),
         };
-        let ruler = Ruler::new(&path, at(12.25), 2.0, limits);
+        let ruler = Ruler::new(&path, at(12.250_001), 2.0, limits);
         let resolution = resolve(&ruler, &candidates, Rules::default());
         let remarks =
             vec![Remark { kind: ManoeuvreKind::Avoidance, why: Why::Shift(ShiftVerdict::TooSmall) }];
@@ -236,10 +229,10 @@ mod tests {
                 r#"{"turn":"LEFT","hazard":"DISABLE","ground":"weighed","winner":"intersection","case":"A2","#,
                 r#""held":"LEFT is on for too short a time","intersection":null,"candidates":["#,
                 r#"{"source":"intersection","turn":"LEFT","won":true,"why":"won","lost_to":null,"lost_by":null,"#,
-                r#""distances":{"desired_start_m":-14.25,"desired_end_m":47.75,"required_start_m":-4.25,"required_end_m":37.75}},"#,
+                r#""distances":{"desired_start_m":-14.250001,"desired_end_m":47.749999,"required_start_m":-4.250001,"required_end_m":37.749999}},"#,
                 r#"{"source":"roundabout","turn":"NO_COMMAND","won":false,"why":"no record","lost_to":null,"lost_by":null,"distances":null},"#,
                 r#"{"source":"behaviour","turn":"RIGHT","won":false,"why":"lost to intersection by A2","lost_to":"intersection","lost_by":"A2","#,
-                r#""distances":{"desired_start_m":-9.25,"desired_end_m":57.75,"required_start_m":0.75,"required_end_m":47.75}}],"#,
+                r#""distances":{"desired_start_m":-9.250001,"desired_end_m":57.749999,"required_start_m":0.749999,"required_end_m":47.749999}}],"#,
                 r#""manoeuvres":[{"kind":"avoidance","why":"shift too small"}],"findings":["the planned path is empty"]}"#,
             )
         );

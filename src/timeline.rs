@@ -268,7 +268,7 @@ mod tests {
         let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
-            let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::Groups(groups)));
+            let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::groups(groups)));
             Output::TrafficLights(Emission { topic, stamp, content })
         };
         let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;

@@ -132,14 +132,14 @@ fn json_holds_every_cycle_with_its_reasons() {
     assert_eq!(changes.len(), 4, "{changes:?}");
     let at = &changes[1];
     assert_eq!(
-        (&at["command"], &at["hazard"], &at["winner"]),
+        (&at["turn"], &at["hazard"], &at["winner"]),
         (&"LEFT".into(), &"DISABLE".into(), &"intersection".into())
     );
     assert_eq!((&at["behaviour"], at["at_m"].as_f64().map(f64::round)), (&"upstream".into(), Some(37.0)));
     let turn = &at["candidates"][0];
-    assert_eq!((&turn["source"], &turn["fate"]), (&"intersection".into(), &"won".into()));
-    assert!((turn["required_start_m"].as_f64().unwrap() - 59.21).abs() < 1e-6);
-    assert_eq!(at["candidates"][1]["desired_end_m"], Value::Null);
+    assert_eq!((&turn["source"], &turn["why"]), (&"intersection".into(), &"won".into()));
+    assert!((turn["distances"]["required_start_m"].as_f64().unwrap() - 59.21).abs() < 1e-6);
+    assert_eq!((&at["ground"], &at["candidates"][1]["distances"]), (&"weighed".into(), &Value::Null));
     assert_eq!(changes[3]["expectations"]["met"], 1);
     // 0 to 130 m, a metre a cycle, and the summary.
     assert_eq!(lines(&["--every", "cycle"]).len(), 132);
@@ -247,6 +247,35 @@ fn a_picture_shows_sections_and_signals_of_each_behaviour() {
     assert_eq!(svg, picture(), "the same bytes each time");
 }
 
+/// Backing up covers the same metres as the way out: it must not be painted over.
+#[test]
+fn a_picture_shows_what_came_out_while_backing_up() {
+    let more = "[[manoeuvre]]
+kind = \"pull_out\"
+from_m = 20
+to_m = 50
+offset_m = 1.0
+backwards_until_s = 3
+[[manoeuvre]]
+kind = \"avoidance\"
+lines = [{ from_m = 110, to_m = 120, offset_m = 1 }]
+";
+    let text = TURN
+        .replace("{ at_m = 0, mps = 10 }", "{ at_s = 0, mps = -1 }, { at_s = 3, mps = 4 }")
+        .replace("until_m = 130", "start_m = 23\nuntil_m = 60");
+    let bench = Bench::new("back.toml", &(text + more));
+    bench.out(&["--picture", "back.svg", "--compat", "improved"]);
+    let svg = fs::read_to_string(bench.folder.path().join("back.svg")).unwrap();
+    for part in [">backing<", "20.00 m to 23.00 m: signal: hazard lights", "20.00 m to 59.60 m: 1"] {
+        assert!(svg.contains(part), "{part}\n{svg}");
+    }
+    assert_eq!(
+        svg.matches("<title>planner</title>").count(),
+        1,
+        "the avoidance lies beyond the drive\n{svg}"
+    );
+}
+
 #[test]
 fn wrong_files_are_refused_with_place_key_and_remedy() {
     let with = |more: &str| format!("{TURN}{more}");
@@ -254,15 +283,16 @@ fn wrong_files_are_refused_with_place_key_and_remedy() {
         ("map.osm", "no.osm", "turn.toml:1:7: map: no.osm: cannot read it"),
         ("until_m", "untilm", "turn.toml:2:1: untilm: unknown key \"untilm\"; known here are name,"),
         ("[2], [3]", "[2], [4]", "route.segments[3][1]: the map has no lanelet 4; it has 1, 2, 3, 11"),
+        (
+            "[1, 11], [2], [3]",
+            "[\"x\"]",
+            "signal-gateway: turn.toml:4:14: route.segments[1][1]: \"x\" is no lanelet id",
+        ),
         ("[2], [3]", "[3]", "lanelet 3 follows no lanelet of the segment before"),
         ("[2], [3]", "[2], [1]", "the route lists lanelet 1 twice"),
         ("mps = 10", "mps = -1", "drive.speed[1].mps: -1 m/s is out of range; give 0 to 100 m/s"),
         ("mps = 10", "mps = \"x\"", "drive.speed[1].mps: \"x\" is a text; give a number, without quotes"),
-        (
-            "until_m = 130",
-            "country = \"XX\"",
-            "country: \"XX\" is no country with known rules; give one of JP,",
-        ),
+        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"; give JP, DE,"),
         ("until_m = 130", "until_m =", "turn.toml:2:"),
     ];
     for (part, other, expected) in cases {

@@ -20,6 +20,7 @@ use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
 use signal_gateway::core::traffic_light::compat::Compat;
 use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
 use signal_gateway::core::traffic_light::engine::LightsSettings;
@@ -232,7 +233,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
         lights: ten_thousand_lights(),
         camera_faults: None,
         v2i_faults: None,
-        arbiter: None,
+        arbiter: Some(ArbiterSettings::default()),
     });
     let period = settings.diagnostics_period;
     let now = |mono| Now { mono, wall: WallStamp::default() };

@@ -24,9 +24,10 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         Mode::Improved => "improved",
         Mode::Compat => "upstream",
     };
-    let rules = decider.country.map_or("as deployed".to_owned(), |country| {
-        format!("{} ({})", country.code(), country.rules().source)
-    });
+    let rules = decider
+        .country
+        .as_ref()
+        .map_or("as deployed".to_owned(), |country| format!("{} ({})", country.code, country.source));
     report.line("", &format!("behaviour {behaviour}, rules {rules}"));
     let Vehicle { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
     let front_m = settings.vehicle.front_m();

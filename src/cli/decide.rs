@@ -30,10 +30,11 @@ is behind), then what each manoeuvre came to and what is wrong with the inputs.
 
 With --json each line is one object:
   {\"behaviour\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
-   \"command\": \"LEFT\", \"hazard\": \"DISABLE\", \"ground\": TEXT, \"winner\": \"intersection\", \"case\": \"A2\",
-   \"held\": TEXT, \"candidates\": [{\"source\", \"command\", \"desired_start_m\", \"desired_end_m\",
-   \"required_start_m\", \"required_end_m\", \"fate\"}], \"remarks\": [TEXT], \"findings\": [TEXT]}
-winner, case and held are null where there is none. The last line of each behaviour is
+   \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"ground\": \"weighed\", \"winner\": \"intersection\", \"case\": \"A2\",
+   \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
+   \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
+   \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
+From \"turn\" on it is the form that a replay has; what there is none of is null. The last line of each behaviour is
   {\"behaviour\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 The exit code is 5 when an expectation failed.";

@@ -35,18 +35,25 @@ fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the binary carries so that the demo needs nothing beside it.
+/// What the binary carries so that the demo and the rules of countries need nothing beside it.
 #[derive(Debug, Clone, Copy)]
 pub struct Embedded;
 
 /// Path of the embedded demo configuration.
 pub const DEMO_CONFIG: &str = "config/demo.toml";
 
-const EMBEDDED: [(&str, &[u8]); 4] = [
+const EMBEDDED: [(&str, &[u8]); 11] = [
     (DEMO_CONFIG, include_bytes!("../../config/demo.toml")),
     ("config/demo.log.gz", include_bytes!("../../config/demo.log.gz")),
     ("config/vehicles/demo_vehicle.toml", include_bytes!("../../config/vehicles/demo_vehicle.toml")),
     ("dbc/demo_vehicle.dbc", include_bytes!("../../dbc/demo_vehicle.dbc")),
+    ("config/countries/JP.toml", include_bytes!("../../config/countries/JP.toml")),
+    ("config/countries/DE.toml", include_bytes!("../../config/countries/DE.toml")),
+    ("config/countries/KR.toml", include_bytes!("../../config/countries/KR.toml")),
+    ("config/countries/AT.toml", include_bytes!("../../config/countries/AT.toml")),
+    ("config/countries/CH.toml", include_bytes!("../../config/countries/CH.toml")),
+    ("config/countries/GB.toml", include_bytes!("../../config/countries/GB.toml")),
+    ("config/countries/US-CA.toml", include_bytes!("../../config/countries/US-CA.toml")),
 ];
 
 impl Files for Embedded {

@@ -8,6 +8,7 @@ pub mod command_file;
 mod command_message;
 mod command_profile;
 pub mod command_profile_file;
+pub mod country;
 pub mod drive;
 pub mod file;
 pub mod files;

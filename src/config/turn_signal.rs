@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use toml::Spanned;
 
+use super::country::{NoCountry, country};
 use super::files::Files;
 use super::problem::{Document, Problem};
 use super::sections::is_topic;
@@ -98,7 +99,7 @@ pub(super) fn turn_signal(
     let before = problems.len();
     let mut checks = Checks { document, problems };
     let map = checks.map(files, file.map.as_ref());
-    let (country, parameters) = checks.parameters(file);
+    let (country, parameters) = checks.parameters(files, file);
     let mode = match file.compat {
         CompatFile::Improved => Mode::Improved,
         CompatFile::Upstream => Mode::Compat,
@@ -115,6 +116,7 @@ pub(super) fn turn_signal(
     let default = Duration::from_millis(DEFAULT_TOLERANCE_MS);
     let tolerance = checks.ms(file.agreement_tolerance_ms.as_ref(), default, 0);
     let shadow = file.shadow.as_ref().filter(|shadow| *shadow.get_ref());
+    checks.distinct(file, (&inputs, &outputs), shadow.is_none());
     if let Some(shadow) = shadow.filter(|_| file.enabled) {
         checks.refuse(shadow, "a shadow publishes nothing", "set enabled = false, or shadow = false");
     }
@@ -144,6 +146,11 @@ impl Checks<'_> {
         self.problems.push(self.document.problem(value.span(), reason, remedy));
     }
 
+    /// Where this file lies.
+    fn folder(&self) -> &Path {
+        self.document.path().parent().unwrap_or(Path::new(""))
+    }
+
     fn map(&mut self, files: &dyn Files, given: Option<&Spanned<String>>) -> Option<(PathBuf, Road)> {
         let Some(given) = given else {
             let reason = "the turn signal decider has no map: no lanelet is known";
@@ -151,7 +158,7 @@ impl Checks<'_> {
             self.problems.push(self.document.problem(0..0, reason, remedy));
             return None;
         };
-        let path = self.document.path().parent().unwrap_or(Path::new("")).join(given.get_ref());
+        let path = self.folder().join(given.get_ref());
         match read_road(files, &path) {
             Ok(road) => Some((path, road)),
             Err(reason) => {
@@ -162,17 +169,16 @@ impl Checks<'_> {
         }
     }
 
-    fn parameters(&mut self, file: &TurnSignalFile) -> (Option<Country>, Parameters) {
+    fn parameters(&mut self, files: &dyn Files, file: &TurnSignalFile) -> (Option<Country>, Parameters) {
         let country = file.country.as_ref().and_then(|given| {
-            let country = Country::from_code(given.get_ref());
-            if country.is_none() {
-                let codes: Vec<_> = Country::ALL.iter().map(|country| country.code()).collect();
-                let reason = format!("there are no rules for {:?}", given.get_ref());
-                self.refuse(given, reason, &format!("give {}, or leave it out", codes.join(", ")));
+            match country(files, self.folder(), given.get_ref()) {
+                Ok(country) => return Some(country),
+                Err(NoCountry::Nowhere { reason, remedy }) => self.refuse(given, reason, &remedy),
+                Err(NoCountry::Refused(problems)) => self.problems.extend(problems),
             }
-            country
+            None
         });
-        let mut parameters = country.map_or(Parameters::DEPLOYED, Parameters::for_country);
+        let mut parameters = country.as_ref().map_or(Parameters::DEPLOYED, Parameters::for_country);
         let mut taken: Vec<&str> = Vec::new();
         for (name, value) in &file.parameters {
             let text = value.get_ref().as_str().map_or_else(|| value.get_ref().to_string(), str::to_owned);
@@ -271,16 +277,38 @@ impl Checks<'_> {
     }
 
     fn outputs(&mut self, file: &DeciderOutputsFile) -> DeciderOutputs {
-        let outputs = DeciderOutputs {
+        DeciderOutputs {
             turn_command: self.topic(file.turn_command.as_ref(), TURN_COMMAND, false),
             hazard_command: self.topic(file.hazard_command.as_ref(), HAZARD_COMMAND, false),
-        };
-        if outputs.turn_command == outputs.hazard_command {
-            for given in file.turn_command.iter().chain(&file.hazard_command).take(1) {
-                self.refuse(given, "the other command goes to this topic", "give each its own");
+        }
+    }
+
+    /// No two topics share a name, lest what is published comes back as what somebody else wants.
+    /// Autoware's own commands are read only where nothing is published, so those may.
+    fn distinct(&mut self, file: &TurnSignalFile, all: (&DeciderInputs, &DeciderOutputs), publishes: bool) {
+        let (from, to, (inputs, outputs)) = (&file.inputs, &file.outputs, all);
+        let mut topics = vec![
+            (&from.odometry, &inputs.odometry),
+            (&from.route, &inputs.route),
+            (&from.planned_path, &inputs.planned_path),
+            (&from.operation_mode, &inputs.operation_mode),
+            (&from.scenario, &inputs.scenario),
+            (&from.hazard_request, &inputs.hazard_request),
+        ];
+        topics.extend(if publishes {
+            [(&to.turn_command, &outputs.turn_command), (&to.hazard_command, &outputs.hazard_command)]
+        } else {
+            [
+                (&from.own_turn_command, &inputs.own_turn_command),
+                (&from.own_hazard_command, &inputs.own_hazard_command),
+            ]
+        });
+        for (given, name) in &topics {
+            let is_shared = topics.iter().filter(|(_, other)| other == name).count() > 1;
+            if let Some(given) = given.as_ref().filter(|_| is_shared && !name.is_empty()) {
+                self.refuse(given, "another topic has this name", "give each its own");
             }
         }
-        outputs
     }
 
     fn topic(&mut self, given: Option<&Spanned<String>>, default: &str, may_be_empty: bool) -> String {

@@ -21,7 +21,7 @@ pub struct TurnSignalFile {
     /// Whose behaviour.
     #[serde(default)]
     pub compat: CompatFile,
-    /// Country whose rules are meant, ISO 3166.
+    /// Country whose rules are meant, ISO 3166, or a file of rules.
     pub country: Option<Spanned<String>>,
     /// Cycles a second.
     pub planning_hz: Option<Spanned<f64>>,

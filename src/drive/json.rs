@@ -6,13 +6,11 @@ use super::course::Cycle;
 use super::verdict::Verdicts;
 use super::words;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::resolve::Weighed;
 use crate::core::turn_signal::scene::Mode;
-use crate::core::turn_signal::steady::Held;
+use crate::explanation::Explanation;
 
 /// The line for a decision, without line end.
 pub fn line(mode: Mode, cycle: &Cycle, decision: &Decision) -> String {
-    let weighed = words::resolution(decision).map(|resolution| &resolution.weighed[..]);
     let position = cycle.pose.position;
     text(&Line {
         behaviour: words::mode(mode),
@@ -22,18 +20,7 @@ pub fn line(mode: Mode, cycle: &Cycle, decision: &Decision) -> String {
         y_m: position.y_m,
         yaw_rad: cycle.pose.yaw_rad,
         speed_mps: cycle.speed_mps,
-        command: decision.turn.to_string(),
-        hazard: words::hazard(decision.hazard),
-        ground: words::ground(decision),
-        winner: words::winner(decision).map(|source| source.to_string()),
-        case: words::case(decision).map(|case| case.to_string()),
-        held: decision.held.map(|held| match held {
-            Held::On(side) => format!("{side} not on for long enough"),
-            Held::Off => "not off for long enough".to_owned(),
-        }),
-        candidates: weighed.unwrap_or_default().iter().map(Candidate::new).collect(),
-        remarks: decision.remarks.iter().map(ToString::to_string).collect(),
-        findings: decision.findings.iter().map(ToString::to_string).collect(),
+        decision: Explanation::of(decision),
     })
 }
 
@@ -61,27 +48,8 @@ struct Line {
     y_m: f64,
     yaw_rad: f64,
     speed_mps: f64,
-    command: String,
-    hazard: &'static str,
-    ground: String,
-    winner: Option<String>,
-    case: Option<String>,
-    held: Option<String>,
-    candidates: Vec<Candidate>,
-    remarks: Vec<String>,
-    findings: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct Candidate {
-    source: String,
-    command: String,
-    /// Null without a record, or where it is no number.
-    desired_start_m: Option<f64>,
-    desired_end_m: Option<f64>,
-    required_start_m: Option<f64>,
-    required_end_m: Option<f64>,
-    fate: String,
+    #[serde(flatten)]
+    decision: Explanation,
 }
 
 #[derive(Serialize)]
@@ -100,19 +68,4 @@ struct SummaryOut {
 struct FailedOut {
     expectation: String,
     what: String,
-}
-
-impl Candidate {
-    fn new(weighed: &Weighed) -> Self {
-        let distances = weighed.distances;
-        Self {
-            source: weighed.source.to_string(),
-            command: weighed.turn.to_string(),
-            desired_start_m: distances.map(|distances| distances.desired_start_m),
-            desired_end_m: distances.map(|distances| distances.desired_end_m),
-            required_start_m: distances.map(|distances| distances.required_start_m),
-            required_end_m: distances.map(|distances| distances.required_end_m),
-            fate: weighed.fate.to_string(),
-        }
-    }
 }

@@ -26,7 +26,15 @@ pub struct Strip<'a> {
 struct Behaviour {
     mode: Mode,
     records: Vec<Record>,
-    signals: Vec<(f64, f64, Way)>,
+    signals: Vec<Shown>,
+}
+
+/// A signal over a stretch that was driven in one direction, metres along the way.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    from_m: f64,
+    to_m: f64,
+    way: Way,
 }
 
 /// A record as it was seen, metres along the way.
@@ -73,8 +81,8 @@ impl<'a> Strip<'a> {
         let file = self.course.file();
         let driven = self.behaviours.iter().flat_map(|behaviour| &behaviour.signals);
         let (mut from_m, mut to_m) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (from, to, _) in driven {
-            (from_m, to_m) = (from_m.min(*from), to_m.max(*to));
+        for Shown { from_m: one, to_m: other, .. } in driven {
+            (from_m, to_m) = (from_m.min(*one).min(*other), to_m.max(*one).max(*other));
         }
         let mut rows = vec![Row { label: "lanelets".to_owned(), pieces: self.road }];
         rows.extend(
@@ -100,6 +108,10 @@ impl<'a> Strip<'a> {
         for row in groups.iter_mut().flat_map(|group| &mut group.rows) {
             row.pieces.retain(|piece| piece.from_m < piece.to_m);
         }
+        // What lies beyond the drive leaves no empty row.
+        for group in &mut groups {
+            group.rows.retain(|row| !row.pieces.is_empty());
+        }
         let front_m = file.vehicle.front_m();
         let subtitle = format!(
             "signals over the place of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
@@ -117,30 +129,47 @@ impl<'a> Strip<'a> {
             TurnDirection::Right => " right",
         });
         let text = lane.map_or_else(|| "?".to_owned(), |lane| format!("{}{direction}", lane.id));
-        match self.road.last_mut() {
-            Some(last) if last.text == text => last.to_m = cycle.at_m,
-            last => {
-                if let Some(last) = last {
-                    last.to_m = cycle.at_m;
-                }
-                let (from_m, to_m) = (cycle.at_m, cycle.at_m);
-                self.road.push(Piece { from_m, to_m, look: Look::Plain, text });
+        let at_m = cycle.at_m;
+        let plain = |from_m, to_m, text| Piece { from_m, to_m, look: Look::Plain, text };
+        if let Some(first) = self.road.first_mut().filter(|first| at_m < first.from_m) {
+            // Backing beyond the start.
+            if first.text == text {
+                first.from_m = at_m;
+            } else {
+                let begun = plain(at_m, first.from_m, text);
+                self.road.insert(0, begun);
             }
+            return;
+        }
+        match self.road.last_mut() {
+            Some(last) if at_m < last.to_m => {}
+            Some(last) => {
+                last.to_m = at_m;
+                if last.text != text {
+                    self.road.push(plain(at_m, at_m, text));
+                }
+            }
+            None => self.road.push(plain(at_m, at_m, text)),
         }
     }
 }
 
 impl Behaviour {
     fn note_signal(&mut self, at_m: f64, way: Way) {
-        match self.signals.last_mut() {
-            // The signal holds up to the next cycle.
-            Some((_, to_m, last)) => {
-                *to_m = at_m;
-                if *last != way {
-                    self.signals.push((at_m, at_m, way));
-                }
-            }
-            None => self.signals.push((at_m, at_m, way)),
+        let begun = Shown { from_m: at_m, to_m: at_m, way };
+        let Some(last) = self.signals.last_mut() else {
+            self.signals.push(begun);
+            return;
+        };
+        // The signal holds up to the next cycle.
+        let held = *last;
+        if held.turns_around(at_m) {
+            self.signals.push(Shown { from_m: held.to_m, to_m: at_m, way: held.way });
+        } else {
+            last.to_m = at_m;
+        }
+        if held.way != way {
+            self.signals.push(begun);
         }
     }
 
@@ -178,17 +207,31 @@ impl Behaviour {
                 rows.push(Row { label: source.to_string(), pieces });
             }
         }
-        let signal = |(from_m, to_m, way): &(f64, f64, Way)| Piece {
-            from_m: *from_m,
-            to_m: *to_m,
-            look: Look::Signal(*way),
-            text: way.name().to_owned(),
-        };
-        rows.push(Row { label: "signal".to_owned(), pieces: self.signals.iter().map(signal).collect() });
+        let (backing, forwards): (Vec<Shown>, Vec<Shown>) =
+            self.signals.iter().partition(|shown| shown.to_m < shown.from_m);
+        for (label, shown) in [("backing", backing), ("signal", forwards)] {
+            rows.push(Row { label: label.to_owned(), pieces: shown.into_iter().map(Shown::piece).collect() });
+        }
         if !expected.is_empty() {
             rows.push(Row { label: "expected".to_owned(), pieces: expected });
         }
         Group { label: words::mode(self.mode).to_owned(), rows }
+    }
+}
+
+impl Shown {
+    /// The vehicle goes the other way now.
+    fn turns_around(&self, at_m: f64) -> bool {
+        (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
+    }
+
+    fn piece(self) -> Piece {
+        Piece {
+            from_m: self.from_m.min(self.to_m),
+            to_m: self.from_m.max(self.to_m),
+            look: Look::Signal(self.way),
+            text: self.way.name().to_owned(),
+        }
     }
 }
 

@@ -67,11 +67,7 @@ pub fn lines(cycle: &Cycle, decision: &Decision) -> Vec<String> {
     let weighed = words::resolution(decision).map(|resolution| &resolution.weighed[..]);
     let mut reason = |text: String| lines.push(format!("{INDENT}{text}"));
     weighed.unwrap_or_default().iter().for_each(|weighed| reason(weighed.to_string()));
-    match decision.held {
-        Some(Held::On(side)) => reason(format!("held: {side} not on for long enough")),
-        Some(Held::Off) => reason("held: not off for long enough".to_owned()),
-        None => {}
-    }
+    decision.held.iter().for_each(|held| reason(format!("held: {held}")));
     decision.remarks.iter().for_each(|remark| reason(remark.to_string()));
     decision.findings.iter().for_each(|finding| reason(format!("finding: {finding}")));
     lines

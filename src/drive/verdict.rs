@@ -98,8 +98,7 @@ fn objection(wanted: &Wanted, decision: &Decision) -> Option<String> {
         return Some(format!("{command} wanted, {}", decision.turn));
     }
     if let Some(hazard) = wanted.hazard.filter(|hazard| *hazard != decision.hazard) {
-        let (hazard, is) = (words::hazard(hazard), words::hazard(decision.hazard));
-        return Some(format!("hazard {hazard} wanted, {is}"));
+        return Some(format!("hazard {hazard} wanted, {}", decision.hazard));
     }
     let winner = words::winner(decision);
     if let Some(wanted) = wanted.winner.filter(|wanted| *wanted != winner) {

@@ -3,22 +3,12 @@
 use crate::core::turn_signal::decision::{Decision, Ground};
 use crate::core::turn_signal::resolve::{Case, Resolution, Source};
 use crate::core::turn_signal::scene::Mode;
-use crate::core::turn_signal::signal::Hazard;
 
 /// Whose behaviour.
 pub(super) const fn mode(mode: Mode) -> &'static str {
     match mode {
         Mode::Improved => "improved",
         Mode::Compat => "upstream",
-    }
-}
-
-/// A hazard command by its name in the message.
-pub(super) const fn hazard(hazard: Hazard) -> &'static str {
-    match hazard {
-        Hazard::NoCommand => "NO_COMMAND",
-        Hazard::Disable => "DISABLE",
-        Hazard::Enable => "ENABLE",
     }
 }
 

@@ -160,7 +160,8 @@ fn looks(run: &Run) -> BTreeMap<Place, Look> {
     let mut looks: BTreeMap<_, _> = phases.chain(lights).collect();
     for (groups, is_external) in [(shown.internal(), false), (shown.external(), true)] {
         let mut bulbs: BTreeMap<i64, BulbSet> = BTreeMap::new();
-        for GroupState { relation_id, elements, .. } in groups.unwrap_or_default() {
+        for group in groups.unwrap_or_default() {
+            let GroupState { relation_id, elements, .. } = &**group;
             // More than one of a group in upstream's behaviour: all of their bulbs.
             let sent = bulbs.entry(*relation_id).or_default();
             *sent = sent.union(elements.iter().map(|element| element.bulb).collect());

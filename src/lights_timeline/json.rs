@@ -6,6 +6,7 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -97,13 +98,13 @@ struct PredictionOut {
 }
 
 impl InternalGroup {
-    fn new(group: &GroupState) -> Self {
+    fn new(group: &Arc<GroupState>) -> Self {
         Self { id: group.relation_id, elements: elements(&group.elements) }
     }
 }
 
 impl ExternalGroup {
-    fn new(group: &GroupState) -> Self {
+    fn new(group: &Arc<GroupState>) -> Self {
         let predictions = group.predictions.iter().map(PredictionOut::new).collect();
         Self { id: group.relation_id, elements: elements(&group.elements), predictions }
     }

@@ -163,17 +163,17 @@ impl Shown {
     }
 
     /// The groups last sent as what the camera sees; none before the first message.
-    pub fn internal(&self) -> Option<&[GroupState]> {
+    pub fn internal(&self) -> Option<&[Arc<GroupState>]> {
         groups(self.internal.as_deref())
     }
 
     /// The groups last sent over V2I, with predictions; none before the first message.
-    pub fn external(&self) -> Option<&[GroupState]> {
+    pub fn external(&self) -> Option<&[Arc<GroupState>]> {
         groups(self.external.as_deref())
     }
 }
 
-fn groups(content: Option<&Content>) -> Option<&[GroupState]> {
+fn groups(content: Option<&Content>) -> Option<&[Arc<GroupState>]> {
     match content? {
         Content::Groups(groups) => Some(groups),
         Content::Lights(_) | Content::Markers(_) => None,

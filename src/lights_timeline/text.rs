@@ -1,6 +1,7 @@
 //! The timeline as lines for people: when, where, what is different.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::run::{Run, STORES, Shown, Step};
 use super::words::{self, Style};
@@ -64,7 +65,7 @@ fn columns(shown: &Shown, style: Style) -> Vec<(&'static str, BTreeMap<i64, Stri
 }
 
 /// Upstream sends a group once for each of its heads; ` & ` stands between.
-fn by_id(groups: &[GroupState], style: Style) -> BTreeMap<i64, String> {
+fn by_id(groups: &[Arc<GroupState>], style: Style) -> BTreeMap<i64, String> {
     let mut texts: BTreeMap<i64, String> = BTreeMap::new();
     for group in groups {
         let text = texts.entry(group.relation_id).or_default();

@@ -1,6 +1,9 @@
 //! What is refused in `[turn_signal]`.
 
+use signal_gateway::config::Settings;
+use signal_gateway::config::problem::Problem;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
+use signal_gateway::core::turn_signal::signal::Side;
 
 use crate::{assert_refused, load_texts, row, sound};
 
@@ -56,6 +59,13 @@ fn broken_sections_are_refused_where_they_break() {
                 "turn_signal.country",
                 "no rules for \"FR\"",
                 "give JP, DE, KR",
+            ),
+            row(
+                ROS,
+                section!("country = @@\"away.toml\""),
+                "turn_signal.country",
+                "away.toml: cannot read it",
+                "relative to this file",
             ),
             row(
                 ROS,
@@ -150,11 +160,81 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
                 ROS,
                 section!("outputs.turn_command = @@\"/planning/hazard_lights_cmd\""),
                 "turn_signal.outputs.turn_command",
-                "the other command",
+                "another topic has this name",
+                "its own",
+            ),
+            row(
+                ROS,
+                section!("enabled = true\ninputs.hazard_request = @@\"/planning/hazard_lights_cmd\""),
+                "turn_signal.inputs.hazard_request",
+                "another topic has this name",
+                "its own",
+            ),
+            row(
+                ROS,
+                section!("inputs.odometry = @@\"/planning/mission_planning/route\""),
+                "turn_signal.inputs.odometry",
+                "another topic has this name",
+                "its own",
+            ),
+            row(
+                ROS,
+                section!("shadow = true\ninputs.own_turn_command = @@\"/localization/kinematic_state\""),
+                "turn_signal.inputs.own_turn_command",
+                "another topic has this name",
                 "its own",
             ),
         ],
     );
+}
+
+const RULES: &str = include_str!("../../config/countries/JP.toml");
+
+/// A configuration with these rules of a country.
+fn with_rules(rules: &str) -> Result<Settings, Vec<Problem>> {
+    let mut texts = sound();
+    let gateway = String::from_utf8(texts.0["gateway.toml"].clone()).unwrap();
+    let gateway = gateway.replace(ROS, section!("country = \"rules.toml\""));
+    texts.0.insert("gateway.toml".to_owned(), gateway.into_bytes());
+    texts.0.insert("rules.toml".to_owned(), rules.into());
+    load_texts(&texts)
+}
+
+#[test]
+fn rules_of_a_country_come_from_a_file() {
+    let rules = RULES.replace("30.0 ", "41.5 ").replace("on_entry = \"none\"", "on_entry = \"right\"");
+    let decider = with_rules(&rules).unwrap().turn_signal.unwrap();
+    let parameters = &decider.flow.decider.parameters;
+    assert!((parameters.intersection_search_distance_m - 41.5).abs() < 1e-9);
+    assert_eq!(parameters.roundabout_on_entry, Some(Side::Right));
+    assert_eq!(decider.country.unwrap().code, "JP");
+}
+
+#[test]
+fn rules_of_a_country_are_refused_where_they_break() {
+    for (part, other, told) in [
+        ("\"JP\"", "\" \"", "rules.toml:3:8: code: this says nothing readable; write it"),
+        ("traffic = \"left\"", "traffic = \"Left\"", "rules.toml:5:11: traffic: unknown variant `Left`"),
+        (
+            "turn_distance_m = 30.0",
+            "turn_distance_m = nan",
+            "rules.toml:6:19: turn_distance_m: NaN m is out of",
+        ),
+        (
+            "lane_change_time_s = 3.0",
+            "lane_change_time_s = -1",
+            "lane_change_time_s: -1 s is out of range; give 0 to 60 s",
+        ),
+        ("on_exit = \"left\"", "on_exit = 1", "rules.toml:11:11: roundabout.on_exit: "),
+        ("on_exit", "on_exits", "roundabout.on_exits: unknown field `on_exits`"),
+        ("source", "sources", "sources: unknown field `sources`"),
+        ("code = ", "# ", "missing field `code`; see config/countries/JP.toml"),
+        ("[roundabout]", "[roundabout", "rules.toml:9:"),
+    ] {
+        let problems = with_rules(&RULES.replacen(part, other, 1)).unwrap_err();
+        let text = problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+        assert!(text.contains(told), "{other}: {text}");
+    }
 }
 
 /// Every name and alias is accepted, and the value is what was given.

@@ -106,11 +106,10 @@ fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
             LightsTopic::GroundTruth,
             Content::Lights((0..count).map(|way_id| LightState { way_id, bulbs, confidence: 0.5 }).collect()),
         ),
-        "camera" => (LightsTopic::Camera, Content::Groups((0..count).map(|id| group(id, vec![])).collect())),
-        "v2i" => (
-            LightsTopic::V2i,
-            Content::Groups((0..count).map(|id| group(id, vec![prediction.clone()])).collect()),
-        ),
+        "camera" => (LightsTopic::Camera, Content::groups((0..count).map(|id| group(id, vec![])))),
+        "v2i" => {
+            (LightsTopic::V2i, Content::groups((0..count).map(|id| group(id, vec![prediction.clone()]))))
+        }
         "markers" => {
             (LightsTopic::Markers, Content::Markers(vec![LampMarker { way_id: 1, lamp, is_on: true }]))
         }

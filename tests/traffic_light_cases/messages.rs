@@ -30,7 +30,7 @@ fn sent(content: Content, lights: LightsType, compat: Compat) -> Vec<LightsMessa
 #[test]
 fn group_k_one_group_with_both_bulbs_in_order() {
     let elements = BULBS.map(|bulb| Element { bulb, confidence: 0.7 }).to_vec();
-    let content = Content::Groups(vec![GroupState { relation_id: 34806, elements, predictions: vec![] }]);
+    let content = Content::groups([GroupState { relation_id: 34806, elements, predictions: vec![] }]);
     let now = Time { sec: 12_345, nanosec: 678 };
     let expected = [
         (TrafficLightElement::AMBER, TrafficLightElement::FLASHING),
@@ -114,7 +114,7 @@ fn numbers(bulb: Bulb, compat: Compat) -> [u8; 3] {
     let shown = array.traffic_lights[0].traffic_light_bulbs[0];
     let elements = vec![Element { bulb, confidence: 1.0 }];
     let group = GroupState { relation_id: 1, elements, predictions: vec![] };
-    let groups = sent(Content::Groups(vec![group]), LightsType::GroupArray, compat);
+    let groups = sent(Content::groups([group]), LightsType::GroupArray, compat);
     let [LightsMessage::GroupArray(array)] = &groups[..] else { panic!("{groups:?}") };
     let element = array.traffic_light_groups[0].elements[0];
     assert_eq!((shown.color, shown.shape, shown.status), (element.color, element.shape, element.status));

@@ -72,7 +72,7 @@ fn frame_of(note: &Note) -> u128 {
     (note.at.as_nanos() * 30 + 500_000_000) / 1_000_000_000
 }
 
-fn groups(emissions: &[Emission]) -> Vec<&GroupState> {
+fn groups(emissions: &[Emission]) -> Vec<&Arc<GroupState>> {
     let of_v2i = emissions.iter().filter(|emission| emission.topic == LightsTopic::V2i);
     let groups = of_v2i.map(|emission| match &*emission.content {
         Content::Groups(groups) => groups,

@@ -190,7 +190,7 @@ impl Scene {
         self.lights.verdict()
     }
 
-    fn groups(&self, topic: LightsTopic) -> &[GroupState] {
+    fn groups(&self, topic: LightsTopic) -> &[Arc<GroupState>] {
         match self.last.get(&topic).map(|emission| &*emission.content) {
             Some(Content::Groups(groups)) => groups,
             Some(Content::Lights(_) | Content::Markers(_)) => panic!("{topic:?} sends groups"),
@@ -224,7 +224,7 @@ impl Scene {
     }
 }
 
-fn group_text(group: &GroupState) -> String {
+fn group_text(group: &Arc<GroupState>) -> String {
     format!("{}:{}", group.relation_id, bulbs_text(group.elements.iter().map(|element| element.bulb)))
 }
 

@@ -1,6 +1,9 @@
 //! Parameters by name, and what countries make of them.
 
-use signal_gateway::core::turn_signal::country::Country;
+use std::path::Path;
+
+use signal_gateway::config::country::{BUILT_IN, NoCountry, country};
+use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::{
     CandidatePolicy, PARAMETERS, ParameterError, Parameters,
 };
@@ -118,14 +121,17 @@ fn countries_differ_where_their_law_does() {
         ("GB", 30.0, None, Left, Left),
         ("US-CA", 30.48, None, Right, Right),
     ] {
-        let country = Country::from_code(code).unwrap();
-        let parameters = Parameters::for_country(country);
+        let country = country(&Disk, Path::new(""), code).unwrap();
+        let parameters = Parameters::for_country(&country);
         assert_eq!(parameters.intersection_search_distance_m, distance, "{code}");
         assert_eq!(parameters.roundabout_on_entry, entry, "{code}");
         assert_eq!(parameters.roundabout_on_exit, Some(exit), "{code}");
         assert_eq!(parameters.parking_side, parks, "{code}");
-        assert!(!country.rules().source.is_empty());
+        assert_eq!((country.code.as_str(), country.source.is_empty()), (code, false));
     }
-    assert_eq!(Country::from_code("jp"), None);
-    assert_eq!(Country::ALL.len(), 7);
+    assert_eq!(BUILT_IN.len(), 7);
+    for unknown in ["jp", "", "../demo", "JP.yaml"] {
+        let refused = country(&Disk, Path::new(""), unknown).unwrap_err();
+        assert!(matches!(refused, NoCountry::Nowhere { .. }), "{unknown}: {refused:?}");
+    }
 }

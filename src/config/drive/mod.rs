@@ -141,7 +141,7 @@ fn interpret(files: &dyn Files, root: &Value, path: &Path, reading: &mut Reading
     let description = top.text(reading, "description").map(|given| given.text);
     let map = top.required(reading, "map");
     let modes = setting::modes(reading, &mut top);
-    let parameters = setting::parameters(reading, &mut top);
+    let parameters = setting::parameters(files, reading, &mut top);
     let vehicle = setting::vehicle(reading, &mut top);
     let planning_hz = reading::number(reading, &mut top, "planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
     let start_m = metres(reading, &mut top, "start_m").unwrap_or(0.0);

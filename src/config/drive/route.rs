@@ -41,7 +41,7 @@ pub(super) fn plan(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<Rou
     let wanted = "give a list of lists of lanelet ids, the preferred one first: [[1], [2, 3]]";
     let segments: Vec<Segment> =
         list(reading, value, wanted).iter().filter_map(|item| segment(reading, item)).collect();
-    if segments.is_empty() && matches!(value.kind, Kind::List(_)) {
+    if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
         reading.refuse(&value.spot, "a route without lanelets", wanted);
     }
     let mut seen = Vec::new();

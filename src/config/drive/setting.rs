@@ -1,10 +1,13 @@
 //! Behaviour, parameters, vehicle and speed of a drive scenario.
 
+use std::path::Path;
+
 use super::reading::{LONGEST_S, Reading, list, metres, number, required, required_metres};
 use super::{SpeedProfile, Stop};
+use crate::config::country::{NoCountry, country};
+use crate::config::files::Files;
 use crate::config::values::fields::{Fields, given};
 use crate::config::values::{Kind, Value};
-use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::geometry::Point;
 use crate::core::turn_signal::parameters::{Parameters, Vehicle};
 use crate::core::turn_signal::scene::Mode;
@@ -18,16 +21,14 @@ pub(super) fn modes(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<Mode> {
 }
 
 /// The keys `country` and `parameters`.
-pub(super) fn parameters(reading: &mut Reading, top: &mut Fields<'_>) -> Parameters {
+pub(super) fn parameters(files: &dyn Files, reading: &mut Reading, top: &mut Fields<'_>) -> Parameters {
     let mut parameters = Parameters::DEPLOYED;
     if let Some(code) = top.text(reading, "country") {
-        match Country::from_code(&code.text) {
-            Some(country) => parameters = Parameters::for_country(country),
-            None => {
-                let known = Country::ALL.map(Country::code).join(", ");
-                let reason = format!("{:?} is no country with known rules", code.text);
-                reading.refuse(&code.spot, reason, &format!("give one of {known}, or leave it out"));
-            }
+        let folder = reading.file.parent().unwrap_or(Path::new(""));
+        match country(files, folder, &code.text) {
+            Ok(country) => parameters = Parameters::for_country(&country),
+            Err(NoCountry::Nowhere { reason, remedy }) => reading.refuse(&code.spot, reason, &remedy),
+            Err(NoCountry::Refused(problems)) => reading.problems.extend(problems),
         }
     }
     for (name, value) in entries(reading, top, "parameters") {

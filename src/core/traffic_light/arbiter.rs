@@ -2,15 +2,21 @@
 //! (traffic-lights section 8, its newest revision).
 //!
 //! Output only follows input. The network's groups are kept one by one, each with the stamp it came
-//! with; of the camera the last message counts as a whole.
+//! with; of the camera the last message counts as a whole. Only groups that changed are judged anew.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::time::Duration;
 
-use super::emission::GroupState;
+use super::emission::{Content, GroupState};
+use super::renewal::{Item, renew};
 use crate::core::map::light_map::LightMap;
+use kept::{Network, Perceived};
 use selection::{Sides, select};
 
+mod kept;
+#[cfg(test)]
+mod model;
 #[cfg(test)]
 mod properties;
 mod selection;
@@ -50,13 +56,12 @@ pub struct ArbiterSettings {
 }
 
 /// The merged state.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
     /// That of the input that caused it.
     pub stamp: ArbiterStamp,
-    /// Ascending by relation id, once each; elements ascending by the number ROS gives their shape,
-    /// one for each shape.
-    pub groups: Vec<GroupState>,
+    /// Groups, shared with earlier outputs when nothing changed in between; see [`Judged::groups`].
+    pub content: Arc<Content>,
     /// Groups that were left out because the map does not have them, ascending.
     pub off_map: Vec<i64>,
     /// A stored input is newer than `stamp`.
@@ -80,8 +85,25 @@ pub struct Arbiter {
     settings: ArbiterSettings,
     /// Whether a group is for pedestrians, by relation id.
     map: Option<BTreeMap<i64, bool>>,
-    perception: Option<(ArbiterStamp, Vec<GroupState>)>,
-    external: BTreeMap<i64, (ArbiterStamp, GroupState)>,
+    /// Stamp of the last message of the camera.
+    perception: Option<ArbiterStamp>,
+    perceived: Perceived,
+    network: Network,
+    /// Relation ids of groups of which something changed since they were judged.
+    changed: BTreeSet<i64>,
+    /// Whether perception counted then.
+    was_timely: bool,
+    judged: Arc<Content>,
+    /// Judged groups that the map does not have.
+    off_map: BTreeSet<i64>,
+}
+
+impl Judged {
+    /// Ascending by relation id, once each; elements ascending by the number ROS gives their shape,
+    /// one for each shape.
+    pub fn groups(&self) -> &[Arc<GroupState>] {
+        Item::list(&self.content).map_or(&[], Vec::as_slice)
+    }
 }
 
 impl ArbiterStamp {
@@ -118,18 +140,36 @@ impl Default for ArbiterSettings {
 impl Arbiter {
     /// Knows nothing yet.
     pub fn new(settings: ArbiterSettings) -> Self {
-        Self { settings, map: None, perception: None, external: BTreeMap::new() }
+        Self {
+            settings,
+            map: None,
+            perception: None,
+            perceived: Perceived::default(),
+            network: Network::default(),
+            changed: BTreeSet::new(),
+            was_timely: true,
+            judged: Arc::new(Content::groups([])),
+            off_map: BTreeSet::new(),
+        }
     }
 
     /// Takes the groups of a map in place of any before. Causes no output.
     pub fn map(&mut self, map: &LightMap) {
         self.map = Some(map.groups().map(|(id, group)| (id, group.is_pedestrian)).collect());
+        self.judged = Arc::new(Content::groups([]));
+        self.off_map.clear();
+        self.changed = self.perceived.ids().chain(self.network.ids()).collect();
     }
 
     /// Takes what the camera reports, in place of what it reported before.
-    pub fn perception(&mut self, stamp: ArbiterStamp, groups: &[GroupState]) -> Result<Judged, NoOutput> {
-        self.perception = Some((stamp, groups.to_vec()));
-        self.forget_external(stamp, self.settings.external_time_tolerance);
+    pub fn perception(
+        &mut self,
+        stamp: ArbiterStamp,
+        groups: &[Arc<GroupState>],
+    ) -> Result<Judged, NoOutput> {
+        self.perception = Some(stamp);
+        self.perceived.take(groups, &mut self.changed);
+        self.network.forget(stamp, self.settings.external_time_tolerance, &mut self.changed);
         self.judge(stamp)
     }
 
@@ -138,65 +178,64 @@ impl Arbiter {
     pub fn external(
         &mut self,
         stamp: ArbiterStamp,
-        groups: &[GroupState],
+        groups: &[Arc<GroupState>],
         clock: ArbiterStamp,
     ) -> Result<Judged, NoOutput> {
         let tolerance = self.settings.external_delay_tolerance;
         if clock.distance(stamp) > tolerance {
             return Err(NoOutput::ExternalDelay);
         }
-        self.external.extend(groups.iter().map(|group| (group.relation_id, (stamp, group.clone()))));
-        self.forget_external(clock, tolerance);
+        self.network.take(stamp, groups, &mut self.changed);
+        self.network.forget(clock, tolerance, &mut self.changed);
         self.judge(stamp)
     }
 
     /// The newest stamp among the inputs that are kept.
     pub fn latest_input(&self) -> Option<ArbiterStamp> {
-        self.perception.iter().map(|(stamp, _)| *stamp).chain(self.newest_external()).max()
+        self.perception.max(self.network.newest())
     }
 
-    fn newest_external(&self) -> Option<ArbiterStamp> {
-        self.external.values().map(|(stamp, _)| *stamp).max()
-    }
-
-    fn forget_external(&mut self, reference: ArbiterStamp, tolerance: Duration) {
-        self.external.retain(|_, (stamp, _)| reference.distance(*stamp) <= tolerance);
-    }
-
-    /// Perception, unless the network's newest stamp shows that it lags.
-    fn timely_perception(&self) -> &[GroupState] {
-        let Some((stamp, groups)) = &self.perception else { return &[] };
-        let lags = |newest: ArbiterStamp| {
-            newest > *stamp && newest.distance(*stamp) > self.settings.perception_time_tolerance
-        };
-        if self.newest_external().is_some_and(lags) { &[] } else { groups }
+    /// Whether perception counts: the network's newest stamp does not show that it lags.
+    fn is_timely(&self) -> bool {
+        let (Some(stamp), Some(newest)) = (self.perception, self.network.newest()) else { return true };
+        newest <= stamp || newest.distance(stamp) <= self.settings.perception_time_tolerance
     }
 
     /// Section 8.4.
-    fn judge(&self, stamp: ArbiterStamp) -> Result<Judged, NoOutput> {
+    fn judge(&mut self, stamp: ArbiterStamp) -> Result<Judged, NoOutput> {
+        let mut changed = std::mem::take(&mut self.changed);
         let map = self.map.as_ref().ok_or(NoOutput::NoMap)?;
-        let newer_input = self.latest_input().is_some_and(|latest| latest > stamp);
-        let mut judged = Judged { stamp, newer_input, ..Judged::default() };
-        if map.is_empty() {
-            return Ok(judged); // every group is off such a map: that is no news
-        }
-        let mut seen: BTreeMap<i64, Sides<'_>> = BTreeMap::new();
-        for group in self.timely_perception() {
-            seen.entry(group.relation_id).or_default().perception.push(group);
-        }
-        for (id, (_, group)) in &self.external {
-            seen.entry(*id).or_default().external = Some(group);
-        }
-        for (relation_id, sides) in seen {
-            match map.get(&relation_id) {
-                Some(is_pedestrian) => judged.groups.push(GroupState {
+        // Every group is off a map without groups: that is no news.
+        if !map.is_empty() {
+            let is_timely = self.is_timely();
+            if is_timely != self.was_timely {
+                changed.extend(self.perceived.ids());
+            }
+            let mut news = Vec::with_capacity(changed.len());
+            for relation_id in changed {
+                let perception = if is_timely { self.perceived.of(relation_id) } else { &[] };
+                let sides = Sides { perception, external: self.network.of(relation_id) };
+                let is_pedestrian = map.get(&relation_id);
+                if is_pedestrian.is_none() && !sides.is_silent() {
+                    self.off_map.insert(relation_id);
+                } else {
+                    self.off_map.remove(&relation_id);
+                }
+                let group = is_pedestrian.filter(|_| !sides.is_silent()).map(|is_pedestrian| GroupState {
                     relation_id,
                     elements: select(&sides, *is_pedestrian, &self.settings),
                     predictions: sides.predictions(),
-                }),
-                None => judged.off_map.push(relation_id),
+                });
+                news.push((relation_id, group.map(Arc::new).into_iter().collect()));
             }
+            renew(&mut self.judged, news);
+            self.was_timely = is_timely;
         }
-        Ok(judged)
+        Ok(Judged {
+            stamp,
+            content: Arc::clone(&self.judged),
+            off_map: self.off_map.iter().copied().collect(),
+            newer_input: self.latest_input().is_some_and(|latest| latest > stamp),
+        })
     }
 }

@@ -3,6 +3,7 @@
 //! At most one transition a frame and controller. A phase of ours begins at the nominal end of the
 //! one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the frame.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use super::cadence::Moment;
@@ -18,8 +19,13 @@ const SAME_CYCLE: Duration = Duration::from_millis(1);
 pub(super) struct Controllers {
     compat: Compat,
     states: Vec<ControllerState>,
-    /// For each controller, before which time of the frame clock it surely has nothing to do.
+    /// For each controller, before which time of the frame clock it surely has nothing to do; 0 = it
+    /// is to be looked at.
     idle_until: Vec<u64>,
+    /// Those to be looked at.
+    awake: BTreeSet<usize>,
+    /// The others, with that time.
+    asleep: BTreeSet<(u64, usize)>,
     /// For each controller, who follows it and how long after.
     observers: Vec<Vec<(usize, Duration)>>,
 }
@@ -86,7 +92,8 @@ impl Controllers {
             }
         }
         let states = vec![ControllerState::default(); scenario.controllers.len()];
-        Self { compat, idle_until: vec![0; states.len()], states, observers }
+        let (awake, asleep) = ((0..states.len()).collect(), BTreeSet::new());
+        Self { compat, idle_until: vec![0; states.len()], awake, asleep, states, observers }
     }
 
     /// Where a controller stands.
@@ -94,11 +101,18 @@ impl Controllers {
         self.states.get(controller.0)
     }
 
+    /// The first controller from this one on that may have something to do in this frame.
+    pub(super) fn next_awake(&mut self, from: usize, frame: Frame) -> Option<usize> {
+        while let Some((until, index)) = self.asleep.first().copied().filter(|(at, _)| *at <= frame.now.nanos)
+        {
+            self.asleep.remove(&(until, index));
+            self.awake.insert(index);
+        }
+        self.awake.range(from..).next().copied()
+    }
+
     /// What a controller has to do in this frame.
     pub(super) fn due(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
-        if self.idle_until.get(index).is_some_and(|until| frame.now.nanos < *until) {
-            return None;
-        }
         let due = self.look(index, controller, frame);
         if due.is_none() {
             let until = self.next(index, controller);
@@ -162,19 +176,27 @@ impl Controllers {
     }
 
     fn set_idle(&mut self, index: usize, until: u64) {
-        if let Some(idle_until) = self.idle_until.get_mut(index) {
-            *idle_until = until;
+        let Some(idle_until) = self.idle_until.get_mut(index) else { return };
+        let before = std::mem::replace(idle_until, until);
+        self.awake.remove(&index);
+        self.asleep.remove(&(before, index));
+        if until == 0 {
+            self.awake.insert(index);
+        } else {
+            self.asleep.insert((until, index));
         }
     }
 
     fn inform(&mut self, index: usize, start: Moment) {
-        for (observer, delay) in self.observers.get(index).into_iter().flatten() {
-            if let Some(state) = self.states.get_mut(*observer) {
-                state.begin = Some(start.after(*delay));
+        for follower in 0.. {
+            let of_controller = self.observers.get(index);
+            let Some((observer, delay)) = of_controller.and_then(|all| all.get(follower)).copied() else {
+                break;
+            };
+            if let Some(state) = self.states.get_mut(observer) {
+                state.begin = Some(start.after(delay));
             }
-            if let Some(idle_until) = self.idle_until.get_mut(*observer) {
-                *idle_until = 0;
-            }
+            self.set_idle(observer, 0);
         }
     }
 

@@ -40,10 +40,17 @@ pub enum Content {
     /// Head by head, ascending by way id.
     Lights(Vec<LightState>),
     /// Group by group, ascending by relation id. Upstream's behaviour has one for each head of a group
-    /// instead (Q17).
-    Groups(Vec<GroupState>),
+    /// instead (Q17). A group is shared with earlier emissions when it did not change.
+    Groups(Vec<Arc<GroupState>>),
     /// Lamp by lamp.
     Markers(Vec<LampMarker>),
+}
+
+impl Content {
+    /// These groups.
+    pub fn groups(groups: impl IntoIterator<Item = GroupState>) -> Self {
+        Self::Groups(groups.into_iter().map(Arc::new).collect())
+    }
 }
 
 /// A head as it is sent.

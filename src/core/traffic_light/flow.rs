@@ -2,7 +2,6 @@
 //! goes through the faults on purpose, and what arrives goes to the arbiter's view.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Judged};
 use super::emission::{Content, Emission, LightsTopic};
@@ -188,7 +187,7 @@ impl TrafficLightFlow {
         self.ready.extend(judged.map(|judged| Emission {
             topic: LightsTopic::Arbiter,
             stamp: WallStamp::from_nanos(judged.stamp.0),
-            content: Arc::new(Content::Groups(judged.groups)),
+            content: judged.content,
         }));
     }
 }

@@ -2,6 +2,7 @@
 //! sections 5.1, 5.2 and 5.7).
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use super::compat::Compat;
@@ -44,12 +45,13 @@ pub(super) fn groups(
     channel: Channel,
     predictions: Option<&Predictions>,
     one_group_per_head: bool,
-) -> Vec<GroupState> {
+) -> Vec<Arc<GroupState>> {
     let reports = match stores.compat() {
         Compat::Improved if !one_group_per_head => {
             let groups = stores.map().groups();
             return groups
                 .filter_map(|(id, group)| merged(stores, channel, predictions, id, group))
+                .map(Arc::new)
                 .collect();
         }
         Compat::Improved => {
@@ -74,7 +76,7 @@ pub(super) fn groups(
     if stores.compat() == Compat::Upstream {
         forget_upper_diagonals(&mut groups);
     }
-    groups
+    groups.into_iter().map(Arc::new).collect()
 }
 
 /// The groups that refer to any of these heads, by id; as [`groups`] of ours has them, one for each
@@ -84,10 +86,10 @@ pub(super) fn groups_of(
     channel: Channel,
     predictions: Option<&Predictions>,
     heads: &BTreeSet<HeadIndex>,
-) -> Vec<(i64, Vec<GroupState>)> {
+) -> Vec<(i64, Vec<Arc<GroupState>>)> {
     let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
     let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
-    ids.into_iter().map(|id| (id, group(id).into_iter().collect())).collect()
+    ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
 }
 
 /// Upstream has no number for them, so they are sent as unknown shapes (Q7).

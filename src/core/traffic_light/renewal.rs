@@ -68,7 +68,7 @@ impl Item for LightState {
     }
 }
 
-impl Item for GroupState {
+impl Item for Arc<GroupState> {
     fn id(&self) -> i64 {
         self.relation_id
     }

@@ -40,10 +40,13 @@ pub(super) struct Stage {
 impl Stage {
     /// Lets each controller do what is due in this frame.
     pub(super) fn run_controllers(&mut self, scenario: &Scenario, frame: Frame) -> Result<(), Refusal> {
-        for (index, controller) in scenario.controllers.iter().enumerate() {
+        let mut from = 0;
+        while let Some(index) = self.controllers.next_awake(from, frame) {
+            let Some(controller) = scenario.controllers.get(index) else { break };
             if let Some(to) = self.controllers.due(index, controller, frame) {
                 self.enter(scenario, index, to)?;
             }
+            from = index + 1;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 //! A test's value is delayed first and its edge looked for after that, which comes to the same. The
 //! first value of a test is no edge.
 
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use super::cadence::Moment;
@@ -19,6 +20,8 @@ use super::target::Target;
 #[derive(Debug, Clone)]
 pub(super) struct TriggerMemory {
     groups: Vec<Vec<ConditionMemory>>,
+    /// Before this time, nanoseconds since the start of the scenario, it surely does not fire.
+    idle_until: u64,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -32,7 +35,8 @@ struct ConditionMemory {
 impl TriggerMemory {
     pub(super) fn new(trigger: &Trigger) -> Self {
         let groups = trigger.groups.iter();
-        Self { groups: groups.map(|group| vec![ConditionMemory::default(); group.len()]).collect() }
+        let groups = groups.map(|group| vec![ConditionMemory::default(); group.len()]).collect();
+        Self { groups, idle_until: 0 }
     }
 
     /// Whether it fires. `element` says whether an act, event or action by that name is in that state.
@@ -43,6 +47,9 @@ impl TriggerMemory {
         stage: &mut Stage,
         element: impl Fn(&str, ElementState) -> bool,
     ) -> Result<bool, Refusal> {
+        if stage.now.nanos < self.idle_until {
+            return Ok(false);
+        }
         let mut fires = false;
         for (group, memories) in trigger.groups.iter().zip(&mut self.groups) {
             let mut all = true;
@@ -53,11 +60,40 @@ impl TriggerMemory {
             }
             fires |= all;
         }
+        self.idle_until = if fires { 0 } else { self.next(trigger, stage) };
         Ok(fires)
+    }
+
+    /// It does not fire now, nor before that. Once an edge is past, only values that change can make
+    /// it fire, and that of a time changes when the time has come, or right after. Other values can
+    /// change any time; upstream's clock is another one.
+    fn next(&self, trigger: &Trigger, stage: &Stage) -> u64 {
+        let now = stage.now.nanos;
+        let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
+        let next = conditions.map(|(condition, memory)| match (&condition.test, stage.compat) {
+            (Test::SimulationTime { value, .. }, Compat::Improved) if memory.is_settled() => {
+                let at = u64::try_from(value.as_nanos()).unwrap_or(u64::MAX);
+                match now.cmp(&at) {
+                    Ordering::Less => at,
+                    Ordering::Equal => at.saturating_add(1),
+                    Ordering::Greater => u64::MAX,
+                }
+            }
+            (
+                Test::SimulationTime { .. } | Test::State { .. } | Test::Phase { .. } | Test::Element { .. },
+                _,
+            ) => 0,
+        });
+        next.min().unwrap_or(0)
     }
 }
 
 impl ConditionMemory {
+    /// No change of the value is still being delayed.
+    fn is_settled(&self) -> bool {
+        self.history.len() == 1 && self.previous.is_some()
+    }
+
     fn is_true(&mut self, condition: &Condition, value: bool, now: Moment, compat: Compat) -> bool {
         if self.history.back().is_none_or(|(_, last)| *last != value) {
             self.history.push_back((now, value));
@@ -142,7 +178,13 @@ impl Rule {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::map::light_map::LightMap;
+    use crate::core::time::{MonoTime, Now, WallStamp};
+    use crate::core::traffic_light::engine::{LightsSettings, TrafficLights};
+    use proptest::collection::vec;
     use proptest::prelude::*;
+    use proptest::sample::select;
+    use std::sync::Arc;
     use std::time::Duration;
 
     fn condition(edge: Edge, delay_s: u64) -> Condition {
@@ -176,7 +218,43 @@ mod tests {
         }
     }
 
+    fn time_condition() -> impl Strategy<Value = Condition> {
+        let rules = vec![
+            Rule::EqualTo,
+            Rule::NotEqualTo,
+            Rule::GreaterThan,
+            Rule::GreaterOrEqual,
+            Rule::LessThan,
+            Rule::LessOrEqual,
+        ];
+        let edges = vec![Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling];
+        (select(rules), 0..20_u64, select(edges), 0..5_u64).prop_map(|(rule, at, edge, delay)| {
+            let test = Test::SimulationTime { rule, value: Duration::from_nanos(at) };
+            Condition { name: String::new(), test, edge, delay: Duration::from_nanos(delay) }
+        })
+    }
+
     proptest! {
+        #[test]
+        fn idle_triggers_miss_nothing(
+            groups in vec(vec(time_condition(), 1..3), 0..3),
+            steps in vec(1..4_u64, 1..30),
+        ) {
+            let (trigger, scenario) = (Trigger { groups }, Scenario::default());
+            let settings =
+                LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), Compat::Improved);
+            let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+            let mut stage = TrafficLights::new(settings, now).stage;
+            let (mut idle, mut busy) = (TriggerMemory::new(&trigger), TriggerMemory::new(&trigger));
+            for step in steps {
+                stage.now.nanos += step;
+                busy.idle_until = 0;
+                let [seen, expected] = [&mut idle, &mut busy]
+                    .map(|memory| memory.fires(&trigger, &scenario, &mut stage, |_, _| false).unwrap());
+                prop_assert_eq!(seen, expected, "at {}", stage.now.nanos);
+            }
+        }
+
         #[test]
         fn a_delay_moves_everything_and_loses_nothing(values in "[.#]{1,40}", delay in 0..5_usize) {
             for edge in [Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling] {

@@ -53,10 +53,8 @@ impl fmt::Display for Decision {
             Ground::BehaviourAlone(_) => f.write_str("manoeuvres alone")?,
             Ground::Weighed(resolution) => write!(f, "{resolution}")?,
         }
-        match self.held {
-            Some(Held::On(side)) => write!(f, "; {side} not on for long enough")?,
-            Some(Held::Off) => f.write_str("; not off for long enough")?,
-            None => {}
+        if let Some(held) = self.held {
+            write!(f, "; {held}")?;
         }
         for remark in &self.remarks {
             write!(f, "; {remark}")?;

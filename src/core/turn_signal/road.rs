@@ -7,7 +7,9 @@ use super::geometry::polyline::{length_m, nearest};
 use super::geometry::shape::contains;
 use super::geometry::{Point, Pose, wrapped};
 pub use crate::core::map::lanelet::TurnDirection;
+use extent::Extent;
 
+mod extent;
 mod of_map;
 
 /// Id of a lanelet.
@@ -67,7 +69,7 @@ pub struct Roundabout {
 /// Lanelets and roundabouts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Road {
-    lanes: BTreeMap<LaneId, Lane>,
+    lanes: BTreeMap<LaneId, (Lane, Extent)>,
     predecessors: BTreeMap<LaneId, Vec<LaneId>>,
     roundabouts: Vec<Roundabout>,
 }
@@ -89,9 +91,13 @@ impl Roundabout {
 impl Road {
     /// The road of these lanelets. Of two with one id the last counts.
     pub fn new(lanes: impl IntoIterator<Item = Lane>, roundabouts: Vec<Roundabout>) -> Self {
-        let lanes: BTreeMap<LaneId, Lane> = lanes.into_iter().map(|lane| (lane.id, lane)).collect();
+        let measured = |lane: Lane| {
+            let extent = Extent::of(&lane.border());
+            (lane.id, (lane, extent))
+        };
+        let lanes: BTreeMap<_, _> = lanes.into_iter().map(measured).collect();
         let mut predecessors: BTreeMap<LaneId, Vec<LaneId>> = BTreeMap::new();
-        for lane in lanes.values() {
+        for (lane, _) in lanes.values() {
             for follower in &lane.followers {
                 predecessors.entry(*follower).or_default().push(lane.id);
             }
@@ -101,12 +107,12 @@ impl Road {
 
     /// The lanelet with this id.
     pub fn lane(&self, id: LaneId) -> Option<&Lane> {
-        self.lanes.get(&id)
+        self.lanes.get(&id).map(|(lane, _)| lane)
     }
 
     /// All lanelets, ascending by id.
     pub fn lanes(&self) -> impl Iterator<Item = &Lane> {
-        self.lanes.values()
+        self.lanes.values().map(|(lane, _)| lane)
     }
 
     /// Lanelets that go on from this one.
@@ -132,11 +138,21 @@ impl Road {
 
     /// The nearest of `lanes` to a pose; of equally near ones the one that faces most alike.
     pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lane> {
-        let rank = |lane: &&Lane| (lane.distance_m(pose.position), lane.misalignment_rad(pose));
-        lanes.into_iter().filter_map(|id| self.lane(id)).min_by(|one, other| {
-            let ((near, facing), (other_near, other_facing)) = (rank(one), rank(other));
-            near.total_cmp(&other_near).then(facing.total_cmp(&other_facing))
-        })
+        let bounded: Vec<_> = lanes
+            .into_iter()
+            .filter_map(|id| self.lanes.get(&id))
+            .map(|(lane, extent)| (lane, extent.distances_m(pose.position)))
+            .collect();
+        // What is surely farther than another one need not be looked at closely.
+        let reach_m = bounded.iter().map(|(_, (_, most_m))| *most_m).fold(f64::INFINITY, f64::min);
+        let ranked = bounded.into_iter().filter(|(_, (least_m, _))| *least_m <= reach_m).map(|(lane, _)| {
+            let rank = (lane.distance_m(pose.position), lane.misalignment_rad(pose));
+            (lane, rank)
+        });
+        let nearest = ranked.min_by(|(_, (near, facing)), (_, (other_near, other_facing))| {
+            near.total_cmp(other_near).then(facing.total_cmp(other_facing))
+        });
+        nearest.map(|(lane, _)| lane)
     }
 }
 
@@ -153,13 +169,10 @@ impl Lane {
 
     /// Distance to its area, metres; to its centerline when it has no bounds.
     pub fn distance_m(&self, point: Point) -> f64 {
-        let mut ring = self.ring();
-        if contains(&ring, point) {
+        if self.contains(point) {
             return 0.0;
         }
-        ring.extend(ring.first().copied());
-        let border = if ring.len() > 3 { &ring } else { &self.centerline };
-        nearest(border, point).map_or(f64::INFINITY, |foot| foot.distance_m)
+        nearest(&self.border(), point).map_or(f64::INFINITY, |foot| foot.distance_m)
     }
 
     /// How far a pose faces away from the centerline next to it, radians, 0 to π.
@@ -168,7 +181,50 @@ impl Lane {
         wrapped(facing - pose.yaw_rad).abs()
     }
 
+    /// The closed line around its area; its centerline when it has none.
+    fn border(&self) -> Vec<Point> {
+        let mut ring = self.ring();
+        ring.extend(ring.first().copied());
+        if ring.len() > 3 { ring } else { self.centerline.clone() }
+    }
+
     fn ring(&self) -> Vec<Point> {
         self.left_bound.iter().chain(self.right_bound.iter().rev()).copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Lanelets of any shape, also without area, without points and far from being numbers.
+        #[test]
+        fn the_closest_is_the_first_of_the_least_distance(
+            lines in prop::collection::vec(prop::collection::vec((coordinate(), coordinate()), 0..5), 0..8),
+            (x_m, y_m) in (-9.0..9.0_f64, -9.0..9.0_f64),
+        ) {
+            let points = |line: &Vec<(f64, f64)>| line.iter().map(|(x, y)| Point::new(*x, *y)).collect();
+            let lane = |(id, line): (LaneId, &Vec<(f64, f64)>)| Lane {
+                id,
+                centerline: points(line),
+                left_bound: if id % 3 == 0 { Vec::new() } else { points(line) },
+                ..Lane::default()
+            };
+            let road = Road::new((0..).zip(&lines).map(lane), Vec::new());
+            let pose = Pose::new(x_m, y_m, 0.0);
+            let rank = |lane: &&Lane| (lane.distance_m(pose.position), lane.misalignment_rad(pose));
+            let plain = road.lanes().min_by(|one, other| {
+                let (one, other) = (rank(one), rank(other));
+                one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1))
+            });
+            let closest = road.closest(0..9, pose);
+            prop_assert_eq!(closest.map(|lane| lane.id), plain.map(|lane| lane.id));
+        }
+    }
+
+    fn coordinate() -> impl Strategy<Value = f64> {
+        prop_oneof![20 => -9.0..9.0_f64, 10 => (-3..4_i8).prop_map(f64::from), 1 => Just(f64::NAN)]
     }
 }

@@ -95,6 +95,11 @@ impl Route {
         self.start
     }
 
+    /// Its segments, in order.
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
     /// All lanelets, ascending.
     pub fn lanes(&self) -> impl Iterator<Item = LaneId> + '_ {
         self.lanes.iter().copied()

@@ -1,6 +1,7 @@
 //! A signal that a person can read: it stays on for a while, and off for a while between two signals
 //! (weakness W2). Upstream has neither.
 
+use std::fmt;
 use std::time::Duration;
 
 use super::signal::{Side, Signal};
@@ -22,6 +23,15 @@ pub enum Held {
     On(Side),
     /// It has not been off long enough.
     Off,
+}
+
+impl fmt::Display for Held {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::On(side) => write!(f, "{side} is on for too short a time"),
+            Self::Off => f.write_str("off for too short a time"),
+        }
+    }
 }
 
 /// What is shown.

@@ -1,4 +1,4 @@
-//! The text of `map_projector_info.yaml`: keys and values, and one map of them inside.
+//! The text of `map_projector_info.yaml`: keys and values, and maps of them inside, indented or in braces.
 //!
 //! That is all the YAML Autoware writes there; lists, texts of several lines and references are refused.
 
@@ -77,7 +77,7 @@ struct Keys<'a>(BTreeMap<String, &'a str>);
 
 impl<'a> Keys<'a> {
     fn read(yaml: &'a str) -> Result<Self, ProjectorError> {
-        let mut keys = BTreeMap::new();
+        let mut keys = Self(BTreeMap::new());
         let mut outer = "";
         for (at, text) in yaml.lines().enumerate() {
             let line = at + 1;
@@ -86,21 +86,39 @@ impl<'a> Keys<'a> {
                 continue;
             }
             let (key, value) = text.split_once(':').ok_or(ProjectorError::NotAKey { line })?;
-            let value = value.trim().trim_matches(['"', '\'']);
             let name = key.trim();
             let inner = key.starts_with([' ', '\t']);
             if name.is_empty() || name.starts_with(['-', '{', '[']) || inner && outer.is_empty() {
                 return Err(ProjectorError::NotAKey { line });
             }
+            if let Some(rest) = value.trim().strip_prefix('{') {
+                let flow = rest.strip_suffix('}').filter(|_| !inner);
+                keys.take_flow(name, flow.ok_or(ProjectorError::NotAKey { line })?, line)?;
+                outer = "";
+                continue;
+            }
             if !inner {
-                outer = if value.is_empty() { name } else { "" };
+                outer = if value.trim().is_empty() { name } else { "" };
             }
-            let key = if inner { format!("{outer}.{name}") } else { name.to_owned() };
-            if keys.insert(key.clone(), value).is_some() {
-                return Err(ProjectorError::Twice { line, key });
-            }
+            keys.take(if inner { format!("{outer}.{name}") } else { name.to_owned() }, value, line)?;
         }
-        Ok(Self(keys))
+        Ok(keys)
+    }
+
+    /// The inner map on one line, without its braces: `latitude: 35.0, longitude: 139.0`.
+    fn take_flow(&mut self, outer: &str, flow: &'a str, line: usize) -> Result<(), ProjectorError> {
+        for part in flow.split(',').filter(|part| !part.trim().is_empty()) {
+            let (name, value) = part.split_once(':').ok_or(ProjectorError::NotAKey { line })?;
+            self.take(format!("{outer}.{}", name.trim()), value, line)?;
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, key: String, value: &'a str, line: usize) -> Result<(), ProjectorError> {
+        match self.0.insert(key.clone(), value.trim().trim_matches(['"', '\''])) {
+            None => Ok(()),
+            Some(_) => Err(ProjectorError::Twice { line, key }),
+        }
     }
 
     fn required(&self, key: &'static str) -> Result<&'a str, ProjectorError> {
@@ -151,6 +169,11 @@ mod tests {
             (format!("projector_type: LocalCartesianUTM\n{ORIGIN}"), Projector::LocalCartesianUtm(origin)),
             (format!("{low}projector_type: LocalCartesian"), Projector::LocalCartesian(sea)),
             (
+                "projector_type: LocalCartesian\nmap_origin: {latitude: 35.5, longitude: '-139.25',} # here"
+                    .to_owned(),
+                Projector::LocalCartesian(sea),
+            ),
+            (
                 format!("projector_type: TransverseMercator\n{ORIGIN}scale_factor: 1.0\n"),
                 Projector::TransverseMercator { origin, scale: 1.0 },
             ),
@@ -196,12 +219,22 @@ mod tests {
             let error = Projector::parse(text).unwrap_err().to_string();
             assert_eq!(error, format!("map projector info: {expected}"), "{text}");
         }
-        let lines = [("\nLocal", 2), ("  a: b", 1), ("- a: b", 1), ("a: b\n  c: d", 2), (": x", 1)];
+        let lines = [
+            ("\nLocal", 2),
+            ("  a: b", 1),
+            ("- a: b", 1),
+            ("a: b\n  c: d", 2),
+            (": x", 1),
+            ("a: {b: 1", 1),
+            ("a: {b}", 1),
+        ];
         for (text, line) in lines {
             assert_eq!(Projector::parse(text), Err(ProjectorError::NotAKey { line }), "{text}");
         }
         let twice = ProjectorError::Twice { line: 2, key: "a".to_owned() };
         assert_eq!(Projector::parse("a: 1\na: 2"), Err(twice));
+        let twice = ProjectorError::Twice { line: 1, key: "a.b".to_owned() };
+        assert_eq!(Projector::parse("a: {b: 1, b: 2}"), Err(twice));
     }
 
     #[test]

@@ -1,28 +1,30 @@
 //! Which elements of two reports of one group count (traffic-lights sections 8.5 and 8.6).
 
+use std::sync::Arc;
+
 use super::{ArbiterSettings, Priority};
 use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
 use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
 
 /// What both sides report of one group.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Sides<'a> {
     /// A message may have the group more than once.
-    pub(super) perception: Vec<&'a GroupState>,
+    pub(super) perception: &'a [Arc<GroupState>],
     /// The last one that came.
     pub(super) external: Option<&'a GroupState>,
 }
 
 impl Sides<'_> {
+    /// Neither side reports it.
+    pub(super) fn is_silent(&self) -> bool {
+        self.perception.is_empty() && self.external.is_none()
+    }
+
     /// Perception's, then external's, as they are.
     pub(super) fn predictions(&self) -> Vec<Prediction> {
-        self.perception
-            .iter()
-            .copied()
-            .chain(self.external)
-            .flat_map(|group| &group.predictions)
-            .cloned()
-            .collect()
+        let groups = self.perception.iter().map(Arc::as_ref).chain(self.external);
+        groups.flat_map(|group| &group.predictions).cloned().collect()
     }
 }
 

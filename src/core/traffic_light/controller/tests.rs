@@ -37,10 +37,12 @@ fn seen(controllers: Vec<Controller>, compat: Compat, frames: u64, all: bool) ->
         let now = clock.tick();
         let frame = Frame { now, previous: previous.replace(now) };
         if all {
-            states.idle_until.fill(0);
+            (0..scenario.controllers.len()).for_each(|index| states.set_idle(index, 0));
         }
-        for (index, controller) in scenario.controllers.iter().enumerate() {
-            if let Some(to) = states.due(index, controller, frame) {
+        let mut from = 0;
+        while let Some(index) = states.next_awake(from, frame) {
+            from = index + 1;
+            if let Some(to) = states.due(index, &scenario.controllers[index], frame) {
                 assert!(to.start.nanos <= now.nanos);
                 states.enter(index, to, WallStamp::default());
                 found.push((index, to.phase, number));

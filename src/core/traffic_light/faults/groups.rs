@@ -1,6 +1,7 @@
 //! What becomes of the groups of a message: missing, unknown, of another colour, more or less sure.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::draws::{Draws, Kind, Spell};
 use super::{Confusion, FaultSettings, Spells};
@@ -40,13 +41,13 @@ impl GroupFaults {
             || self.changes_confidence()
     }
 
-    pub(super) fn apply(&mut self, groups: &[GroupState], message: u64) -> Vec<GroupState> {
+    pub(super) fn apply(&mut self, groups: &[Arc<GroupState>], message: u64) -> Vec<Arc<GroupState>> {
         let mut seen = Vec::with_capacity(groups.len());
         for group in groups {
             let of = group.relation_id.cast_unsigned();
             let spell = self.missing.entry(group.relation_id).or_default();
             if !spell.goes_on(self.draws, self.miss, Kind::Miss, of, message) {
-                seen.push(self.misread(group, of, message));
+                seen.push(Arc::new(self.misread(group, of, message)));
             }
         }
         seen

@@ -15,16 +15,16 @@ fn element(color: Color, shape: Shape) -> Element {
     Element { bulb: Bulb { color, status: Status::SolidOn, shape }, confidence: 0.8 }
 }
 
-fn group(relation_id: i64, elements: &[Element]) -> GroupState {
-    GroupState { relation_id, elements: elements.to_vec(), predictions: Vec::new() }
+fn group(relation_id: i64, elements: &[Element]) -> Arc<GroupState> {
+    Arc::new(GroupState { relation_id, elements: elements.to_vec(), predictions: Vec::new() })
 }
 
-fn groups() -> Vec<GroupState> {
+fn groups() -> Vec<Arc<GroupState>> {
     let red = element(Color::Red, Shape::Circle);
     vec![group(-5, &[red]), group(100, &[element(Color::Green, Shape::Right), red])]
 }
 
-fn emission(number: u64, groups: Vec<GroupState>) -> Emission {
+fn emission(number: u64, groups: Vec<Arc<GroupState>>) -> Emission {
     let stamp = WallStamp::from_nanos(i64::try_from(number).unwrap() * 100_000_000);
     Emission { topic: LightsTopic::V2i, stamp, content: Arc::new(Content::Groups(groups)) }
 }
@@ -53,7 +53,7 @@ fn many() -> impl Iterator<Item = Emission> {
     (0..u64::from(MANY)).map(|number| emission(number, groups()))
 }
 
-fn groups_of(emission: &Emission) -> &[GroupState] {
+fn groups_of(emission: &Emission) -> &[Arc<GroupState>] {
     match &*emission.content {
         Content::Groups(groups) => groups,
         Content::Lights(_) | Content::Markers(_) => panic!("groups were sent"),
@@ -120,9 +120,9 @@ fn messages_are_lost_as_often_as_told() {
 #[test]
 fn groups_are_unknown_as_often_as_told_and_each_for_itself() {
     let arrived = run(FaultSettings { unknown: 0.2, ..FaultSettings::default() }, many());
-    let is_unknown = |group: &GroupState| group.elements[0].bulb.status == Status::Unknown;
-    let both = |groups: &[GroupState]| groups.iter().all(is_unknown);
-    let count = |test: &dyn Fn(&[GroupState]) -> bool| {
+    let is_unknown = |group: &Arc<GroupState>| group.elements[0].bulb.status == Status::Unknown;
+    let both = |groups: &[Arc<GroupState>]| groups.iter().all(is_unknown);
+    let count = |test: &dyn Fn(&[Arc<GroupState>]) -> bool| {
         arrived.iter().filter(|(_, emission)| test(groups_of(emission))).count()
     };
     assert_rate("one", count(&|groups| is_unknown(&groups[0])), MANY, 0.2);

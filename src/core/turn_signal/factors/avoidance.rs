@@ -1,6 +1,6 @@
 //! Avoidance of planning factors. A factor tells of a batch of shift lines from its first start to its
-//! last end: exact when the batch is one line. Of one that goes out and comes back the lines are taken
-//! from the planned path, a little shorter than they are. Whether it is approved is not told: it counts
+//! last end: exact when the batch is one line. Of one that goes out and comes back what lies between is
+//! taken from the planned path: lines that are a little shorter there than they are. Whether it is approved is not told: it counts
 //! as such when the planned path follows one of its lines. Lines have no id: their ends stand for it.
 
 use super::course::{Course, Ramp};
@@ -62,7 +62,15 @@ pub(super) fn around(
 /// The line of a batch of one; else those that the path shows.
 fn ramps(course: &Course, stretch: &Stretch, threshold_m: f64) -> Vec<Ramp> {
     if stretch.shift_m().abs() < threshold_m {
-        return course.own_ramps(stretch.start(), stretch.end(), threshold_m);
+        let mut ramps = course.own_ramps(stretch.start(), stretch.end(), threshold_m);
+        // Where the first one begins and the last one ends is told; the path shows it late and early.
+        if let Some(first) = ramps.first_mut() {
+            (first.start, first.before_m) = (stretch.start(), stretch.start.shift_length_m);
+        }
+        if let Some(last) = ramps.last_mut() {
+            (last.end, last.after_m) = (stretch.end(), stretch.end.shift_length_m);
+        }
+        return ramps;
     }
     vec![Ramp {
         start: stretch.start(),

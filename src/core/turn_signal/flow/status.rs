@@ -8,7 +8,6 @@ use crate::core::time::MonoTime;
 use crate::core::turn_signal::decision::{Decision, Ground};
 use crate::core::turn_signal::inputs::Weight;
 use crate::core::turn_signal::resolve::{Resolution, Source};
-use crate::core::turn_signal::steady::Held;
 
 type Value = (&'static str, String);
 
@@ -103,11 +102,7 @@ fn by_whom(decision: &Decision) -> String {
 fn decided(decision: &Decision, values: &mut Vec<Value>) {
     values.push(("command", decision.turn.to_string()));
     values.push(("hazard", decision.hazard.to_string()));
-    let held = match decision.held {
-        None => "no".to_owned(),
-        Some(Held::On(side)) => format!("{side} is on for too short a time"),
-        Some(Held::Off) => "off for too short a time".to_owned(),
-    };
+    let held = decision.held.map_or("no".to_owned(), |held| held.to_string());
     values.push(("held", held));
     match &decision.ground {
         Ground::Weighed(resolution) => weighed(resolution, values),

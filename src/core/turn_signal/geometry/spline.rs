@@ -15,8 +15,8 @@ pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>>
     let last = pieces.last()?;
     let value_at = |query: &f64| {
         // The piece whose end is not yet reached; knots rise, so the first such one.
-        let piece = pieces.iter().find(|piece| *query < piece.to).unwrap_or(last);
-        piece.value_at(*query)
+        let passed = pieces.partition_point(|piece| piece.to <= *query);
+        pieces.get(passed).unwrap_or(last).value_at(*query)
     };
     Some(queries.iter().map(value_at).collect())
 }

@@ -33,7 +33,7 @@ fn groups() -> Content {
     };
     let (elements, predictions) = (vec![element(ARROW), element(RED)], vec![prediction]);
     let dark = GroupState { relation_id: -2, ..GroupState::default() };
-    Content::Groups(vec![GroupState { relation_id: LARGE, elements, predictions }, dark])
+    Content::groups([GroupState { relation_id: LARGE, elements, predictions }, dark])
 }
 
 fn only(content: Content, lights: LightsType, compat: Compat) -> LightsMessage {

@@ -3,6 +3,8 @@
 //! Releases before 2025-05 have no `predictions`; their layout is that of
 //! [`TrafficSignalArray`](super::TrafficSignalArray).
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
@@ -74,9 +76,9 @@ pub struct TrafficLightGroupArray {
 
 impl TrafficLightGroupArray {
     /// The message that shows `groups`.
-    pub fn new(groups: &[GroupState], stamp: WallStamp, compat: Compat) -> Self {
+    pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
         let predicted = |prediction: &Prediction| PredictedTrafficLightState::new(prediction, compat);
-        let group = |group: &GroupState| TrafficLightGroup {
+        let group = |group: &Arc<GroupState>| TrafficLightGroup {
             traffic_light_group_id: id(group.relation_id, compat),
             elements: TrafficLightElement::all(&group.elements, compat),
             predictions: group.predictions.iter().map(predicted).collect(),

@@ -1,5 +1,7 @@
 //! `autoware_perception_msgs/msg/TrafficSignalArray`: the legacy form of groups, without predictions.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
@@ -28,8 +30,8 @@ pub struct TrafficSignalArray {
 
 impl TrafficSignalArray {
     /// The message that shows `groups`; predictions have no place in it.
-    pub fn new(groups: &[GroupState], stamp: WallStamp, compat: Compat) -> Self {
-        let signal = |group: &GroupState| TrafficSignal {
+    pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
+        let signal = |group: &Arc<GroupState>| TrafficSignal {
             traffic_signal_id: id(group.relation_id, compat),
             elements: TrafficLightElement::all(&group.elements, compat),
         };

@@ -1,5 +1,5 @@
-//! Traffic lights end to end: scenarios, and what others say over ROS 2, come out of the built binary at a
-//! reader of another make.
+//! Traffic lights and turn signal decisions end to end: scenarios, and what others say over ROS 2, come out of
+//! the built binary at a reader of another make.
 //!
 //! `SIGNAL_GATEWAY_PEER_PYTHON` names a Python with `cyclonedds==11.0.1`; tests that need it say so and
 //! pass without. Everything happens on the loopback.
@@ -8,6 +8,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
 mod arbiter;
+mod drive;
 mod faults;
 mod inputs;
 mod joining;

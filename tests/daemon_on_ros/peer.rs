@@ -29,6 +29,22 @@ impl Python {
         }
         python.map(|python| Self(python.into()))
     }
+
+    /// Runs a script to its end; gives the line it says.
+    pub(crate) fn run(&self, name: &str, domain: u32, args: &[String]) -> Value {
+        let output = self.command(name, domain, args).stderr(Stdio::inherit()).output().unwrap();
+        assert!(output.status.success(), "{name}: {}", output.status);
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    fn command(&self, name: &str, domain: u32, args: &[String]) -> Command {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dds_peer").join(name);
+        let mut command = Command::new(&self.0);
+        command.arg(script).arg(domain.to_string()).args(args).env("CYCLONEDDS_URI", CYCLONE);
+        // A busy machine delays the script by more than ten samples.
+        command.env("SIGNAL_GATEWAY_PEER_DEPTH", "1000");
+        command
+    }
 }
 
 /// A topic to read: kind of `tests/dds_peer/messages.py`, name for the test, topic.
@@ -56,12 +72,8 @@ struct Script {
 }
 
 impl Script {
-    fn start(Python(python): &Python, name: &str, domain: u32, args: &[String]) -> Self {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dds_peer").join(name);
-        let mut command = Command::new(python);
-        command.arg(script).arg(domain.to_string()).args(args).env("CYCLONEDDS_URI", CYCLONE);
-        // A busy machine delays the script by more than ten samples.
-        command.env("SIGNAL_GATEWAY_PEER_DEPTH", "1000");
+    fn start(python: &Python, name: &str, domain: u32, args: &[String]) -> Self {
+        let mut command = python.command(name, domain, args);
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let output = BufReader::new(child.stdout.take().unwrap());
         let lines = Arc::<(Mutex<Lines>, Condvar)>::default();

@@ -1,0 +1,252 @@
+//! What the turn signal decider costs: a decision, loading a map, looking into it, and how that grows from
+//! 500 lanelets to 50,000.
+//!
+//! `cargo bench --bench turn_signal`. The limits compare figures of the same run: a decision and a look
+//! into the map must not cost much more because the map is large, and a megabyte of a large map not
+//! much more than one of a small map.
+
+#![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
+
+mod city;
+
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use city::City;
+use signal_gateway::core::map::projector::Projector;
+use signal_gateway::core::map::road_map::RoadMap;
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::turn_signal::geometry::polyline::{at_arc, headed};
+use signal_gateway::core::turn_signal::inputs::{Inputs, Odometry, Timed};
+use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
+use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use signal_gateway::core::turn_signal::road::Road;
+use signal_gateway::core::turn_signal::route::Route;
+use signal_gateway::core::turn_signal::scene::Mode;
+use signal_gateway::core::turn_signal::signal::{Side, Signal};
+
+/// Crossings on a side: about 500, 5,000 and 50,000 lanelets, and 1, 10 and 100 MB of text.
+const SIDES: [usize; 3] = [6, 18, 56];
+/// The route that all cities have, in steps of two blocks.
+const STEPS: usize = 5;
+/// What a decision or a look into the map may cost more among a hundred times the lanelets.
+const MOST_GROWTH: f64 = 10.0;
+/// What a byte or a lanelet may cost more when there are a hundred times as many.
+const MOST_GROWTH_EACH: f64 = 5.0;
+/// What a decision may cost more on a route of eleven times the lanelets.
+const MOST_GROWTH_WITH_ROUTE: f64 = 8.0;
+
+/// Each figure is the median of so many.
+const SAMPLES: usize = 9;
+/// Decisions of one drive, and how far the vehicle comes from one to the next, metres.
+const CYCLES: u32 = 400;
+const CYCLE_M: f64 = 1.0;
+/// The first is so far along the route that the distance path is whole, metres.
+const FIRST_M: f64 = 150.0;
+const SPEED_MPS: f64 = 10.0;
+const QUERIES: usize = 10_000;
+
+/// What one size costs.
+struct Figures {
+    /// Nanoseconds a decision: default behaviour, upstream's, default with a lane change.
+    decision_ns: [f64; 3],
+    nearest_ns: f64,
+    holding_ns: f64,
+    read_ns_per_byte: f64,
+    road_ns_per_lanelet: f64,
+    /// Nanoseconds a decision on a route through the whole city.
+    long_route_ns: f64,
+}
+
+fn main() -> ExitCode {
+    let figures: Vec<Figures> = SIDES.map(|side| measure(City { side })).into();
+    let (first, last) = (figures.first().unwrap(), figures.last().unwrap());
+    let mut good = true;
+    let mut grown = |what: &str, [few, many]: [f64; 2], most: f64| {
+        let grown = many / few;
+        println!("turn signal, growth of {what}: {grown:.2} times, {most} is the most");
+        good &= grown <= most;
+    };
+    let names = ["a decision", "a decision as upstream", "a decision with a lane change"];
+    for ((name, few), many) in names.iter().zip(first.decision_ns).zip(last.decision_ns) {
+        grown(&format!("{name} with the map"), [few, many], MOST_GROWTH);
+    }
+    let by_route = [last.decision_ns[0], last.long_route_ns];
+    grown("a decision with the route", by_route, MOST_GROWTH_WITH_ROUTE);
+    grown("the nearest lanelet with the map", [first.nearest_ns, last.nearest_ns], MOST_GROWTH);
+    grown("the lanelets at a place with the map", [first.holding_ns, last.holding_ns], MOST_GROWTH);
+    grown("a byte read with the map", [first.read_ns_per_byte, last.read_ns_per_byte], MOST_GROWTH_EACH);
+    let each = [first.road_ns_per_lanelet, last.road_ns_per_lanelet];
+    grown("a lanelet made ready with the map", each, MOST_GROWTH_EACH);
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn measure(city: City) -> Figures {
+    let osm = city.osm();
+    // A large map is read once: it takes seconds.
+    let reads = if osm.len() > 20_000_000 { 1 } else { 3 };
+    let read = || RoadMap::read(osm.as_bytes(), &Projector::Local).unwrap();
+    let read_ns = median(reads, || timed(1, || drop(black_box(read()))));
+    let map = read();
+    let lanelets = map.lanelets().len();
+    let size_mb = osm.len() as f64 / 1e6;
+    println!(
+        "turn signal, map of {size_mb:.1} MB, {lanelets} lanelets: read in {:.0} ms, {:.0} MB/s, peak memory so far {} MB",
+        read_ns / 1e6,
+        size_mb / (read_ns / 1e9),
+        peak_kib() / 1024,
+    );
+    let road_ns = median(reads, || timed(1, || drop(black_box(Road::of_map(&map)))));
+    println!("turn signal, {lanelets} lanelets: road made ready in {:.1} ms", road_ns / 1e6);
+
+    let places = places(city);
+    let nearest_ns = median(SAMPLES, || {
+        timed(places.len(), || {
+            for place in &places {
+                black_box(map.nearest_lanelet(*place, |lanelet| lanelet.for_vehicles).unwrap());
+            }
+        })
+    });
+    let holding_ns = median(SAMPLES, || {
+        timed(places.len(), || {
+            for place in &places {
+                black_box(map.lanelets_at(*place));
+            }
+        })
+    });
+    println!(
+        "turn signal, {lanelets} lanelets: nearest in {:.2} µs, all at a place in {:.2} µs",
+        nearest_ns / 1e3,
+        holding_ns / 1e3
+    );
+
+    let road = Road::of_map(&map);
+    drop(map);
+    let drive = Drive::new(&road, &city.staircase(STEPS));
+    let decision_ns = [
+        drive.decision_ns(Mode::Improved, &[]),
+        drive.decision_ns(Mode::Compat, &[]),
+        drive.decision_ns(Mode::Improved, &drive.lane_change()),
+    ];
+    let long = Drive::new(&road, &city.staircase(city.side - 1));
+    let long_route_ns = long.decision_ns(Mode::Improved, &[]);
+    let [improved, compat, with_lane_change] = decision_ns.map(|ns| ns / 1e3);
+    println!(
+        "turn signal, {lanelets} lanelets: a decision in {improved:.1} µs, as upstream {compat:.1} µs, with a lane change {with_lane_change:.1} µs, on a route of {} lanelets {:.1} µs",
+        long.lanelets,
+        long_route_ns / 1e3
+    );
+    Figures {
+        decision_ns,
+        nearest_ns,
+        holding_ns,
+        read_ns_per_byte: read_ns / osm.len() as f64,
+        road_ns_per_lanelet: road_ns / lanelets as f64,
+        long_route_ns,
+    }
+}
+
+/// A drive along a route.
+struct Drive<'a> {
+    road: &'a Road,
+    route: Route,
+    lanelets: usize,
+    /// Where the vehicle is, cycle by cycle.
+    poses: Vec<Pose>,
+}
+
+impl<'a> Drive<'a> {
+    fn new(road: &'a Road, lanelets: &[i64]) -> Self {
+        let line: Vec<_> =
+            lanelets.iter().flat_map(|id| road.lane(*id).unwrap().centerline.iter().copied()).collect();
+        let at = |cycle| at_arc(&line, FIRST_M + CYCLE_M * f64::from(cycle)).unwrap();
+        let places: Vec<_> = (0..CYCLES).map(at).collect();
+        let route = Route::single_file(1, headed(&line)[0], lanelets).unwrap().checked(road).unwrap();
+        Self { road, route, lanelets: lanelets.len(), poses: headed(&places) }
+    }
+
+    /// One that begins and ends on the way.
+    fn lane_change(&self) -> [Manoeuvre; 1] {
+        let at = |share: usize| Some(self.poses[self.poses.len() * share / 4]);
+        [Manoeuvre::LaneChange(LaneChange {
+            side: Side::Left,
+            phase: LaneChangePhase::Running,
+            start: at(1),
+            crossing: at(2),
+            end: at(3),
+            previous_path: Vec::new(),
+            minimum_length_m: 0.0,
+        })]
+    }
+
+    /// Nanoseconds a decision, over the whole drive.
+    fn decision_ns(&self, mode: Mode, manoeuvres: &[Manoeuvre]) -> f64 {
+        median(SAMPLES, || {
+            let mut decider = Decider::new(Settings::deployed(mode));
+            let mut signalled = 0;
+            let ns = timed(self.poses.len(), || {
+                for (cycle, pose) in (0..).zip(&self.poses) {
+                    let now = MonoTime::ZERO.after(Duration::from_millis(100 * cycle));
+                    let timed: Vec<_> =
+                        manoeuvres.iter().map(|value| Timed { at: now, value: value.clone() }).collect();
+                    let odometry = Odometry { pose: *pose, speed_mps: SPEED_MPS };
+                    let inputs = Inputs {
+                        odometry: Some(Timed { at: now, value: odometry }),
+                        road: Some(self.road),
+                        route: Some(&self.route),
+                        planned_path: None,
+                        manoeuvres: &timed,
+                        lane_driving: true,
+                    };
+                    let decision = decider.decide(&inputs, now);
+                    signalled += usize::from(matches!(decision.turn, Signal::Left | Signal::Right));
+                }
+            });
+            assert!(signalled > self.poses.len() / 4, "{signalled}: the drive has turns");
+            ns
+        })
+    }
+}
+
+/// All over the city, and the same in every run.
+fn places(city: City) -> Vec<[f64; 2]> {
+    let mut state: u32 = 1;
+    let mut share = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state) / f64::from(u32::MAX)
+    };
+    (0..QUERIES).map(|_| [share(), share()].map(|share| share * city.extent_m())).collect()
+}
+
+/// Nanoseconds for each of so many.
+fn timed(count: usize, action: impl FnOnce()) -> f64 {
+    let start = worked();
+    action();
+    worked().saturating_sub(start).as_secs_f64() * 1e9 / count as f64
+}
+
+/// Time that this thread has worked: who else is busy does not count.
+fn worked() -> Duration {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the pointer is to a live value of the right type.
+    #[allow(unsafe_code)]
+    let told = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    assert_eq!(told, 0);
+    Duration::new(u64::try_from(time.tv_sec).unwrap(), u32::try_from(time.tv_nsec).unwrap())
+}
+
+fn median(samples: usize, sample: impl FnMut() -> f64) -> f64 {
+    let mut samples: Vec<_> = std::iter::repeat_with(sample).take(samples).collect();
+    samples.sort_by(f64::total_cmp);
+    samples[samples.len() / 2]
+}
+
+/// Peak resident memory of this process, KiB.
+fn peak_kib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse().unwrap()
+}

@@ -1,0 +1,153 @@
+//! What is kept of both inputs, group by group. Taking a message tells which groups changed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::ArbiterStamp;
+use crate::core::traffic_light::emission::GroupState;
+
+/// The last message of the camera: ascending by relation id, those of one id as they came.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Perceived(Vec<Arc<GroupState>>);
+
+/// The last word of the network about each group.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Network {
+    /// Ascending by relation id, once each.
+    told: Vec<Told>,
+    /// The oldest and the newest of their stamps.
+    stamps: Option<(ArbiterStamp, ArbiterStamp)>,
+}
+
+#[derive(Debug, Clone)]
+struct Told {
+    stamp: ArbiterStamp,
+    group: Arc<GroupState>,
+}
+
+impl Perceived {
+    /// In place of what was there; ids of groups that may differ go to `changed`.
+    pub(super) fn take(&mut self, groups: &[Arc<GroupState>], changed: &mut BTreeSet<i64>) {
+        let is_in_place =
+            |(kept, new): (&Arc<_>, &Arc<_>)| Arc::ptr_eq(kept, new) || id_of(kept) == id_of(new);
+        if self.0.len() == groups.len() && self.0.iter().zip(groups).all(is_in_place) {
+            for (kept, new) in self.0.iter_mut().zip(groups) {
+                if !Arc::ptr_eq(kept, new) {
+                    changed.insert(id_of(new));
+                    *kept = Arc::clone(new);
+                }
+            }
+        } else {
+            let mut groups = groups.to_vec();
+            groups.sort_by_key(id_of);
+            differing(&self.0, &groups, changed);
+            self.0 = groups;
+        }
+    }
+
+    /// All that it said of a group.
+    pub(super) fn of(&self, relation_id: i64) -> &[Arc<GroupState>] {
+        let first = self.0.partition_point(|group| id_of(group) < relation_id);
+        let from_there = self.0.get(first..).unwrap_or_default();
+        from_there.split_at(count_of(from_there, relation_id)).0
+    }
+
+    pub(super) fn ids(&self) -> impl Iterator<Item = i64> + '_ {
+        self.0.iter().map(id_of)
+    }
+}
+
+impl Network {
+    /// Group by group in place of what was told before; ids of groups that may differ go to `changed`.
+    pub(super) fn take(
+        &mut self,
+        stamp: ArbiterStamp,
+        groups: &[Arc<GroupState>],
+        changed: &mut BTreeSet<i64>,
+    ) {
+        let mut added = BTreeMap::new();
+        for (position, group) in groups.iter().enumerate() {
+            // Mostly the same groups come in the same order.
+            if let Some(told) = self.told.get_mut(position).filter(|told| Arc::ptr_eq(&told.group, group)) {
+                told.stamp = stamp;
+                continue;
+            }
+            changed.insert(id_of(group));
+            let told = Told { stamp, group: Arc::clone(group) };
+            match self.find(id_of(group)).and_then(|place| self.told.get_mut(place)) {
+                Some(before) => *before = told,
+                None => drop(added.insert(id_of(group), told)),
+            }
+        }
+        if !added.is_empty() {
+            self.told.extend(added.into_values());
+            self.told.sort_by_key(|told| id_of(&told.group));
+        }
+        self.look_at_stamps();
+    }
+
+    /// Forgets what has a stamp too far from this one; its ids go to `changed`.
+    pub(super) fn forget(
+        &mut self,
+        reference: ArbiterStamp,
+        tolerance: Duration,
+        changed: &mut BTreeSet<i64>,
+    ) {
+        let is_near = |stamp: ArbiterStamp| reference.distance(stamp) <= tolerance;
+        // What lies between two near ones is near.
+        if self.stamps.is_none_or(|(oldest, newest)| is_near(oldest) && is_near(newest)) {
+            return;
+        }
+        changed.extend(self.told.iter().filter(|told| !is_near(told.stamp)).map(|told| id_of(&told.group)));
+        self.told.retain(|told| is_near(told.stamp));
+        self.look_at_stamps();
+    }
+
+    pub(super) fn newest(&self) -> Option<ArbiterStamp> {
+        self.stamps.map(|(_, newest)| newest)
+    }
+
+    pub(super) fn of(&self, relation_id: i64) -> Option<&GroupState> {
+        Some(&self.told.get(self.find(relation_id)?)?.group)
+    }
+
+    pub(super) fn ids(&self) -> impl Iterator<Item = i64> + '_ {
+        self.told.iter().map(|told| id_of(&told.group))
+    }
+
+    fn find(&self, relation_id: i64) -> Option<usize> {
+        self.told.binary_search_by_key(&relation_id, |told| id_of(&told.group)).ok()
+    }
+
+    fn look_at_stamps(&mut self) {
+        let stamps = || self.told.iter().map(|told| told.stamp);
+        self.stamps = stamps().min().zip(stamps().max());
+    }
+}
+
+fn id_of(group: &Arc<GroupState>) -> i64 {
+    group.relation_id
+}
+
+/// How many at the start are of this group.
+fn count_of(groups: &[Arc<GroupState>], relation_id: i64) -> usize {
+    groups.iter().take_while(|group| id_of(group) == relation_id).count()
+}
+
+/// The ids of which two lists, ascending by id, do not have the same groups.
+fn differing(mut before: &[Arc<GroupState>], mut now: &[Arc<GroupState>], ids: &mut BTreeSet<i64>) {
+    loop {
+        match (before, now) {
+            ([old, old_rest @ ..], [new, new_rest @ ..]) if Arc::ptr_eq(old, new) => {
+                (before, now) = (old_rest, new_rest);
+            }
+            _ => {
+                let Some(id) = before.first().into_iter().chain(now.first()).map(id_of).min() else { return };
+                ids.insert(id);
+                before = before.split_at(count_of(before, id)).1;
+                now = now.split_at(count_of(now, id)).1;
+            }
+        }
+    }
+}

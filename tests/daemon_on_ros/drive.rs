@@ -1,0 +1,374 @@
+//! The turn signal decider on ROS: an independent Autoware drives the shipped scenarios in real time, and
+//! the daemon's commands come at the places where the scenarios expect them.
+
+mod script;
+mod verdict;
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use serde_json::Value;
+use signal_gateway::config::drive::{DriveFile, read};
+use signal_gateway::config::files::Disk;
+use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
+use signal_gateway::core::turn_signal::scene::Mode;
+use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
+use signal_gateway::drive::course::Course;
+
+use crate::peer::{DIAGNOSTICS, Mark, Python, Reader};
+use crate::process::{self, Folder, Process};
+use script::{MODES, Script};
+use verdict::{Driven, Figures, Kind, summary};
+
+/// Driven each time: every manoeuvre and every trouble once. The others take minutes.
+const ALWAYS: &[&str] = &[
+    "avoidance_before_turn.toml",
+    "backing_out.toml",
+    "bad_inputs.toml",
+    "crossing_left.toml",
+    "crossing_right.yaml",
+    "lane_change_left.toml",
+    "odometry_gap.toml",
+    "pull_out_left.toml",
+    "pull_over_pre_signal.toml",
+    "reroute_short_signal.toml",
+    "roundabout_first_exit.toml",
+];
+
+/// A drive of which planning factors carry less than the scenario holds.
+struct Lost {
+    name: &'static str,
+    modes: &'static [Mode],
+    why: &'static str,
+    /// What that is about; `None` = the commands are others.
+    within_m: Option<f64>,
+}
+
+const OUT_AND_BACK: &str = "one factor for lines out and back: where they meet is taken from the path";
+const GAP: &str =
+    "one factor for lines out and back: the first one ends a little early, so that it is dark between";
+
+const LOST_ON_THE_WAY: &[Lost] = &[
+    Lost {
+        name: "avoidance_narrow_road.toml",
+        modes: &[Mode::Improved],
+        why: OUT_AND_BACK,
+        within_m: Some(4.0),
+    },
+    Lost { name: "avoidance_narrow_road.toml", modes: &[Mode::Compat], why: GAP, within_m: None },
+    Lost {
+        name: "avoidance_out_and_back.toml",
+        modes: &[Mode::Improved],
+        why: OUT_AND_BACK,
+        within_m: Some(4.0),
+    },
+    Lost { name: "avoidance_out_and_back.toml", modes: &[Mode::Compat], why: GAP, within_m: None },
+    Lost {
+        name: "front_on_required_start.toml",
+        modes: &[Mode::Compat],
+        why: "one sample with the front exactly on a start: poses are rounded, and cycles are not those of odometry",
+        within_m: None,
+    },
+    Lost {
+        name: "hazard_erased.toml",
+        modes: &[Mode::Compat],
+        why: "offsets are told as one: that of the pull-out passes for that of the avoidance",
+        within_m: None,
+    },
+    Lost {
+        name: "lane_change_masked.toml",
+        modes: &[Mode::Improved],
+        why: "the scenario says where the bound is crossed, but its path stays in the lane",
+        within_m: Some(10.0),
+    },
+    Lost {
+        name: "reroute_stale_start.toml",
+        modes: &[Mode::Improved],
+        why: "shift lines are told without ids: on another route the line ends elsewhere and is another one",
+        within_m: None,
+    },
+    Lost {
+        name: "side_shift.toml",
+        modes: &[Mode::Improved],
+        why: "side shifts are not told: that of the path passes for the avoidance's",
+        within_m: Some(12.0),
+    },
+    Lost {
+        name: "side_shift.toml",
+        modes: &[Mode::Compat],
+        why: "side shifts are not told, so that they erase nothing",
+        within_m: None,
+    },
+];
+
+const TURN: Kind<Signal> = Kind {
+    name: "turn",
+    decided: |step, mode| step.decided[mode].0,
+    wanted: |wanted| wanted.command,
+    number: |command| command as u8,
+};
+const HAZARD: Kind<Hazard> = Kind {
+    name: "hazard",
+    decided: |step, mode| step.decided[mode].1,
+    wanted: |wanted| wanted.hazard,
+    number: |command| command as u8,
+};
+
+/// Drives at a time; each is a peer and two gateways.
+const ABREAST: usize = 6;
+/// Likewise when all are driven, beside whatever else that machine does.
+const ABREAST_OF_ALL: usize = 4;
+
+const PATIENT: &str = "[turn_signal.age_limits]\nodometry_ms = 3000\nplanned_path_ms = 3000\n\
+    manoeuvre_ms = 3000\nscenario_ms = 3000\n";
+
+/// A machine that leaves both sides waiting for longer spoils a drive, seconds.
+const STALL_S: f64 = 0.15;
+/// A spoilt drive is driven again so often.
+const ATTEMPTS: u32 = 3;
+
+fn drives() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config/drives")
+}
+
+fn file(name: &str) -> DriveFile {
+    read(&Disk, &drives().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"))
+}
+
+fn course(file: DriveFile) -> Course {
+    Course::new(file).unwrap_or_else(|refused| panic!("{refused}"))
+}
+
+/// A drive up to a place.
+fn first_part(name: &str, until_m: f64) -> Course {
+    course(DriveFile { until_m: Some(until_m), ..file(name) })
+}
+
+/// A gateway that decides as a scenario has it, with these keys of `[turn_signal]`.
+fn gateway(ros: &str, file: &DriveFile, keys: &str, sections: &str) -> (Folder, Process) {
+    let mut text = format!(
+        "{ros}[turn_signal]\n{keys}map = \"{}\"\nplanning_hz = {:.1}\n",
+        file.map.display(),
+        file.planning_hz
+    );
+    text.push_str("[turn_signal.parameters]\n");
+    for parameter in PARAMETERS {
+        let value = parameter.value(&file.parameters);
+        if value != parameter.value(&Parameters::DEPLOYED) {
+            writeln!(text, "{} = {value:?}", parameter.name).unwrap();
+        }
+    }
+    let vehicle = file.vehicle;
+    for (key, size_m) in [
+        ("[turn_signal.vehicle]\nwheel_base_m", vehicle.wheel_base_m),
+        ("front_overhang_m", vehicle.front_overhang_m),
+        ("rear_overhang_m", vehicle.rear_overhang_m),
+        ("left_m", vehicle.left_m),
+        ("right_m", vehicle.right_m),
+    ] {
+        writeln!(text, "{key} = {size_m:?}").unwrap();
+    }
+    text.push_str(sections);
+    let folder = Folder::with_configuration(&text);
+    let process = Process::run(&folder);
+    (folder, process)
+}
+
+fn domain(ros: &str) -> u32 {
+    ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap()
+}
+
+/// Lets the peer drive; gives what it says at the end.
+fn drive(python: &Python, ros: &str, script: &Script, gateways: u32, topics: &[String]) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.jsonl");
+    std::fs::write(&path, script.text()).unwrap();
+    let mut args = vec![path.display().to_string(), gateways.to_string()];
+    args.extend_from_slice(topics);
+    python.run("autoware_drive.py", domain(ros), &args)
+}
+
+/// How a scenario was driven.
+#[derive(Default)]
+struct Report {
+    figures: Figures,
+    objections: Vec<String>,
+    stall_s: f64,
+}
+
+/// A scenario in both behaviours at once, each with a gateway of its own.
+fn scenario(python: &Python, ros: &str, name: &str) -> Report {
+    let course = course(file(name));
+    let mut gateways = Vec::new();
+    let mut topics = Vec::new();
+    // What a busy machine holds up is not too old, unless that is what the drive is about.
+    let ages = if course.file().troubles.is_empty() { PATIENT } else { "" };
+    for (mode, compat) in ["improved", "upstream"].into_iter().enumerate() {
+        let keys = format!("enabled = true\ncompat = {compat:?}\n");
+        let outputs = format!(
+            "{ages}[turn_signal.outputs]\nturn_command = \"/{compat}/turn\"\nhazard_command = \"/{compat}/hazard\"\n"
+        );
+        gateways.push(gateway(ros, course.file(), &keys, &outputs));
+        topics.extend(["turn", "hazard"].map(|kind| format!("{kind}{mode}=/{compat}/{kind}")));
+    }
+    let script = Script::new(&course);
+    let line = drive(python, ros, &script, 2, &topics);
+    let driven = Driven::new(&script.steps, &line, 1.0 / course.file().planning_hz);
+    let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
+    for (index, mode) in MODES.into_iter().enumerate() {
+        let lost = LOST_ON_THE_WAY.iter().find(|lost| lost.name == name && lost.modes.contains(&mode));
+        let more_m = lost.and_then(|lost| lost.within_m).unwrap_or_default();
+        let mut own = Figures::default();
+        let mut wrong = driven.judge(index, &TURN, &format!("turn{index}"), more_m, &mut own);
+        wrong.extend(driven.judge(index, &HAZARD, &format!("hazard{index}"), more_m, &mut own));
+        match lost.filter(|lost| lost.within_m.is_none()) {
+            Some(Lost { why, .. }) if wrong.is_empty() => {
+                println!("{name}, {mode:?}: this time as expected, though {why}");
+            }
+            Some(Lost { why, .. }) => {
+                println!("{name}, {mode:?}: not as expected, {why}: {}", wrong.join("; "));
+            }
+            None => {
+                let (off_m, latency_ms) = (summary(&own.off_m), summary(&own.latency_ms));
+                let why = lost.map_or("", |lost| lost.why);
+                println!("{name}, {mode:?}: changes off by m {off_m}; latency ms {latency_ms} {why}");
+                report.objections.extend(wrong.iter().map(|wrong| format!("{name}, {mode:?}: {wrong}")));
+                report.figures.append(own);
+            }
+        }
+    }
+    report
+}
+
+/// Drives, again if the machine kept it from being driven as planned.
+fn undisturbed(name: &str, drive: impl Fn() -> Report) -> Report {
+    for _ in 1..ATTEMPTS {
+        let report = drive();
+        if report.objections.is_empty() || report.stall_s < STALL_S {
+            return report;
+        }
+        let objections = report.objections.join("\n");
+        println!("{name}: once more, the machine stalled for {:.2} s:\n{objections}", report.stall_s);
+    }
+    drive()
+}
+
+#[test]
+fn shipped_scenarios_drive_through_as_they_expect() {
+    let test = "shipped_scenarios_drive_through_as_they_expect";
+    let Some(python) = Python::for_test(test) else { return };
+    let entries = std::fs::read_dir(drives()).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name != "README.md");
+    names.sort_unstable();
+    for name in ALWAYS.iter().chain(LOST_ON_THE_WAY.iter().map(|lost| &lost.name)) {
+        assert!(names.iter().any(|shipped| shipped == name), "{name} is not shipped");
+    }
+    let all = std::env::var_os("SIGNAL_GATEWAY_SLOW_TESTS").is_some();
+    if !all {
+        names.retain(|name| {
+            let always = ALWAYS.contains(&name.as_str());
+            if !always {
+                println!("skipped: {name}: all drives take minutes; set SIGNAL_GATEWAY_SLOW_TESTS");
+            }
+            always
+        });
+    }
+    let left = Mutex::new(VecDeque::from(names));
+    let results = Mutex::new((Figures::default(), Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..if all { ABREAST_OF_ALL } else { ABREAST } {
+            let (left, results, python) = (&left, &results, &python);
+            scope.spawn(move || {
+                let ros = process::ros();
+                // From the back: the longest of those that are always driven come first.
+                let next = || left.lock().unwrap().pop_back();
+                while let Some(name) = next() {
+                    let report = undisturbed(&name, || scenario(python, &ros, &name));
+                    let mut results = results.lock().unwrap();
+                    results.0.append(report.figures);
+                    results.1.extend(report.objections);
+                }
+            });
+        }
+    });
+    let (figures, objections) = results.into_inner().unwrap();
+    println!("changes off by m {}; latency ms {}", summary(&figures.off_m), summary(&figures.latency_ms));
+    assert!(objections.is_empty(), "{}", objections.join("\n"));
+}
+
+/// The system wants them on for a while, the planner does not.
+#[test]
+fn the_systems_hazard_request_is_joined_with_the_planners() {
+    let test = "the_systems_hazard_request_is_joined_with_the_planners";
+    let Some(python) = Python::for_test(test) else { return };
+    let ros = process::ros();
+    let course = first_part("crossing_left.toml", 45.0);
+    let mut script = Script::new(&course);
+    let is_wanted = |index: usize| (10..25).contains(&index);
+    script.add("hazard_request", |index, _| Some(if is_wanted(index) { 2 } else { 1 }));
+    let mut steps = script.steps.clone();
+    for (index, step) in steps.iter_mut().enumerate() {
+        step.decided[0].1 = if is_wanted(index) { Hazard::Enable } else { Hazard::Disable };
+    }
+    let topics = ["turn=/planning/turn_indicators_cmd", "hazard=/planning/hazard_lights_cmd"];
+    let report = undisturbed(test, || {
+        let _gateway = gateway(&ros, course.file(), "enabled = true\n", "");
+        let line = drive(&python, &ros, &script, 1, &topics.map(str::to_owned));
+        let driven = Driven::new(&steps, &line, 0.1);
+        let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
+        report.objections = driven.judge(0, &TURN, "turn", 0.0, &mut report.figures);
+        report.objections.extend(driven.judge(0, &HAZARD, "hazard", 0.0, &mut report.figures));
+        report
+    });
+    assert!(report.objections.is_empty(), "{}", report.objections.join("\n"));
+    // Left from 37 m on; on and off again.
+    assert_eq!(report.figures.off_m.len(), 3);
+}
+
+/// Autoware's own decider commands what ours would, but for 2 s of the wrong side.
+#[test]
+fn a_shadow_publishes_nothing_and_tells_how_far_it_agrees() {
+    let test = "a_shadow_publishes_nothing_and_tells_how_far_it_agrees";
+    let Some(python) = Python::for_test(test) else { return };
+    let ros = process::ros();
+    let course = first_part("crossing_left.toml", 80.0);
+    let (_folder, mut process) = gateway(&ros, course.file(), "shadow = true\n", "");
+    let reader = Reader::start(&python, domain(&ros), &[DIAGNOSTICS, crate::peer::ENDPOINTS]);
+    let mut script = Script::new(&course);
+    script.add("own_turn", |index, step| {
+        Some(if (50..70).contains(&index) { Signal::Right as u8 } else { step.decided[0].0 as u8 })
+    });
+    script.add("own_hazard", |_, step| Some(step.decided[0].1 as u8));
+    drive(&python, &ros, &script, 1, &[]);
+    let status = |key: &str, mark| {
+        reader.status(mark, "turn_signal_decider", key, |value, _| value != "nothing compared")
+    };
+    let value = |status: &Value, key: &str| {
+        let values = status["values"].as_array().unwrap();
+        let value = values.iter().find(|value| value["key"] == key).unwrap_or_else(|| panic!("no {key}"));
+        value["value"].as_str().unwrap().to_owned()
+    };
+    let last = status("turn_agreement_percent", reader.mark());
+    assert_eq!(value(&last, "role"), "shadow");
+    let percent: f64 = value(&last, "turn_agreement_percent").parse().unwrap();
+    println!("{percent} %, {}", value(&last, "turn_compared"));
+    assert!((75.0..90.0).contains(&percent), "{percent}");
+    assert_eq!(value(&last, "hazard_agreement_percent"), "100.00");
+    let warned = reader.status(Mark::START, "turn_signal_decider", "turn_disagreement", |value, level| {
+        level == 1 && value.starts_with("LEFT here, RIGHT of Autoware")
+    });
+    println!("{}", warned["message"]);
+    let commanding = reader.samples(Mark::START, "endpoints");
+    let commanding: Vec<_> = commanding
+        .iter()
+        .map(|line| line["data"]["topic"].as_str().unwrap().to_owned())
+        .filter(|topic| topic.ends_with("_cmd"))
+        .collect();
+    // Autoware's own, and nobody else's.
+    assert_eq!(commanding.len(), 2, "{commanding:?}");
+    process.stop("TERM");
+}
