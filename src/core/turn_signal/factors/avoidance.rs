@@ -1,7 +1,8 @@
 //! Avoidance of planning factors. A factor tells of a batch of shift lines from its first start to its
 //! last end: exact when the batch is one line. Of one that goes out and comes back what lies between is
-//! taken from the planned path: lines that are a little shorter there than they are. Whether it is approved is not told: it counts
-//! as such when the planned path follows one of its lines. Lines have no id: their ends stand for it.
+//! taken from the planned path: lines that are a little shorter there than they are. Whether it is
+//! approved is not told: it counts as such when the planned path follows one of its lines. Lines have no
+//! id: their ends stand for it.
 
 use super::course::{Course, Ramp};
 use super::{Made, Stretch, View};
@@ -47,11 +48,14 @@ pub(super) fn around(
         end_shift_m: ramp.after_m,
     };
     let ego = view.odometry.pose.position;
+    let ego_index = course.nearest_index(ego);
+    // Before its first line, what the path is shifted by belongs to another manoeuvre.
+    let ahead = ramps.first().filter(|first| ego_index < course.nearest_index(first.start.position));
     let avoidance = Avoidance {
         lines: ramps.iter().map(line).collect(),
-        ego_index: course.nearest_index(ego),
+        ego_index,
         deviation_m: course.beside_m(ego),
-        current_shift_m: course.path_offset_m(ego),
+        current_shift_m: ahead.map_or_else(|| course.path_offset_m(ego), |first| first.before_m),
         lanes: course.lanes.clone(),
         approved: ramps.iter().any(|ramp| course.follows(ramp)),
         path,

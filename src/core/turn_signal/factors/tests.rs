@@ -155,6 +155,9 @@ fn a_batch_of_one_shift_line_is_that_line() {
     assert_eq!(seen.path.offset_between_m(50, 65), 0.75, "linear in between");
     let next = avoidance(told(66.0, Some(&out), &factors));
     assert_eq!(only(next.lines).id, line.id, "the same line in the next cycle");
+    // Far before it, another manoeuvre shifts the path.
+    let pulling_out = path(|x| smooth(x, 5.0, 30.0, -2.0, 0.0) + smooth(x, 50.0, 80.0, 0.0, 1.5), own_lanes);
+    assert_eq!(avoidance(told(10.0, Some(&pulling_out), &factors)).current_shift_m, 0.0);
     // Before it is approved, the path stays in the middle.
     let waiting = path(|_| 0.0, own_lanes);
     assert!(!avoidance(told(20.0, Some(&waiting), &factors)).approved);
