@@ -68,11 +68,23 @@ fn ramps(course: &Course, stretch: &Stretch, threshold_m: f64) -> Vec<Ramp> {
     if stretch.shift_m().abs() < threshold_m {
         let mut ramps = course.own_ramps(stretch.start(), stretch.end(), threshold_m);
         // Where the first one begins and the last one ends is told; the path shows it late and early.
+        // It may not show the first one any more, or the last one not yet: what then is first or last
+        // would not shift any more from where the batch begins, or to where it ends.
+        let shifts = |ramp: &Ramp| {
+            let shift_m = ramp.after_m - ramp.before_m;
+            (shift_m.abs() >= threshold_m).then_some(shift_m > 0.0)
+        };
         if let Some(first) = ramps.first_mut() {
-            (first.start, first.before_m) = (stretch.start(), stretch.start.shift_length_m);
+            let told = Ramp { start: stretch.start(), before_m: stretch.start.shift_length_m, ..*first };
+            if shifts(&told) == shifts(first) {
+                *first = told;
+            }
         }
         if let Some(last) = ramps.last_mut() {
-            (last.end, last.after_m) = (stretch.end(), stretch.end.shift_length_m);
+            let told = Ramp { end: stretch.end(), after_m: stretch.end.shift_length_m, ..*last };
+            if shifts(&told) == shifts(last) {
+                *last = told;
+            }
         }
         return ramps;
     }

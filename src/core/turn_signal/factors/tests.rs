@@ -187,6 +187,11 @@ fn a_batch_that_comes_back_is_read_off_the_path() {
     let first = seen.lines[0];
     assert_eq!((first.line.start.position.x_m, first.start_shift_m), (40.0, 0.0));
     assert_eq!(seen.lines[1].end_shift_m, 0.0);
+    // Past the first line, and before the path reaches the second one: each alone is what it is.
+    let back = only(avoidance(told(85.0, Some(&there_and_back[75..]), &factors)).lines);
+    assert!(back.start_shift_m < -1.4 && back.end_shift_m == 0.0, "{back:?}");
+    let out = only(avoidance(told(30.0, Some(&there_and_back[..70]), &factors)).lines);
+    assert!(out.start_shift_m == 0.0 && out.end_shift_m < -1.4, "{out:?}");
 }
 
 #[test]
