@@ -112,7 +112,7 @@ impl Loop {
                     }
                     simulated_vehicle::Output::Frame { .. } | simulated_vehicle::Output::Error { .. } => {}
                     simulated_vehicle::Output::Happened(happening) => {
-                        self.happened.push((self.at, happening))
+                        self.happened.push((self.at, happening));
                     }
                 }
             }
@@ -202,11 +202,9 @@ impl Loop {
     }
 
     fn lights_since(&self, since: MonoTime) -> Vec<(u64, TurnCode, Who)> {
-        let lights = self.happened.iter().filter_map(|(at, happening)| match happening {
-            Happening::Lights { code, who } if *at >= since => {
-                Some((at.since(since).as_nanos(), *code, *who))
-            }
-            _ => None,
+        let lights = self.happened.iter().filter_map(|(at, happening)| {
+            let Happening::Lights { code, who } = happening else { return None };
+            (*at >= since).then(|| (at.since(since).as_nanos(), *code, *who))
         });
         lights.map(|(nanos, code, who)| (u64::try_from(nanos).unwrap() / MS, code, who)).collect()
     }
