@@ -11,13 +11,21 @@
 #[path = "../command_model/bench.rs"]
 #[allow(dead_code)] // the vehicle is wanted, not its virtual time
 mod bench;
+mod bytes;
+mod car;
+mod cases;
+mod commander;
+mod counters;
 #[path = "../vcan_gateway/interface.rs"]
 #[allow(dead_code)]
 mod interface;
 #[path = "../vcan_gateway/process.rs"]
 #[allow(dead_code)]
 mod process;
+mod recording;
+mod rhythm;
 mod traffic;
+mod vehicles;
 
 use signal_gateway::core::event::Output;
 use signal_gateway::core::time::WallStamp;
