@@ -14,6 +14,7 @@ mod bench;
 mod bytes;
 mod car;
 mod cases;
+mod closed_loop;
 mod commander;
 mod counters;
 #[path = "../vcan_gateway/interface.rs"]
@@ -24,6 +25,9 @@ mod interface;
 mod process;
 mod recording;
 mod rhythm;
+#[path = "../daemon_on_ros/drive/script.rs"]
+#[allow(dead_code)] // what the scenario expects is judged elsewhere
+mod script;
 mod traffic;
 mod vehicles;
 
