@@ -1,94 +1,95 @@
-//! A vehicle on the bus that does as it is told, and has a stalk.
+//! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which obeys, has a driver,
+//! and says what its lights do.
 
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::{Arc, Condvar, Mutex};
 
-use socketcan::{
-    CanDataFrame, CanFrame, CanSocket, EmbeddedFrame as _, ExtendedId, Id, Socket as _, StandardId,
-};
+use serde_json::Value;
 
-use crate::vehicles::Vehicle;
+use crate::process::{DEADLINE, Folder};
 
-/// From report to report.
-const PERIOD: Duration = Duration::from_millis(50);
-
-/// A running vehicle.
+/// A running vehicle, and every line it has said.
 pub(crate) struct Car {
-    state: Arc<Mutex<State>>,
-    thread: Option<JoinHandle<()>>,
+    child: Child,
+    input: ChildStdin,
+    lines: Arc<(Mutex<Vec<Value>>, Condvar)>,
 }
 
-struct State {
-    /// Lights that are on without a command.
-    stalk: &'static str,
-    /// Value of a message of its own, for the control mode.
-    mode: Option<u8>,
-    over: bool,
-}
+/// Lights and who wants them: `left`, `command`.
+pub(crate) type Lights = (String, String);
 
 impl Car {
-    /// On an interface. It puts `mode`, if there is any, into message `0x231`.
-    pub(crate) fn start(vehicle: &'static Vehicle, interface: &'static str) -> Self {
-        let state = Arc::new(Mutex::new(State { stalk: "off", mode: None, over: false }));
-        let shared = Arc::clone(&state);
-        let thread = std::thread::spawn(move || drive(vehicle, interface, &shared));
-        Self { state, thread: Some(thread) }
+    /// With the folder's profile, on an interface.
+    pub(crate) fn start(folder: &Folder, interface: &str, options: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.args(["vehicle", "--json", "--interface", interface, "--profile"]);
+        command.arg(folder.path().join("profile.toml")).args(options).current_dir(folder.path());
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        let lines = Arc::<(Mutex<Vec<Value>>, Condvar)>::default();
+        let writer = Arc::clone(&lines);
+        std::thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                writer.0.lock().unwrap().push(serde_json::from_str(&line).unwrap());
+                writer.1.notify_all();
+            }
+        });
+        let input = child.stdin.take().unwrap();
+        Self { child, input, lines }
     }
 
-    /// The driver's hand.
-    pub(crate) fn stalk(&self, lights: &'static str) {
-        self.state.lock().unwrap().stalk = lights;
+    /// Asks for something, in the words of its standard input.
+    pub(crate) fn ask(&self, request: &str) {
+        (&self.input).write_all(format!("{request}\n").as_bytes()).unwrap();
     }
 
-    /// From now on.
-    pub(crate) fn mode(&self, raw: Option<u8>) {
-        self.state.lock().unwrap().mode = raw;
+    /// Now, to look from there on.
+    pub(crate) fn mark(&self) -> usize {
+        self.lines.0.lock().unwrap().len()
     }
+
+    /// Waits until its lights do this, and gives all they have done since `mark`.
+    pub(crate) fn wait_for_lights(&self, mark: usize, lights: &str, who: &str) -> Vec<Lights> {
+        let wanted = (lights.to_owned(), who.to_owned());
+        let seen =
+            |lines: &[Value]| -> Vec<Lights> { lines.iter().skip(mark).filter_map(lights_of).collect() };
+        let lacks = |lines: &mut Vec<Value>| seen(lines).last() != Some(&wanted);
+        let lines = self.lines.0.lock().unwrap();
+        let (lines, timeout) = self.lines.1.wait_timeout_while(lines, DEADLINE, lacks).unwrap();
+        let seen = seen(&lines);
+        drop(lines);
+        assert!(!timeout.timed_out(), "lights {lights} ({who}) never came: {seen:?}");
+        seen
+    }
+
+    /// What its lights have done since `mark`.
+    pub(crate) fn lights_since(&self, mark: usize) -> Vec<Lights> {
+        self.lines.0.lock().unwrap().iter().skip(mark).filter_map(lights_of).collect()
+    }
+
+    /// When that was, in seconds of its own.
+    pub(crate) fn seconds_of_lights(&self, mark: usize) -> Vec<f64> {
+        let lines = self.lines.0.lock().unwrap();
+        let lights = lines.iter().skip(mark).filter(|line| lights_of(line).is_some());
+        lights.filter_map(|line| line["t"].as_f64()).collect()
+    }
+
+    /// Whether it has said since `mark` that it has dropped a command that came no more.
+    pub(crate) fn has_dropped_a_command(&self, mark: usize) -> bool {
+        let lines = self.lines.0.lock().unwrap();
+        lines.iter().skip(mark).any(|line| line["what"] == "command_timed_out")
+    }
+}
+
+fn lights_of(line: &Value) -> Option<Lights> {
+    let word = |key: &str| line[key].as_str().map(str::to_owned);
+    (line["what"] == "lights").then(|| Some((word("lights")?, word("who")?)))?
 }
 
 impl Drop for Car {
     fn drop(&mut self) {
-        self.state.lock().unwrap().over = true;
-        let _ended = self.thread.take().map(JoinHandle::join);
-    }
-}
-
-fn drive(vehicle: &Vehicle, interface: &str, shared: &Mutex<State>) {
-    let socket = CanSocket::open(interface).unwrap();
-    socket.set_read_timeout(Duration::from_millis(10)).unwrap();
-    let command = id(vehicle.command);
-    let mut asked = vehicle.nothing;
-    let mut due = Instant::now();
-    for number in (0..=u8::MAX).cycle() {
-        while Instant::now() < due {
-            if let Ok(CanFrame::Data(frame)) = socket.read_frame()
-                && frame.id() == command
-            {
-                asked = (vehicle.asks)(frame.data());
-            }
-        }
-        due = Instant::now() + PERIOD;
-        let state = shared.lock().unwrap();
-        if state.over {
-            return;
-        }
-        let lights = if asked == vehicle.nothing { state.stalk } else { asked.trim_end_matches(", any") };
-        let mode = state.mode.map(|mode| (0x231, vec![mode]));
-        drop(state);
-        let report = (vehicle.report, (vehicle.lights)(lights, number));
-        for (to, data) in [report].into_iter().chain(mode) {
-            // Down: nothing is sent.
-            let _down = socket.write_frame(&CanDataFrame::new(id(to), &data).unwrap());
-        }
-    }
-}
-
-/// An identifier as in a DBC.
-pub(crate) fn id(number: u32) -> Id {
-    if number & 1 << 31 == 0 {
-        Id::Standard(StandardId::new(u16::try_from(number).unwrap()).unwrap())
-    } else {
-        Id::Extended(ExtendedId::new(number & 0x1FFF_FFFF).unwrap())
+        let _ended = (self.child.kill(), self.child.wait());
     }
 }

@@ -10,6 +10,9 @@ use crate::process::{self, Process};
 use crate::recording::Recording;
 use crate::vehicles::{Change, NEW_EAGLE, PACMOD, TESLA, Vehicle};
 
+/// The message of [`KIT_STATE`].
+const KIT_STATE_ID: u32 = 561;
+
 /// `ControlModeReport.mode`, and the same in the message the test adds to `pacmod`.
 const AUTONOMOUS: u8 = 1;
 const STEER_ONLY: u8 = 2;
@@ -122,8 +125,9 @@ const CASES: [Case; 11] = [
 ];
 
 /// Everything of a running day.
-struct Day {
+struct Day<'a> {
     setup: &'static Setup,
+    vcan: &'a Vcan,
     car: Car,
     commander: Commander,
     recording: Recording,
@@ -140,11 +144,12 @@ fn day(setup: &'static Setup, vcan: &Vcan, python: &Python) {
     );
     let folder = vehicle.folder(vcan.name, &keys, &setup.change);
     let recording = Recording::of(vcan.name);
-    let car = Car::start(vehicle, vcan.name);
+    // It believes a command for as long as a slow machine may need.
+    let car = Car::start(&folder, vcan.name, &["--command-timeout-ms", "2000"]);
     let commander = Commander::start(python, domain, setup.durability);
     let mut gateway = Process::run(&folder);
     commander.wait_for_readers(Heard::START, !setup.by_signal);
-    let mut day = Day { setup, car, commander, recording };
+    let mut day = Day { setup, vcan, car, commander, recording };
     for (name, case) in CASES {
         let begun = std::time::Instant::now();
         println!("{}: {name} …", vehicle.name);
@@ -159,13 +164,40 @@ fn day(setup: &'static Setup, vcan: &Vcan, python: &Python) {
     bytes::check(python, &folder, vehicle, &frames, &["off", "left", "right", "hazard", vehicle.nothing]);
 }
 
-impl Day {
+impl Day<'_> {
     fn mode(&self, mode: u8) {
-        if self.setup.by_signal {
-            self.car.mode(Some(mode));
-        } else {
+        if !self.setup.by_signal {
             self.commander.say(&format!("mode {mode} 10"));
+            return;
         }
+        self.car.ask("clear");
+        match mode {
+            AUTONOMOUS => self.car.ask("mode autonomous"),
+            STEER_ONLY => self.car.ask("mode steer_only"),
+            VELOCITY_ONLY => self.car.ask("mode velocity_only"),
+            MANUAL => self.car.ask("mode manual"),
+            raw => {
+                self.no_mode();
+                self.vcan.send(KIT_STATE_ID, [raw, 0, 0, 0, 0, 0, 0, 0]);
+            }
+        }
+    }
+
+    /// Nobody says a control mode any more.
+    fn no_mode(&self) {
+        if !self.setup.by_signal {
+            self.commander.say("mode silent");
+            return;
+        }
+        self.car.ask("fault drop KIT_STATE");
+        let last = self.mark();
+        // Once a report comes without it, it comes no more.
+        self.recording.wait(last, self.setup.vehicle.report, "a report", |frames| frames.len() > 5);
+    }
+
+    /// Its lights have done nothing since then.
+    fn lamps_untouched(&self, lights: usize) {
+        assert_eq!(self.car.lights_since(lights), []);
     }
 
     fn nothing(&self) -> &'static str {
@@ -209,8 +241,9 @@ impl Day {
 
 fn no_command_never_engaged(day: &Day) {
     // The driver indicates, and it is no business of ours.
-    day.car.stalk("left");
-    let mark = day.mark();
+    day.car.ask("stalk left");
+    day.car.wait_for_lights(0, "left", "driver");
+    let (mark, lights) = (day.mark(), day.car.mark());
     for mode in [MANUAL, AUTONOMOUS] {
         day.mode(mode);
         let heard = day.commander.say("turn 0 10; hazard 0 10");
@@ -225,49 +258,60 @@ fn no_command_never_engaged(day: &Day) {
     }
     day.commander.report(Heard::START, "turn", 2);
     day.only(mark, day.nothing());
+    day.lamps_untouched(lights);
 }
 
 fn manual(day: &Day) {
-    day.car.stalk("off");
-    let heard = day.commander.mark();
+    let (heard, lights) = (day.commander.mark(), day.car.mark());
+    day.car.ask("stalk off");
+    day.car.wait_for_lights(lights, "off", "nobody");
     day.mode(MANUAL);
     day.commander.status(heard, TRANSMISSION, OK, "control mode MANUAL");
-    day.commander.report(Heard::START, "turn", 1);
-    let mark = day.mark();
+    day.commander.report(heard, "turn", 1);
+    let (mark, lights) = (day.mark(), day.car.mark());
     let heard = day.commander.say("turn 2 10; hazard 2 10");
     for task in [TURN, HAZARD] {
         day.commander.levels_during(heard, task, "commands", 10);
         day.commander.status(heard, task, OK, "left to the vehicle, not allowed in this control mode");
     }
     day.only(mark, day.nothing());
+    day.lamps_untouched(lights);
 }
 
 fn autonomous(day: &Day) {
-    let mark = day.mark();
+    let (mark, lights) = (day.mark(), day.car.mark());
     day.mode(AUTONOMOUS);
     // What was said before counts from now on.
     day.wait(mark, "hazard");
+    day.car.wait_for_lights(lights, "hazard", "command");
     day.say("turn 1 10; hazard 1 10", "off");
+    day.car.wait_for_lights(lights, "off", "nobody");
     day.say("turn 3 10", "right");
+    day.car.wait_for_lights(lights, "right", "command");
     let heard = day.commander.mark();
     let asked = day.say("turn 2 10", "left");
     assert!(["right", "left"].ends_with(&asked), "{asked:?}");
+    day.car.wait_for_lights(lights, "left", "command");
     day.commander.status(heard, TURN, OK, "left, as commanded");
     day.commander.report(heard, "turn", 2);
 }
 
 fn hazard_during_left(day: &Day) {
-    let mark = day.mark();
-    day.say("hazard 2 10", "hazard");
+    let (mark, lights) = (day.mark(), day.car.mark());
     let heard = day.commander.mark();
+    day.say("hazard 2 10", "hazard");
+    day.car.wait_for_lights(lights, "hazard", "command");
     day.commander.status(heard, HAZARD, OK, "on, as commanded");
+    day.commander.report(heard, "hazard", 2);
     day.say("hazard 1 10", "left");
+    let seen = day.car.wait_for_lights(lights, "left", "command");
+    assert_eq!(seen.len(), 2, "hazard, then left, and nothing between: {seen:?}");
     let asked = day.asked(mark);
     assert!(asked.len() > 1 && ["left", "hazard", "left"].ends_with(&asked), "{asked:?}");
 }
 
 fn undefined_value(day: &Day) {
-    let mark = day.mark();
+    let (mark, lights) = (day.mark(), day.car.mark());
     for (topic, task) in [("turn", TURN), ("hazard", HAZARD)] {
         let heard = day.commander.say(&format!("{topic} once 7"));
         day.commander.status(heard, task, ERROR, "undefined command 7 is ignored");
@@ -277,75 +321,85 @@ fn undefined_value(day: &Day) {
     let heard = day.commander.mark();
     day.commander.status(heard, TURN, OK, "left, as commanded");
     day.only(mark, "left");
+    day.lamps_untouched(lights);
 }
 
 fn stamps_backwards(day: &Day) {
-    let mark = day.mark();
+    let (mark, lights) = (day.mark(), day.car.mark());
     let heard = day.commander.say("turn stamps -10; turn once 3; turn stamps 0");
     day.commander.status(heard, TURN, WARN, "a command with an older stamp is rejected");
     day.commander.count(heard, TURN, "stamps_backwards", 1);
     let heard = day.commander.mark();
     day.commander.status(heard, TURN, OK, "left, as commanded");
     day.only(mark, "left");
+    day.lamps_untouched(lights);
 }
 
 fn steer_only(day: &Day) {
-    let (mark, heard) = (day.mark(), day.commander.mark());
+    let (heard, lights) = (day.commander.mark(), day.car.mark());
     day.mode(STEER_ONLY);
     day.commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS_STEER_ONLY");
     day.say("hazard 2 10", "hazard");
+    day.car.wait_for_lights(lights, "hazard", "command");
     day.say("hazard 1 10", "left");
-    assert_eq!(day.asked(mark).last(), Some(&"left"));
+    day.car.wait_for_lights(lights, "left", "command");
 }
 
 fn velocity_only(day: &Day) {
-    let (mark, heard) = (day.mark(), day.commander.mark());
+    let (mark, heard, lights) = (day.mark(), day.commander.mark(), day.car.mark());
     day.mode(VELOCITY_ONLY);
     day.wait(mark, day.setup.only_hazard_off);
     day.commander.status(heard, TURN, OK, "left to the vehicle, not allowed in this control mode");
-    let mark = day.mark();
+    day.car.wait_for_lights(lights, "off", "nobody");
+    let (mark, lights) = (day.mark(), day.car.mark());
     day.say("hazard 2 10; turn 3 10", "hazard");
     day.commander.value(heard, TURN, "command", "right");
+    day.car.wait_for_lights(lights, "hazard", "command");
     day.say("hazard 1 10", day.setup.only_hazard_off);
+    let seen = day.car.wait_for_lights(lights, "off", "nobody");
+    assert_eq!(seen.len(), 2, "never right: {seen:?}");
     let asked = day.asked(mark);
     assert!(asked.iter().all(|asked| ["hazard", day.setup.only_hazard_off].contains(asked)), "{asked:?}");
-    let (mark, heard) = (day.mark(), day.commander.mark());
-    day.commander.say("turn 2 10");
-    day.mode(AUTONOMOUS);
-    day.wait(mark, "left");
-    day.commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    let heard = day.commander.say("turn 2 10");
+    day.commander.value(heard, TURN, "command", "left");
+    autonomous_again(day);
 }
 
 fn undefined_mode(day: &Day) {
-    let (mark, heard) = (day.mark(), day.commander.mark());
+    let (mark, heard, lights) = (day.mark(), day.commander.mark(), day.car.mark());
     day.mode(UNDEFINED);
     day.wait(mark, day.nothing());
     day.commander.status(heard, TRANSMISSION, ERROR, "undefined control mode 9");
-    let mark = day.mark();
-    day.mode(AUTONOMOUS);
-    day.wait(mark, "left");
+    day.car.wait_for_lights(lights, "off", "nobody");
+    autonomous_again(day);
 }
 
 fn silent_mode(day: &Day) {
-    let (mark, heard) = (day.mark(), day.commander.mark());
-    if day.setup.by_signal {
-        day.car.mode(None);
-    } else {
-        day.commander.say("mode silent");
-    }
+    let (mark, heard, lights) = (day.mark(), day.commander.mark(), day.car.mark());
+    day.no_mode();
     day.wait(mark, day.nothing());
     day.commander.status(heard, TRANSMISSION, WARN, "control mode unknown: nothing is asked of the vehicle");
-    let mark = day.mark();
+    day.car.wait_for_lights(lights, "off", "nobody");
+    autonomous_again(day);
+}
+
+/// What was wanted all the time is asked for at once.
+fn autonomous_again(day: &Day) {
+    let (mark, lights) = (day.mark(), day.car.mark());
     day.mode(AUTONOMOUS);
     day.wait(mark, "left");
+    day.car.wait_for_lights(lights, "left", "command");
 }
 
 fn silent_commands(day: &Day) {
-    let (mark, heard) = (day.mark(), day.commander.say("turn silent; hazard silent"));
+    let (mark, lights) = (day.mark(), day.car.mark());
+    let heard = day.commander.say("turn silent; hazard silent");
     for task in [TURN, HAZARD] {
         day.commander.status(heard, task, ERROR, "the command has fallen silent: ");
     }
     day.wait(mark, day.setup.both_silent);
     let asked = day.asked(mark);
     assert!(["left", day.setup.both_silent].ends_with(&asked), "{asked:?}");
+    let who = if day.setup.both_silent == "off" { "nobody" } else { "command" };
+    day.car.wait_for_lights(lights, day.setup.both_silent, who);
 }

@@ -142,7 +142,9 @@ impl Commander {
 
     /// Waits until a count of a task is at least `least`; gives it.
     pub(crate) fn count(&self, mark: Heard, task: &str, key: &str, least: u64) -> u64 {
-        let count = |line: &Value| line["values"][key].as_str().and_then(|text| text.parse::<u64>().ok());
+        // Those of sending are said for each message by its name.
+        let number = |text: &str| text.rsplit(' ').next()?.parse::<u64>().ok();
+        let count = |line: &Value| line["values"][key].as_str().and_then(number);
         let is_it = |line: &Value| is_status(line, task) && count(line).is_some_and(|count| count >= least);
         count(&self.wait(mark, &format!("{least} {key} of {task}"), is_it)).unwrap()
     }

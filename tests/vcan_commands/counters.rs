@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use crate::bytes;
-use crate::car::Car;
 use crate::commander::{Commander, Durability, Heard, Python};
 use crate::interface::Vcan;
 use crate::process::{self, DEADLINE, Process};
@@ -31,7 +30,6 @@ fn ten_thousand_frames_have_no_gap_in_their_counter_over_changes_and_a_lost_link
     let change = Change { profile: &[FASTEST], ..Change::NONE };
     let folder = NEW_EAGLE.folder(vcan.name, &keys, &change);
     let mut recording = Recording::of(vcan.name);
-    let _car = Car::start(&NEW_EAGLE, vcan.name);
     let commander = Commander::start(&python, domain, Durability::Volatile);
     let mut gateway = Process::run(&folder);
     commander.wait_for_readers(Heard::START, true);

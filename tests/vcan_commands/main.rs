@@ -8,6 +8,7 @@
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+mod adapter;
 #[path = "../command_model/bench.rs"]
 #[allow(dead_code)] // the vehicle is wanted, not its virtual time
 mod bench;
@@ -20,9 +21,11 @@ mod counters;
 #[path = "../vcan_gateway/interface.rs"]
 #[allow(dead_code)]
 mod interface;
+mod killed;
 #[path = "../vcan_gateway/process.rs"]
 #[allow(dead_code)]
 mod process;
+mod queue;
 mod recording;
 mod rhythm;
 #[path = "../daemon_on_ros/drive/script.rs"]

@@ -1,5 +1,5 @@
-//! The shipped vehicles that take commands: their files, and both ways of their buses read and written
-//! by hand, bit by bit from what is published of them.
+//! The shipped vehicles that take commands: their files, and their command frames read by hand, bit by bit
+//! from what is published of them.
 
 use std::path::Path;
 
@@ -22,8 +22,6 @@ pub(crate) struct Vehicle {
     pub(crate) counter: Option<fn(&[u8]) -> u8>,
     /// The word for a frame that asks for nothing.
     pub(crate) nothing: &'static str,
-    /// The report of lights (`off`, `left`, `right`, `hazard`) in the frame with this number.
-    pub(crate) lights: fn(&str, u8) -> Vec<u8>,
 }
 
 pub(crate) const PACMOD: Vehicle = Vehicle {
@@ -37,19 +35,10 @@ pub(crate) const PACMOD: Vehicle = Vehicle {
         [1, 1] => "off",
         [1, 2] => "left",
         [1, 3] => "hazard",
-        _ => panic!("{data:?}"),
+        _ => "undefined",
     },
     counter: None,
     nothing: "none",
-    lights: |lights, _| {
-        let raw = match lights {
-            "right" => 0,
-            "left" => 2,
-            "hazard" => 3,
-            _ => 1,
-        };
-        vec![1, 0, raw, raw]
-    },
 };
 
 pub(crate) const NEW_EAGLE: Vehicle = Vehicle {
@@ -62,20 +51,11 @@ pub(crate) const NEW_EAGLE: Vehicle = Vehicle {
         [0x10, 0, 0, 0, 0, 0, 0..=15, _] => "left",
         [0x20, 0, 0, 0, 0, 0, 0..=15, _] => "right",
         [0x30, 0, 0, 0, 0, 0, 0..=15, _] => "hazard",
-        _ => panic!("{data:?}"),
+        _ => "undefined",
     },
     counter: Some(|data| data[6] & 15),
     // No request and off are one value.
     nothing: "off",
-    lights: |lights, number| {
-        let raw = match lights {
-            "left" => 1,
-            "right" => 2,
-            "hazard" => 3,
-            _ => 0,
-        };
-        vec![raw << 4, 0, 0, 0, 0, 0, 0, number % 16]
-    },
 };
 
 pub(crate) const TESLA: Vehicle = Vehicle {
@@ -90,19 +70,10 @@ pub(crate) const TESLA: Vehicle = Vehicle {
         [0xF3, 0x0D, 0, 0, 0, 0, _, _] => "left",
         [0xF3, 0x0E, 0, 0, 0, 0, _, _] => "right",
         [0xF7, 0x0C, 0, 0, 0, 0, _, _] => "hazard",
-        _ => panic!("{data:?}"),
+        _ => "undefined",
     },
     counter: Some(|data| data[6] >> 4),
     nothing: "none",
-    lights: |lights, _| {
-        let raw = match lights {
-            "left" => 0x01,
-            "right" => 0x04,
-            "hazard" => 0x75,
-            _ => 0,
-        };
-        vec![raw, 0, 0, 0, 0, 0, 0, 0]
-    },
 };
 
 impl Vehicle {
