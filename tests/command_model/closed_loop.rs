@@ -64,6 +64,8 @@ struct Loop {
     words: [Option<u8>; 3],
     gateway_lives: bool,
     reports: (Option<&'static str>, Option<&'static str>),
+    /// When another turn report came than before.
+    turned: MonoTime,
     happened: Vec<(MonoTime, Happening)>,
     /// When, of which task.
     said: Vec<(MonoTime, String, Level, String)>,
@@ -84,6 +86,7 @@ impl Loop {
             words: [None; 3],
             gateway_lives: true,
             reports: (None, None),
+            turned: MonoTime::ZERO,
             happened: Vec::new(),
             said: Vec::new(),
         };
@@ -122,7 +125,11 @@ impl Loop {
                         self.vehicle.frame_arrived(frame.bus(), frame.frame(), self.at);
                         is_quiet = false;
                     }
-                    Output::TurnIndicators { report, .. } => self.reports.0 = Some(report.name()),
+                    Output::TurnIndicators { report, .. } => {
+                        if self.reports.0.replace(report.name()) != Some(report.name()) {
+                            self.turned = self.at;
+                        }
+                    }
                     Output::HazardLights { report, .. } => self.reports.1 = Some(report.name()),
                     Output::WithdrawTurnIndicators => self.reports.0 = None,
                     Output::WithdrawHazardLights => self.reports.1 = None,
@@ -313,6 +320,42 @@ fn a_vehicle_that_does_not_obey_or_lies_is_found_out() {
             assert_eq!(car.reports.0, Some("ENABLE_LEFT"), "{name} {fault}");
             assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok, "{name} {fault}");
         }
+    }
+}
+
+/// How long the loop takes by its construction, at any phase of its rhythms: what a process and a machine
+/// add is measured on a real bus.
+#[test]
+fn a_command_is_reported_within_the_vehicles_reaction_and_one_period_of_its_report() {
+    // The gateway's least distance between two frames, the reaction, the report's period.
+    let most_ms = 10 + u64::try_from(Behaviour::default().reaction.as_millis()).unwrap() + 100;
+    for (index, (name, _)) in SHIPPED.iter().enumerate() {
+        let mut car = Loop::shipped(index);
+        car.mode(AUTONOMOUS);
+        car.say(DISABLE, HAZARD_OFF, 1000);
+        let mut spans = Vec::new();
+        for (step, raw) in (0_u64..1000).zip([LEFT, DISABLE, RIGHT, DISABLE].into_iter().cycle()) {
+            // All phases come, in an order without pattern.
+            car.pass(300 + step * 37 % 100);
+            let told = now(car.at.as_nanos());
+            car.words[0] = Some(raw);
+            car.gateway.handle(Input::TurnCommand { raw, stamp: told.wall }, told);
+            car.exchange();
+            car.pass(most_ms);
+            let report = ["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"][usize::from(raw - 1)];
+            assert_eq!(car.reports.0, Some(report), "{name}, step {step}");
+            spans.push(car.turned.since(told.mono).as_secs_f64() * 1000.0);
+        }
+        spans.sort_by(f64::total_cmp);
+        let at = |percent: usize| spans[(spans.len() - 1) * percent / 100];
+        println!(
+            "{name}: command to report, 1000 commands: least {:.1} ms, median {:.1}, 90 % {:.1}, 99 % {:.1}, most {:.1}",
+            spans[0],
+            at(50),
+            at(90),
+            at(99),
+            at(100)
+        );
     }
 }
 
