@@ -42,8 +42,14 @@ REPORTED = {
 TASKS = ("turn_indicators_command", "hazard_lights_command", "command_transmission")
 
 
+OUTPUT = threading.Lock()
+
+
 def say(event, **fields):
-    print(json.dumps({"event": event, **fields}, default=list), flush=True)
+    line = json.dumps({"event": event, **fields}, default=list) + "\n"
+    with OUTPUT:  # two threads speak, and lines must stay whole
+        sys.stdout.write(line)
+        sys.stdout.flush()
 
 
 class Voice:
