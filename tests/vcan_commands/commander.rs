@@ -12,7 +12,7 @@ use crate::interface::skip;
 use crate::process::DEADLINE;
 
 /// On the loopback, which need not have multicast.
-const CYCLONE: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>\
+pub(crate) const CYCLONE: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>\
     </General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"127.0.0.1\"/></Peers>\
     </Discovery></Domain></CycloneDDS>";
 

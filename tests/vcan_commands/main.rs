@@ -15,6 +15,7 @@ mod bench;
 mod bytes;
 mod car;
 mod cases;
+mod closed_loop;
 mod commander;
 mod counters;
 #[path = "../vcan_gateway/interface.rs"]
@@ -27,6 +28,9 @@ mod process;
 mod queue;
 mod recording;
 mod rhythm;
+#[path = "../daemon_on_ros/drive/script.rs"]
+#[allow(dead_code)] // what the scenario expects is judged elsewhere
+mod script;
 mod traffic;
 mod vehicles;
 

@@ -114,6 +114,16 @@ impl<T: Lights> Watch<T> {
         self.disobeyed_count += u64::from(self.accord == Accord::Disobeyed && before != Accord::Disobeyed);
     }
 
+    /// Compares nothing for now, because the report cannot show this function. A light that is wanted
+    /// meanwhile may be on when it can, and is ours then.
+    pub fn suspend(&mut self, wanted: Option<T>) {
+        self.wanted = None;
+        self.apart_since = None;
+        self.obeyed_once = false;
+        self.ours |= wanted.is_some_and(Lights::is_lit);
+        self.accord = Accord::Free;
+    }
+
     /// As updated last.
     pub fn accord(&self) -> Accord {
         self.accord

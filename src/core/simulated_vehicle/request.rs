@@ -206,6 +206,22 @@ fn wrong(request: &'static str, word: Option<&str>, possible: &'static str) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Words in any order, sensible and not: a request or a refusal that names one of them.
+        #[test]
+        fn any_line_is_a_request_or_refused(
+            words in prop::collection::vec("stalk|tap|hazard|mode|fault|clear|left|off|drop|lie|bus-off|deaf|0.5|1e9|-1|nan|[ -~]{0,6}", 0..6),
+        ) {
+            let text = words.join(" ");
+            match line(&text) {
+                Ok(Some((at, _))) => prop_assert!(at.is_none_or(|at| at.as_secs_f64() <= LONGEST_S)),
+                Ok(None) => prop_assert!(text.split('#').next().unwrap().trim().is_empty()),
+                Err(error) => prop_assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
 
     #[test]
     fn each_request_is_understood() {
