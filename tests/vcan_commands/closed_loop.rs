@@ -123,8 +123,8 @@ fn drive(python: &Python, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spans
         assert_eq!(report.stamp, back.at, "{name}: the report has the kernel's stamp of the frame");
         spans.add("decision to command frame", frame.at.saturating_sub(change.stamp));
         spans.add("command frame to report frame", back.at.saturating_sub(frame.at));
-        spans.add("report frame to report", report.heard.saturating_sub(back.at));
-        spans.add("decision to report", report.heard.saturating_sub(change.stamp));
+        spans.add("report frame to report", report.arrived.saturating_sub(back.at));
+        spans.add("decision to report", report.arrived.saturating_sub(change.stamp));
     }
     println!("{name}: {:?}", values(&decided).into_iter().map(word).collect::<Vec<_>>());
 }
@@ -139,7 +139,7 @@ fn file(name: &str) -> DriveFile {
 struct Heard {
     stamp: Duration,
     value: i64,
-    heard: Duration,
+    arrived: Duration,
 }
 
 /// From the first message that wants a light.
@@ -152,7 +152,7 @@ fn changes(heard: &Value) -> Vec<Heard> {
         .map(|message| Heard {
             stamp: nanos(&message[0]),
             value: message[1].as_i64().unwrap(),
-            heard: nanos(&message[2]),
+            arrived: nanos(&message[2]),
         })
         .filter(|heard| heard.value != 0)
         .collect();
