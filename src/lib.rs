@@ -11,6 +11,7 @@
 //! | [`live`] | the gateway on live inputs, step by step as a replay of them would go |
 //! | [`replay`] | the gateway over a recording, on virtual time |
 //! | [`view`], [`timeline`] | what comes out, for people and programs |
+//! | [`vehicle_timeline`] | what a simulated vehicle does, for people and programs |
 //! | [`explanation`] | a turn-signal decision as JSON |
 //! | [`publisher`] | the way to ROS 2, if there is one |
 //! | [`config`] | what the TOML files say, checked against the DBCs |
@@ -34,4 +35,5 @@ pub mod picture;
 pub mod publisher;
 pub mod replay;
 pub mod timeline;
+pub mod vehicle_timeline;
 pub mod view;

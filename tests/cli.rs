@@ -30,7 +30,7 @@ fn refused(code: i32, args: &[&str]) -> String {
 #[test]
 fn every_command_explains_itself_with_examples() {
     assert!(out(&["--help"]).contains("Exit codes:"));
-    for command in ["run", "demo", "replay", "check", "decode", "lights"] {
+    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
         assert!(out(&[command, "--help"]).contains("Examples:"), "{command}");
     }
 }
@@ -40,7 +40,7 @@ fn the_man_pages_and_completions_name_every_option_that_help_names() {
     let folder = tempfile::tempdir().unwrap();
     out(&["man", "--out", folder.path().to_str().unwrap()]);
     let bash = out(&["completions", "bash"]);
-    for command in ["run", "demo", "replay", "check", "decode", "lights"] {
+    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
         let page =
             std::fs::read_to_string(folder.path().join(format!("signal-gateway-{command}.1"))).unwrap();
         let page = page.replace("\\-", "-");
@@ -120,7 +120,9 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
 
 #[test]
 fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
-    assert!(out(&["check", "--config", "config/gateway.toml"]).contains("0 things to look at"));
+    for shipped in ["config/gateway.toml", "config/command_bench.toml"] {
+        assert!(out(&["check", "--config", shipped]).contains("0 things to look at"), "{shipped}");
+    }
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
     let (_, behind) = readme.split_once("## Configuration in five minutes\n\n```toml\n").unwrap();
     let (shown, _) = behind.split_once("```").unwrap();
@@ -197,6 +199,44 @@ fn a_recording_can_come_through_a_pipe_and_the_output_may_be_cut_off() {
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The simulated vehicle as a log: what the guide says can be done with it.
+#[test]
+fn a_simulated_vehicle_writes_the_same_log_each_time_and_its_replay_shows_what_it_was_asked_to_do() {
+    let (folder, script) =
+        file("day.txt", "2 stalk left  # signal\n\n5 stalk off\n6 fault bulb left\n7 hazard on\n");
+    let profile = "config/vehicles/subaru_global.toml";
+    let script = script.to_str().unwrap();
+    let write = || out(&["vehicle", "--profile", profile, "--script", script, "--until", "12", "--candump"]);
+    let log = write();
+    assert_eq!(log, write());
+    assert_eq!(log.lines().next(), Some("(1700000000.000000) can0 390#9300000000000000"));
+    let path = folder.path().join("day.log");
+    std::fs::write(&path, &log).unwrap();
+    let timeline = out(&["replay", path.to_str().unwrap(), "--profile", profile]);
+    for part in ["turn_indicators  ENABLE_LEFT", "turn_indicators  DISABLE", "hazard_lights    ENABLE"] {
+        assert!(timeline.contains(part), "{part} is not in\n{timeline}");
+    }
+}
+
+#[test]
+fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
+    let (folder, script) = file("day.txt", "1 stalk left\n2 stalk up\n");
+    let pacmod = "config/vehicles/pacmod.toml";
+    let vehicle = |args: &[&str]| refused(2, &[&["vehicle", "--profile"], args].concat());
+    let text = vehicle(&[pacmod, "--candump", "--script", script.to_str().unwrap()]);
+    assert!(text.contains("day.txt:2: `up` cannot follow `stalk`: left, right or off"), "{text}");
+    let text = vehicle(&["config/vehicles/v2x_unit.toml", "--candump"]);
+    assert!(text.contains("there is nothing to simulate"), "{text}");
+    let text = vehicle(&[pacmod, "--interface", "body=vcan0"]);
+    assert!(text.contains("--interface body=vcan0: write BUS=INTERFACE, the buses are pacmod"), "{text}");
+    let text = vehicle(&[pacmod, "--interface", "nosuchcan7"]);
+    assert!(text.contains("nosuchcan7: ") && text.contains("ip link add dev vcan0 type vcan"), "{text}");
+    vehicle(&[pacmod, "--candump", "--json"]);
+    let text = refused(1, &["vehicle", "--profile", pacmod, "--candump", "--script", "/nonexistent/day.txt"]);
+    assert!(text.contains("/nonexistent/day.txt"), "{text}");
+    drop(folder);
 }
 
 fn log_of(lines: &[&str]) -> (tempfile::TempDir, PathBuf) {

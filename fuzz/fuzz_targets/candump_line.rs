@@ -1,14 +1,19 @@
-//! Any bytes are read as a line or a log, or refused, and what was read can be written and read again.
+//! Any bytes are read as a line, a log or a request to a simulated vehicle, or refused, and what was read of a log can be
+//! written and read again.
 
 #![no_main]
 
 use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
+use signal_gateway::core::simulated_vehicle::request;
 use signal_gateway::io::can::candump::{Content, parse_line};
 use signal_gateway::io::can::log::Log;
 
 fuzz_target!(|bytes: &[u8]| {
+    if let Err(error) = str::from_utf8(bytes).map_or(Ok(None), request::line) {
+        assert!(!error.to_string().is_empty());
+    }
     if let Ok(line) = parse_line(bytes) {
         assert!(!line.interface.is_empty() && !line.interface.contains(' '));
         let nanos = line.stamp.as_nanos();

@@ -9,9 +9,13 @@ use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
-use signal_gateway::config::{Overrides, load};
+use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::core::command::Turn;
 use signal_gateway::core::event::{Input, LinkState};
 use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::simulated_vehicle::plan::VehiclePlan;
+use signal_gateway::core::simulated_vehicle::request::Request;
+use signal_gateway::core::simulated_vehicle::{Behaviour, SimulatedVehicle};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 struct Texts<'a> {
@@ -46,6 +50,7 @@ fuzz_target!(|bytes: &[u8]| {
             }
         }
         Ok(settings) => {
+            simulate(&settings);
             let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
             let mut gateway = Gateway::new(settings.gateway, LinkState::Up, now);
             for _ in 0..3 {
@@ -58,3 +63,22 @@ fuzz_target!(|bytes: &[u8]| {
         }
     }
 });
+
+/// What a gateway can be configured for can be simulated, or there is nothing to simulate.
+fn simulate(settings: &Settings) {
+    let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
+    let described = &settings.gateway;
+    let plan = VehiclePlan::new(&described.lights, &settings.command_binding, &described.buses, &databases);
+    let Ok(plan) = plan else { return };
+    let mut now = MonoTime::ZERO;
+    let mut vehicle = SimulatedVehicle::new(plan, Behaviour::default(), now);
+    vehicle.schedule(MonoTime::from_millis(1), Request::Stalk(Turn::Left));
+    vehicle.schedule(MonoTime::from_millis(2), Request::Hazard(None));
+    for _ in 0..20 {
+        let Some(next) = vehicle.next_deadline(now) else { break };
+        assert!(next > now, "a deadline that does not move");
+        now = next;
+        vehicle.settle(now);
+        while vehicle.poll_output().is_some() {}
+    }
+}

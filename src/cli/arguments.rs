@@ -1,6 +1,7 @@
 //! What several commands take: a configuration, a recording.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 
@@ -41,6 +42,12 @@ pub(super) struct RecordingArgs {
 pub(super) fn speed(text: &str) -> Result<f64, String> {
     let speed: Option<f64> = text.parse().ok().filter(|speed| (0.01..=1000.0).contains(speed));
     speed.ok_or_else(|| "give a factor from 0.01 to 1000".to_owned())
+}
+
+/// A time on a time line.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.001 to 86400".to_owned())
 }
 
 /// The configuration, with warnings about it in the log.

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
+use super::arguments::seconds;
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::problem::{Problem, Refused};
@@ -242,11 +243,6 @@ fn subtitle(args: &LightsArgs) -> String {
         Whose::Upstream => "behaviour of the simulator, ",
     };
     format!("{whose}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: Option<f64> = text.parse().ok().filter(|seconds| (0.001..=86_400.0).contains(seconds));
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| "give seconds from 0.001 to 86400".to_owned())
 }
 
 fn rate(text: &str) -> Result<Rate, String> {

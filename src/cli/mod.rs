@@ -7,6 +7,7 @@ mod lights;
 mod live;
 mod manual;
 mod replay;
+mod vehicle;
 
 use std::io;
 use std::process::ExitCode;
@@ -24,6 +25,7 @@ use lights::LightsArgs;
 use live::DemoArgs;
 use manual::{CompletionsArgs, ManArgs};
 use replay::ReplayArgs;
+use vehicle::VehicleArgs;
 
 /// Vehicle-signal gateway for Autoware: turn-signal and hazard frames from CAN become status
 /// reports and diagnostics on ROS 2
@@ -68,6 +70,9 @@ enum Command {
     /// Run a drive scenario of the turn signal decider on virtual time and explain each decision
     #[command(after_help = decide::HELP)]
     Decide(DecideArgs),
+    /// Simulate a vehicle on a virtual bus: lamps that flash, commands obeyed, faults on request
+    #[command(after_help = vehicle::HELP)]
+    Vehicle(VehicleArgs),
     /// Print shell completions
     Completions(CompletionsArgs),
     /// Print the man page (roff), or one for each command into a folder
@@ -85,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Decode(args) => inspect::decode(&args),
         Command::Lights(args) => lights::run(&args),
         Command::Decide(args) => decide::run(&args),
+        Command::Vehicle(args) => vehicle::run(&args),
         Command::Completions(args) => Ok(manual::completions(&args)),
         Command::Man(args) => manual::man(&args),
     };

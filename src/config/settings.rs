@@ -17,6 +17,7 @@ use super::turn_signal::{TurnSignalConfig, turn_signal};
 use super::vehicle::{Vehicle, compile};
 use super::vehicle_file::VehicleFile;
 use crate::core::bus::BusSettings;
+use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::model::Database;
 use crate::core::gateway::GatewaySettings;
 
@@ -45,6 +46,8 @@ pub struct Settings {
     pub light_topics: LightTopics,
     /// Commands to the vehicle, if the configuration wants them.
     pub command: Option<CommandConfig>,
+    /// What the vehicle profile binds for commands, heeded or not.
+    pub command_binding: CommandBinding,
     /// The turn signal decider, whether it runs or not.
     pub turn_signal: Option<TurnSignalConfig>,
 }
@@ -288,6 +291,7 @@ fn resolve(files: &dyn Files, document: &Document, file: &GatewayFile) -> Result
         ros,
         light_topics: light_topics.unwrap_or_default(),
         command,
+        command_binding: vehicle.command,
         turn_signal: decider,
     })
 }

@@ -122,9 +122,7 @@ impl BlackBox {
                 let _ = writeln!(log, "({}) {} {frame}", stamp(start, at), interface(bus));
             }
             Input::ErrorFrame { bus, error } => {
-                let id = error.class() | 0x2000_0000;
-                let data: String = error.data().iter().map(|byte| format!("{byte:02X}")).collect();
-                let _ = writeln!(log, "({}) {} {id:08X}#{data}", stamp(start, at), interface(bus));
+                let _ = writeln!(log, "({}) {} {}", stamp(start, at), interface(bus), error.log_text());
             }
             Input::Link { .. } | Input::Controller { .. } | Input::Drops { .. } => {
                 if let Some((bus, note)) = Note::of(input) {

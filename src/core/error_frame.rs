@@ -94,6 +94,12 @@ impl ErrorFrame {
         self.data
     }
 
+    /// As candump writes it: `20000040#0000000000000000`.
+    pub fn log_text(self) -> String {
+        let data: String = self.data.iter().map(|byte| format!("{byte:02X}")).collect();
+        format!("{:08X}#{data}", self.class | 0x2000_0000)
+    }
+
     fn has(self, bit: u32) -> bool {
         self.class & bit != 0
     }

@@ -17,6 +17,7 @@ pub mod gateway;
 pub mod live_time;
 pub mod map;
 pub mod note;
+pub mod simulated_vehicle;
 pub mod time;
 pub mod traffic_light;
 pub mod trust;

@@ -6,6 +6,7 @@
 mod edges;
 mod fault_recorder;
 mod reception;
+pub mod vehicle;
 
 use std::io;
 use std::time::{Duration, Instant};

@@ -6,6 +6,7 @@
 mod bench;
 mod buttons;
 mod cases;
+mod closed_loop;
 mod days;
 mod gateway;
 mod live;

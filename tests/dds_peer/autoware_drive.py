@@ -1,10 +1,11 @@
 """An independent Autoware (Cyclone DDS) that drives as a script says, in real time, and reads commands.
 
 Usage: autoware_drive.py DOMAIN SCRIPT GATEWAYS [NAME=TOPIC]...
-So many gateways must read what is said. NAME begins with `turn` or `hazard`: what to read there.
+So many gateways must read what is said. NAME begins with `turn` or `hazard`: commands to read there; or with
+`report`: reports of the turn indicators.
 SCRIPT has a JSON object a line: first the topics by name, then a cycle each with `t` in seconds, `odometry`
 (x, y, yaw, speed), `path` (x, y, yaw, speed, lanelet), `factors` by module, `lane_driving`, and
-`route`, `hazard_request`, `own_turn`, `own_hazard` where there are any. The first cycle is repeated until
+`route`, `hazard_request`, `own_turn`, `own_hazard`, `control_mode` where there are any. The first cycle is repeated until
 a command comes on every topic that is read. Prints one line of JSON: `cycles`, when each was said, and
 `heard`, by name: the stamp of each command, its number, when it was heard; times of day in nanoseconds.
 """
@@ -27,6 +28,7 @@ from autoware_messages import (
     COVARIANCE,
     KEPT,
     SAMPLES,
+    ControlMode,
     ControlPoint,
     HazardCommand,
     LaneletPrimitive,
@@ -47,7 +49,7 @@ from autoware_messages import (
     TwistWithCovariance,
     Uuid,
 )
-from messages import Header, Pose, Quaternion, Time, Vector
+from messages import Header, Pose, Quaternion, Time, Turn, Vector
 
 NOTHING = Vector(0.0, 0.0, 0.0)
 # Nobody waits longer for the other side.
@@ -153,6 +155,7 @@ class Autoware:
             ("hazard_request", HazardCommand),
             ("own_turn", TurnCommand),
             ("own_hazard", HazardCommand),
+            ("control_mode", ControlMode),
         ):
             if name in cycle:
                 self.write(name, message(stamp, cycle[name]))
@@ -180,7 +183,8 @@ def quality(kept):
 
 
 def open_reader(participant, name, topic):
-    message = TurnCommand if name.startswith("turn") else HazardCommand
+    kinds = {"turn": TurnCommand, "hazard": HazardCommand, "report": Turn}
+    message = next(message for kind, message in kinds.items() if name.startswith(kind))
     qos = quality(False)
     return DataReader(participant, Topic(participant, f"rt{topic}", message, qos=qos), qos=qos)
 
@@ -191,7 +195,8 @@ def listen(readers, heard, ended):
             for sample in reader.take(N=100):
                 if sample.sample_info.valid_data:
                     stamp = sample.stamp.sec * 1_000_000_000 + sample.stamp.nanosec
-                    heard[name].append([stamp, sample.command, time.time_ns()])
+                    value = sample.report if isinstance(sample, Turn) else sample.command
+                    heard[name].append([stamp, value, time.time_ns()])
         time.sleep(0.005)
 
 

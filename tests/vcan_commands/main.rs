@@ -8,16 +8,31 @@
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests
 
+mod adapter;
 #[path = "../command_model/bench.rs"]
 #[allow(dead_code)] // the vehicle is wanted, not its virtual time
 mod bench;
+mod bytes;
+mod car;
+mod cases;
+mod closed_loop;
+mod commander;
+mod counters;
 #[path = "../vcan_gateway/interface.rs"]
 #[allow(dead_code)]
 mod interface;
+mod killed;
 #[path = "../vcan_gateway/process.rs"]
 #[allow(dead_code)]
 mod process;
+mod queue;
+mod recording;
+mod rhythm;
+#[path = "../daemon_on_ros/drive/script.rs"]
+#[allow(dead_code)] // what the scenario expects is judged elsewhere
+mod script;
 mod traffic;
+mod vehicles;
 
 use signal_gateway::core::event::Output;
 use signal_gateway::core::time::WallStamp;

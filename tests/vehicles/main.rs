@@ -11,6 +11,7 @@ mod real_dbcs;
 mod real_logs;
 mod seal;
 mod silences;
+mod simulated;
 mod v2x_unit;
 
 use std::path::{Path, PathBuf};

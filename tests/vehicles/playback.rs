@@ -59,6 +59,12 @@ pub(crate) fn play_text(settings: &Settings, text: &str, interface: &str) -> Pla
     play(settings, log, Routes(vec![(interface.to_owned(), BusIndex(0))]))
 }
 
+/// Plays candump text of the settings' own interfaces.
+pub(crate) fn play_log(settings: &Settings, text: &str) -> Playback {
+    let log = Log::new(Box::new(Cursor::new(text.as_bytes().to_vec()))).unwrap();
+    play(settings, log, Routes::by_interface(&settings.gateway))
+}
+
 fn play(settings: &Settings, log: Log, routes: Routes) -> Playback {
     let mut replay = Replay::new(settings.gateway.clone(), log, routes).unwrap();
     let mut playback = Playback {

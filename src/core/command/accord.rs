@@ -63,8 +63,10 @@ pub struct Watch<T> {
     apart_since: Option<MonoTime>,
     /// Whether the report has shown this wish.
     obeyed_once: bool,
-    /// Whether the light that is on was lit on our wish.
+    /// Whether a light that is on was lit on our wish.
     ours: bool,
+    /// Whether a light has been reported since that wish.
+    shown_lit: bool,
     accord: Accord,
     /// Times the driver was found to do something else.
     driver_count: u64,
@@ -82,6 +84,7 @@ impl<T: Lights> Watch<T> {
             apart_since: None,
             obeyed_once: false,
             ours: false,
+            shown_lit: false,
             accord: Accord::Free,
             driver_count: 0,
             disobeyed_count: 0,
@@ -96,16 +99,29 @@ impl<T: Lights> Watch<T> {
             self.obeyed_once = false;
             self.apart_since = None;
             if wanted.is_some_and(Lights::is_lit) && !reported.is_some_and(Lights::is_lit) {
-                self.ours = true;
+                (self.ours, self.shown_lit) = (true, false);
             }
         }
-        if reported.is_some_and(|state| !state.is_lit()) && !wanted.is_some_and(Lights::is_lit) {
+        self.shown_lit |= reported.is_some_and(Lights::is_lit);
+        // A wish that was short may show only after it has ended.
+        let is_over = self.shown_lit || now.since(self.wanted_since) > self.limits.warn;
+        if is_over && reported.is_some_and(|state| !state.is_lit()) && !wanted.is_some_and(Lights::is_lit) {
             self.ours = false;
         }
         let before = self.accord;
         self.accord = self.judge(reported, driver, before, now);
         self.driver_count += u64::from(self.accord == Accord::Driver && before != Accord::Driver);
         self.disobeyed_count += u64::from(self.accord == Accord::Disobeyed && before != Accord::Disobeyed);
+    }
+
+    /// Compares nothing for now, because the report cannot show this function. A light that is wanted
+    /// meanwhile may be on when it can, and is ours then.
+    pub fn suspend(&mut self, wanted: Option<T>) {
+        self.wanted = None;
+        self.apart_since = None;
+        self.obeyed_once = false;
+        self.ours |= wanted.is_some_and(Lights::is_lit);
+        self.accord = Accord::Free;
     }
 
     /// As updated last.

@@ -359,7 +359,11 @@ impl CommandFlow {
         let Reported { turn, hazard } = self.reported;
         let wanted = Some(decision.wanted).filter(|_| self.is_live()).unwrap_or_default();
         let is_hazard = wanted.hazard == Some(true) || hazard == Some(true);
-        self.turn_watch.update(wanted.turn.filter(|_| !is_hazard), turn, signs.turn, now);
+        if is_hazard {
+            self.turn_watch.suspend(wanted.turn);
+        } else {
+            self.turn_watch.update(wanted.turn, turn, signs.turn, now);
+        }
         self.hazard_watch.update(wanted.hazard, hazard, signs.hazard, now);
         Grants { turn: self.turn_watch.is_drivers(), hazard: self.hazard_watch.is_drivers() }
     }

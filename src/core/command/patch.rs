@@ -59,6 +59,11 @@ impl Patch {
         self.mask.iter().zip(other.mask).any(|(mine, other)| mine & other != 0)
     }
 
+    /// Whether `data` has these values, whatever its other bits are.
+    pub fn matches(&self, data: &[u8; MAX_DATA]) -> bool {
+        data.iter().zip(self.mask).zip(self.bits).all(|((byte, mask), bits)| byte & mask == bits)
+    }
+
     /// Puts the values into `data` and leaves all other bits alone.
     pub fn apply(&self, data: &mut [u8; MAX_DATA]) {
         for ((byte, mask), bits) in data.iter_mut().zip(self.mask).zip(self.bits) {
@@ -108,6 +113,9 @@ mod tests {
             let mut expected = [background; MAX_DATA];
             codec.write(raw, &mut expected).unwrap();
             prop_assert_eq!(data, expected);
+            prop_assert!(patch.matches(&data));
+            codec.write(if raw == lowest { highest } else { lowest }, &mut data).unwrap();
+            prop_assert!(!patch.matches(&data));
             prop_assert_eq!(patch.set(&codec, raw), Err(PatchError::Overlap));
             let too_high = Patch::default().set(&codec, highest + 1);
             prop_assert_eq!(too_high, Err(PatchError::OutOfRange { lowest, highest }));

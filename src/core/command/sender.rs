@@ -86,7 +86,7 @@ impl Sender {
             due: None,
             burst_left: 0,
             last_sent: None,
-            counter: first_counter(message.protection.as_ref()),
+            counter: message.protection.as_ref().map_or(0, Protection::first_counter),
             given: None,
             failures: 0,
             unconfirmed: VecDeque::new(),
@@ -121,7 +121,7 @@ impl Sender {
         self.due = Some(if next > now { next } else { now.after(timing.period) });
         let counter = self.counter;
         let frame = encode(&message.permit, message.protection.as_ref(), contents.data, counter)?;
-        self.counter = next_counter(message.protection.as_ref(), counter);
+        self.counter = message.protection.as_ref().map_or(0, |protection| protection.next_counter(counter));
         self.last_sent = Some(now);
         self.counts.sent += 1;
         self.counts.with_authority += u64::from(contents.authority);
@@ -226,37 +226,9 @@ fn encode(
     permit: &Permit,
     protection: Option<&Protection>,
     mut data: [u8; MAX_DATA],
-    value: u32,
+    counter: u32,
 ) -> Option<CommandFrame> {
-    match protection {
-        None => {}
-        Some(Protection::Fields { checksum, counter }) => {
-            if let Some(counter) = counter {
-                counter.signal().write(value.into(), &mut data).ok()?;
-            }
-            if let Some(checksum) = checksum {
-                checksum.seal(permit.id(), data.get_mut(..permit.length())?).then_some(())?;
-            }
-        }
-        Some(Protection::E2e { profile, .. }) => {
-            profile.protect(value, data.get_mut(..permit.length())?).then_some(())?;
-        }
-    }
+    let seal = |protection: &Protection| protection.seal(permit.id(), counter, &mut data, permit.length());
+    protection.is_none_or(seal).then_some(())?;
     permit.frame(&data)
-}
-
-fn first_counter(protection: Option<&Protection>) -> u32 {
-    match protection {
-        Some(Protection::Fields { counter: Some(counter), .. }) => counter.rule().range().0,
-        Some(Protection::E2e { counter, .. }) => counter.range().0,
-        Some(Protection::Fields { counter: None, .. }) | None => 0,
-    }
-}
-
-fn next_counter(protection: Option<&Protection>, value: u32) -> u32 {
-    match protection {
-        Some(Protection::Fields { counter: Some(counter), .. }) => counter.rule().next(value),
-        Some(Protection::E2e { counter, .. }) => counter.next(value),
-        Some(Protection::Fields { counter: None, .. }) | None => value,
-    }
 }

@@ -55,6 +55,15 @@ impl ControllerWatch {
     }
 }
 
+/// Whether there is a controller below an interface, and so perhaps a real vehicle; virtual interfaces
+/// have none.
+///
+/// # Errors
+/// The interface is not there, or the kernel does not tell.
+pub fn has_controller(interface: &str) -> io::Result<bool> {
+    params(interface).map(|params| params.state.is_some())
+}
+
 /// Bit rate, controller state and automatic restart in one line, for the log at start. A virtual
 /// interface has none of these; what the kernel refuses to tell is left out.
 pub(super) fn describe(interface: &str) -> String {

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`bus`] | the task that turns one interface into inputs, whatever becomes of the interface |
 //! | `link` | what the kernel says of an interface, and when that may have changed |
-//! | `controller` | what the kernel says of the controller below an interface |
+//! | [`controller`] | what the kernel says of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | [`transmit`] | sending on that socket |
 //! | `wire` | the kernel's structures, as bytes |
@@ -14,7 +14,7 @@
 
 pub mod bus;
 pub mod candump;
-mod controller;
+pub mod controller;
 pub mod formats;
 mod link;
 pub mod log;

@@ -12,6 +12,7 @@ use tokio::sync::Notify;
 use super::socket::CanSocket;
 use super::wire;
 use crate::core::command::sender::SendFailure;
+use crate::core::error_frame::ErrorFrame;
 use crate::core::frame::Frame;
 
 /// The way out to one interface, shared by the task that receives on it and whoever sends.
@@ -43,9 +44,22 @@ impl Transmitter {
     /// # Errors
     /// The kernel's, told apart by what helps against it.
     pub fn send(&self, frame: &Frame) -> Result<(), SendFailure> {
+        let (bytes, length) = wire::bytes(frame);
+        self.send_bytes(bytes.get(..length).unwrap_or_default())
+    }
+
+    /// Lets all others on a virtual interface receive an error frame, as if their driver had made it.
+    ///
+    /// # Errors
+    /// As of [`Self::send`].
+    pub fn send_error(&self, error: ErrorFrame) -> Result<(), SendFailure> {
+        self.send_bytes(&wire::error_bytes(error))
+    }
+
+    fn send_bytes(&self, bytes: &[u8]) -> Result<(), SendFailure> {
         let mut way = self.way();
         let Way::Open(socket) = &*way else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
-        let Err(error) = write(socket, frame) else { return Ok(()) };
+        let Err(error) = write(socket, bytes) else { return Ok(()) };
         let errno = error.raw_os_error().unwrap_or(libc::EIO);
         if matches!(errno, libc::ENETDOWN | libc::ENODEV | libc::ENXIO) {
             // The receiver, which would have been told the same, is told by us.
@@ -87,12 +101,10 @@ impl Drop for Opened {
 }
 
 #[allow(unsafe_code)]
-fn write(socket: &OwnedFd, frame: &Frame) -> io::Result<()> {
-    let (bytes, length) = wire::bytes(frame);
-    let part = bytes.get(..length).unwrap_or_default();
-    // SAFETY: pointer and length describe `part`, which the kernel only reads.
+fn write(socket: &OwnedFd, bytes: &[u8]) -> io::Result<()> {
+    // SAFETY: pointer and length describe `bytes`, which the kernel only reads.
     let sent =
-        unsafe { libc::send(socket.as_raw_fd(), part.as_ptr().cast(), part.len(), libc::MSG_DONTWAIT) };
+        unsafe { libc::send(socket.as_raw_fd(), bytes.as_ptr().cast(), bytes.len(), libc::MSG_DONTWAIT) };
     if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 

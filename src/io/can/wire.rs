@@ -75,6 +75,17 @@ pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
     (bytes, if frame.is_fd() { libc::CANFD_MTU } else { libc::CAN_MTU })
 }
 
+/// An error frame as a `can_frame`, as drivers make it.
+pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
+    let mut bytes = [0; libc::CAN_MTU];
+    let (head, body) = bytes.split_at_mut(8);
+    let words =
+        (libc::CAN_ERR_FLAG | error.class() & libc::CAN_ERR_MASK).to_ne_bytes().into_iter().chain([8]);
+    head.iter_mut().zip(words).for_each(|(to, from)| *to = from);
+    body.copy_from_slice(&error.data());
+    bytes
+}
+
 /// What the control messages beside a frame say.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Controls {
@@ -179,6 +190,12 @@ mod tests {
                 prop_assert_eq!(&bytes[5..8], &[0; 3], "no flags, nothing reserved");
             }
         }
+    }
+
+    #[test]
+    fn an_error_frame_is_read_back() {
+        let error = ErrorFrame::new(0x44, &[1, 2, 3]);
+        assert_eq!(message(&error_bytes(error)), Some(Message::Error(error)));
     }
 
     #[test]

@@ -92,6 +92,7 @@ impl Script {
             ("hazard_request", "/system/hazard_lights_cmd"),
             ("own_turn", "/planning/turn_indicators_cmd"),
             ("own_hazard", "/planning/hazard_lights_cmd"),
+            ("control_mode", "/vehicle/status/control_mode"),
         ] {
             if self.cycles.iter().any(|cycle| cycle.contains_key(key)) {
                 topics[key] = json!(topic);

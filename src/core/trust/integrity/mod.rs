@@ -7,6 +7,7 @@
 pub mod checksum;
 pub mod counter;
 pub mod e2e;
+mod send;
 pub mod window;
 mod words;
 

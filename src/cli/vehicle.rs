@@ -1,0 +1,260 @@
+//! `vehicle`: a simulated vehicle, on a virtual bus or as a log.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+
+use super::arguments::{ConfigArgs, seconds, settings};
+use super::{Failure, say, start_log};
+use crate::config::Settings;
+use crate::core::command::sender::SendFailure;
+use crate::core::simulated_vehicle::plan::VehiclePlan;
+use crate::core::simulated_vehicle::request::{self, Request};
+use crate::core::simulated_vehicle::{Behaviour, SimulatedVehicle};
+use crate::core::time::{MonoTime, WallStamp};
+use crate::daemon::vehicle::{Seen, VehicleRun, run_vehicle};
+use crate::io::can::controller::has_controller;
+use crate::vehicle_timeline::{Form, VehicleTimeline};
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway vehicle --profile config/vehicles/pacmod.toml --interface vcan0
+  signal-gateway vehicle --profile config/vehicles/tesla_model3.toml --interface vcan0 --script day.txt
+  signal-gateway vehicle --profile config/vehicles/vw_mqb.toml --candump --until 20 --script day.txt > day.log
+
+Requests come from --script and from standard input, one a line; a number before it is the time
+in seconds since the start, # begins a comment:
+  stalk left|right|off       the driver moves the stalk all the way
+  tap left|right             the driver taps it: three flashes
+  hazard on|off|press        the driver's hazard button
+  mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready
+                             who drives: what the vehicle says, and which commands it obeys
+  fault drop [P] [MESSAGE]   frames are lost, each with probability P (1)
+  fault corrupt [P] [MESSAGE]          a random bit is wrong
+  fault freeze-counter [MESSAGE]       the counter stands still
+  fault freeze-contents [MESSAGE]      the contents stand still, counter and checksum go on
+  fault lie off|left|right|hazard      reports say that, whatever the lamps do
+  fault report not_available|fault|undefined   reports say nothing that can be used
+  fault bulb left|right      the side flashes twice as fast, fault signals tell it
+  fault deaf                 commands are not heard
+  fault bus-off SECONDS      an error frame says bus-off; silence; another says restarted
+  fault silent               nothing is sent or heard
+  clear                      all is whole again
+Without MESSAGE a fault is of all messages. The end of standard input does not end the vehicle.
+
+A line of text is  seconds  what  how. With --json each line is one object {\"t\": SECONDS, \"what\": …}:
+  commanded          turn (left, right, off or null: nothing asked), hazard (true, false or null)
+  command_timed_out  message
+  command_rejected   message, why
+  lights             lights (off, left, right, hazard), who (nobody, command, driver)
+  lamps              left, right: lit
+  bus_off            on
+  not_possible       why
+
+The driver comes before the commands, hazard lights before turn indicators. A command ends with
+its frames. An interface with a controller, which may be a real vehicle's, is refused.";
+
+#[derive(Debug, Args)]
+pub(super) struct VehicleArgs {
+    #[command(flatten)]
+    config: ConfigArgs,
+    /// Use INTERFACE instead of the configured one, for BUS of the profile or its only bus; repeatable
+    #[arg(short, long, value_name = "[BUS=]INTERFACE")]
+    interface: Vec<String>,
+    /// Requests, one a line
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    /// When to end; default: with SIGTERM or SIGINT, of a log 10
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    until: Option<Duration>,
+    /// From a command to the lights
+    #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(0..=60_000))]
+    reaction_ms: u64,
+    /// How long a command holds after its last frame; default: five periods of its message
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=60_000))]
+    command_timeout_ms: Option<u64>,
+    /// Flashes a minute
+    #[arg(long, value_name = "RATE", default_value_t = 90, value_parser = clap::value_parser!(u64).range(30..=240))]
+    flashes: u64,
+    /// Another seed, other random faults
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Print JSON lines
+    #[arg(long)]
+    json: bool,
+    /// Print what it sends as a candump log, on virtual time and without a bus
+    #[arg(long, conflicts_with = "json")]
+    candump: bool,
+}
+
+pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
+    start_log("warn");
+    let mut settings = settings(&args.config)?;
+    choose_interfaces(args, &mut settings)?;
+    let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
+    let gateway = &settings.gateway;
+    let plan = VehiclePlan::new(&gateway.lights, &settings.command_binding, &gateway.buses, &databases);
+    let plan = plan.map_err(|error| Failure::Usage(error.to_string()))?;
+    let behaviour = Behaviour {
+        reaction: Duration::from_millis(args.reaction_ms),
+        command_timeout: args.command_timeout_ms.map(Duration::from_millis),
+        flash_period: Duration::from_secs(60) / u32::try_from(args.flashes).unwrap_or(90),
+        seed: args.seed,
+    };
+    let script = args.script.as_deref().map(read_script).transpose()?.unwrap_or_default();
+    let form = match (args.json, args.candump) {
+        (_, true) => Form::Candump,
+        (true, false) => Form::Json,
+        (false, false) => Form::Text,
+    };
+    let interfaces = gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
+    let timeline = VehicleTimeline { form, interfaces, start: LOG_START };
+    let run = VehicleRun { plan, behaviour, script, until: args.until, lines: None };
+    if args.candump { write_log(run, &timeline) } else { drive(&settings, run, &timeline) }
+}
+
+/// 2023-11-14, so that the same script gives the same log.
+const LOG_START: WallStamp = WallStamp::from_nanos(1_700_000_000_000_000_000);
+const LOG_LENGTH: Duration = Duration::from_secs(10);
+
+/// The vehicle on its interfaces.
+fn drive(settings: &Settings, mut run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Failure> {
+    for bus in &settings.gateway.buses {
+        refuse_controller(&bus.interface)?;
+    }
+    if timeline.form == Form::Text && io::stdout().is_terminal() {
+        say(&title(settings, &run.plan));
+    }
+    run.lines = Some(lines_of_stdin());
+    let mut out = io::stdout().lock();
+    run_vehicle(settings, run, |seen, now| {
+        match seen {
+            Seen::Output(output) => {
+                if let Some(line) = timeline.line(output, now) {
+                    writeln!(out, "{line}")?;
+                    out.flush()?;
+                }
+            }
+            Seen::NotSent(bus, why) => {
+                let interface = timeline.interfaces.get(usize::from(bus.0)).map_or("?", String::as_str);
+                say(&format!("nothing can be sent on {interface}: {}", reason(why)));
+            }
+            Seen::Misunderstood(error) => say(&format!("request: {error}")),
+        }
+        Ok(())
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The vehicle on virtual time.
+fn write_log(run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Failure> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut vehicle = SimulatedVehicle::new(run.plan, run.behaviour, MonoTime::ZERO);
+    for (at, request) in run.script {
+        vehicle.schedule(MonoTime::ZERO.after(at), request);
+    }
+    let end = MonoTime::ZERO.after(run.until.unwrap_or(LOG_LENGTH));
+    let mut now = MonoTime::ZERO;
+    loop {
+        vehicle.settle(now);
+        while let Some(output) = vehicle.poll_output() {
+            if let Some(line) = timeline.line(&output, now) {
+                writeln!(out, "{line}")?;
+            }
+        }
+        match vehicle.next_deadline(now).filter(|next| *next <= end) {
+            Some(next) => now = next,
+            None => break,
+        }
+    }
+    out.flush()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A real vehicle must not hear a simulated one.
+fn refuse_controller(interface: &str) -> Result<(), Failure> {
+    match has_controller(interface) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(Failure::Usage(format!(
+            "{interface} has a CAN controller, and a real vehicle may listen: use a virtual interface"
+        ))),
+        Err(error) => Err(Failure::Usage(format!(
+            "{interface}: {error}; make a virtual one: ip link add dev vcan0 type vcan && ip link set vcan0 up, \
+             and name it with --interface"
+        ))),
+    }
+}
+
+fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), Failure> {
+    let buses = &mut settings.gateway.buses;
+    for given in &args.interface {
+        let (wanted, interface) =
+            given.split_once('=').map_or((None, given.as_str()), |(bus, name)| (Some(bus), name));
+        let only = buses.len() == 1;
+        let found = buses.iter_mut().find(|bus| wanted.map_or(only, |wanted| bus.name == wanted));
+        match found {
+            Some(bus) => interface.clone_into(&mut bus.interface),
+            None => {
+                let names: Vec<_> = buses.iter().map(|bus| bus.name.as_str()).collect();
+                let names = names.join(", ");
+                return Err(Failure::Usage(format!(
+                    "--interface {given}: write BUS=INTERFACE, the buses are {names}"
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Requests without a time are for the start.
+fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
+    let failed = |error| Failure::File(path.display().to_string(), error);
+    let text = std::fs::read_to_string(path).map_err(failed)?;
+    let mut script = Vec::new();
+    for (number, line) in (1_u32..).zip(text.lines()) {
+        let wrong = |error| Failure::Usage(format!("{}:{number}: {error}", path.display()));
+        if let Some((at, request)) = request::line(line).map_err(wrong)? {
+            script.push((at.unwrap_or_default(), request));
+        }
+    }
+    Ok(script)
+}
+
+/// Read by a thread of its own, which ends with the process: standard input cannot be waited for
+/// otherwise.
+fn lines_of_stdin() -> UnboundedReceiver<String> {
+    let (sender, lines) = unbounded_channel();
+    std::thread::spawn(move || {
+        for line in io::stdin().lock().lines() {
+            // Not text, or not to be read: no more lines.
+            if line.ok().is_none_or(|line| sender.send(line).is_err()) {
+                break;
+            }
+        }
+    });
+    lines
+}
+
+fn title(settings: &Settings, plan: &VehiclePlan) -> String {
+    let buses = settings.gateway.buses.iter().map(|bus| format!("{} on {}", bus.name, bus.interface));
+    let obeys: Vec<_> = plan.obeys().collect();
+    let obeys = if obeys.is_empty() { "no commands".to_owned() } else { obeys.join(", ") };
+    format!(
+        "{}, simulated: {}\nsends {}; obeys {obeys}\nrequests: {}",
+        settings.vehicle,
+        buses.collect::<Vec<_>>().join(", "),
+        plan.sends().collect::<Vec<_>>().join(", "),
+        request::REQUESTS,
+    )
+}
+
+fn reason(why: SendFailure) -> String {
+    match why {
+        SendFailure::QueueFull => "the queue is full".to_owned(),
+        SendFailure::Refused(errno) => io::Error::from_raw_os_error(errno).to_string(),
+    }
+}

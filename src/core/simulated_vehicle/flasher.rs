@@ -1,0 +1,110 @@
+//! The flasher relay: which lamps are lit, from when to when.
+
+use std::time::Duration;
+
+use crate::core::time::MonoTime;
+use crate::core::vehicle_lights::binding::TurnCode;
+use crate::core::vehicle_lights::lamp::Sides;
+
+/// Flashes one side, or both, from the moment it is told to; lit first.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flasher {
+    period: Duration,
+    code: TurnCode,
+    since: MonoTime,
+}
+
+impl Flasher {
+    /// Off. A period of zero counts as 2 ns: the relay needs two edges.
+    pub(super) fn new(period: Duration) -> Self {
+        Self { period: period.max(Duration::from_nanos(2)), code: TurnCode::Off, since: MonoTime::ZERO }
+    }
+
+    /// From now on: these lights. The same ones flash on.
+    pub(super) fn set(&mut self, code: TurnCode, now: MonoTime) {
+        if code != self.code {
+            (self.code, self.since) = (code, now);
+        }
+    }
+
+    pub(super) fn code(&self) -> TurnCode {
+        self.code
+    }
+
+    /// Which sides are lit now: one with a broken bulb twice as often, as its other bulbs show.
+    pub(super) fn lit(&self, broken: Sides, now: MonoTime) -> Sides {
+        let half = self.half(broken).as_nanos();
+        let lit = (now.since(self.since).as_nanos() / half).is_multiple_of(2);
+        let (left, right) = sides(self.code);
+        Sides { left: lit && left, right: lit && right }
+    }
+
+    /// When they change by themselves.
+    pub(super) fn next_edge(&self, broken: Sides, now: MonoTime) -> Option<MonoTime> {
+        if self.code == TurnCode::Off {
+            return None;
+        }
+        let half = self.half(broken).as_nanos();
+        let edges = now.since(self.since).as_nanos() / half + 1;
+        let nanos = u64::try_from(edges * half).unwrap_or(u64::MAX);
+        Some(self.since.after(Duration::from_nanos(nanos)))
+    }
+
+    /// Lit for so long, and dark for so long.
+    fn half(&self, broken: Sides) -> Duration {
+        let hurries = match self.code {
+            TurnCode::Left => broken.left,
+            TurnCode::Right => broken.right,
+            // Hazard lights keep their rate: their load is another one.
+            TurnCode::Off | TurnCode::Both => false,
+        };
+        (self.period / if hurries { 4 } else { 2 }).max(Duration::from_nanos(1))
+    }
+}
+
+/// Which sides these lights flash: left, right.
+fn sides(code: TurnCode) -> (bool, bool) {
+    match code {
+        TurnCode::Off => (false, false),
+        TurnCode::Left => (true, false),
+        TurnCode::Right => (false, true),
+        TurnCode::Both => (true, true),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NONE: Sides = Sides { left: false, right: false };
+    const LEFT: Sides = Sides { left: true, right: false };
+
+    #[test]
+    fn it_is_lit_at_once_and_for_half_of_each_period() {
+        let mut flasher = Flasher::new(Duration::from_millis(600));
+        let at = MonoTime::from_millis;
+        assert_eq!((flasher.lit(NONE, at(0)), flasher.next_edge(NONE, at(0))), (NONE, None));
+        flasher.set(TurnCode::Left, at(1000));
+        let lit: Vec<_> =
+            (1000..2800).step_by(100).map(|ms| u8::from(flasher.lit(NONE, at(ms)).left)).collect();
+        assert_eq!(lit, [1, 1, 1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1, 0, 0, 0]);
+        assert_eq!(flasher.next_edge(NONE, at(1000)), Some(at(1300)));
+        assert_eq!(flasher.next_edge(NONE, at(1299)), Some(at(1300)));
+        assert_eq!(flasher.next_edge(NONE, at(1300)), Some(at(1600)));
+        flasher.set(TurnCode::Left, at(1500));
+        assert_eq!(flasher.next_edge(NONE, at(1500)), Some(at(1600)), "the same lights flash on");
+        flasher.set(TurnCode::Both, at(1500));
+        assert_eq!(flasher.lit(NONE, at(1500)), Sides { left: true, right: true });
+    }
+
+    #[test]
+    fn a_side_with_a_broken_bulb_flashes_twice_as_fast() {
+        let mut flasher = Flasher::new(Duration::from_millis(600));
+        let at = MonoTime::from_millis;
+        for (code, edge) in [(TurnCode::Left, 150), (TurnCode::Right, 300), (TurnCode::Both, 300)] {
+            flasher.set(code, at(0));
+            assert_eq!(flasher.next_edge(LEFT, at(0)), Some(at(edge)), "{code:?}");
+            flasher.set(TurnCode::Off, at(0));
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Sends one message of the vehicle in its rhythm, and spoils its frames on request.
+
+use std::time::Duration;
+
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
+
+use super::faults::FrameFate;
+use super::plan::{PlannedMessage, frame};
+use super::says::Picture;
+use crate::core::frame::{Frame, MAX_DATA};
+use crate::core::time::MonoTime;
+use crate::core::trust::integrity::Protection;
+
+/// Least time between two frames that are sent because something changed.
+const LEAST_GAP: Duration = Duration::from_millis(10);
+
+/// One message on its way.
+#[derive(Debug, Clone)]
+pub(super) struct Transmission {
+    /// When the next frame is due by the rhythm; none = on a change only.
+    due: Option<MonoTime>,
+    last_sent: Option<MonoTime>,
+    counter: u32,
+    /// What each page said last.
+    said: Vec<[u8; MAX_DATA]>,
+    /// Whether there is something that has not been said yet.
+    is_waiting: bool,
+}
+
+impl Transmission {
+    /// The first frame is due at `start`.
+    pub(super) fn new(message: &PlannedMessage, start: MonoTime) -> Self {
+        let counter = message.protection.as_ref().map_or(0, Protection::first_counter);
+        Self { due: Some(start), last_sent: None, counter, said: Vec::new(), is_waiting: false }
+    }
+
+    /// The frames to send now.
+    pub(super) fn settle(
+        &mut self,
+        message: &PlannedMessage,
+        picture: &Picture,
+        fate: FrameFate,
+        random: &mut Pcg32,
+        now: MonoTime,
+    ) -> Vec<Frame> {
+        let pages: Vec<_> = message
+            .pages
+            .iter()
+            .map(|page| {
+                let mut data = page.background;
+                for speaker in &page.speakers {
+                    // Raw values are chosen from the signal's range.
+                    let _ = speaker.raw(picture).map(|raw| speaker.codec.write(raw, &mut data));
+                }
+                data
+            })
+            .collect();
+        if !fate.freezes_contents || self.said.is_empty() {
+            self.is_waiting |= message.on_change && self.said != pages;
+            self.said = pages;
+        }
+        let may_change = self.is_waiting && self.last_sent.is_none_or(|last| now >= last.after(LEAST_GAP));
+        let is_due = self.due.is_some_and(|due| now >= due);
+        if !may_change && !is_due {
+            return Vec::new();
+        }
+        self.is_waiting = false;
+        if is_due {
+            let next = |due: MonoTime, period| {
+                let next = due.after(period);
+                if next > now { next } else { now.after(period) }
+            };
+            self.due = self.due.zip(message.period).map(|(due, period)| next(due, period));
+        }
+        self.last_sent = Some(now);
+        let said = std::mem::take(&mut self.said);
+        let frames = said.iter().filter_map(|data| self.frame(message, *data, fate, random)).collect();
+        self.said = said;
+        frames
+    }
+
+    /// One frame, unless it is lost.
+    fn frame(
+        &mut self,
+        message: &PlannedMessage,
+        mut data: [u8; MAX_DATA],
+        fate: FrameFate,
+        random: &mut Pcg32,
+    ) -> Option<Frame> {
+        if let Some(protection) = &message.protection {
+            protection.seal(message.id, self.counter, &mut data, message.length).then_some(())?;
+            if !fate.freezes_counter {
+                self.counter = protection.next_counter(self.counter);
+            }
+        }
+        // Both are drawn for each frame, so that one fault does not change the other's dice.
+        let (is_lost, is_wrong) = (draw(random) < fate.drop, draw(random) < fate.corrupt);
+        let bits = u32::try_from(message.length * 8).unwrap_or(0);
+        let bit = usize::try_from(random.next_u32().checked_rem(bits).unwrap_or(0)).unwrap_or(0);
+        if let Some(byte) = data.get_mut(bit / 8).filter(|_| is_wrong) {
+            *byte ^= 1 << (bit % 8);
+        }
+        data.get(..message.length).filter(|_| !is_lost).and_then(|data| frame(message.id, data))
+    }
+
+    pub(super) fn next_deadline(&self) -> Option<MonoTime> {
+        let change = self.last_sent.filter(|_| self.is_waiting).map(|last| last.after(LEAST_GAP));
+        self.due.into_iter().chain(change).min()
+    }
+}
+
+/// 0 to 1, 1 excluded.
+fn draw(random: &mut Pcg32) -> f64 {
+    f64::from(random.next_u32()) / 4_294_967_296.0
+}

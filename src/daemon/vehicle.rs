@@ -1,0 +1,156 @@
+//! A simulated vehicle in real time: on its interfaces, obeying and asked by the lines of whoever plays
+//! with it.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::time::sleep_until;
+
+use super::edges::StopSignals;
+use super::{DaemonError, QUEUED_BATCHES, runtime};
+use crate::config::Settings;
+use crate::core::command::sender::SendFailure;
+use crate::core::event::{BusIndex, Input};
+use crate::core::simulated_vehicle::plan::VehiclePlan;
+use crate::core::simulated_vehicle::request::{self, Request};
+use crate::core::simulated_vehicle::{Behaviour, Output, SimulatedVehicle};
+use crate::core::time::MonoTime;
+use crate::io::can::bus::{BusSocketSettings, receive};
+use crate::io::can::transmit::Transmitter;
+use crate::io::clock::Clock;
+
+/// A vehicle and what becomes of it.
+pub struct VehicleRun {
+    /// What it sends and obeys.
+    pub plan: VehiclePlan,
+    /// How it behaves.
+    pub behaviour: Behaviour,
+    /// What it is asked to do, and when, since the start.
+    pub script: Vec<(Duration, Request)>,
+    /// When it ends by itself.
+    pub until: Option<Duration>,
+    /// Lines with further requests.
+    pub lines: Option<UnboundedReceiver<String>>,
+}
+
+/// Something to tell whoever watches.
+#[derive(Debug)]
+pub enum Seen<'a> {
+    /// What the vehicle does.
+    Output(&'a Output),
+    /// A frame could not be sent; told for the first of a row.
+    NotSent(BusIndex, SendFailure),
+    /// A line that asks for nothing.
+    Misunderstood(&'a request::RequestError),
+}
+
+/// Runs a vehicle on the interfaces of the settings until SIGTERM, SIGINT, its end, or an error of `take`.
+///
+/// # Errors
+/// See [`DaemonError`].
+pub fn run_vehicle(
+    settings: &Settings,
+    run: VehicleRun,
+    mut take: impl FnMut(Seen<'_>, MonoTime) -> io::Result<()>,
+) -> Result<(), DaemonError> {
+    runtime()?.block_on(async {
+        let mut stop = StopSignals::listen()?;
+        let (sender, mut inputs) = tokio::sync::mpsc::channel(QUEUED_BATCHES);
+        let mut ways = Vec::new();
+        let described = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses);
+        for ((bus, described), receive_buffer_bytes) in described.zip(&settings.receive_buffer_bytes) {
+            let transmitter = Transmitter::default();
+            ways.push(Way { transmitter: transmitter.clone(), is_refusing: false });
+            let (interface, ids) = (described.interface.clone(), run.plan.heard_ids(bus));
+            let receive_buffer_bytes = *receive_buffer_bytes;
+            let socket = BusSocketSettings { bus, interface, ids, receive_buffer_bytes, transmitter };
+            tokio::spawn(receive(socket, sender.clone()));
+        }
+        drop(sender);
+        wait_for_links(&mut inputs, ways.len()).await.ok_or(DaemonError::ReceiversEnded)?;
+        let clock = Clock::start();
+        let mut vehicle = SimulatedVehicle::new(run.plan, run.behaviour, MonoTime::ZERO);
+        for (at, request) in run.script {
+            vehicle.schedule(MonoTime::ZERO.after(at), request);
+        }
+        let end = run.until.map(|until| MonoTime::ZERO.after(until));
+        let mut lines = run.lines;
+        loop {
+            let now = clock.now().mono;
+            vehicle.settle(now);
+            while let Some(output) = vehicle.poll_output() {
+                if let Some((bus, failure)) = send(&mut ways, &output) {
+                    take(Seen::NotSent(bus, failure), now)?;
+                }
+                take(Seen::Output(&output), now)?;
+            }
+            if end.is_some_and(|end| now >= end) {
+                return Ok(());
+            }
+            let next = vehicle.next_deadline(now).into_iter().chain(end).min();
+            let wake = next.map_or_else(|| Instant::now() + Duration::from_secs(1), |next| clock.instant(next));
+            tokio::select! {
+                () = stop.requested() => return Ok(()),
+                batch = inputs.recv() => {
+                    let now = clock.now().mono;
+                    for input in batch.ok_or(DaemonError::ReceiversEnded)? {
+                        if let Input::Frame { bus, frame, .. } = input {
+                            vehicle.frame_arrived(bus, &frame, now);
+                        }
+                    }
+                }
+                line = next_line(&mut lines) => match line.as_deref().map(request::line) {
+                    None => lines = None,
+                    Some(Ok(None)) => {}
+                    Some(Ok(Some((None, request)))) => vehicle.request(request, clock.now().mono),
+                    Some(Ok(Some((Some(at), request)))) => vehicle.schedule(MonoTime::ZERO.after(at), request),
+                    Some(Err(error)) => take(Seen::Misunderstood(&error), clock.now().mono)?,
+                },
+                () = sleep_until(wake.into()) => {}
+            }
+        }
+    })
+}
+
+/// One for each bus.
+struct Way {
+    transmitter: Transmitter,
+    is_refusing: bool,
+}
+
+/// Sends a frame; a failure is given back only when it is the first of a row.
+fn send(ways: &mut [Way], output: &Output) -> Option<(BusIndex, SendFailure)> {
+    let (bus, way) = match output {
+        Output::Frame { bus, .. } | Output::Error { bus, .. } => (*bus, ways.get_mut(usize::from(bus.0))?),
+        Output::Happened(_) => return None,
+    };
+    let sent = match output {
+        Output::Frame { frame, .. } => way.transmitter.send(frame),
+        Output::Error { error, .. } => way.transmitter.send_error(*error),
+        Output::Happened(_) => Ok(()),
+    };
+    let was_refusing = std::mem::replace(&mut way.is_refusing, sent.is_err());
+    sent.err().filter(|_| !was_refusing).map(|why| (bus, why))
+}
+
+/// Until each receiver has said what its link is: from then on frames can be sent, where it is up.
+async fn wait_for_links(
+    inputs: &mut tokio::sync::mpsc::Receiver<Vec<Input>>,
+    mut buses: usize,
+) -> Option<()> {
+    while buses > 0 {
+        let batch = inputs.recv().await?;
+        buses =
+            buses.saturating_sub(batch.iter().filter(|input| matches!(input, Input::Link { .. })).count());
+    }
+    Some(())
+}
+
+/// The next line; none when there will be no more. Waits for ever when there is nobody to write any.
+async fn next_line(lines: &mut Option<UnboundedReceiver<String>>) -> Option<String> {
+    match lines {
+        Some(lines) => lines.recv().await,
+        None => std::future::pending().await,
+    }
+}

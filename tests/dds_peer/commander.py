@@ -1,0 +1,169 @@
+"""An independent sender of commands (Cyclone DDS) for the tests: what Autoware asks of the vehicle.
+
+Usage: commander.py DOMAIN DURABILITY
+DURABILITY is volatile, or transient_local, which a reader of volatile data must take as well. Sends
+`turn`, `hazard` and `mode` reliably with depth 1, on Autoware's names of them. A line of standard input is
+
+    TOPIC VALUE[,VALUE]... HZ   say these raw values in turn from now on, so many times a second, until…
+    TOPIC silent                … nothing more is said
+    TOPIC once VALUE            one message, between the others
+    TOPIC stamps SECONDS        from now on stamps differ from the time of day by so much
+
+with several commands on a line apart by `;`, which then begin together. Prints a line of JSON for each
+event: `ready`; `matched` and `unmatched` with the topic; `done` with the line, once it is carried out;
+`status` for each diagnostics status about commands; `report` for each change of what the vehicle's lights
+are reported to do. Ends when standard input does.
+"""
+
+import json
+import sys
+import threading
+import time
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from autoware_messages import ControlMode, HazardCommand, TurnCommand
+from messages import DiagnosticArray, Hazard, Time, Turn
+
+SAID = {
+    "turn": ("rt/control/command/turn_indicators_cmd", TurnCommand),
+    "hazard": ("rt/control/command/hazard_lights_cmd", HazardCommand),
+    "mode": ("rt/vehicle/status/control_mode", ControlMode),
+}
+REPORTED = {
+    "turn": ("rt/vehicle/status/turn_indicators_status", Turn),
+    "hazard": ("rt/vehicle/status/hazard_lights_status", Hazard),
+}
+TASKS = ("turn_indicators_command", "hazard_lights_command", "command_transmission")
+
+
+def say(event, **fields):
+    # In one piece: two threads speak.
+    sys.stdout.write(json.dumps({"event": event, **fields}, default=list) + "\n")
+    sys.stdout.flush()
+
+
+class Voice:
+    """One topic: what is said on it, and when next."""
+
+    def __init__(self, participant, kind, durability):
+        name, self.message = SAID[kind]
+        qos = quality(durability)
+        self.writer = DataWriter(participant, Topic(participant, name, self.message, qos=qos), qos=qos)
+        self.kind = kind
+        self.matched = False
+        self.values = []
+        self.period = 0.0
+        self.due = None
+        self.stamps = 0.0
+
+    def command(self, words, now):
+        if words[0] == "silent":
+            self.due = None
+        elif words[0] == "once":
+            self.send(int(words[1]))
+        elif words[0] == "stamps":
+            self.stamps = float(words[1])
+        else:
+            self.values = [int(value) for value in words[0].split(",")]
+            self.period = 1.0 / float(words[1])
+            self.due = now
+
+    def speak(self, now):
+        if self.due is not None and now >= self.due:
+            self.send(self.values[0])
+            self.values.append(self.values.pop(0))
+            # A late one does not make up for what it missed.
+            self.due = max(self.due + self.period, now)
+
+    def send(self, value):
+        stamp = time.time_ns() + int(self.stamps * 1e9)
+        self.writer.write(self.message(Time(*divmod(stamp, 1_000_000_000)), value))
+
+    def look(self):
+        matched = bool(self.writer.get_matched_subscriptions())
+        if matched != self.matched:
+            self.matched = matched
+            say("matched" if matched else "unmatched", topic=self.kind)
+
+
+def quality(durability):
+    return Qos(
+        Policy.Reliability.Reliable(duration(milliseconds=100)),
+        Policy.Durability.TransientLocal if durability == "transient_local" else Policy.Durability.Volatile,
+        Policy.History.KeepLast(1),
+    )
+
+
+def open_reader(participant, name, message, depth):
+    qos = Qos(
+        Policy.Reliability.Reliable(duration(milliseconds=100)),
+        Policy.Durability.Volatile,
+        Policy.History.KeepLast(depth),
+    )
+    return DataReader(participant, Topic(participant, name, message, qos=qos), qos=qos)
+
+
+def tell(kind, samples, shown):
+    for sample in samples:
+        if not sample.sample_info.valid_data:
+            continue
+        if kind != "diagnostics":
+            if shown.get(kind) != sample.report:
+                say("report", topic=kind, report=sample.report)
+            shown[kind] = sample.report
+            continue
+        for status in sample.status:
+            task = status.name.rpartition(": ")[2]
+            if task in TASKS:
+                values = {value.key: value.value for value in status.values}
+                level = status.level if isinstance(status.level, int) else status.level[0]
+                say("status", task=task, level=level, message=status.message, values=values)
+
+
+def speak_and_listen(voices, readers, lock, ended):
+    shown = {}
+    rounds = 0
+    while not ended.is_set():
+        with lock:
+            now = time.monotonic()
+            for voice in voices.values():
+                voice.speak(now)
+            due = [voice.due for voice in voices.values() if voice.due is not None]
+        # Looking is dear on a slow machine; speaking must be on time.
+        rounds += 1
+        if rounds % 5 == 0 or not due:
+            for voice in voices.values():
+                voice.look()
+            for kind, reader in readers.items():
+                tell(kind, reader.take(N=100), shown)
+        ended.wait(min([0.02, *(max(0.0, at - time.monotonic()) for at in due)]))
+
+
+def main():
+    participant = DomainParticipant(int(sys.argv[1]))
+    voices = {kind: Voice(participant, kind, sys.argv[2]) for kind in SAID}
+    readers = {kind: open_reader(participant, *topic, 1) for kind, topic in REPORTED.items()}
+    readers["diagnostics"] = open_reader(participant, "rt/diagnostics", DiagnosticArray, 20)
+    say("ready")
+    lock, ended = threading.Lock(), threading.Event()
+    worker = threading.Thread(target=speak_and_listen, args=[voices, readers, lock, ended])
+    worker.start()
+    for line in sys.stdin:
+        with lock:
+            now = time.monotonic()
+            for command in line.split(";"):
+                topic, *words = command.split()
+                voices[topic].command(words, now)
+        say("done", line=line.strip())
+    ended.set()
+    worker.join()
+    # Returning frees the participant, and that says goodbye to the network.
+
+
+main()

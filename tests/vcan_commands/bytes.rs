@@ -1,0 +1,31 @@
+//! Every byte of recorded frames against an independent encoder: `cantools` with the same DBC, and
+//! checksums of its script's own.
+
+use crate::commander::Python;
+use crate::process::Folder;
+use crate::recording::Seen;
+use crate::vehicles::Vehicle;
+
+/// Has all frames decoded, and made again from what they ask for and their place in the recording. They
+/// must ask for each of `states` at least once.
+pub(crate) fn check(python: &Python, folder: &Folder, vehicle: &Vehicle, frames: &[Seen], states: &[&str]) {
+    let line = |frame: &Seen| {
+        let data: String = frame.data.iter().map(|byte| format!("{byte:02X}")).collect();
+        let width = if frame.id >> 31 == 0 { 3 } else { 8 };
+        let at = frame.at.as_secs_f64();
+        let asked = (vehicle.asks)(&frame.data);
+        format!("({at:.6}) can0 {:0width$X}#{data} {asked}\n", frame.id & 0x1FFF_FFFF)
+    };
+    folder.write("bus.log", &frames.iter().map(line).collect::<String>());
+    let mut command = python.script("peer/command_frames.py");
+    command.args([vehicle.name, "vehicle.dbc", "bus.log"]).current_dir(folder.path());
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    println!("{}: cantools makes the same of {}", vehicle.name, said.trim());
+    let first = said.split_whitespace().next().and_then(|count| count.parse().ok());
+    assert_eq!(first, Some(frames.len()), "{said}");
+    for state in states {
+        assert!(said.contains(&format!(" {state}:")), "no frame asked for {state}: {said}");
+    }
+}

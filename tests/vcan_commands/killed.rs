@@ -1,0 +1,95 @@
+//! The gateway is killed in the middle of a turn and started anew, as its service says: what the bus and
+//! the vehicle see of it, printed as a table.
+
+use std::time::Duration;
+
+use crate::car::Car;
+use crate::commander::{Commander, Durability, Heard, Python};
+use crate::interface::Vcan;
+use crate::process::{self, Process};
+use crate::recording::{Recording, Seen};
+use crate::rhythm::ms;
+use crate::vehicles::{Change, NEW_EAGLE, PACMOD, Vehicle};
+
+#[test]
+fn killed_in_a_turn_it_is_silent_then_asks_for_nothing_then_for_the_turn_again() {
+    let test = "killed_in_a_turn_it_is_silent_then_asks_for_nothing_then_for_the_turn_again";
+    let Some(vcan) = Vcan::for_test(test, "vcan-kill") else { return };
+    let Some(python) = Python::for_test(test) else { return };
+    for vehicle in [&PACMOD, &NEW_EAGLE] {
+        kill_once(vehicle, &vcan, &python);
+    }
+}
+
+fn kill_once(vehicle: &Vehicle, vcan: &Vcan, python: &Python) {
+    let ros = process::ros();
+    let domain = ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap();
+    let keys = format!(
+        "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\nhazard_timeout_ms = 20000\n\
+         control_mode_timeout_ms = 20000\n{ros}"
+    );
+    let folder = vehicle.folder(vcan.name, &keys, &Change::NONE);
+    let mut recording = Recording::of(vcan.name);
+    let car = Car::start(&folder, vcan.name, &[]);
+    let commander = Commander::start(python, domain, Durability::Volatile);
+    let gateway = Process::run(&folder);
+    commander.wait_for_readers(Heard::START, true);
+    commander.say("mode 1 10; turn 2 10; hazard 1 10");
+    car.wait_for_lights(0, "left", "command");
+
+    let lights = car.mark();
+    drop(gateway); // SIGKILL
+    let before = recording.mark();
+    std::thread::sleep(pause_of_the_service());
+    let mut gateway = Process::run(&folder);
+    let asks_left =
+        |frames: &[&Seen]| frames.last().is_some_and(|frame| (vehicle.asks)(&frame.data) == "left");
+    recording.wait(before, vehicle.command, "the turn", asks_left);
+    let seen = car.wait_for_lights(lights, "left", "command");
+    let dark = car.seconds_of_lights(lights);
+    gateway.stop("TERM");
+    recording.finish();
+
+    let frames = recording.since(0, vehicle.command);
+    let after = recording.since(before, vehicle.command);
+    let before = &frames[..frames.len() - after.len()];
+    let first_left = after.iter().position(|frame| (vehicle.asks)(&frame.data) == "left").unwrap();
+    let (last, first, back) = (&before[before.len() - 1], &after[0], &after[first_left]);
+    println!("| {} | ms | asks for | counter |\n|---|---|---|---|", vehicle.name);
+    let row = |what: &str, frame: &Seen| {
+        let counter = vehicle.counter.map_or("–".to_owned(), |counter| counter(&frame.data).to_string());
+        let at = ms(frame.at.saturating_sub(last.at));
+        println!("| {what} | {at} | {} | {counter} |", (vehicle.asks)(&frame.data));
+    };
+    row("last frame before", last);
+    println!("| silence | {} | – | – |", ms(first.at.saturating_sub(last.at)));
+    row("first frame after", first);
+    println!(
+        "| frames that ask for nothing | {} | {first_left} of them | |",
+        ms(back.at.saturating_sub(first.at))
+    );
+    row("authority is back", back);
+    println!("| lamps off at the vehicle | {} | – | – |", ms(Duration::from_secs_f64(dark[1] - dark[0])));
+
+    assert_eq!((vehicle.asks)(&last.data), "left");
+    assert_eq!((vehicle.asks)(&first.data), vehicle.nothing, "nobody has asked the new one for anything");
+    assert_eq!(vehicle.runs(&after[..=first_left]), [vehicle.nothing, "left"]);
+    if let Some(counter) = vehicle.counter {
+        let counted = |frames: &[Seen]| frames.iter().map(|frame| counter(&frame.data)).collect::<Vec<_>>();
+        let from_0 = |count: usize| (0..=15).cycle().take(count).collect::<Vec<u8>>();
+        assert_eq!(counted(before), from_0(before.len()), "before");
+        assert_eq!(counted(&after), from_0(after.len()), "the counter begins anew");
+    }
+    let word = |lights: &str, who: &str| (lights.to_owned(), who.to_owned());
+    assert_eq!(seen, [word("off", "nobody"), word("left", "command")], "what the lamps did");
+    assert!(car.has_dropped_a_command(lights));
+}
+
+/// What the supervisor waits before it starts the gateway again; that it does, after a SIGKILL.
+fn pause_of_the_service() -> Duration {
+    let unit = include_str!("../../systemd/signal-gateway.service");
+    let value = |key: &str| unit.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).unwrap();
+    assert_eq!(value("Restart"), "on-failure");
+    let pause = value("RestartSec").strip_suffix("ms").unwrap();
+    Duration::from_millis(pause.parse().unwrap())
+}

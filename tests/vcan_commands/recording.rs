@@ -1,0 +1,101 @@
+//! Every frame on an interface with the time at which the kernel had it, recorded by a socket that is
+//! not the gateway's.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, UNIX_EPOCH};
+
+use socketcan::{CanFrame, CanSocket, EmbeddedFrame as _, Id, Socket as _, SocketOptions as _};
+
+use crate::process::DEADLINE;
+
+/// A frame that was on the bus.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Seen {
+    /// Of the kernel, `SO_TIMESTAMPNS`.
+    pub(crate) at: Duration,
+    /// With bit 31 for 29-bit identifiers, as in a DBC.
+    pub(crate) id: u32,
+    pub(crate) data: Vec<u8>,
+}
+
+type Frames = Arc<(Mutex<Vec<Seen>>, Condvar)>;
+
+/// A listener on one interface.
+pub(crate) struct Recording {
+    frames: Frames,
+    over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Recording {
+    /// From now on.
+    pub(crate) fn of(interface: &str) -> Self {
+        let socket = CanSocket::open(interface).unwrap();
+        socket.set_read_timeout(Duration::from_millis(50)).unwrap();
+        socket.set_recv_timestamp(true).unwrap();
+        // Room for whatever comes while a slow machine does something else.
+        socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, 8 << 20).unwrap();
+        let (frames, over) = (Frames::default(), Arc::<AtomicBool>::default());
+        let (seen, is_over) = (Arc::clone(&frames), Arc::clone(&over));
+        let thread = std::thread::spawn(move || {
+            while !is_over.load(Ordering::Relaxed) {
+                // Silence, or a link that is down: listen on.
+                let Ok((CanFrame::Data(frame), at)) = socket.read_frame_with_timestamp() else { continue };
+                let at = at.duration_since(UNIX_EPOCH).unwrap();
+                seen.0.lock().unwrap().push(Seen { at, id: number(frame.id()), data: frame.data().to_vec() });
+                seen.1.notify_all();
+            }
+        });
+        Self { frames, over, thread: Some(thread) }
+    }
+
+    /// How many frames there are, to look from there on.
+    pub(crate) fn mark(&self) -> usize {
+        self.frames.0.lock().unwrap().len()
+    }
+
+    /// How many frames have this identifier.
+    pub(crate) fn count(&self, id: u32) -> usize {
+        self.frames.0.lock().unwrap().iter().filter(|frame| frame.id == id).count()
+    }
+
+    /// The frames with this identifier from `mark` on.
+    pub(crate) fn since(&self, mark: usize, id: u32) -> Vec<Seen> {
+        let frames = self.frames.0.lock().unwrap();
+        frames.iter().skip(mark).filter(|frame| frame.id == id).cloned().collect()
+    }
+
+    /// Waits until the frames with this identifier from `mark` on are as wanted.
+    pub(crate) fn wait(&self, mark: usize, id: u32, what: &str, is_it: impl Fn(&[&Seen]) -> bool) {
+        let is_done = |frames: &[Seen]| {
+            is_it(&frames.iter().skip(mark).filter(|frame| frame.id == id).collect::<Vec<_>>())
+        };
+        let frames = self.frames.0.lock().unwrap();
+        let lacks = |frames: &mut Vec<Seen>| !is_done(frames);
+        let (frames, timeout) = self.frames.1.wait_timeout_while(frames, DEADLINE, lacks).unwrap();
+        let last = frames.last().cloned();
+        drop(frames);
+        assert!(!timeout.timed_out(), "{what} never came; the last frame: {last:?}");
+    }
+
+    /// Ends; the rest of what is queued is of no interest.
+    pub(crate) fn finish(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        let _ended = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+fn number(id: Id) -> u32 {
+    match id {
+        Id::Standard(id) => id.as_raw().into(),
+        Id::Extended(id) => id.as_raw() | 1 << 31,
+    }
+}
