@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use super::Turn;
+use super::past::Past;
 use crate::core::bus::past;
-use crate::core::time::{MonoTime, WallStamp};
+use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// How long a refused message is shown.
 const SHOWN: Duration = Duration::from_secs(1);
@@ -59,6 +60,8 @@ pub enum Refusal {
     Undefined(u8),
     /// The stamp lies before that of a message used earlier.
     StampBackwards,
+    /// The first message after the start or a silence was said before.
+    Past,
 }
 
 /// Messages since start.
@@ -72,6 +75,8 @@ pub struct IntakeCounts {
     pub undefined: u64,
     /// Those whose stamp went backwards.
     pub backwards: u64,
+    /// Those of the past.
+    pub past: u64,
 }
 
 /// One topic.
@@ -84,34 +89,44 @@ pub struct Intake<T> {
     /// The last message that was used: when it came, and its stamp in ns.
     heard: Option<(MonoTime, i64)>,
     refused: Option<(Refusal, MonoTime)>,
+    past: Past,
     counts: IntakeCounts,
 }
 
 impl<T: Copy> Intake<T> {
-    /// A topic whose values mean what `word` says, and which is silent after `limit` without a message.
-    pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration) -> Self {
-        Self { word, limit, wish: None, heard: None, refused: None, counts: IntakeCounts::default() }
+    /// A topic whose values mean what `word` says, which is silent after `limit` without a message, and is
+    /// listened to from `started` on.
+    pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration, started: WallStamp) -> Self {
+        let (past, counts) = (Past::before(started), IntakeCounts::default());
+        Self { word, limit, wish: None, heard: None, refused: None, past, counts }
     }
 
-    /// Takes a message. Stamps are compared with each other only: a sender that was silent, and so
-    /// perhaps started anew with another clock, begins afresh.
-    pub fn take(&mut self, raw: u8, stamp: WallStamp, now: MonoTime) {
+    /// Takes a message. The stamps of a sender that speaks are compared with each other only. One that was
+    /// silent, and so perhaps started anew with another clock, begins afresh; but its first message may be
+    /// of the past.
+    pub fn take(&mut self, raw: u8, stamp: WallStamp, now: Now) {
+        let Now { mono, .. } = now;
         self.counts.received += 1;
         let Some(word) = (self.word)(raw) else {
             self.counts.undefined += 1;
-            self.refused = Some((Refusal::Undefined(raw), now));
+            self.refused = Some((Refusal::Undefined(raw), mono));
             return;
         };
-        let stamp = stamp.as_nanos();
-        if self.heard.is_some_and(|(at, newest)| stamp < newest && now.since(at) <= self.limit) {
+        let speaks = self.heard.filter(|(at, _)| mono.since(*at) <= self.limit);
+        if speaks.is_some_and(|(_, newest)| stamp.as_nanos() < newest) {
             self.counts.backwards += 1;
-            self.refused = Some((Refusal::StampBackwards, now));
+            self.refused = Some((Refusal::StampBackwards, mono));
             return;
         }
-        self.heard = Some((now, stamp));
+        if self.past.holds_back(speaks.is_some(), stamp, self.limit, now) {
+            self.counts.past += 1;
+            self.refused = Some((Refusal::Past, mono));
+            return;
+        }
+        self.heard = Some((mono, stamp.as_nanos()));
         match word {
             Word::NoCommand => self.counts.no_command += 1,
-            Word::Wanted(wish) => self.wish = Some((wish, now)),
+            Word::Wanted(wish) => self.wish = Some((wish, mono)),
         }
     }
 
@@ -173,19 +188,23 @@ mod tests {
         WallStamp::from_nanos(ms * 1_000_000)
     }
 
+    fn now(ms: u64) -> Now {
+        Now { mono: at(ms), wall: WallStamp::from_nanos(i64::try_from(ms).unwrap() * 1_000_000) }
+    }
+
     fn turns(limit_ms: u64) -> Intake<Turn> {
-        Intake::new(turn_word, Duration::from_millis(limit_ms))
+        Intake::new(turn_word, Duration::from_millis(limit_ms), stamp(0))
     }
 
     #[test]
     fn no_command_takes_nothing_back_and_is_no_error() {
         let mut turns = turns(500);
         assert_eq!(turns.opinion(at(0)), Opinion::Never);
-        turns.take(0, stamp(0), at(0));
+        turns.take(0, stamp(0), now(0));
         assert_eq!(turns.opinion(at(0)), Opinion::None);
-        turns.take(2, stamp(100), at(100));
-        turns.take(0, stamp(200), at(200));
-        turns.take(0, stamp(600), at(600));
+        turns.take(2, stamp(100), now(100));
+        turns.take(0, stamp(200), now(200));
+        turns.take(0, stamp(600), now(600));
         assert_eq!(turns.opinion(at(600)), Opinion::Wanted(Turn::Left));
         assert_eq!(turns.opinion(past(at(100), Duration::from_millis(500))), Opinion::None);
         assert_eq!(turns.opinion(at(1100)), Opinion::None);
@@ -196,9 +215,9 @@ mod tests {
     #[test]
     fn undefined_values_are_ignored_and_shown_for_a_while() {
         let mut turns = turns(5000);
-        turns.take(3, stamp(0), at(0));
+        turns.take(3, stamp(0), now(0));
         for raw in 4..=u8::MAX {
-            turns.take(raw, stamp(10), at(10));
+            turns.take(raw, stamp(10), now(10));
             assert_eq!(turns.opinion(at(10)), Opinion::Wanted(Turn::Right), "{raw}");
             assert_eq!(turns.refusal(at(1010)), Some(Refusal::Undefined(raw)));
         }
@@ -209,13 +228,23 @@ mod tests {
     #[test]
     fn stamps_that_go_backwards_are_rejected_until_the_sender_was_silent() {
         let mut turns = turns(500);
-        turns.take(2, stamp(1000), at(0));
-        turns.take(2, stamp(1000), at(10));
+        turns.take(2, stamp(1000), now(0));
+        turns.take(2, stamp(1000), now(10));
         assert_eq!(turns.refusal(at(10)), None, "the same stamp again is no step back");
-        turns.take(3, stamp(999), at(100));
+        turns.take(3, stamp(999), now(100));
         assert_eq!(turns.opinion(at(100)), Opinion::Wanted(Turn::Left));
         assert_eq!(turns.refusal(at(100)), Some(Refusal::StampBackwards));
-        turns.take(3, stamp(5), at(600));
+        turns.take(3, stamp(105), now(600));
         assert_eq!((turns.opinion(at(600)), turns.counts().backwards), (Opinion::Wanted(Turn::Right), 1));
+    }
+
+    #[test]
+    fn what_a_sender_keeps_for_late_readers_is_not_carried_out() {
+        let mut turns = turns(500);
+        turns.take(2, stamp(-1), now(10));
+        assert_eq!((turns.opinion(at(10)), turns.refusal(at(10))), (Opinion::Never, Some(Refusal::Past)));
+        assert_eq!(turns.opinion(at(5000)), Opinion::Never, "nothing is held that was never used");
+        turns.take(3, stamp(-1), now(110));
+        assert_eq!((turns.opinion(at(110)), turns.counts().past), (Opinion::Wanted(Turn::Right), 1));
     }
 }
