@@ -13,7 +13,6 @@ use signal_gateway::config::{Overrides, Settings, load};
 use signal_gateway::core::command::Turn;
 use signal_gateway::core::event::{Input, LinkState};
 use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::simulated_vehicle::plan::VehiclePlan;
 use signal_gateway::core::simulated_vehicle::request::Request;
 use signal_gateway::core::simulated_vehicle::{Behaviour, SimulatedVehicle};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
@@ -66,10 +65,7 @@ fuzz_target!(|bytes: &[u8]| {
 
 /// What a gateway can be configured for can be simulated, or there is nothing to simulate.
 fn simulate(settings: &Settings) {
-    let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
-    let described = &settings.gateway;
-    let plan = VehiclePlan::new(&described.lights, &settings.command_binding, &described.buses, &databases);
-    let Ok(plan) = plan else { return };
+    let Ok(plan) = settings.vehicle_plan() else { return };
     let mut now = MonoTime::ZERO;
     let mut vehicle = SimulatedVehicle::new(plan, Behaviour::default(), now);
     vehicle.schedule(MonoTime::from_millis(1), Request::Stalk(Turn::Left));

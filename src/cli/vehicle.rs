@@ -95,10 +95,7 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
     start_log("warn");
     let mut settings = settings(&args.config)?;
     choose_interfaces(args, &mut settings)?;
-    let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
-    let gateway = &settings.gateway;
-    let plan = VehiclePlan::new(&gateway.lights, &settings.command_binding, &gateway.buses, &databases);
-    let plan = plan.map_err(|error| Failure::Usage(error.to_string()))?;
+    let plan = settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()))?;
     let behaviour = Behaviour {
         reaction: Duration::from_millis(args.reaction_ms),
         command_timeout: args.command_timeout_ms.map(Duration::from_millis),
@@ -111,7 +108,7 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
         (true, false) => Form::Json,
         (false, false) => Form::Text,
     };
-    let interfaces = gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
+    let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let timeline = VehicleTimeline { form, interfaces, start: LOG_START };
     let run = VehicleRun { plan, behaviour, script, until: args.until, lines: None };
     if args.candump { write_log(run, &timeline) } else { drive(&settings, run, &timeline) }

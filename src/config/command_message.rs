@@ -246,7 +246,9 @@ fn timing(binder: &mut Binder<'_>, file: &CommandMessageFile, message: &Message)
     }
     let period = within(binder, file.period_ms.as_ref(), cycle.unwrap_or(PERIODS_MS.1), PERIODS_MS);
     let period_ms = file.period_ms.as_ref().map_or(cycle.unwrap_or(PERIODS_MS.1), |ms| *ms.get_ref()).max(1);
-    let least_gap = within(binder, file.least_gap_ms.as_ref(), LEAST_GAP_MS, (1, period_ms));
+    // As long as the period it would make every delay a lasting one.
+    let default_gap = LEAST_GAP_MS.min(period_ms / 2);
+    let least_gap = within(binder, file.least_gap_ms.as_ref(), default_gap, (1, period_ms));
     let least_ms = u64::try_from(least_gap.as_millis()).unwrap_or(1).min(period_ms);
     let burst_gap = within(binder, file.burst_gap_ms.as_ref(), BURST_GAP_MS, (least_ms, period_ms));
     if let Some(burst) = file.burst.as_ref().filter(|burst| !(1..=LONGEST_BURST).contains(burst.get_ref())) {

@@ -20,6 +20,7 @@ use crate::core::bus::BusSettings;
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::model::Database;
 use crate::core::gateway::GatewaySettings;
+use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
 
 /// A configuration that can be used.
 #[derive(Debug)]
@@ -50,6 +51,17 @@ pub struct Settings {
     pub command_binding: CommandBinding,
     /// The turn signal decider, whether it runs or not.
     pub turn_signal: Option<TurnSignalConfig>,
+}
+
+impl Settings {
+    /// The other end of the buses: what a simulated vehicle of this profile sends and obeys.
+    ///
+    /// # Errors
+    /// The profile has no vehicle that could be simulated.
+    pub fn vehicle_plan(&self) -> Result<VehiclePlan, PlanError> {
+        let databases: Vec<_> = self.dbcs.iter().map(|dbc| &dbc.database).collect();
+        VehiclePlan::new(&self.gateway.lights, &self.command_binding, &self.gateway.buses, &databases)
+    }
 }
 
 /// What is kept around a change to ERROR, and where.

@@ -185,8 +185,8 @@ impl Gateway {
             Input::HazardCommand { raw, stamp } => {
                 self.command.iter_mut().for_each(|flow| flow.hazard_command(raw, stamp, now));
             }
-            Input::ControlMode { raw, .. } => {
-                self.command.iter_mut().for_each(|flow| flow.control_mode(raw, now));
+            Input::ControlMode { raw, stamp } => {
+                self.command.iter_mut().for_each(|flow| flow.control_mode(raw, stamp, now));
             }
             Input::Stop => self.command.iter_mut().for_each(CommandFlow::stop),
             Input::Deadline => {}

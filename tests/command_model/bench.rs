@@ -199,7 +199,7 @@ impl Bench {
 
     pub(crate) fn mode(&mut self, raw: u8) {
         let now = self.now();
-        self.flow.control_mode(raw, now);
+        self.flow.control_mode(raw, now.wall, now);
     }
 
     pub(crate) fn report(&mut self, reported: Reported) {

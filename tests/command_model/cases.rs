@@ -436,7 +436,7 @@ fn a_driver_who_has_taken_over_has_it_until_the_vehicle_says_otherwise() {
             let frame = sign.map(|sign| Frame::classic(CanId::Standard(560), &[sign << 4, 0, 0, 0]).unwrap());
             let now = bench.now();
             bench.buses[0].frame_arrived(now.mono);
-            for frame in frame {
+            if let Some(frame) = frame {
                 bench.flow.frame_arrived(MessageIndex(0), &frame, now.wall, now);
             }
             bench.settle();

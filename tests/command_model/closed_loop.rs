@@ -11,7 +11,6 @@ use signal_gateway::core::command::Turn;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::event::{Input, LinkState, Output};
 use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::simulated_vehicle::plan::VehiclePlan;
 use signal_gateway::core::simulated_vehicle::request;
 use signal_gateway::core::simulated_vehicle::{self, Behaviour, Happening, SimulatedVehicle, Who};
 use signal_gateway::core::time::MonoTime;
@@ -73,11 +72,7 @@ struct Loop {
 
 impl Loop {
     fn new(settings: &Settings) -> Self {
-        let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
-        let described = &settings.gateway;
-        let plan =
-            VehiclePlan::new(&described.lights, &settings.command_binding, &described.buses, &databases)
-                .unwrap();
+        let plan = settings.vehicle_plan().unwrap();
         let mut desk = Self {
             gateway: Gateway::new(settings.gateway.clone(), LinkState::Up, now(0)),
             vehicle: SimulatedVehicle::new(plan, Behaviour::default(), MonoTime::ZERO),

@@ -103,13 +103,25 @@ fn stand(
     message: impl Fn(Event) -> Option<(u8, i64)>,
 ) -> Stand {
     let mut taken: Vec<(u64, u8, i64)> = Vec::new();
+    // The first message of those that seemed to be of the past.
+    let mut doubted: Option<u64> = None;
     for (time, event) in history {
         let Some((raw, offset_ms)) = message(*event) else { continue };
         let stamp = i64::try_from(*time).unwrap() + offset_ms * 1_000_000;
-        let late = taken.last().is_some_and(|(before, _, newest)| stamp < *newest && time - before <= limit);
-        if raw <= highest && !late {
-            taken.push((*time, raw, stamp));
+        let speaks = taken.last().filter(|(before, ..)| time - before <= limit);
+        if raw > highest || speaks.is_some_and(|(_, _, newest)| stamp < *newest) {
+            continue;
         }
+        let is_past = stamp < 0 || stamp + i64::try_from(limit).unwrap() < i64::try_from(*time).unwrap();
+        if speaks.is_none() && is_past {
+            let begun = doubted.filter(|since| time - since <= 10_000_000_000);
+            doubted = begun.or(Some(*time));
+            if begun.is_none_or(|since| time - since < 50_000_000) {
+                continue;
+            }
+        }
+        doubted = None;
+        taken.push((*time, raw, stamp));
     }
     let wish = taken.iter().rev().find(|(_, raw, _)| *raw > 0);
     match (wish, taken.last()) {

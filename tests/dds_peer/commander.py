@@ -43,7 +43,9 @@ TASKS = ("turn_indicators_command", "hazard_lights_command", "command_transmissi
 
 
 def say(event, **fields):
-    print(json.dumps({"event": event, **fields}, default=list), flush=True)
+    # In one piece: two threads speak.
+    sys.stdout.write(json.dumps({"event": event, **fields}, default=list) + "\n")
+    sys.stdout.flush()
 
 
 class Voice:

@@ -27,7 +27,9 @@ from messages import TYPES, graph_type
 
 
 def say(event, **fields):
-    print(json.dumps({"event": event, "at": time.monotonic(), **fields}, default=list), flush=True)
+    # In one piece: two threads may speak.
+    sys.stdout.write(json.dumps({"event": event, "at": time.monotonic(), **fields}, default=list) + "\n")
+    sys.stdout.flush()
 
 
 def offered(endpoint):

@@ -24,7 +24,9 @@ from messages import TYPES, Element, Group, GroupArray, Text, Time
 
 
 def say(event, **fields):
-    print(json.dumps({"event": event, "at": time.time(), **fields}), flush=True)
+    # In one piece: two threads may speak.
+    sys.stdout.write(json.dumps({"event": event, "at": time.time(), **fields}) + "\n")
+    sys.stdout.flush()
 
 
 def message(kind, line):

@@ -313,8 +313,9 @@ fn hazard_during_left(day: &Day) {
 fn undefined_value(day: &Day) {
     let (mark, lights) = (day.mark(), day.car.mark());
     for (topic, task) in [("turn", TURN), ("hazard", HAZARD)] {
-        let heard = day.commander.say(&format!("{topic} once 7"));
-        day.commander.status(heard, task, ERROR, "undefined command 7 is ignored");
+        let heard = day.commander.mark();
+        let line = format!("{topic} once 7");
+        day.commander.say_until(&line, task, ERROR, "undefined command 7 is ignored");
         day.commander.count(heard, task, "undefined", 1);
     }
     // The error passes, and what was wanted before is still asked for.
@@ -326,8 +327,9 @@ fn undefined_value(day: &Day) {
 
 fn stamps_backwards(day: &Day) {
     let (mark, lights) = (day.mark(), day.car.mark());
-    let heard = day.commander.say("turn stamps -10; turn once 3; turn stamps 0");
-    day.commander.status(heard, TURN, WARN, "a command with an older stamp is rejected");
+    let heard = day.commander.mark();
+    let line = "turn stamps -10; turn once 3; turn stamps 0";
+    day.commander.say_until(line, TURN, WARN, "a command with an older stamp is rejected");
     day.commander.count(heard, TURN, "stamps_backwards", 1);
     let heard = day.commander.mark();
     day.commander.status(heard, TURN, OK, "left, as commanded");

@@ -31,7 +31,7 @@ const OTHERS: [Drive; 4] = [
     ("roundabout_first_exit", None),
 ];
 
-/// What a busy machine holds up is not too old.
+/// What a busy machine holds up is not too old: here, for commands and for the vehicle.
 const PATIENT: &str = "[turn_signal.age_limits]\nodometry_ms = 3000\nplanned_path_ms = 3000\n\
     manoeuvre_ms = 3000\nscenario_ms = 3000\n";
 
@@ -77,14 +77,16 @@ fn drive(python: &Python, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spans
     let ros = process::ros();
     let domain: u32 = ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap();
     let keys = format!(
-        "{ros}[command]\ntx = \"on\"\nsource = \"decider\"\n[turn_signal]\nenabled = true\nmap = \"{}\"\n{PATIENT}",
+        "{ros}[command]\ntx = \"on\"\nsource = \"decider\"\nturn_timeout_ms = 60000\n\
+         hazard_timeout_ms = 60000\ncontrol_mode_timeout_ms = 60000\n[turn_signal]\nenabled = true\nmap = \"{}\"\n{PATIENT}",
         course.file().map.display()
     );
     let folder = PACMOD.folder(vcan.name, &keys, &Change::NONE);
     let seen_by_vehicle = folder.path().join("vehicle.jsonl");
     let mut bus = Recording::of(vcan.name);
     let mut vehicle = Process::start(folder.path(), |command| {
-        command.args(["vehicle", "--json", "--config"]).arg(folder.path().join("gateway.toml"));
+        command.args(["vehicle", "--json", "--command-timeout-ms", "10000", "--config"]);
+        command.arg(folder.path().join("gateway.toml"));
         command.stdout(std::fs::File::create(&seen_by_vehicle).unwrap());
     });
     let mut gateway = Process::run(&folder);
@@ -121,8 +123,8 @@ fn drive(python: &Python, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spans
         assert_eq!(report.stamp, back.at, "{name}: the report has the kernel's stamp of the frame");
         spans.add("decision to command frame", frame.at.saturating_sub(change.stamp));
         spans.add("command frame to report frame", back.at.saturating_sub(frame.at));
-        spans.add("report frame to report", report.heard.saturating_sub(back.at));
-        spans.add("decision to report", report.heard.saturating_sub(change.stamp));
+        spans.add("report frame to report", report.arrived.saturating_sub(back.at));
+        spans.add("decision to report", report.arrived.saturating_sub(change.stamp));
     }
     println!("{name}: {:?}", values(&decided).into_iter().map(word).collect::<Vec<_>>());
 }
@@ -137,7 +139,7 @@ fn file(name: &str) -> DriveFile {
 struct Heard {
     stamp: Duration,
     value: i64,
-    heard: Duration,
+    arrived: Duration,
 }
 
 /// From the first message that wants a light.
@@ -150,7 +152,7 @@ fn changes(heard: &Value) -> Vec<Heard> {
         .map(|message| Heard {
             stamp: nanos(&message[0]),
             value: message[1].as_i64().unwrap(),
-            heard: nanos(&message[2]),
+            arrived: nanos(&message[2]),
         })
         .filter(|heard| heard.value != 0)
         .collect();

@@ -5,6 +5,7 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Arc, Condvar, Mutex};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -126,12 +127,28 @@ impl Commander {
 
     /// Waits until diagnostics say `part` of a task with that level.
     pub(crate) fn status(&self, mark: Heard, task: &str, level: u8, part: &str) {
-        let is_it = |line: &Value| {
-            is_status(line, task)
-                && line["level"] == level
-                && line["message"].as_str().is_some_and(|message| message.contains(part))
-        };
+        let is_it = |line: &Value| is_status_like(line, task, level, part);
         self.wait(mark, &format!("{task} with level {level} and {part:?}"), is_it);
+    }
+
+    /// Carries out a line that sends single messages, again and again until diagnostics say so: with depth
+    /// 1 the next message may take the place of one that has not been read yet.
+    pub(crate) fn say_until(&self, line: &str, task: &str, level: u8, part: &str) {
+        let begun = Instant::now();
+        let mark = self.mark();
+        while begun.elapsed() < DEADLINE {
+            self.say(line);
+            let lacks = |lines: &mut Vec<Value>| {
+                !lines.iter().skip(mark.0).any(|line| is_status_like(line, task, level, part))
+            };
+            let lines = self.lines.0.lock().unwrap();
+            let patience = Duration::from_millis(500);
+            let (_lines, timeout) = self.lines.1.wait_timeout_while(lines, patience, lacks).unwrap();
+            if !timeout.timed_out() {
+                return;
+            }
+        }
+        panic!("{line:?} never made {task} say {part:?} with level {level}");
     }
 
     /// Waits until a value of a task is this.
@@ -171,6 +188,12 @@ impl Commander {
     }
 }
 
+fn is_status_like(line: &Value, task: &str, level: u8, part: &str) -> bool {
+    is_status(line, task)
+        && line["level"] == level
+        && line["message"].as_str().is_some_and(|message| message.contains(part))
+}
+
 fn is_status(line: &Value, task: &str) -> bool {
     line["event"] == "status" && line["task"] == task
 }
@@ -183,7 +206,7 @@ impl Drop for Commander {
             if !matches!(self.child.try_wait(), Ok(None)) {
                 return;
             }
-            std::thread::sleep(std::time::Duration::from_millis(5));
+            std::thread::sleep(Duration::from_millis(5));
         }
         let _ended = (self.child.kill(), self.child.wait());
     }

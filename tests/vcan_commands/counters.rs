@@ -61,6 +61,9 @@ fn ten_thousand_frames_have_no_gap_in_their_counter_over_changes_and_a_lost_link
     let changes = NEW_EAGLE.runs(&frames).len() - 1;
     assert!(changes > 100, "only {changes} changes");
     println!("{} frames, {changes} changes", frames.len());
+    // The gateway keeps its least distance by its own clock; what the machine holds up may come closer.
+    let closer = frames.windows(2).filter(|pair| pair[1].at < pair[0].at + Duration::from_millis(1)).count();
+    println!("measured: {closer} of them came within 1 ms after the one before, by the kernel's stamps");
     measured("10 ms, ten frames 1 ms apart after each change", &frames);
     bytes::check(&python, &folder, &NEW_EAGLE, &frames, &["off", "left", "right", "hazard"]);
 }

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use crate::car::Car;
-use crate::commander::{Commander, Durability, Heard, Python};
+use crate::commander::{Commander, Durability, HAZARD, Heard, OK, Python, TRANSMISSION, TURN, WARN};
 use crate::interface::Vcan;
 use crate::process::{self, Process};
 use crate::recording::{Recording, Seen};
@@ -19,6 +19,37 @@ fn killed_in_a_turn_it_is_silent_then_asks_for_nothing_then_for_the_turn_again()
     for vehicle in [&PACMOD, &NEW_EAGLE] {
         kill_once(vehicle, &vcan, &python);
     }
+}
+
+/// What Autoware's gate keeps for late readers was said for another time.
+#[test]
+fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_later() {
+    let test = "a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_later";
+    let Some(vcan) = Vcan::for_test(test, "vcan-kept") else { return };
+    let Some(python) = Python::for_test(test) else { return };
+    let ros = process::ros();
+    let domain = ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap();
+    let folder = PACMOD.folder(vcan.name, &format!("[command]\ntx = \"on\"\n{ros}"), &Change::NONE);
+    let recording = Recording::of(vcan.name);
+    let commander = Commander::start(&python, domain, Durability::TransientLocal);
+    commander.say("turn once 2; hazard once 2; mode 1 10");
+    let _gateway = Process::run(&folder);
+    commander.wait_for_readers(Heard::START, true);
+    let heard = commander.mark();
+    commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    // A second of diagnostics later whatever was kept would have come.
+    for _ in 0..2 {
+        let heard = commander.mark();
+        commander.status(heard, TURN, WARN, "no command has come");
+        commander.status(heard, HAZARD, WARN, "no command has come");
+    }
+    let frames = recording.since(0, PACMOD.command);
+    assert_eq!(PACMOD.runs(&frames), ["none"]);
+    let mark = recording.mark();
+    commander.say("turn 2 10");
+    let asks_left =
+        |frames: &[&Seen]| frames.last().is_some_and(|frame| (PACMOD.asks)(&frame.data) == "left");
+    recording.wait(mark, PACMOD.command, "the turn", asks_left);
 }
 
 fn kill_once(vehicle: &Vehicle, vcan: &Vcan, python: &Python) {

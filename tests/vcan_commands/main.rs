@@ -1,9 +1,10 @@
-//! Commands over ROS 2 become frames on a real CAN interface: the built binary, an invented vehicle, a
-//! sender of commands in the test.
+//! Commands over ROS 2 become frames on a real CAN interface: the built binary, the shipped vehicles that
+//! take commands (and an invented one), an independent sender of commands, and the simulated vehicle.
 //!
-//! Runs where `tests/with-vcan` has prepared the ground (its header tells how); says so and passes
-//! elsewhere. The guest of `tests/with-vcan` has one slow CPU: nothing here depends on how fast something
-//! comes, except that a stop takes less than a second.
+//! Runs where `tests/with-vcan` has prepared the ground (its header tells how) and
+//! `SIGNAL_GATEWAY_PEER_PYTHON` names a Python with `cyclonedds==11.0.1` and `cantools==45.1.0`; says what it
+//! leaves out elsewhere. The guest of `tests/with-vcan` has one slow CPU: nothing here depends on how fast
+//! something comes, except that a stop takes less than a second. What is measured is printed.
 
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of tests fail like tests

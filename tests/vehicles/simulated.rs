@@ -2,7 +2,6 @@
 //! reports, and what breaks is found.
 
 use signal_gateway::config::Settings;
-use signal_gateway::core::simulated_vehicle::plan::VehiclePlan;
 use signal_gateway::core::simulated_vehicle::request;
 use signal_gateway::core::simulated_vehicle::{Behaviour, Output, SimulatedVehicle};
 use signal_gateway::core::time::{MonoTime, WallStamp};
@@ -16,11 +15,8 @@ use crate::{profile, profile_names};
 
 /// A log of the vehicle; each line of the script is a time in seconds and a request.
 fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
-    let databases: Vec<_> = settings.dbcs.iter().map(|dbc| &dbc.database).collect();
-    let gateway = &settings.gateway;
-    let plan =
-        VehiclePlan::new(&gateway.lights, &settings.command_binding, &gateway.buses, &databases).unwrap();
-    let interfaces = gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
+    let plan = settings.vehicle_plan().unwrap();
+    let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let start = WallStamp::from_nanos(1_700_000_000_000_000_000);
     let timeline = VehicleTimeline { form: Form::Candump, interfaces, start };
     let mut vehicle = SimulatedVehicle::new(plan, Behaviour::default(), MonoTime::ZERO);

@@ -10,6 +10,7 @@ use super::button::Button;
 use super::control_mode::{ControlMode, Grants, Mode};
 use super::intake::{Intake, Opinion, Refusal, hazard_word, joined_hazard, turn_word};
 use super::message::Contents;
+use super::past::Past;
 use super::sender::{Heard, SendCounts, SendFailure, SendTrouble, Sender};
 use super::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
 use super::{Reported, Turn};
@@ -55,6 +56,7 @@ pub struct CommandFlow {
     decided_hazard: Intake<bool>,
     /// The last value of the topic, and when it came.
     told_mode: Option<(u8, MonoTime)>,
+    modes_of_the_past: Past,
     pub(super) undefined_modes: u64,
     pub(super) reported: Reported,
     pub(super) turn_watch: Watch<Turn>,
@@ -117,8 +119,8 @@ impl CommandFlow {
             let rules = message.hazard.as_ref().and_then(|part| part.button);
             line.button = rules.map(Button::new);
         }
-        let turn = Intake::new(turn_word, settings.turn_timeout);
-        let hazard = Intake::new(hazard_word, settings.hazard_timeout);
+        let turn = Intake::new(turn_word, settings.turn_timeout, now.wall);
+        let hazard = Intake::new(hazard_word, settings.hazard_timeout, now.wall);
         let decided_hazard = hazard.clone();
         let situation = Situation {
             turn: turn.opinion(now.mono),
@@ -144,6 +146,7 @@ impl CommandFlow {
             hazard,
             decided_hazard,
             told_mode: None,
+            modes_of_the_past: Past::before(now.wall),
             undefined_modes: 0,
             reported: Reported::default(),
             turn_watch: Watch::new(settings.limits),
@@ -161,22 +164,28 @@ impl CommandFlow {
     /// Takes `TurnIndicatorsCommand.command`, of the topic or of the decider, as the settings say. Call
     /// [`Self::settle`] afterwards, as after all that follow.
     pub fn turn_command(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        self.turn.take(raw, stamp, now.mono);
+        self.turn.take(raw, stamp, now);
     }
 
     /// Takes `HazardLightsCommand.command`.
     pub fn hazard_command(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        self.hazard.take(raw, stamp, now.mono);
+        self.hazard.take(raw, stamp, now);
     }
 
     /// Takes what the decider says of the hazard lights, by the values of `HazardLightsCommand.command`: on
     /// counts beside the topic, anything else only while the topic has no opinion.
     pub fn decided_hazard(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        self.decided_hazard.take(raw, stamp, now.mono);
+        self.decided_hazard.take(raw, stamp, now);
     }
 
-    /// Takes `ControlModeReport.mode`. Ignored when the mode comes from a signal.
-    pub fn control_mode(&mut self, raw: u8, now: Now) {
+    /// Takes `ControlModeReport.mode`. Ignored when the mode comes from a signal. A report of the past is not
+    /// used, like a command.
+    pub fn control_mode(&mut self, raw: u8, stamp: WallStamp, now: Now) {
+        let ModeFrom::Topic { timeout } = self.settings.mode_from else { return };
+        let speaks = self.told_mode.is_some_and(|(_, at)| now.mono.since(at) <= timeout);
+        if self.modes_of_the_past.holds_back(speaks, stamp, timeout, now) {
+            return;
+        }
         self.told_mode = Some((raw, now.mono));
         self.undefined_modes += u64::from(ControlMode::from_raw(raw).is_none());
     }

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::Turn;
+use super::past::Past;
 use crate::core::bus::past;
-use crate::core::time::{MonoTime, WallStamp};
+use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// How long a refused message is shown.
 const SHOWN: Duration = Duration::from_secs(1);
@@ -65,6 +66,8 @@ pub enum Refusal {
     Undefined(u8),
     /// The stamp lies before that of a message used earlier.
     StampBackwards,
+    /// The first message after the start or a silence was said before.
+    Past,
 }
 
 /// Messages since start.
@@ -78,6 +81,8 @@ pub struct IntakeCounts {
     pub undefined: u64,
     /// Those whose stamp went backwards.
     pub backwards: u64,
+    /// Those of the past.
+    pub past: u64,
 }
 
 /// One topic.
@@ -92,12 +97,14 @@ pub struct Intake<T> {
     refused: Option<(Refusal, MonoTime)>,
     /// When what is wanted changed last; the oldest first.
     changes: VecDeque<MonoTime>,
+    past: Past,
     counts: IntakeCounts,
 }
 
 impl<T: Copy + PartialEq> Intake<T> {
-    /// A topic whose values mean what `word` says, and which is silent after `limit` without a message.
-    pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration) -> Self {
+    /// A topic whose values mean what `word` says, which is silent after `limit` without a message, and is
+    /// listened to from `started` on.
+    pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration, started: WallStamp) -> Self {
         Self {
             word,
             limit,
@@ -105,27 +112,36 @@ impl<T: Copy + PartialEq> Intake<T> {
             heard: None,
             refused: None,
             changes: VecDeque::new(),
+            past: Past::before(started),
             counts: IntakeCounts::default(),
         }
     }
 
-    /// Takes a message. Stamps are compared with each other only: a sender that was silent, and so
-    /// perhaps started anew with another clock, begins afresh.
-    pub fn take(&mut self, raw: u8, stamp: WallStamp, now: MonoTime) {
+    /// Takes a message. The stamps of a sender that speaks are compared with each other only. One that was
+    /// silent, and so perhaps started anew with another clock, begins afresh; but its first message may be
+    /// of the past.
+    pub fn take(&mut self, raw: u8, stamp: WallStamp, now: Now) {
+        let Now { mono, .. } = now;
         self.counts.received += 1;
         let Some(word) = (self.word)(raw) else {
             self.counts.undefined += 1;
-            self.refused = Some((Refusal::Undefined(raw), now));
+            self.refused = Some((Refusal::Undefined(raw), mono));
             return;
         };
-        let stamp = stamp.as_nanos();
-        let holds = self.limit.min(STAMP_HOLDS);
-        if self.heard.is_some_and(|(at, newest)| stamp < newest && now.since(at) <= holds) {
+        let heard_within = |limit| self.heard.filter(|(at, _)| mono.since(*at) <= limit);
+        let newest = heard_within(self.limit.min(STAMP_HOLDS)).map(|(_, newest)| newest);
+        let speaks = heard_within(self.limit).is_some();
+        if newest.is_some_and(|newest| stamp.as_nanos() < newest) {
             self.counts.backwards += 1;
-            self.refused = Some((Refusal::StampBackwards, now));
+            self.refused = Some((Refusal::StampBackwards, mono));
             return;
         }
-        self.heard = Some((now, stamp));
+        if self.past.holds_back(speaks, stamp, self.limit, now) {
+            self.counts.past += 1;
+            self.refused = Some((Refusal::Past, mono));
+            return;
+        }
+        self.heard = Some((mono, stamp.as_nanos()));
         match word {
             Word::NoCommand => self.counts.no_command += 1,
             Word::Wanted(wish) => {
@@ -133,9 +149,9 @@ impl<T: Copy + PartialEq> Intake<T> {
                     if self.changes.len() == UNSTEADY.0 {
                         self.changes.pop_front();
                     }
-                    self.changes.push_back(now);
+                    self.changes.push_back(mono);
                 }
-                self.wish = Some((wish, now));
+                self.wish = Some((wish, mono));
             }
         }
     }
@@ -205,19 +221,23 @@ mod tests {
         WallStamp::from_nanos(ms * 1_000_000)
     }
 
+    fn now(ms: u64) -> Now {
+        Now { mono: at(ms), wall: WallStamp::from_nanos(i64::try_from(ms).unwrap() * 1_000_000) }
+    }
+
     fn turns(limit_ms: u64) -> Intake<Turn> {
-        Intake::new(turn_word, Duration::from_millis(limit_ms))
+        Intake::new(turn_word, Duration::from_millis(limit_ms), stamp(0))
     }
 
     #[test]
     fn no_command_takes_nothing_back_and_is_no_error() {
         let mut turns = turns(500);
         assert_eq!(turns.opinion(at(0)), Opinion::Never);
-        turns.take(0, stamp(0), at(0));
+        turns.take(0, stamp(0), now(0));
         assert_eq!(turns.opinion(at(0)), Opinion::None);
-        turns.take(2, stamp(100), at(100));
-        turns.take(0, stamp(200), at(200));
-        turns.take(0, stamp(600), at(600));
+        turns.take(2, stamp(100), now(100));
+        turns.take(0, stamp(200), now(200));
+        turns.take(0, stamp(600), now(600));
         assert_eq!(turns.opinion(at(600)), Opinion::Wanted(Turn::Left));
         assert_eq!(turns.opinion(past(at(100), Duration::from_millis(500))), Opinion::None);
         assert_eq!(turns.opinion(at(1100)), Opinion::None);
@@ -228,9 +248,9 @@ mod tests {
     #[test]
     fn undefined_values_are_ignored_and_shown_for_a_while() {
         let mut turns = turns(5000);
-        turns.take(3, stamp(0), at(0));
+        turns.take(3, stamp(0), now(0));
         for raw in 4..=u8::MAX {
-            turns.take(raw, stamp(10), at(10));
+            turns.take(raw, stamp(10), now(10));
             assert_eq!(turns.opinion(at(10)), Opinion::Wanted(Turn::Right), "{raw}");
             assert_eq!(turns.refusal(at(1010)), Some(Refusal::Undefined(raw)));
         }
@@ -241,13 +261,13 @@ mod tests {
     #[test]
     fn stamps_that_go_backwards_are_rejected_until_the_sender_was_silent() {
         let mut turns = turns(500);
-        turns.take(2, stamp(1000), at(0));
-        turns.take(2, stamp(1000), at(10));
+        turns.take(2, stamp(1000), now(0));
+        turns.take(2, stamp(1000), now(10));
         assert_eq!(turns.refusal(at(10)), None, "the same stamp again is no step back");
-        turns.take(3, stamp(999), at(100));
+        turns.take(3, stamp(999), now(100));
         assert_eq!(turns.opinion(at(100)), Opinion::Wanted(Turn::Left));
         assert_eq!(turns.refusal(at(100)), Some(Refusal::StampBackwards));
-        turns.take(3, stamp(5), at(600));
+        turns.take(3, stamp(105), now(600));
         assert_eq!((turns.opinion(at(600)), turns.counts().backwards), (Opinion::Wanted(Turn::Right), 1));
     }
 
@@ -256,22 +276,32 @@ mod tests {
         let mut turns = turns(500);
         for step in 0..6 {
             assert!(!turns.is_unsteady(at(step * 50)));
-            turns.take(2 + u8::from(step % 2 == 1), stamp(0), at(step * 50));
+            turns.take(2 + u8::from(step % 2 == 1), stamp(0), now(step * 50));
         }
         // Changes from 50 to 250 ms.
         assert!(turns.is_unsteady(at(1050)) && !turns.is_unsteady(at(1051)));
         assert_eq!(turns.next_deadline(at(1000)), Some(past(at(50), Duration::from_secs(1))));
-        (20..60).for_each(|step| turns.take(2, stamp(0), at(step * 50)));
+        (20..60).for_each(|step| turns.take(2, stamp(0), now(step * 50)));
         assert!(!turns.is_unsteady(at(3000)), "the same again and again");
     }
 
     #[test]
     fn a_clock_that_was_set_back_locks_nobody_out_for_long() {
         let mut turns = turns(3_600_000);
-        turns.take(2, stamp(60_000), at(0));
-        turns.take(3, stamp(1), at(1000));
+        turns.take(2, stamp(60_000), now(0));
+        turns.take(3, stamp(1), now(1000));
         assert_eq!(turns.opinion(at(1000)), Opinion::Wanted(Turn::Left));
-        turns.take(3, stamp(101), at(1100));
+        turns.take(3, stamp(101), now(1100));
         assert_eq!(turns.opinion(at(1100)), Opinion::Wanted(Turn::Right));
+    }
+
+    #[test]
+    fn what_a_sender_keeps_for_late_readers_is_not_carried_out() {
+        let mut turns = turns(500);
+        turns.take(2, stamp(-1), now(10));
+        assert_eq!((turns.opinion(at(10)), turns.refusal(at(10))), (Opinion::Never, Some(Refusal::Past)));
+        assert_eq!(turns.opinion(at(5000)), Opinion::Never, "nothing is held that was never used");
+        turns.take(3, stamp(-1), now(110));
+        assert_eq!((turns.opinion(at(110)), turns.counts().past), (Opinion::Wanted(Turn::Right), 1));
     }
 }

@@ -13,6 +13,7 @@ pub mod control_mode;
 pub mod flow;
 pub mod intake;
 pub mod message;
+mod past;
 pub mod patch;
 pub mod sender;
 pub mod settings;

@@ -155,6 +155,7 @@ fn of_function<T: Spoken>(
         (Some(Refusal::StampBackwards), _) => {
             (Level::Warn, "a command with an older stamp is rejected".to_owned())
         }
+        (Some(Refusal::Past), _) => (Level::Warn, "a command of the past is not carried out".to_owned()),
         (None, _) if finding.is_unsteady => {
             (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
         }
@@ -199,6 +200,7 @@ fn values<T: Spoken>(
         ("no_command", counts.no_command.to_string()),
         ("undefined", counts.undefined.to_string()),
         ("stamps_backwards", counts.backwards.to_string()),
+        ("of_the_past", counts.past.to_string()),
         ("driver_took_over", driver.to_string()),
         ("not_obeyed", disobeyed.to_string()),
     ]
