@@ -1,5 +1,6 @@
 //! The cases of the specification that need no bus, on a vehicle that obeys after 150 ms.
 
+use signal_gateway::config::command::CommandConfig;
 use signal_gateway::core::command::{Reported, Turn};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::event::{BusIndex, LinkState};
@@ -380,15 +381,34 @@ fn the_present_state_is_explained() {
     );
 }
 
-#[test]
-fn a_side_does_not_end_the_drivers_hazard_lights_where_one_signal_asks_for_both() {
-    let part = "turn.none = { TURN_ONLY_REQ = 0 }\nturn.off = { TURN_ONLY_REQ = 0 }\nturn.left = { TURN_ONLY_REQ = 1 }\n\
+/// The vehicle of the cases, but one signal asks for everything. It can ask for nothing by `none` alone.
+fn one_signal(none: &str) -> CommandConfig {
+    let part = "turn.off = { TURN_ONLY_REQ = 0 }\nturn.left = { TURN_ONLY_REQ = 1 }\n\
                 turn.right = { TURN_ONLY_REQ = 2 }\nturn.hazard = { TURN_ONLY_REQ = 3 }\n";
     let (head, tail) = PROFILE.split_once("[[command.message]]").unwrap();
     let (_, driver) = tail.split_once("[[command.driver]]").unwrap();
-    let message = format!("[[command.message]]\nname = \"TURN_ONLY\"\nperiod_ms = 100\n{part}");
-    let profile = format!("{head}{message}[[command.driver]]{driver}");
-    let mut bench = Bench::new(config("tx = \"on\"", &profile));
+    let message = format!("[[command.message]]\nname = \"TURN_ONLY\"\nperiod_ms = 100\n{part}{none}");
+    config("tx = \"on\"", &format!("{head}{message}[[command.driver]]{driver}"))
+}
+
+#[test]
+fn without_a_report_a_side_that_was_asked_for_is_ended() {
+    let mut bench = Bench::new(one_signal(""));
+    bench.mode(1);
+    let mut wire = Vec::new();
+    for turn in [1, 2, 1] {
+        bench.turn(turn);
+        bench.hazard(1);
+        bench.settle();
+        bench.pass_until(bench.now_ns + 200 * MS);
+        wire.push(bench.sent.last().map(|(_, frame)| frame.data()[0]));
+    }
+    assert_eq!(wire, [None, Some(1), Some(0)], "hazard lights may be on at first");
+}
+
+#[test]
+fn a_side_does_not_end_the_drivers_hazard_lights_where_one_signal_asks_for_both() {
+    let mut bench = Bench::new(one_signal("turn.none = { TURN_ONLY_REQ = 0 }\n"));
     let mut wire = Vec::new();
     // Left is wanted throughout; the driver presses the button twice, then hazard lights are commanded.
     for (hazard_command, reported) in

@@ -403,7 +403,10 @@ impl CommandFlow {
         // Where one signal asks for both, a side would end hazard lights that are left to the vehicle.
         let would_end = match hazard {
             Some(true) => wanted.hazard.is_none() || (wanted.hazard == Some(false) && drivers),
-            None => wanted.turn == Some(Turn::Off) && !is_hazard && !self.hazard_watch.is_ours(),
+            None => {
+                let ours = self.hazard_watch.is_ours() || self.turn_watch.is_ours();
+                wanted.turn == Some(Turn::Off) && !is_hazard && !ours
+            }
             Some(false) => false,
         };
         let would_end = would_end && self.is_live() && self.binding.shares_signal();
