@@ -155,7 +155,6 @@ fn of_function<T: Spoken>(
         (Some(Refusal::StampBackwards), _) => {
             (Level::Warn, "a command with an older stamp is rejected".to_owned())
         }
-        (Some(Refusal::Past), _) => (Level::Warn, "a command of the past is not carried out".to_owned()),
         (None, Accord::Late) => {
             (Level::Warn, format!("commanded {}, but the vehicle reports {} still", wants(), reports()))
         }
