@@ -66,8 +66,6 @@ pub enum Refusal {
     Undefined(u8),
     /// The stamp lies before that of a message used earlier.
     StampBackwards,
-    /// The first message after the start or a silence was said before.
-    Past,
 }
 
 /// Messages since start.
@@ -81,7 +79,8 @@ pub struct IntakeCounts {
     pub undefined: u64,
     /// Those whose stamp went backwards.
     pub backwards: u64,
-    /// Those of the past.
+    /// Those of the past. No refusal is shown for them: a sender that lives speaks again at once, and nothing
+    /// has come of one that does not.
     pub past: u64,
 }
 
@@ -138,7 +137,6 @@ impl<T: Copy + PartialEq> Intake<T> {
         }
         if self.past.holds_back(speaks, stamp, self.limit, now) {
             self.counts.past += 1;
-            self.refused = Some((Refusal::Past, mono));
             return;
         }
         self.heard = Some((mono, stamp.as_nanos()));
@@ -299,7 +297,7 @@ mod tests {
     fn what_a_sender_keeps_for_late_readers_is_not_carried_out() {
         let mut turns = turns(500);
         turns.take(2, stamp(-1), now(10));
-        assert_eq!((turns.opinion(at(10)), turns.refusal(at(10))), (Opinion::Never, Some(Refusal::Past)));
+        assert_eq!((turns.opinion(at(10)), turns.counts().past), (Opinion::Never, 1));
         assert_eq!(turns.opinion(at(5000)), Opinion::Never, "nothing is held that was never used");
         turns.take(3, stamp(-1), now(110));
         assert_eq!((turns.opinion(at(110)), turns.counts().past), (Opinion::Wanted(Turn::Right), 1));

@@ -155,7 +155,6 @@ fn of_function<T: Spoken>(
         (Some(Refusal::StampBackwards), _) => {
             (Level::Warn, "a command with an older stamp is rejected".to_owned())
         }
-        (Some(Refusal::Past), _) => (Level::Warn, "a command of the past is not carried out".to_owned()),
         (None, _) if finding.is_unsteady => {
             (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
         }
