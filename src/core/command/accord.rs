@@ -202,3 +202,24 @@ impl<T: Lights> Watch<T> {
         before == Accord::Driver || settled || (!wanted.is_lit() && self.ours == 0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A vehicle that takes 150 ms shows the first wish when the second one comes and ends.
+    #[test]
+    fn a_report_that_lags_behind_several_wishes_does_not_show_the_drivers_doing() {
+        let limits = Limits { warn: Duration::from_millis(1500), error: Duration::from_millis(3000) };
+        let mut watch = Watch::new(limits);
+        let wish = |ms: i64| (0..200).contains(&ms) || (220..240).contains(&ms);
+        for ms in (0..700).step_by(10) {
+            let at = MonoTime::from_millis(u64::try_from(ms).unwrap());
+            watch.update(Some(wish(ms)), Some(wish(ms - 150)), false, at);
+            assert_ne!(watch.accord(), Accord::Driver, "at {ms} ms");
+        }
+        assert!(!watch.is_ours());
+        watch.update(Some(false), Some(true), false, MonoTime::from_millis(700));
+        assert_eq!(watch.accord(), Accord::Driver);
+    }
+}
