@@ -210,7 +210,7 @@ mod tests {
     /// A vehicle that takes 150 ms shows the first wish when the second one comes and ends.
     #[test]
     fn a_report_that_lags_behind_several_wishes_does_not_show_the_drivers_doing() {
-        let limits = Limits { warn: Duration::from_millis(1500), error: Duration::from_millis(3000) };
+        let limits = Limits { warn: Duration::from_millis(1500), error: Duration::from_secs(3) };
         let mut watch = Watch::new(limits);
         let wish = |ms: i64| (0..200).contains(&ms) || (220..240).contains(&ms);
         for ms in (0..700).step_by(10) {
