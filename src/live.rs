@@ -81,6 +81,11 @@ impl Live {
         self.gateway.settle_commands(read);
     }
 
+    /// Says when a frame among the outputs was sent, before anything else is done.
+    pub fn sent(&mut self, frame: &CommandFrame, at: MonoTime) {
+        self.gateway.sent(frame, at);
+    }
+
     /// Takes back a frame among the outputs that could not be sent, before anything else is done.
     pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, read: Now) {
         self.gateway.not_sent(frame, why, read);

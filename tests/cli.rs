@@ -249,3 +249,19 @@ fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
     std::fs::write(&path, text).unwrap();
     (folder, path)
 }
+
+#[test]
+fn a_request_without_effect_is_said_beside_the_log_of_a_simulated_vehicle() {
+    let mut script = tempfile::NamedTempFile::new().unwrap();
+    write!(script, "0.1 fault drop NO_SUCH_MESSAGE\n0.2 stalk left\n").unwrap();
+    let path = script.path().to_str().unwrap();
+    let profile = "config/vehicles/bmw_e9x.toml";
+    let output = gateway(&["vehicle", "--profile", profile, "--candump", "--until", "1", "--script", path]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && !output.stdout.is_empty());
+    assert_eq!(
+        errors.lines().filter(|line| line.contains("without effect on the bus")).count(),
+        1,
+        "{errors}"
+    );
+}

@@ -1,5 +1,6 @@
 //! `check`: what is bound, what is missing, and what a recording would have given, before the drive.
 
+mod commands;
 mod survey;
 mod traffic_lights;
 mod turn_signal;
@@ -84,6 +85,7 @@ pub fn binding(settings: &Settings) -> Report {
     }
     turn_sources(&lights.turn, &mut report);
     hazard_sources(&lights.hazard, &mut report);
+    commands::commands(settings, &mut report);
     traffic_lights::sources(v2i, &mut report);
     settings.turn_signal.iter().for_each(|decider| turn_signal::decider(decider, &mut report));
     for note in notes(settings) {

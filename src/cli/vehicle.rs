@@ -14,7 +14,7 @@ use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Behaviour, SimulatedVehicle};
+use crate::core::simulated_vehicle::{Behaviour, Happening, Output, SimulatedVehicle};
 use crate::core::time::{MonoTime, WallStamp};
 use crate::daemon::vehicle::{Seen, VehicleRun, run_vehicle};
 use crate::io::can::controller::has_controller;
@@ -161,6 +161,8 @@ fn write_log(run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Fa
         while let Some(output) = vehicle.poll_output() {
             if let Some(line) = timeline.line(&output, now) {
                 writeln!(out, "{line}")?;
+            } else if let Output::Happened(Happening::NotPossible(why)) = &output {
+                say(&format!("without effect on the bus: {why}"));
             }
         }
         match vehicle.next_deadline(now).filter(|next| *next <= end) {
@@ -226,8 +228,9 @@ fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
 fn lines_of_stdin() -> UnboundedReceiver<String> {
     let (sender, lines) = unbounded_channel();
     std::thread::spawn(move || {
-        for line in io::stdin().lock().lines() {
-            // Not text, or not to be read: no more lines.
+        for line in io::stdin().lock().split(b'\n') {
+            // Not to be read: no more lines. What is no text is no request, and will be said so.
+            let line = line.map(|line| String::from_utf8_lossy(&line).into_owned());
             if line.ok().is_none_or(|line| sender.send(line).is_err()) {
                 break;
             }

@@ -86,7 +86,9 @@ impl Parts<'_> {
         let states =
             [Some(&file.off), Some(&file.left), Some(&file.right), file.hazard.as_ref(), file.none.as_ref()];
         let given: Vec<_> = states.into_iter().flatten().collect();
-        let mut patches = self.group(binder, &given).into_iter();
+        let patches = self.group(binder, &given);
+        must_differ(binder, &given, &patches, file.none.is_some());
+        let mut patches = patches.into_iter();
         let (off, left, right) = (patches.next()?, patches.next()?, patches.next()?);
         let hazard = file.hazard.as_ref().and_then(|_| patches.next());
         let none = file.none.as_ref().and_then(|_| patches.next());
@@ -102,13 +104,17 @@ impl Parts<'_> {
         let given: Vec<_> =
             [Some(&file.off), Some(&file.on), file.none.as_ref()].into_iter().flatten().collect();
         let button = file.button.as_ref().map(|button| button_rules(binder, button.get_ref(), timing));
-        let mut patches = self.group(binder, &given).into_iter();
+        let patches = self.group(binder, &given);
+        must_differ(binder, &given, &patches, file.none.is_some());
+        let mut patches = patches.into_iter();
         let (off, on) = (patches.next()?, patches.next()?);
         Some(HazardPart { off, on, none: patches.next(), button })
     }
 
     fn enable(&mut self, binder: &mut Binder<'_>, file: &EnableFile) -> Option<Enable> {
-        let mut patches = self.group(binder, &[&file.on, &file.off]).into_iter();
+        let patches = self.group(binder, &[&file.on, &file.off]);
+        must_differ(binder, &[&file.on, &file.off], &patches, false);
+        let mut patches = patches.into_iter();
         Some(Enable { on: patches.next()?, off: patches.next()? })
     }
 
@@ -219,6 +225,19 @@ impl Parts<'_> {
     }
 }
 
+/// States with the same values would ask for what nobody wants, or for something with no authority. The
+/// first state is "off", and with `has_none` the last one is "none", which may be the same as "off".
+fn must_differ(binder: &mut Binder<'_>, states: &[&StateFile], patches: &[Patch], has_none: bool) {
+    for (at, patch) in patches.iter().enumerate() {
+        let is_none = has_none && at + 1 == patches.len();
+        let others = patches.iter().take(at).skip(usize::from(is_none));
+        if let Some(state) = states.get(at).filter(|_| others.clone().any(|other| other == patch)) {
+            let remedy = "give each state values of its own; only `none` may be the same as `off`";
+            binder.refuse(state.span(), "another state of the group has the same values", remedy);
+        }
+    }
+}
+
 fn timing(binder: &mut Binder<'_>, file: &CommandMessageFile, message: &Message) -> SendTiming {
     let cycle = message.cycle_ms.map(u64::from);
     if file.period_ms.is_none() && cycle.is_none_or(|ms| ms < PERIODS_MS.0 || ms > PERIODS_MS.1) {
@@ -291,6 +310,10 @@ fn idle(binder: &mut Binder<'_>, file: &CommandMessageFile) -> Idle {
     if turn.is_none() && hazard.is_none() {
         let remedy = "give it `turn` or `hazard`, or remove it";
         binder.refuse(file.name.span(), "this message asks for nothing", remedy);
+    }
+    if turn.is_some_and(|part| part.hazard.is_some()) && hazard.is_some() {
+        let remedy = "remove the state `hazard` of `turn`, or the part `hazard`";
+        binder.refuse(file.name.span(), "this message asks for hazard lights in two ways", remedy);
     }
     if turn.is_some() && hazard.is_some() && !has_nones {
         let remedy = "give `turn` and `hazard` a state `none` each, in which the vehicle does as it likes";

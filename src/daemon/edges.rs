@@ -15,6 +15,7 @@ use crate::core::command::sender::SendFailure;
 use crate::core::event::{LinkState, Output};
 use crate::core::time::Now;
 use crate::io::can::transmit::Transmitter;
+use crate::io::clock::Clock;
 use crate::io::ros::incoming::Inbox;
 use crate::io::systemd::Supervisor;
 use crate::live::Live;
@@ -65,17 +66,18 @@ impl Edges {
         &mut self,
         live: &mut Live,
         ways: &[Transmitter],
-        read: Now,
+        clock: &Clock,
     ) -> Result<(), DaemonError> {
-        self.emit(|| sent_output(live, ways, read), read)?;
+        let read = clock.now();
+        self.emit(|| sent_output(live, ways, clock), read)?;
         while let Some((input, at)) = live.step(read.mono) {
             if let Some(faults) = &mut self.faults {
                 faults.keep(input, at);
             }
-            self.emit(|| sent_output(live, ways, read), at)?;
+            self.emit(|| sent_output(live, ways, clock), at)?;
         }
         live.settle_commands(read);
-        self.emit(|| sent_output(live, ways, read), read)
+        self.emit(|| sent_output(live, ways, clock), read)
     }
 
     pub(super) fn emit(
@@ -128,13 +130,14 @@ impl Edges {
 }
 
 /// The next output. A frame to the vehicle is sent, or told at once that it could not be.
-fn sent_output(live: &mut Live, ways: &[Transmitter], read: Now) -> Option<Output> {
+fn sent_output(live: &mut Live, ways: &[Transmitter], clock: &Clock) -> Option<Output> {
     let output = live.poll_output()?;
     if let Output::Transmit { frame, .. } = &output {
         let way = ways.get(usize::from(frame.bus().0));
         let no_way = Err(SendFailure::Refused(libc::ENODEV));
-        if let Err(why) = way.map_or(no_way, |way| way.send(frame.frame())) {
-            live.not_sent(frame, why, read);
+        match way.map_or(no_way, |way| way.send(frame.frame())) {
+            Ok(()) => live.sent(frame, clock.now().mono),
+            Err(why) => live.not_sent(frame, why, clock.now()),
         }
     }
     Some(output)

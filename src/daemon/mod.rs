@@ -165,7 +165,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     // Until when the last frames to the vehicle may go out, once a stop was requested.
     let mut end: Option<Instant> = None;
     let outcome = loop {
-        if let Err(error) = edges.emit_live(&mut live, &ways, clock.now()) {
+        if let Err(error) = edges.emit_live(&mut live, &ways, &clock) {
             break Err(error);
         }
         if end.is_some_and(|end| live.is_finished() || Instant::now() >= end) {

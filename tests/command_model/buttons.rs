@@ -87,6 +87,15 @@ fn a_button_is_pressed_once_for_each_wish_and_never_against_the_driver() {
 }
 
 #[test]
+fn a_wish_shorter_than_the_report_takes_leaves_no_lights_on() {
+    let mut day = Day::new();
+    day.run(0, 1_000, 1);
+    day.run(1_000, 1_100, 2);
+    day.run(1_100, 5_000, 1);
+    assert_eq!((day.presses.len(), day.lit), (2, false));
+}
+
+#[test]
 fn a_button_that_does_nothing_is_given_up_and_told() {
     let mut day = Day::new();
     day.works = false;

@@ -1,9 +1,11 @@
 //! The cases of the specification that need no bus, on a vehicle that obeys after 150 ms.
 
+use signal_gateway::config::command::CommandConfig;
 use signal_gateway::core::command::{Reported, Turn};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::event::{BusIndex, LinkState};
 use signal_gateway::core::frame::{CanId, Frame};
+use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::trust::table::MessageIndex;
 
 use crate::bench::{Bench, PROFILE, asks, config};
@@ -112,13 +114,40 @@ const CASES: &[Case] = &[
                 (5200, "right", (ERROR, "commanded right, but the vehicle reports left"), (OK, "off"))] },
     Case { id: "no report to hold it against", section: "",
         does: &[(0, Do::NoReport), (0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1))],
-        must: &[(1400, "left", (OK, ""), (OK, "")), (9000, "left", (WARN, "no report shows it"), (WARN, "no report shows it"))] },
+        must: &[(1400, "left, any hazard", (OK, ""), (OK, "")), (9000, "left, any hazard", (WARN, "no report shows it"), (WARN, "no report shows it"))] },
+    Case { id: "hazard lights that may be the driver's, for all that is known", section: "",
+        does: &[(0, Do::NoReport), (0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (2000, Do::Hazard(2)), (4000, Do::Hazard(1))],
+        must: &[(100, "left, any hazard", (OK, ""), (OK, "no report says whether they are on")),
+                (2010, "hazard", (OK, ""), (OK, "on")), (4010, "left", (OK, ""), (OK, "off"))] },
+    Case { id: "the driver's hazard lights, then no report", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::HazardButton(true)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (3000, Do::NoReport)],
+        must: &[(2900, "off, any hazard", (OK, ""), (WARN, "left to the driver: on")),
+                (9000, "off, any hazard", (WARN, "no report"), (WARN, "left to the driver: nothing"))] },
+    Case { id: "the driver's stalk, then no report", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Stalk(Turn::Left)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (3000, Do::NoReport)],
+        must: &[(2900, "any turn", (WARN, "left to the driver: left"), (OK, "off")),
+                (9000, "-", (WARN, "left to the driver: nothing"), (WARN, "no report"))] },
+    Case { id: "the driver has taken over, and switches hazard lights on", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Override(true)), (2000, Do::HazardButton(true)), (4000, Do::HazardButton(false))],
+        must: &[(1900, "any turn", (WARN, "left to the driver"), (OK, "off")),
+                (2500, "-", (WARN, "left to the driver"), (WARN, "left to the driver: on")),
+                (5000, "any turn", (WARN, "left to the driver"), (OK, "off"))] },
+    Case { id: "NO_COMMAND, then silence: nothing comes back", section: "turn_silent = \"hold\"",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(2)), (1000, Do::Turn(0)), (1000, Do::Hazard(0)),
+                (4000, Do::NoTurn), (4000, Do::NoHazard)],
+        must: &[(3900, "-", (OK, "no opinion"), (OK, "no opinion")),
+                (5100, "-", (ERROR, "fallen silent: left to the vehicle"), (ERROR, "fallen silent: left to the vehicle"))] },
     Case { id: "lights on for less than the vehicle takes to show it are not taken for the driver's", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (1000, Do::Hazard(2)), (1100, Do::Hazard(1)),
                 (2000, Do::Turn(2)), (2100, Do::Turn(1))],
         must: &[(1090, "hazard", (OK, ""), (OK, "on")), (1200, "off", (OK, "off"), (OK, "off, as commanded")),
                 (1990, "off", (OK, "off"), (OK, "off")), (2090, "left", (OK, "left"), (OK, "")),
                 (2200, "off", (OK, "off, as commanded"), (OK, "off")), (2900, "off", (OK, "off"), (OK, "off"))] },
+    Case { id: "twice on within what the vehicle takes to show it", section: "",
+        does: &[(0, Do::Mode(1)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (1000, Do::Hazard(2)), (1100, Do::Hazard(1)),
+                (1200, Do::Hazard(2)), (1300, Do::Hazard(1)), (3000, Do::HazardButton(true))],
+        must: &[(1290, "hazard", (OK, ""), (OK, "on")), (1360, "off", (OK, ""), (OK, "off, as commanded")),
+                (1500, "off", (OK, ""), (OK, "off, as commanded")), (3500, "off, any hazard", (OK, ""), (WARN, "left to the driver: on"))] },
     Case { id: "the driver's stalk before any wish for a side", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Stalk(Turn::Left)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (3000, Do::Stalk(Turn::Off))],
         must: &[(1000, "any turn", (WARN, "commanded off, left to the driver: left"), (OK, "off")), (4000, "off", (OK, "off"), (OK, "off"))] },
@@ -270,6 +299,7 @@ fn while_the_link_is_down_nothing_is_sent_and_it_is_an_error() {
 #[test]
 fn after_the_last_frame_there_is_none() {
     let mut bench = Bench::new(config("tx = \"on\"\nat_stop = \"off\"", PROFILE));
+    bench.report(Reported { turn: Some(Turn::Off), hazard: Some(false) });
     bench.mode(1);
     bench.turn(2);
     bench.settle();
@@ -303,6 +333,7 @@ fn a_dry_run_tells_everything_and_sends_nothing() {
 #[test]
 fn the_control_mode_may_come_from_a_signal() {
     let mut bench = Bench::new(config("tx = \"on\"\ncontrol_mode = \"signal\"", PROFILE));
+    bench.report(Reported { turn: Some(Turn::Off), hazard: Some(false) });
     let mut asked = Vec::new();
     // MANUAL, AUTONOMOUS, VELOCITY_ONLY, a value without meaning, then silence.
     for (step, mode) in [Some(0), Some(1), Some(2), Some(3), None].into_iter().enumerate() {
@@ -348,4 +379,89 @@ fn the_present_state_is_explained() {
         "turn indicators left to the vehicle (not allowed in this control mode), \
          hazard lights on (as commanded), control mode AUTONOMOUS_VELOCITY_ONLY"
     );
+}
+
+/// The vehicle of the cases, but one signal asks for everything. It can ask for nothing by `none` alone.
+fn one_signal(none: &str) -> CommandConfig {
+    let part = "turn.off = { TURN_ONLY_REQ = 0 }\nturn.left = { TURN_ONLY_REQ = 1 }\n\
+                turn.right = { TURN_ONLY_REQ = 2 }\nturn.hazard = { TURN_ONLY_REQ = 3 }\n";
+    let (head, tail) = PROFILE.split_once("[[command.message]]").unwrap();
+    let (_, driver) = tail.split_once("[[command.driver]]").unwrap();
+    let message = format!("[[command.message]]\nname = \"TURN_ONLY\"\nperiod_ms = 100\n{part}{none}");
+    config("tx = \"on\"", &format!("{head}{message}[[command.driver]]{driver}"))
+}
+
+#[test]
+fn without_a_report_a_side_that_was_asked_for_is_ended() {
+    let mut bench = Bench::new(one_signal(""));
+    bench.mode(1);
+    let mut wire = Vec::new();
+    for turn in [1, 2, 1] {
+        bench.turn(turn);
+        bench.hazard(1);
+        bench.settle();
+        bench.pass_until(bench.now_ns + 200 * MS);
+        wire.push(bench.sent.last().map(|(_, frame)| frame.data()[0]));
+    }
+    assert_eq!(wire, [None, Some(1), Some(0)], "hazard lights may be on at first");
+}
+
+#[test]
+fn a_side_does_not_end_the_drivers_hazard_lights_where_one_signal_asks_for_both() {
+    let mut bench = Bench::new(one_signal("turn.none = { TURN_ONLY_REQ = 0 }\n"));
+    let mut wire = Vec::new();
+    // Left is wanted throughout; the driver presses the button twice, then hazard lights are commanded.
+    for (hazard_command, reported) in
+        [(1, false), (1, true), (0, true), (1, false), (2, false), (2, true), (1, true)]
+    {
+        for _ in 0..20 {
+            bench.pass_until(bench.now_ns + 100 * MS);
+            bench.mode(1);
+            bench.turn(2);
+            bench.hazard(hazard_command);
+            let turn = if reported { Turn::Off } else { Turn::Left };
+            bench.report(Reported { turn: Some(turn), hazard: Some(reported) });
+            bench.settle();
+        }
+        wire.push(bench.sent.last().unwrap().1.data()[0]);
+    }
+    assert_eq!(wire, [1, 0, 0, 1, 3, 3, 1]);
+}
+
+#[test]
+fn frames_keep_their_distance_from_when_they_really_went_out() {
+    let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
+    bench.pass_until(1_000 * MS);
+    bench.mode(1);
+    bench.turn(2);
+    let frame = bench.settle().pop().unwrap();
+    // The machine was busy: it went out 30 ms late, and the second frame of the burst is due already.
+    bench.flow.sent(&frame, MonoTime::from_millis(1_030));
+    let before = bench.sent.len();
+    bench.pass_until(1_039 * MS);
+    assert_eq!(bench.sent.len(), before);
+    bench.pass_until(1_040 * MS);
+    assert_eq!(bench.sent.len(), before + 1);
+}
+
+#[test]
+fn a_driver_who_has_taken_over_has_it_until_the_vehicle_says_otherwise() {
+    let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
+    let mut wire = Vec::new();
+    for sign in [Some(0), Some(1), None, Some(0)] {
+        for _ in 0..10 {
+            bench.pass_until(bench.now_ns + 100 * MS);
+            bench.mode(1);
+            bench.turn(2);
+            let frame = sign.map(|sign| Frame::classic(CanId::Standard(560), &[sign << 4, 0, 0, 0]).unwrap());
+            let now = bench.now();
+            bench.buses[0].frame_arrived(now.mono);
+            if let Some(frame) = frame {
+                bench.flow.frame_arrived(MessageIndex(0), &frame, now.wall, now);
+            }
+            bench.settle();
+        }
+        wire.push(bench.asked());
+    }
+    assert_eq!(wire, ["left, any hazard", "-", "-", "left, any hazard"]);
 }

@@ -126,7 +126,7 @@ fn stand(
     let wish = taken.iter().rev().find(|(_, raw, _)| *raw > 0);
     match (wish, taken.last()) {
         (Some((time, raw, _)), _) if at - time <= limit => Stand::Wants(*raw),
-        (Some((_, raw, _)), Some((heard, ..))) if at - heard > limit => Stand::Silent(*raw),
+        (_, Some((heard, raw, _))) if *raw > 0 && at - heard > limit => Stand::Silent(*raw),
         _ => Stand::Nothing,
     }
 }

@@ -158,7 +158,42 @@ fn what_a_command_message_can_say_is_checked() {
             "idle = \"silent\"",
         ),
         (
-            &[NAMED, ("constants = { DOOR = 0 }", "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 } }")],
+            &[("right = { TURN_REQ = 2 }", "right = @@{ TURN_REQ = 1 }")],
+            "command.message.turn.right",
+            "another state of the group has the same values",
+            "values of its own",
+        ),
+        (
+            &[("hazard = { TURN_REQ = 3 }", "hazard = { TURN_REQ = 3 }, none = @@{ TURN_REQ = 1 }")],
+            "command.message.turn.none",
+            "the same values",
+            "only `none` may be the same as `off`",
+        ),
+        (
+            &[("off = { ENABLE = 0 }", "off = @@{ ENABLE = 1 }")],
+            "command.message.enable.off",
+            "the same values",
+            "values of its own",
+        ),
+        (
+            &[
+                NAMED,
+                ("hazard = { TURN_REQ = 3 }", "hazard = { TURN_REQ = 3 }, none = { TURN_REQ = 0 }"),
+                (
+                    "constants = { DOOR = 0 }",
+                    "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 } }",
+                ),
+            ],
+            "command.message.name",
+            "hazard lights in two ways",
+            "remove",
+        ),
+        (
+            &[
+                NAMED,
+                (", hazard = { TURN_REQ = 3 }", ""),
+                ("constants = { DOOR = 0 }", "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 } }"),
+            ],
             "command.message.name",
             "share this message",
             "`none` each",

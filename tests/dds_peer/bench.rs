@@ -168,6 +168,17 @@ impl Gateway {
         }
     }
 
+    /// Stops the process for a while, as a debugger or a machine that sleeps does.
+    pub(crate) fn stand_still(&self, pause: Duration) {
+        let signal = |name: &str| {
+            let process = self.0.child.id().to_string();
+            assert!(Command::new("kill").args([name, &process]).status().unwrap().success());
+        };
+        signal("-STOP");
+        thread::sleep(pause);
+        signal("-CONT");
+    }
+
     /// Ends it in order; says how long `RosSession::stop` took.
     pub(crate) fn stop(mut self) -> Duration {
         self.tell("stop");

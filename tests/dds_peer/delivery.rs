@@ -218,6 +218,21 @@ fn a_reader_that_is_killed_gets_data_again_when_it_is_restarted() {
     assert_eq!(gateway.status()["rebuilds"], 0, "nobody was away: nothing to rebuild");
 }
 
+/// Its peers may have given it up meanwhile, or it them.
+#[test]
+fn a_gateway_that_stood_still_joins_the_graph_anew() {
+    let Some(python) = python("a_gateway_that_stood_still_joins_the_graph_anew") else { return };
+    let domain = domain();
+    let mut gateway = Gateway::start(None, domain, "transient_local");
+    let turn = reader(&python, domain, "turn", TURN, "transient_local");
+    gateway.tell("turn left 1");
+    turn.wait_for("a report", is_report(2, 1));
+    gateway.stand_still(Duration::from_secs(3));
+    gateway.wait_until("a new participant", |status| status["rebuilds"] == 1);
+    gateway.tell("turn right 2");
+    turn.wait_for("the next report", is_report(3, 2));
+}
+
 #[test]
 fn the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distributions_length() {
     let Some(python) =

@@ -60,6 +60,8 @@ pub struct Situation {
     pub mode: Mode,
     /// Functions the driver has taken.
     pub driver: Grants,
+    /// Whether the hazard lights may be the driver's for all that is known.
+    pub hazard_unproven: bool,
     /// Whether the gateway is about to end.
     pub stopping: bool,
 }
@@ -81,6 +83,8 @@ pub enum Why {
     NotGranted,
     /// The driver does something else.
     Driver,
+    /// No report says whether the hazard lights are on, and so perhaps the driver's.
+    Unproven,
     /// The gateway is about to end.
     Stopping,
 }
@@ -109,6 +113,7 @@ impl Why {
             Self::NeverCommanded => "no command yet",
             Self::NotGranted => "not allowed in this control mode",
             Self::Driver => "left to the driver",
+            Self::Unproven => "no report says whether they are on",
             Self::Stopping => "the gateway ends",
         }
     }
@@ -152,8 +157,12 @@ pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
         (demand.turn, turn_why) = (None, Why::Driver);
     }
     // On is safe whoever wants it: only an off gives way.
-    if situation.driver.hazard && demand.hazard == Some(false) {
-        (demand.hazard, hazard_why) = (None, Why::Driver);
+    if demand.hazard == Some(false) {
+        if situation.driver.hazard {
+            (demand.hazard, hazard_why) = (None, Why::Driver);
+        } else if situation.hazard_unproven {
+            (demand.hazard, hazard_why) = (None, Why::Unproven);
+        }
     }
     Decision { demand, wanted, turn: turn_why, hazard: hazard_why }
 }

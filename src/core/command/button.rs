@@ -59,7 +59,8 @@ impl Button {
                 self.finger = Finger::Waiting { until: now.after(self.rules.wait) };
             }
         } else if wanted == reported {
-            self.done = true;
+            // A press for the wish before may still show.
+            self.done |= self.presses > 0 || self.finger == Finger::Up;
         } else if self.finger == Finger::Up && reported.is_some() && !self.done && !self.is_exhausted() {
             self.presses += 1;
             self.finger = Finger::Down { until: now.after(self.rules.press) };
@@ -76,9 +77,10 @@ impl Button {
         self.presses >= self.rules.attempts
     }
 
-    /// Lifts the finger and forgets: nothing pressed here has reached the vehicle.
+    /// Lifts the finger and begins anew with the attempts: the vehicle cannot be reached. What the report
+    /// has shown stays shown.
     pub fn forget(&mut self) {
-        *self = Self::new(self.rules);
+        (self.finger, self.presses) = (Finger::Up, 0);
     }
 
     /// When it changes with nothing happening.
@@ -133,6 +135,9 @@ mod tests {
         assert!((300..9000).step_by(100).all(|ms| !button.update(Some(true), Some(false), at(ms))));
         assert!(!button.update(Some(false), Some(false), at(9000)));
         assert!(button.update(Some(true), Some(false), at(9100)), "a new wish is a new press");
+        assert!(button.update(Some(true), Some(true), at(9200)));
+        button.forget();
+        assert!(!button.update(Some(true), Some(false), at(9300)), "nor because the link was lost meanwhile");
     }
 
     #[test]

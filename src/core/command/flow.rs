@@ -61,6 +61,8 @@ pub struct CommandFlow {
     pub(super) reported: Reported,
     pub(super) turn_watch: Watch<Turn>,
     pub(super) hazard_watch: Watch<bool>,
+    /// What each sign of the driver said last.
+    signs: Vec<bool>,
     /// One for each message.
     pub(super) lines: Vec<Line>,
     stopping: bool,
@@ -101,6 +103,7 @@ pub(super) struct Finding {
 pub(super) struct FunctionFinding<T> {
     pub(super) opinion: Opinion<T>,
     pub(super) refusal: Option<Refusal>,
+    pub(super) is_unsteady: bool,
     pub(super) accord: Accord,
     /// The report, as long as it is what the accord is about.
     pub(super) reported: Option<T>,
@@ -124,6 +127,7 @@ impl CommandFlow {
             hazard: hazard.opinion(now.mono),
             mode: Mode::Unknown,
             driver: Grants::default(),
+            hazard_unproven: false,
             stopping: false,
         };
         let state = Finding {
@@ -147,6 +151,7 @@ impl CommandFlow {
             reported: Reported::default(),
             turn_watch: Watch::new(settings.limits),
             hazard_watch: Watch::new(settings.limits),
+            signs: vec![false; binding.driver.len()],
             lines,
             stopping: false,
             state,
@@ -204,6 +209,16 @@ impl CommandFlow {
             .map_or(Heard::NotOurs, |line| line.sender.heard(frame, now.mono))
     }
 
+    /// A frame was sent only at this time, which is later than that of [`Self::settle`]: the next one
+    /// keeps its distance from then on.
+    pub fn sent(&mut self, frame: &CommandFrame, at: MonoTime) {
+        for (line, message) in self.lines.iter_mut().zip(&self.binding.messages) {
+            if message.permit.bus() == frame.bus() && message.permit.id() == frame.frame().id() {
+                line.sender.sent_at(at);
+            }
+        }
+    }
+
     /// A frame that was to be sent could not be; to be told before the next [`Self::settle`].
     pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, now: Now) {
         for (line, message) in self.lines.iter_mut().zip(&self.binding.messages) {
@@ -246,9 +261,12 @@ impl CommandFlow {
         let mode = self.mode(buses, mono);
         let signs = self.driver_signs(buses, mono);
         let rules = self.settings.rules;
-        let situation = Situation { turn, hazard, mode, driver: Grants::default(), stopping: self.stopping };
+        let (driver, stopping) = (Grants::default(), self.stopping);
+        let situation = Situation { turn, hazard, mode, driver, hazard_unproven: false, stopping };
         let driver = self.supervise(arbitrate(rules, &situation), signs, mono);
-        let decision = arbitrate(rules, &Situation { driver, ..situation });
+        let hazard_unproven =
+            self.is_live() && self.reported.hazard.is_none() && !self.hazard_watch.is_ours();
+        let decision = arbitrate(rules, &Situation { driver, hazard_unproven, ..situation });
         let cut_off = self.send(decision, buses, mono);
         let finding = Finding {
             decision,
@@ -256,12 +274,14 @@ impl CommandFlow {
             turn: FunctionFinding {
                 opinion: turn,
                 refusal: self.turn.refusal(mono),
+                is_unsteady: self.turn.is_unsteady(mono),
                 accord: self.turn_watch.accord(),
                 reported: self.reported.turn,
             },
             hazard: FunctionFinding {
                 opinion: hazard,
                 refusal: self.hazard.refusal(mono),
+                is_unsteady: self.hazard.is_unsteady(mono),
                 accord: self.hazard_watch.accord(),
                 reported: self.reported.hazard,
             },
@@ -351,12 +371,17 @@ impl CommandFlow {
         self.seen.read(&self.binding.table, role, buses, now)
     }
 
-    /// What the vehicle itself says the driver has taken.
-    fn driver_signs(&self, buses: &[Bus], now: MonoTime) -> Grants {
-        let taken = self.binding.driver.iter().filter(|sign| {
-            matches!(self.read(&sign.role, buses, now), Reading::Seen { meaning: Meaning::Defined(true), .. })
-        });
-        taken.fold(Grants::default(), |all, sign| Grants {
+    /// What the vehicle itself says the driver has taken, or said last: he has it until it says otherwise.
+    fn driver_signs(&mut self, buses: &[Bus], now: MonoTime) -> Grants {
+        for (at, sign) in self.binding.driver.iter().enumerate() {
+            let Reading::Seen { meaning: Meaning::Defined(says), .. } = self.read(&sign.role, buses, now)
+            else {
+                continue;
+            };
+            self.signs.get_mut(at).into_iter().for_each(|known| *known = says);
+        }
+        let taken = self.binding.driver.iter().zip(&self.signs).filter(|(_, has)| **has);
+        taken.fold(Grants::default(), |all, (sign, _)| Grants {
             turn: all.turn || sign.takes.turn,
             hazard: all.hazard || sign.takes.hazard,
         })
@@ -369,12 +394,23 @@ impl CommandFlow {
         let wanted = Some(decision.wanted).filter(|_| self.is_live()).unwrap_or_default();
         let is_hazard = wanted.hazard == Some(true) || hazard == Some(true);
         if is_hazard {
-            self.turn_watch.suspend(wanted.turn);
+            self.turn_watch.suspend(wanted.turn, signs.turn);
         } else {
             self.turn_watch.update(wanted.turn, turn, signs.turn, now);
         }
         self.hazard_watch.update(wanted.hazard, hazard, signs.hazard, now);
-        Grants { turn: self.turn_watch.is_drivers(), hazard: self.hazard_watch.is_drivers() }
+        let drivers = self.hazard_watch.is_drivers();
+        // Where one signal asks for both, a side would end hazard lights that are left to the vehicle.
+        let would_end = match hazard {
+            Some(true) => wanted.hazard.is_none() || (wanted.hazard == Some(false) && drivers),
+            None => {
+                let ours = self.hazard_watch.is_ours() || self.turn_watch.is_ours();
+                wanted.turn == Some(Turn::Off) && !is_hazard && !ours
+            }
+            Some(false) => false,
+        };
+        let would_end = would_end && self.is_live() && self.binding.shares_signal();
+        Grants { turn: self.turn_watch.is_drivers() || would_end, hazard: drivers }
     }
 
     /// Gives out the frames that are due; says on which bus none can be sent.
@@ -410,7 +446,7 @@ impl CommandFlow {
 
 impl<T> FunctionFinding<T> {
     fn none(opinion: Opinion<T>) -> Self {
-        Self { opinion, refusal: None, accord: Accord::Free, reported: None }
+        Self { opinion, refusal: None, is_unsteady: false, accord: Accord::Free, reported: None }
     }
 }
 

@@ -1,5 +1,6 @@
 //! One command topic: which of its messages count, and what its sender wants now.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::Turn;
@@ -9,6 +10,11 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// How long a refused message is shown.
 const SHOWN: Duration = Duration::from_secs(1);
+/// So many changes of what is wanted, within so long, are nobody's will.
+const UNSTEADY: (usize, Duration) = (5, Duration::from_secs(1));
+/// How long a stamp is held against later ones, at most: a sender whose clock was set back is heard
+/// again, however long its words may hold.
+const STAMP_HOLDS: Duration = Duration::from_secs(1);
 
 /// A value of a command message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,7 +55,7 @@ pub enum Opinion<T> {
     None,
     /// It wants this.
     Wanted(T),
-    /// Nothing has come for longer than the limit; before that it wanted this, if anything.
+    /// Nothing has come for longer than the limit; its last word was this, or `NO_COMMAND`.
     Silent(Option<T>),
 }
 
@@ -88,16 +94,26 @@ pub struct Intake<T> {
     /// The last message that was used: when it came, and its stamp in ns.
     heard: Option<(MonoTime, i64)>,
     refused: Option<(Refusal, MonoTime)>,
+    /// When what is wanted changed last; the oldest first.
+    changes: VecDeque<MonoTime>,
     past: Past,
     counts: IntakeCounts,
 }
 
-impl<T: Copy> Intake<T> {
+impl<T: Copy + PartialEq> Intake<T> {
     /// A topic whose values mean what `word` says, which is silent after `limit` without a message, and is
     /// listened to from `started` on.
     pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration, started: WallStamp) -> Self {
-        let (past, counts) = (Past::before(started), IntakeCounts::default());
-        Self { word, limit, wish: None, heard: None, refused: None, past, counts }
+        Self {
+            word,
+            limit,
+            wish: None,
+            heard: None,
+            refused: None,
+            changes: VecDeque::new(),
+            past: Past::before(started),
+            counts: IntakeCounts::default(),
+        }
     }
 
     /// Takes a message. The stamps of a sender that speaks are compared with each other only. One that was
@@ -111,28 +127,44 @@ impl<T: Copy> Intake<T> {
             self.refused = Some((Refusal::Undefined(raw), mono));
             return;
         };
-        let speaks = self.heard.filter(|(at, _)| mono.since(*at) <= self.limit);
-        if speaks.is_some_and(|(_, newest)| stamp.as_nanos() < newest) {
+        let heard_within = |limit| self.heard.filter(|(at, _)| mono.since(*at) <= limit);
+        let newest = heard_within(self.limit.min(STAMP_HOLDS)).map(|(_, newest)| newest);
+        let speaks = heard_within(self.limit).is_some();
+        if newest.is_some_and(|newest| stamp.as_nanos() < newest) {
             self.counts.backwards += 1;
             self.refused = Some((Refusal::StampBackwards, mono));
             return;
         }
-        if self.past.holds_back(speaks.is_some(), stamp, self.limit, now) {
+        if self.past.holds_back(speaks, stamp, self.limit, now) {
             self.counts.past += 1;
             return;
         }
         self.heard = Some((mono, stamp.as_nanos()));
         match word {
             Word::NoCommand => self.counts.no_command += 1,
-            Word::Wanted(wish) => self.wish = Some((wish, mono)),
+            Word::Wanted(wish) => {
+                if self.wish.is_some_and(|(before, _)| before != wish) {
+                    if self.changes.len() == UNSTEADY.0 {
+                        self.changes.pop_front();
+                    }
+                    self.changes.push_back(mono);
+                }
+                self.wish = Some((wish, mono));
+            }
         }
     }
 
+    /// Whether what is wanted changes faster than anybody could mean it: two senders, as a rule.
+    pub fn is_unsteady(&self, now: MonoTime) -> bool {
+        self.changes.len() == UNSTEADY.0
+            && self.changes.front().is_some_and(|at| now.since(*at) <= UNSTEADY.1)
+    }
+
     /// What the sender wants now. A `NO_COMMAND` takes nothing back: what was wanted holds until its
-    /// own limit.
+    /// own limit, but no longer, also when the sender falls silent.
     pub fn opinion(&self, now: MonoTime) -> Opinion<T> {
         let Some((heard, _)) = self.heard else { return Opinion::Never };
-        let last = self.wish.map(|(wish, _)| wish);
+        let last = self.wish.filter(|(_, at)| *at == heard).map(|(wish, _)| wish);
         match self.wish {
             Some((wish, at)) if now.since(at) <= self.limit => Opinion::Wanted(wish),
             Some(_) | None if now.since(heard) <= self.limit => Opinion::None,
@@ -160,7 +192,8 @@ impl<T: Copy> Intake<T> {
         let wish = self.wish.map(|(_, at)| past(at, self.limit));
         let heard = self.heard.map(|(at, _)| past(at, self.limit));
         let refused = self.refused.map(|(_, at)| past(at, SHOWN));
-        [wish, heard, refused].into_iter().flatten().filter(|at| *at > now).min()
+        let unsteady = self.changes.front().filter(|_| self.is_unsteady(now)).map(|at| past(*at, UNSTEADY.1));
+        [wish, heard, refused, unsteady].into_iter().flatten().filter(|at| *at > now).min()
     }
 }
 
@@ -206,7 +239,7 @@ mod tests {
         assert_eq!(turns.opinion(at(600)), Opinion::Wanted(Turn::Left));
         assert_eq!(turns.opinion(past(at(100), Duration::from_millis(500))), Opinion::None);
         assert_eq!(turns.opinion(at(1100)), Opinion::None);
-        assert_eq!(turns.opinion(at(1101)), Opinion::Silent(Some(Turn::Left)));
+        assert_eq!(turns.opinion(at(1101)), Opinion::Silent(None), "its last word was no wish");
         assert_eq!((turns.counts().no_command, turns.refusal(at(600))), (3, None));
     }
 
@@ -234,6 +267,30 @@ mod tests {
         assert_eq!(turns.refusal(at(100)), Some(Refusal::StampBackwards));
         turns.take(3, stamp(105), now(600));
         assert_eq!((turns.opinion(at(600)), turns.counts().backwards), (Opinion::Wanted(Turn::Right), 1));
+    }
+
+    #[test]
+    fn two_senders_that_want_different_things_are_noticed() {
+        let mut turns = turns(500);
+        for step in 0..6 {
+            assert!(!turns.is_unsteady(at(step * 50)));
+            turns.take(2 + u8::from(step % 2 == 1), stamp(0), now(step * 50));
+        }
+        // Changes from 50 to 250 ms.
+        assert!(turns.is_unsteady(at(1050)) && !turns.is_unsteady(at(1051)));
+        assert_eq!(turns.next_deadline(at(1000)), Some(past(at(50), Duration::from_secs(1))));
+        (20..60).for_each(|step| turns.take(2, stamp(0), now(step * 50)));
+        assert!(!turns.is_unsteady(at(3000)), "the same again and again");
+    }
+
+    #[test]
+    fn a_clock_that_was_set_back_locks_nobody_out_for_long() {
+        let mut turns = turns(3_600_000);
+        turns.take(2, stamp(60_000), now(0));
+        turns.take(3, stamp(1), now(1000));
+        assert_eq!(turns.opinion(at(1000)), Opinion::Wanted(Turn::Left));
+        turns.take(3, stamp(101), now(1100));
+        assert_eq!(turns.opinion(at(1100)), Opinion::Wanted(Turn::Right));
     }
 
     #[test]

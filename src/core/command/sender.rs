@@ -137,6 +137,11 @@ impl Sender {
         Some(frame)
     }
 
+    /// The frame given out last went out at this time.
+    pub fn sent_at(&mut self, at: MonoTime) {
+        self.last_sent = self.last_sent.max(Some(at));
+    }
+
     /// The frame given out last could not be sent: its counter is used again, and it is due again at
     /// its least distance. Anything else is no longer of interest.
     pub fn not_sent(&mut self, message: &CommandMessage, frame: &Frame, why: SendFailure, now: MonoTime) {

@@ -90,4 +90,9 @@ impl CommandBinding {
     pub fn is_empty(&self) -> bool {
         self.messages.is_empty()
     }
+
+    /// Whether one signal asks for turn indicators and for hazard lights.
+    pub fn shares_signal(&self) -> bool {
+        self.messages.iter().filter_map(|message| message.turn.as_ref()).any(|turn| turn.hazard.is_some())
+    }
 }

@@ -143,7 +143,7 @@ fn of_function<T: Spoken>(
 ) -> Said {
     let reports = || finding.reported.map_or("nothing", Spoken::spoken);
     let wants = || asked(wanted);
-    let is_silent = matches!(finding.opinion, Opinion::Silent(Some(_)));
+    let is_silent = matches!(finding.opinion, Opinion::Silent(_));
     match (finding.refusal, finding.accord) {
         (Some(Refusal::Undefined(raw)), _) => (Level::Error, format!("undefined command {raw} is ignored")),
         (_, Accord::Disobeyed) => {
@@ -154,6 +154,9 @@ fn of_function<T: Spoken>(
         }
         (Some(Refusal::StampBackwards), _) => {
             (Level::Warn, "a command with an older stamp is rejected".to_owned())
+        }
+        (None, _) if finding.is_unsteady => {
+            (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
         }
         (None, Accord::Late) => {
             (Level::Warn, format!("commanded {}, but the vehicle reports {} still", wants(), reports()))

@@ -26,6 +26,11 @@ impl Gateway {
         }
     }
 
+    /// Says when a frame of [`Output::Transmit`] was sent, before anything else is done.
+    pub fn sent(&mut self, frame: &CommandFrame, at: MonoTime) {
+        self.command.iter_mut().for_each(|flow| flow.sent(frame, at));
+    }
+
     /// Takes back a frame of [`Output::Transmit`] that could not be sent, before anything else is done.
     pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, now: Now) {
         self.command.iter_mut().for_each(|flow| flow.not_sent(frame, why, now));

@@ -29,6 +29,9 @@ const OVERLAP: Duration = Duration::from_secs(1);
 const MOST_OVERLAP: Duration = Duration::from_secs(35);
 /// Participants are not made more often than this, the first included.
 const MIN_INTERVAL: Duration = Duration::from_secs(3);
+/// A round that took longer: the process was stopped meanwhile. Peers may have given its participant up,
+/// and it does not find them again.
+const STANDSTILL: Duration = Duration::from_secs(2);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
 const MOST_OWN: usize = 32;
 
@@ -55,6 +58,8 @@ pub(super) struct Worker {
     last_slow: Instant,
     last_made: Instant,
     deafness: Deafness,
+    last_round: Instant,
+    stood_still: bool,
     write_failed: bool,
     /// What each topic of the table is to say, but for what is said once.
     current: Vec<Order>,
@@ -93,6 +98,8 @@ impl Worker {
             last_slow: now,
             last_made: now,
             deafness: Deafness::default(),
+            last_round: now,
+            stood_still: false,
             write_failed: false,
             current: table.iter().map(|_| Order::Withdraw).collect(),
             repetitions: settings.subscriptions.iter().map(|_| Repetition::default()).collect(),
@@ -105,6 +112,9 @@ impl Worker {
     pub(super) fn run(mut self) {
         loop {
             let letters = self.mailbox.take(TICK);
+            let now = Instant::now();
+            self.stood_still |= now.duration_since(self.last_round) > STANDSTILL;
+            self.last_round = now;
             self.deliver(&letters);
             if letters.stop {
                 return;
@@ -237,10 +247,16 @@ impl Worker {
         let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
         let readers = self.presence.readers().sum();
         let deaf = self.deafness.observe(self.presence.is_acknowledged(), readers, Instant::now());
-        if new_place || deaf || self.write_failed {
+        let (write_failed, stood_still) = (self.write_failed, self.stood_still);
+        if new_place || deaf || write_failed || stood_still {
             if let Some(participant) = self.make() {
-                let write_failed = self.write_failed;
-                tracing::info!(new_place, deaf, write_failed, "continuing with a new DDS participant");
+                tracing::info!(
+                    new_place,
+                    deaf,
+                    write_failed,
+                    stood_still,
+                    "continuing with a new DDS participant"
+                );
                 self.replace(participant, self.last_interfaces.clone());
             }
         } else if self.missing.len() > 0 && self.lookout.is_none() {
@@ -277,7 +293,7 @@ impl Worker {
         self.interfaces = interfaces;
         self.lookout = None;
         self.missing.clear();
-        self.write_failed = false;
+        (self.write_failed, self.stood_still) = (false, false);
         self.note(said);
         self.mailbox.update_status(|status| status.rebuilds += 1);
     }

@@ -1,0 +1,46 @@
+//! What a check says of commands to the vehicle: whether any are sent, and which frames can be.
+
+use super::Report;
+use crate::config::Settings;
+use crate::core::command::message::CommandMessage;
+use crate::core::command::settings::{CommandSource, ModeFrom, Transmit};
+
+/// Lists source, control mode, and every message of the allow-list.
+pub(super) fn commands(settings: &Settings, report: &mut Report) {
+    let binding = &settings.command_binding;
+    if binding.is_empty() {
+        return;
+    }
+    let Some(command) = &settings.command else {
+        return report.line("commands", "the profile describes them; without [command] nothing is sent");
+    };
+    let sent = match command.settings.transmit {
+        Transmit::Off => "dry run, nothing is sent",
+        Transmit::On => "frames are sent",
+    };
+    let source = match command.settings.source {
+        CommandSource::Topic => &command.topics.turn_indicators_cmd,
+        CommandSource::Decider => "the decider",
+    };
+    let mode = match command.settings.mode_from {
+        ModeFrom::Topic { .. } => &command.topics.control_mode,
+        ModeFrom::Signal => "a signal of the vehicle",
+    };
+    report.line("commands", &format!("{sent}; turn commands of {source}, control mode of {mode}"));
+    for message in &binding.messages {
+        let bus = settings.gateway.buses.get(usize::from(message.permit.bus().0));
+        let bus = bus.map_or("?", |bus| bus.name.as_str());
+        let (name, id, period) = (&message.name, message.permit.id(), message.timing.period.as_millis());
+        report.line("", &format!("{name} ({id}) on {bus}: {}, every {period} ms", asks_for(message)));
+    }
+}
+
+fn asks_for(message: &CommandMessage) -> &'static str {
+    let turn = message.turn.as_ref();
+    let hazard = message.hazard.is_some() || turn.is_some_and(|part| part.hazard.is_some());
+    match (turn.is_some(), hazard) {
+        (true, true) => "turn indicators and hazard lights",
+        (true, false) => "turn indicators",
+        (false, _) => "hazard lights",
+    }
+}
