@@ -114,7 +114,7 @@ fn stand(
         }
         let is_past = stamp < 0 || stamp + i64::try_from(limit).unwrap() < i64::try_from(*time).unwrap();
         if speaks.is_none() && is_past {
-            let begun = doubted.filter(|since| time - since <= 10_000_000_000);
+            let begun = doubted;
             doubted = begun.or(Some(*time));
             if begun.is_none_or(|since| time - since < 50_000_000) {
                 continue;

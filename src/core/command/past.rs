@@ -7,8 +7,6 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// What is kept is handed over in one go; the next message of a sender that lives comes later.
 const BURST: Duration = Duration::from_millis(50);
-/// The next message of a sender that lives comes within this time.
-const NEXT_WITHIN: Duration = Duration::from_secs(10);
 
 /// Tells what a sender says now from what it said before.
 #[derive(Debug, Clone)]
@@ -26,12 +24,13 @@ impl Past {
 
     /// Whether a message is not to be used: nothing was heard before, or not for longer than `limit`, and its
     /// stamp is as old as that. A sender that goes on is believed whatever its clock says, from its second
-    /// message on.
+    /// message on; one that gives no stamps (zero) from the first.
     pub(super) fn holds_back(&mut self, speaks: bool, stamp: WallStamp, limit: Duration, now: Now) -> bool {
         let age_ns = now.wall.as_nanos().saturating_sub(stamp.as_nanos());
         let is_old = u64::try_from(age_ns).is_ok_and(|age_ns| Duration::from_nanos(age_ns) > limit);
-        let is_kept = is_old || stamp.as_nanos() < self.started.as_nanos();
-        let waited = self.doubted.map(|at| now.mono.since(at)).filter(|waited| *waited <= NEXT_WITHIN);
+        let is_earlier = stamp.as_nanos() < self.started.as_nanos();
+        let is_kept = stamp != WallStamp::default() && (is_old || is_earlier);
+        let waited = self.doubted.map(|at| now.mono.since(at));
         if speaks || !is_kept || waited.is_some_and(|waited| waited >= BURST) {
             self.doubted = None;
             return false;
@@ -69,19 +68,16 @@ mod tests {
         assert_eq!(held_back(&[(10, -1), (110, 100)]), [true, false]);
         assert_eq!(held_back(&[(10, 5)]), [false], "said since the start");
         assert_eq!(held_back(&[(10, 90_000)]), [false], "a clock ahead is no past");
+        let other_clock: Vec<_> = (0..5).map(|n| (10 + n * 100, -90_000)).collect();
+        assert_eq!(held_back(&other_clock), [true, false, false, false, false]);
         let without_stamps = -100_000;
-        let periodic: Vec<_> = (0..5).map(|n| (10 + n * 100, without_stamps)).collect();
-        assert_eq!(held_back(&periodic), [true, false, false, false, false]);
+        assert_eq!(held_back(&[(10, without_stamps), (60_000, without_stamps)]), [false, false]);
     }
 
     #[test]
     fn several_that_are_handed_over_at_once_are_all_held_back() {
         assert_eq!(held_back(&[(10, -900), (12, -800), (59, -700), (60, -600)]), [true, true, true, false]);
-        assert_eq!(
-            held_back(&[(10, -900), (10_011, -800), (10_100, -700)]),
-            [true, true, false],
-            "a new doubt"
-        );
+        assert_eq!(held_back(&[(10, -900), (60_000, -800)]), [true, false], "a sender that speaks seldom");
     }
 
     #[test]

@@ -113,7 +113,9 @@ impl Worker {
         loop {
             let letters = self.mailbox.take(TICK);
             let now = Instant::now();
-            self.stood_still |= now.duration_since(self.last_round) > STANDSTILL;
+            // Making a participant may take as long.
+            let made_one = self.last_made >= self.last_round;
+            self.stood_still |= !made_one && now.duration_since(self.last_round) > STANDSTILL;
             self.last_round = now;
             self.deliver(&letters);
             if letters.stop {
