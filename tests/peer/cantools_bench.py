@@ -2,11 +2,10 @@
 
 usage: cantools_bench.py SECONDS DBC FRAME...
 
-FRAME is ID#DATA in hex, 11-bit ids. Prints the time of one decoded frame in nanoseconds, the median
-of many rounds: raw values, no scaling and no names, which is the least that cantools can be asked for.
+FRAME is ID#DATA in hex, 11-bit ids. Prints the time of one decoded frame in nanoseconds that a tenth of many
+rounds stay below: raw values, no scaling and no names, which is the least that cantools can be asked for.
 """
 
-import statistics
 import sys
 import time
 
@@ -25,7 +24,7 @@ def main():
             for frame_id, data in frames:
                 messages.decode_message(frame_id, data, decode_choices=False, scaling=False)
         rounds.append((time.perf_counter_ns() - start) / (1000 * len(frames)))
-    print(statistics.median(rounds))
+    print(sorted(rounds)[len(rounds) // 10])
 
 
 main()
