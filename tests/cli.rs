@@ -233,6 +233,8 @@ fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
     assert!(text.contains("--interface body=vcan0: write BUS=INTERFACE, the buses are pacmod"), "{text}");
     let text = vehicle(&[pacmod, "--interface", "nosuchcan7"]);
     assert!(text.contains("nosuchcan7: ") && text.contains("ip link add dev vcan0 type vcan"), "{text}");
+    let text = vehicle(&[pacmod, "--interface", "lo"]);
+    assert!(text.contains("lo: no CAN interface"), "{text}");
     vehicle(&[pacmod, "--candump", "--json"]);
     let text = refused(1, &["vehicle", "--profile", pacmod, "--candump", "--script", "/nonexistent/day.txt"]);
     assert!(text.contains("/nonexistent/day.txt"), "{text}");

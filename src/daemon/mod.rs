@@ -17,6 +17,7 @@ use tokio::time::sleep_until;
 use crate::config::Settings;
 use crate::config::file::{SourceKind, Stamps};
 use crate::core::event::{BusIndex, Input, LinkState};
+use crate::core::frame::CanId;
 use crate::core::time::MonoTime;
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::log::Log;
@@ -134,7 +135,7 @@ pub fn play(
 pub fn listen(settings: &Settings, mut take: impl FnMut(Input) -> io::Result<()>) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut inputs, _ways) = receive_all(settings);
+        let (mut inputs, _ways) = receive_all(settings, |bus| settings.gateway.relevant_ids(bus));
         loop {
             tokio::select! {
                 () = stop.requested() => return Ok(()),
@@ -153,7 +154,7 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
 
 async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut edges = Edges::open(&settings, view, None)?;
-    let (mut inputs, ways) = receive_all(&settings);
+    let (mut inputs, ways) = receive_all(&settings, |bus| settings.gateway.relevant_ids(bus));
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
     edges.keep_black_box(&settings, &links)?;
@@ -191,9 +192,12 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     outcome
 }
 
-/// Starts a receiver for each bus; the channel closes when all have ended. With it come the ways out, one
-/// for each bus.
-fn receive_all(settings: &Settings) -> (mpsc::Receiver<Vec<Input>>, Vec<Transmitter>) {
+/// Starts a receiver for the identifiers of each bus; the channel closes when all have ended. With it come
+/// the ways out, one for each bus.
+fn receive_all(
+    settings: &Settings,
+    ids: impl Fn(BusIndex) -> Vec<CanId>,
+) -> (mpsc::Receiver<Vec<Input>>, Vec<Transmitter>) {
     let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
     let mut ways = Vec::new();
     let buses = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
@@ -201,7 +205,7 @@ fn receive_all(settings: &Settings) -> (mpsc::Receiver<Vec<Input>>, Vec<Transmit
         let bus_settings = BusSocketSettings {
             bus,
             interface: described.interface.clone(),
-            ids: settings.gateway.relevant_ids(bus),
+            ids: ids(bus),
             receive_buffer_bytes: *receive_buffer_bytes,
             transmitter: Transmitter::default(),
         };

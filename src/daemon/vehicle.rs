@@ -8,7 +8,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep_until;
 
 use super::edges::StopSignals;
-use super::{DaemonError, QUEUED_BATCHES, runtime};
+use super::{DaemonError, first_links, receive_all, runtime};
 use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::event::{BusIndex, Input};
@@ -16,7 +16,6 @@ use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
 use crate::core::simulated_vehicle::{Behaviour, Output, SimulatedVehicle};
 use crate::core::time::MonoTime;
-use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 
@@ -56,19 +55,10 @@ pub fn run_vehicle(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (sender, mut inputs) = tokio::sync::mpsc::channel(QUEUED_BATCHES);
-        let mut ways = Vec::new();
-        let described = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses);
-        for ((bus, described), receive_buffer_bytes) in described.zip(&settings.receive_buffer_bytes) {
-            let transmitter = Transmitter::default();
-            ways.push(Way { transmitter: transmitter.clone(), is_refusing: false });
-            let (interface, ids) = (described.interface.clone(), run.plan.heard_ids(bus));
-            let receive_buffer_bytes = *receive_buffer_bytes;
-            let socket = BusSocketSettings { bus, interface, ids, receive_buffer_bytes, transmitter };
-            tokio::spawn(receive(socket, sender.clone()));
-        }
-        drop(sender);
-        wait_for_links(&mut inputs, ways.len()).await.ok_or(DaemonError::ReceiversEnded)?;
+        let (mut inputs, ways) = receive_all(settings, |bus| run.plan.heard_ids(bus));
+        let mut ways: Vec<_> = ways.into_iter().map(|way| Way { transmitter: way, is_refusing: false }).collect();
+        // From then on frames can be sent, where the link is up.
+        first_links(&mut inputs, ways.len()).await.ok_or(DaemonError::ReceiversEnded)?;
         let clock = Clock::start();
         let mut vehicle = SimulatedVehicle::new(run.plan, run.behaviour, MonoTime::ZERO);
         for (at, request) in run.script {
@@ -132,19 +122,6 @@ fn send(ways: &mut [Way], output: &Output) -> Option<(BusIndex, SendFailure)> {
     };
     let was_refusing = std::mem::replace(&mut way.is_refusing, sent.is_err());
     sent.err().filter(|_| !was_refusing).map(|why| (bus, why))
-}
-
-/// Until each receiver has said what its link is: from then on frames can be sent, where it is up.
-async fn wait_for_links(
-    inputs: &mut tokio::sync::mpsc::Receiver<Vec<Input>>,
-    mut buses: usize,
-) -> Option<()> {
-    while buses > 0 {
-        let batch = inputs.recv().await?;
-        buses =
-            buses.saturating_sub(batch.iter().filter(|input| matches!(input, Input::Link { .. })).count());
-    }
-    Some(())
 }
 
 /// The next line; none when there will be no more. Waits for ever when there is nobody to write any.

@@ -90,9 +90,8 @@ impl Listener {
 
     /// Drops what was asked for too long ago.
     pub(super) fn settle(&mut self, now: MonoTime) -> Option<Happening> {
-        let heard_at = self.heard_at.filter(|at| now.since(*at) > self.timeout)?;
-        self.heard_at = self.heard_at.filter(|at| *at != heard_at);
-        self.is_pressed = false;
+        self.heard_at.filter(|at| now.since(*at) > self.timeout)?;
+        (self.heard_at, self.is_pressed) = (None, false);
         let asked = std::mem::take(&mut self.asked);
         let message = self.message.name.clone();
         (asked != Asked::default()).then_some(Happening::CommandTimedOut { message })

@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use socketcan::CanInterface;
-use socketcan::nl::{CanState, InterfaceCanParams};
+use socketcan::nl::{CanState, InterfaceCanParams, InterfaceDetails};
 use tokio::time::{Instant, sleep_until};
 
 use crate::core::controller::ControllerReport;
@@ -59,9 +59,12 @@ impl ControllerWatch {
 /// have none.
 ///
 /// # Errors
-/// The interface is not there, or the kernel does not tell.
+/// The interface is not there, is none of CAN, or the kernel does not tell.
 pub fn has_controller(interface: &str) -> io::Result<bool> {
-    params(interface).map(|params| params.state.is_some())
+    let told = details(interface)?;
+    // Only CAN interfaces have the length of a CAN frame as their longest transfer.
+    let none_of_can = || io::Error::new(io::ErrorKind::InvalidInput, "no CAN interface");
+    told.mtu.map(|_| told.can.state.is_some()).ok_or_else(none_of_can)
 }
 
 /// Bit rate, controller state and automatic restart in one line, for the log at start. A virtual
@@ -71,8 +74,11 @@ pub(super) fn describe(interface: &str) -> String {
 }
 
 fn params(interface: &str) -> io::Result<InterfaceCanParams> {
-    let details = CanInterface::open(interface).and_then(|interface| interface.details());
-    details.map(|details| details.can).map_err(io::Error::other)
+    details(interface).map(|details| details.can)
+}
+
+fn details(interface: &str) -> io::Result<InterfaceDetails> {
+    CanInterface::open(interface).and_then(|interface| interface.details()).map_err(io::Error::other)
 }
 
 fn report(params: &InterfaceCanParams) -> Option<ControllerReport> {
