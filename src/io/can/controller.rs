@@ -4,9 +4,10 @@ use std::io;
 use std::time::Duration;
 
 use socketcan::CanInterface;
-use socketcan::nl::{CanState, InterfaceCanParams, InterfaceDetails};
+use socketcan::nl::{CanState, InterfaceCanParams};
 use tokio::time::{Instant, sleep_until};
 
+use super::link;
 use crate::core::controller::ControllerReport;
 use crate::core::error_frame::{ControllerState, ErrorCounters};
 
@@ -61,10 +62,9 @@ impl ControllerWatch {
 /// # Errors
 /// The interface is not there, is none of CAN, or the kernel does not tell.
 pub fn has_controller(interface: &str) -> io::Result<bool> {
-    let told = details(interface)?;
-    // Only CAN interfaces have the length of a CAN frame as their longest transfer.
+    let params = params(interface)?;
     let none_of_can = || io::Error::new(io::ErrorKind::InvalidInput, "no CAN interface");
-    told.mtu.map(|_| told.can.state.is_some()).ok_or_else(none_of_can)
+    link::is_can(interface).then_some(params.state.is_some()).ok_or_else(none_of_can)
 }
 
 /// Bit rate, controller state and automatic restart in one line, for the log at start. A virtual
@@ -74,11 +74,8 @@ pub(super) fn describe(interface: &str) -> String {
 }
 
 fn params(interface: &str) -> io::Result<InterfaceCanParams> {
-    details(interface).map(|details| details.can)
-}
-
-fn details(interface: &str) -> io::Result<InterfaceDetails> {
-    CanInterface::open(interface).and_then(|interface| interface.details()).map_err(io::Error::other)
+    let details = CanInterface::open(interface).and_then(|interface| interface.details());
+    details.map(|details| details.can).map_err(io::Error::other)
 }
 
 fn report(params: &InterfaceCanParams) -> Option<ControllerReport> {

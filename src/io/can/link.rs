@@ -72,6 +72,13 @@ impl LinkWatch {
     }
 }
 
+/// Whether an interface that exists is one of CAN (`ARPHRD_CAN`). One whose kind cannot be read counts as
+/// such: using it will tell.
+pub(super) fn is_can(interface: &str) -> bool {
+    let kind = std::fs::read_to_string(format!("/sys/class/net/{interface}/type"));
+    kind.ok().is_none_or(|kind| kind.trim() == libc::ARPHRD_CAN.to_string())
+}
+
 /// What to report when the interface could not be asked for.
 fn failed(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
