@@ -65,6 +65,11 @@ impl Frame {
         matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
     }
 
+    /// A frame that has room for `data`: classic up to 8 bytes, else FD; `None` when neither has.
+    pub fn with_room(id: CanId, data: &[u8]) -> Option<Self> {
+        if data.len() > 8 { Self::fd(id, data) } else { Self::classic(id, data) }
+    }
+
     fn filled(id: CanId, fd: bool, data: &[u8]) -> Self {
         let mut bytes = [0; MAX_DATA];
         bytes[..data.len()].copy_from_slice(data);
@@ -119,6 +124,8 @@ mod tests {
         assert!(Frame::fd(id, &[0; 9]).is_none());
         assert!(Frame::fd(id, &[0; 65]).is_none());
         assert_eq!(Frame::fd(id, &[7; 12]).unwrap().data(), &[7; 12]);
+        let room = |length: usize| Frame::with_room(id, &[7; 64][..length]).map(|frame| frame.is_fd());
+        assert_eq!([0, 8, 9, 12, 64].map(room), [Some(false), Some(false), None, Some(true), Some(true)]);
     }
 
     #[test]

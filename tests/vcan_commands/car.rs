@@ -1,19 +1,19 @@
 //! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which obeys, has a driver,
 //! and says what its lights do.
 
-use std::io::{BufRead as _, BufReader, Write as _};
+use std::io::Write as _;
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::{Arc, Condvar, Mutex};
 
 use serde_json::Value;
 
+use crate::lines::{Lines, listen};
 use crate::process::{DEADLINE, Folder};
 
 /// A running vehicle, and every line it has said.
 pub(crate) struct Car {
     child: Child,
     input: ChildStdin,
-    lines: Arc<(Mutex<Vec<Value>>, Condvar)>,
+    lines: Lines,
 }
 
 /// Lights and who wants them: `left`, `command`.
@@ -27,15 +27,7 @@ impl Car {
         command.arg(folder.path().join("profile.toml")).args(options).current_dir(folder.path());
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
-        let output = BufReader::new(child.stdout.take().unwrap());
-        let lines = Arc::<(Mutex<Vec<Value>>, Condvar)>::default();
-        let writer = Arc::clone(&lines);
-        std::thread::spawn(move || {
-            for line in output.lines().map_while(Result::ok) {
-                writer.0.lock().unwrap().push(serde_json::from_str(&line).unwrap());
-                writer.1.notify_all();
-            }
-        });
+        let lines = listen(&mut child);
         let input = child.stdin.take().unwrap();
         Self { child, input, lines }
     }

@@ -1,15 +1,15 @@
 //! Autoware, as far as a vehicle can tell: Cyclone DDS in a process of its own, which says commands as it
 //! is told to and hears the gateway's diagnostics.
 
-use std::io::{BufRead as _, BufReader, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
 use crate::interface::skip;
+use crate::lines::{Lines, listen};
 use crate::process::DEADLINE;
 
 /// On the loopback, which need not have multicast.
@@ -60,7 +60,7 @@ pub(crate) enum Durability {
 pub(crate) struct Commander {
     child: Child,
     input: Option<ChildStdin>,
-    lines: Arc<(Mutex<Vec<Value>>, Condvar)>,
+    lines: Lines,
 }
 
 /// How many lines there were at some moment.
@@ -81,15 +81,7 @@ impl Commander {
         });
         command.env("CYCLONEDDS_URI", CYCLONE).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
-        let output = BufReader::new(child.stdout.take().unwrap());
-        let lines = Arc::<(Mutex<Vec<Value>>, Condvar)>::default();
-        let writer = Arc::clone(&lines);
-        std::thread::spawn(move || {
-            for line in output.lines().map_while(Result::ok) {
-                writer.0.lock().unwrap().push(serde_json::from_str(&line).unwrap());
-                writer.1.notify_all();
-            }
-        });
+        let lines = listen(&mut child);
         let input = child.stdin.take();
         let commander = Self { child, input, lines };
         commander.wait(Heard::START, "its start", |line| line["event"] == "ready");

@@ -8,7 +8,7 @@ use crate::interface::Vcan;
 use crate::process::{self, DEADLINE, Process};
 use crate::recording::Recording;
 use crate::rhythm::measured;
-use crate::vehicles::{Change, NEW_EAGLE};
+use crate::vehicles::{Change, NEW_EAGLE, PATIENT};
 
 const FRAMES: usize = 10_000;
 
@@ -23,10 +23,7 @@ fn ten_thousand_frames_have_no_gap_in_their_counter_over_changes_and_a_lost_link
     let Some(python) = Python::for_test(test) else { return };
     let ros = process::ros();
     let domain = ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap();
-    let keys = format!(
-        "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\nhazard_timeout_ms = 20000\n\
-         control_mode_timeout_ms = 20000\n{ros}"
-    );
+    let keys = format!("{PATIENT}{ros}");
     let change = Change { profile: &[FASTEST], ..Change::NONE };
     let folder = NEW_EAGLE.folder(vcan.name, &keys, &change);
     let mut recording = Recording::of(vcan.name);

@@ -9,7 +9,7 @@ use crate::interface::Vcan;
 use crate::process::{self, Process};
 use crate::recording::{Recording, Seen};
 use crate::rhythm::ms;
-use crate::vehicles::{Change, NEW_EAGLE, PACMOD, Vehicle};
+use crate::vehicles::{Change, NEW_EAGLE, PACMOD, PATIENT, Vehicle};
 
 #[test]
 fn killed_in_a_turn_it_is_silent_then_asks_for_nothing_then_for_the_turn_again() {
@@ -55,10 +55,7 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
 fn kill_once(vehicle: &Vehicle, vcan: &Vcan, python: &Python) {
     let ros = process::ros();
     let domain = ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap();
-    let keys = format!(
-        "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\nhazard_timeout_ms = 20000\n\
-         control_mode_timeout_ms = 20000\n{ros}"
-    );
+    let keys = format!("{PATIENT}{ros}");
     let folder = vehicle.folder(vcan.name, &keys, &Change::NONE);
     let mut recording = Recording::of(vcan.name);
     let car = Car::start(&folder, vcan.name, &[]);

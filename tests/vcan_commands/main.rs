@@ -23,6 +23,7 @@ mod counters;
 #[allow(dead_code)]
 mod interface;
 mod killed;
+mod lines;
 #[path = "../vcan_gateway/process.rs"]
 #[allow(dead_code)]
 mod process;

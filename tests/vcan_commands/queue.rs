@@ -6,7 +6,7 @@ use crate::adapter::Adapter;
 use crate::commander::{Commander, Durability, ERROR, Heard, OK, Python, TRANSMISSION, WARN};
 use crate::interface::skip;
 use crate::process::{self, DEADLINE, Process};
-use crate::vehicles::{Change, NEW_EAGLE};
+use crate::vehicles::{Change, NEW_EAGLE, PATIENT};
 
 /// Ten failures in a row take half a second: long enough for a warning to be seen before the error.
 const SLOWLY_AGAIN: (&str, &str) = ("period_ms = 50", "period_ms = 50\nleast_gap_ms = 50");
@@ -21,10 +21,7 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     let Some(python) = Python::for_test(test) else { return };
     let ros = process::ros();
     let domain = ros.split_whitespace().find_map(|word| word.parse().ok()).unwrap();
-    let keys = format!(
-        "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\nhazard_timeout_ms = 20000\n\
-         control_mode_timeout_ms = 20000\n{ros}"
-    );
+    let keys = format!("{PATIENT}{ros}");
     let change = Change { profile: &[SLOWLY_AGAIN], ..Change::NONE };
     let folder = NEW_EAGLE.folder(&adapter.interface, &keys, &change);
     let commander = Commander::start(&python, domain, Durability::Volatile);

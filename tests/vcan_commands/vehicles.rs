@@ -76,6 +76,10 @@ pub(crate) const TESLA: Vehicle = Vehicle {
     nothing: "none",
 };
 
+/// Frames are sent, and all that is said holds for as long as a slow machine may need.
+pub(crate) const PATIENT: &str = "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\n\
+    hazard_timeout_ms = 20000\ncontrol_mode_timeout_ms = 20000\n";
+
 impl Vehicle {
     /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`.
     pub(crate) fn folder(&self, interface: &str, keys: &str, change: &Change) -> Folder {

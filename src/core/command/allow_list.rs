@@ -80,9 +80,8 @@ impl Permit {
 
     /// A frame of the message; never `None` for a permit that the list has given.
     pub(super) fn frame(&self, data: &[u8; MAX_DATA]) -> Option<CommandFrame> {
-        let data = data.get(..self.length)?;
-        let frame = if self.length > 8 { Frame::fd(self.id, data) } else { Frame::classic(self.id, data) };
-        Some(CommandFrame { bus: self.bus, frame: frame? })
+        let frame = Frame::with_room(self.id, data.get(..self.length)?)?;
+        Some(CommandFrame { bus: self.bus, frame })
     }
 }
 

@@ -80,9 +80,7 @@ impl Listener {
             let told = (!was_rejecting).then_some(Happening::CommandRejected { message, why });
             return Heard { presses: false, told };
         }
-        let mut data = [0; MAX_DATA];
-        data.iter_mut().zip(frame.data()).for_each(|(to, from)| *to = *from);
-        let (asked, is_pressed) = read(&self.message, &data);
+        let (asked, is_pressed) = read(&self.message, frame.padded());
         let presses = is_pressed && !self.is_pressed;
         (self.asked, self.is_pressed, self.heard_at) = (asked, is_pressed, Some(now));
         Heard { presses, told: None }

@@ -251,7 +251,7 @@ impl Draft<'_> {
             protection: protection.cloned(),
             pages: Vec::new(),
         });
-        sample.get(..length).and_then(|data| frame(id, data)).ok_or_else(unsendable)?;
+        sample.get(..length).and_then(|data| Frame::with_room(id, data)).ok_or_else(unsendable)?;
         Ok(self.messages.len() - 1)
     }
 }
@@ -274,11 +274,6 @@ impl PlannedMessage {
         });
         Ok(&mut speakers[known])
     }
-}
-
-/// A frame of these bytes; FD when they are more than eight.
-pub(super) fn frame(id: CanId, data: &[u8]) -> Option<Frame> {
-    if data.len() > 8 { Frame::fd(id, data) } else { Frame::classic(id, data) }
 }
 
 /// The DBC's rhythm, if it keeps the message alive with something to spare; else one that does.

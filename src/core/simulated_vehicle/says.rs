@@ -201,10 +201,7 @@ impl Speaker {
 
     /// Whether one of its raw values has that fate, whatever else it says.
     pub(super) fn has_value_of(&self, says: &Says, fate: Fate) -> bool {
-        self.candidates.iter().any(|raw| match fate {
-            Fate::Told => true,
-            Fate::NotAvailable | Fate::Fault | Fate::Undefined => says.has_fate(*raw, fate),
-        })
+        self.candidates.iter().any(|raw| says.has_fate(*raw, fate))
     }
 
     /// The raw value that says what is so: all of it if there is one, else the first thing that can be

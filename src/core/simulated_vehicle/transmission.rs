@@ -6,7 +6,7 @@ use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 
 use super::faults::FrameFate;
-use super::plan::{PlannedMessage, frame};
+use super::plan::PlannedMessage;
 use super::says::Picture;
 use crate::core::frame::{Frame, MAX_DATA};
 use crate::core::time::MonoTime;
@@ -101,7 +101,7 @@ impl Transmission {
         if let Some(byte) = data.get_mut(bit / 8).filter(|_| is_wrong) {
             *byte ^= 1 << (bit % 8);
         }
-        data.get(..message.length).filter(|_| !is_lost).and_then(|data| frame(message.id, data))
+        data.get(..message.length).filter(|_| !is_lost).and_then(|data| Frame::with_room(message.id, data))
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
