@@ -15,20 +15,22 @@ use std::time::{Duration, Instant};
 use criterion::Criterion;
 use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
 use signal_gateway::config::{Overrides, load, load_profile};
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use signal_gateway::core::event::{BusIndex, Input, LinkState};
-use signal_gateway::core::frame::{CanId, Frame};
 use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::trust::integrity::checksum::{Checksum, Crc8, Rule, Sum};
-use signal_gateway::core::trust::integrity::counter::{Counter, CounterRule};
-use signal_gateway::core::trust::integrity::e2e::{DataIdMode, E2e, Profile};
-use signal_gateway::core::trust::integrity::{Guard, MessageIntegrity, Protection};
-use signal_gateway::core::trust::table::MessageIndex;
+use signal_gateway::core::validation::integrity::checksum::{Checksum, Crc8, Rule, Sum};
+use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
+use signal_gateway::core::validation::integrity::e2e::{DataIdMode, E2e, Profile};
+use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
+use signal_gateway::core::validation::table::MessageIndex;
 
 /// Handling a frame must be this much faster than decoding it with cantools. Measured: 8 to 14, and down to 3.5 on
 /// a machine whose neighbours slow the two down differently.
-const LEAST_RATIO: f64 = 2.0;
+const MIN_RATIO: f64 = 2.0;
 
 /// The bound messages: left, right, and no hazard.
 const LEFT: (u16, [u8; 8]) = (0x2A5, [1, 0, 0b0010, 0, 0, 0, 0x10, 0]);
@@ -75,7 +77,8 @@ fn main() -> ExitCode {
 }
 
 /// Feeds the two frames in turn; each must lead to as many `outputs`. What a tenth of the samples stay
-/// below, ns: the machine's other work adds to the rest; `None` when there are next to none, as in `--test` or when another benchmark was asked for.
+/// below, ns: the machine's other work adds to the rest; `None` when there are next to none, as in `--test` or when
+/// another benchmark was asked for.
 fn time_of_a_frame(
     criterion: &mut Criterion,
     name: &str,
@@ -92,7 +95,7 @@ fn time_of_a_frame(
         bencher.iter_custom(|count| {
             let start = Instant::now();
             for (input, _) in inputs.iter().cycle().zip(0..count) {
-                take(&mut gateway, input.clone(), NOW);
+                take(&mut gateway, *input, NOW);
             }
             let spent = start.elapsed();
             samples.push(spent.as_secs_f64() * 1e9 / count as f64);
@@ -120,20 +123,20 @@ fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
     }
     let frames = [0, 1, 2, 3].map(|counter| {
         let mut data = [0, 0, 0, 0b100, 0, 0, 0, counter << 4];
-        assert!(checksum.seal(message.id, &mut data));
+        assert!(checksum.protect(message.id, &mut data));
         let frame = Frame::classic(message.id, &data).unwrap();
-        Input::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
+        CanInput::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
     });
     let mut gateway = Gateway::new(settings, LinkState::Up, NOW);
     let mut round = frames.iter().cycle();
     for _ in 0..frames.len() {
-        take(&mut gateway, round.next().unwrap().clone(), NOW);
+        take(&mut gateway, *round.next().unwrap(), NOW);
     }
     criterion.bench_function(name, |bencher| {
-        bencher.iter(|| take(&mut gateway, round.next().unwrap().clone(), NOW));
+        bencher.iter(|| take(&mut gateway, *round.next().unwrap(), NOW));
     });
     let seen = gateway.lights().observations();
-    let rejected = seen.guard_counts(MessageIndex(0)).map(|counts| counts.rejected());
+    let rejected = seen.integrity_counts(MessageIndex(0)).map(|counts| counts.rejected());
     assert_eq!(rejected, checked.then_some(1), "all frames but the first are good");
 }
 
@@ -145,26 +148,27 @@ fn time_of_a_check(criterion: &mut Criterion) {
     };
     let fields = |rule, checksum, counter| {
         let checksum = Checksum::new(rule, checksum).unwrap();
-        let seal = checksum.clone();
+        let protect = checksum.clone();
         let counter = Counter::new(CounterRule::new(0, 3).unwrap(), counter).unwrap();
         let protection = Protection::Fields { checksum: Some(checksum), counter: Some(counter) };
         (
             protection,
-            Box::new(move |_, data: &mut [u8]| seal.seal(id, data)) as Box<dyn Fn(u32, &mut [u8]) -> bool>,
+            Box::new(move |_, data: &mut [u8]| protect.protect(id, data))
+                as Box<dyn Fn(u32, &mut [u8]) -> bool>,
         )
     };
     let e2e = |profile| {
         let profile = E2e::new(profile, 0, 8).unwrap();
-        let seal = profile.clone();
+        let protect = profile.clone();
         let protection = Protection::e2e(profile, 1).unwrap();
         (
             protection,
-            Box::new(move |counter, data: &mut [u8]| seal.protect(counter, data))
+            Box::new(move |counter, data: &mut [u8]| protect.protect(counter, data))
                 as Box<dyn Fn(u32, &mut [u8]) -> bool>,
         )
     };
     let p01 = Profile::P01 { data_id: 0x123, mode: DataIdMode::Both };
-    for (name, (protection, seal)) in [
+    for (name, (protection, protect)) in [
         ("check, Honda's nibble and counter", fields(Rule::Honda, field(56, 4), field(60, 2))),
         ("check, Toyota's sum and a counter", fields(Rule::Sum(Sum::TOYOTA), field(56, 8), field(48, 2))),
         ("check, J1850 and a counter", fields(Rule::Crc8(Crc8::j1850()), field(56, 8), field(48, 2))),
@@ -177,23 +181,27 @@ fn time_of_a_check(criterion: &mut Criterion) {
                 let mut data = [0x5A; 8];
                 data[6] = (counter % 4) as u8;
                 data[7] = data[6] << 4;
-                assert!(seal(if name.ends_with('1') { counter % 15 } else { counter }, &mut data));
+                assert!(protect(if name.ends_with('1') { counter % 15 } else { counter }, &mut data));
                 Frame::classic(id, &data).unwrap()
             })
             .collect();
-        let mut guard =
-            Guard::new(MessageIntegrity { length: Some(8), protection, window: None, forget_after: None });
+        let mut checker = IntegrityChecker::new(MessageIntegrity {
+            length: Some(8),
+            protection,
+            window: None,
+            forget_after: None,
+        });
         let mut round = frames.iter().cycle();
         criterion.bench_function(name, |bencher| {
-            bencher.iter(|| guard.check(black_box(round.next().unwrap()), NOW.mono));
+            bencher.iter(|| checker.check(black_box(round.next().unwrap()), NOW.mono));
         });
-        assert_eq!(guard.counts().rejected(), 1, "{name}: all but the first are good");
+        assert_eq!(checker.counts().rejected(), 1, "{name}: all but the first are good");
     }
 }
 
 /// The whole way of an input: in, and all that follows from it out.
-fn take(gateway: &mut Gateway, input: Input, now: Now) -> u32 {
-    gateway.handle(black_box(input), now);
+fn take(gateway: &mut Gateway, input: impl Into<Input>, now: Now) -> u32 {
+    gateway.handle(black_box(input.into()), now);
     let mut outputs = 0;
     while let Some(output) = gateway.poll_output() {
         black_box(&output);
@@ -212,9 +220,9 @@ fn gateway() -> Gateway {
     gateway
 }
 
-fn input((id, data): (u16, [u8; 8])) -> Input {
+fn input((id, data): (u16, [u8; 8])) -> CanInput {
     let frame = Frame::classic(CanId::Standard(id), &data).unwrap();
-    Input::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
+    CanInput::Frame { bus: BusIndex(0), frame, stamp: NOW.wall }
 }
 
 fn compare_with_cantools(unchanged: f64, changed: f64) -> ExitCode {
@@ -242,8 +250,8 @@ fn compare_with_cantools(unchanged: f64, changed: f64) -> ExitCode {
     };
     let ratio = theirs / unchanged.max(changed);
     println!("cantools, decoding only   {theirs:8.0} ns a frame: {ratio:.1} times as long");
-    if ratio < LEAST_RATIO {
-        println!("the gateway should be at least {LEAST_RATIO} times as fast");
+    if ratio < MIN_RATIO {
+        println!("the gateway should be at least {MIN_RATIO} times as fast");
         return ExitCode::FAILURE;
     }
     ExitCode::SUCCESS

@@ -16,15 +16,17 @@ use std::time::Duration;
 use byteorder::LittleEndian;
 use signal_gateway::config::files::{DEMO_CONFIG, Embedded};
 use signal_gateway::config::{Overrides, load};
-use signal_gateway::core::event::{Input, LinkState, Output};
+use signal_gateway::core::can::link::LinkState;
+use signal_gateway::core::compat::Compat;
 use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
-use signal_gateway::core::traffic_light::compat::Compat;
 use signal_gateway::core::traffic_light::emission::{Emission, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::flow::FlowSettings;
+use signal_gateway::core::traffic_light::output::TrafficLightOutput;
 use signal_gateway::core::traffic_light::scenario::{
     Act, Action, Condition, Controller, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule,
     Scenario, StateText, Test, Trigger,
@@ -33,7 +35,7 @@ use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Targe
 use signal_gateway::io::ros::messages::{LightsMessage, LightsType};
 
 /// What is for a few lights may take so much longer among 100,000 lights than among 10.
-const MOST_GROWTH: f64 = 20.0;
+const MAX_GROWTH: f64 = 20.0;
 
 const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
 const LIGHTS_PER_CROSSING: usize = 10;
@@ -56,10 +58,10 @@ struct Row {
 
 fn main() -> ExitCode {
     let mut rows = [
-        ("emission, nothing changed", Some(MOST_GROWTH)),
-        ("phase change of ten lights", Some(MOST_GROWTH)),
+        ("emission, nothing changed", Some(MAX_GROWTH)),
+        ("phase change of ten lights", Some(MAX_GROWTH)),
         ("emissions of a frame after it", None),
-        ("diagnostics", Some(MOST_GROWTH)),
+        ("diagnostics", Some(MAX_GROWTH)),
     ]
     .map(|(name, most)| Row { name, ns: Vec::new(), most });
     for lights in SIZES {
@@ -200,9 +202,11 @@ fn share_of_a_core(lights: usize, arbiter: bool, encoded: bool) -> f64 {
         let start = worked();
         while gateway.next_deadline(due) <= until {
             due = gateway.next_deadline(due);
-            gateway.handle(Input::Deadline, at(due));
+            gateway.handle(Input::Tick, at(due));
             while let Some(output) = gateway.poll_output() {
-                if let (Output::TrafficLights(emission), true) = (&output, encoded) {
+                if let (Output::TrafficLights(TrafficLightOutput::Publish(emission)), true) =
+                    (&output, encoded)
+                {
                     black_box(bytes(emission));
                 }
                 black_box(output);

@@ -3,12 +3,13 @@
 use std::io::{self, Write};
 
 use crate::config::Settings;
-use crate::core::event::{BusIndex, Input};
-use crate::core::frame::{CanId, Frame};
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::input::CanInput;
+use crate::core::can::link::BusIndex;
 use crate::core::time::WallStamp;
-use crate::core::trust::table::{BoundSignal, SignalIndex, SignalTable};
+use crate::core::validation::table::{BoundSignal, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
-use crate::core::vehicle_lights::vocabulary::words;
+use crate::core::vehicle_lights::role_texts::texts;
 
 /// Prints bound signals of frames.
 #[derive(Debug)]
@@ -50,18 +51,18 @@ impl Decoder {
     ///
     /// # Errors
     /// When `out` is closed.
-    pub fn print(&mut self, input: &Input, out: &mut dyn Write) -> io::Result<()> {
-        let Input::Frame { bus, frame, stamp } = input else { return Ok(()) };
+    pub fn print(&mut self, input: &CanInput, out: &mut dyn Write) -> io::Result<()> {
+        let CanInput::Frame { bus, frame, stamp } = input else { return Ok(()) };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
         for (index, signal, raw) in signals_in(&self.binding.table, *bus, frame) {
             let before = self.last[index.0].replace(raw);
             if self.changes_only && before == Some(raw) {
                 continue;
             }
-            let words: Vec<_> = words(&self.binding, index, raw).into_iter().map(|word| word.text).collect();
+            let texts: Vec<_> = texts(&self.binding, index, raw).into_iter().map(|word| word.text).collect();
             let stamp = stamp_text(*stamp);
-            let (id, name, words) = (frame.id(), &signal.name, words.join(", "));
-            writeln!(out, "({stamp}) {interface} {id} {name} = {raw} (0x{raw:X}) {words}")?;
+            let (id, name, texts) = (frame.id(), &signal.name, texts.join(", "));
+            writeln!(out, "({stamp}) {interface} {id} {name} = {raw} (0x{raw:X}) {texts}")?;
         }
         Ok(())
     }

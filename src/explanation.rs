@@ -3,10 +3,10 @@
 
 use serde::Serialize;
 
-use crate::core::turn_signal::decision::{Decision, Ground};
+use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::intersection::TurnAhead;
-use crate::core::turn_signal::manoeuvre::Remark;
-use crate::core::turn_signal::resolve::{Fate, Weighed};
+use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
+use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use crate::core::turn_signal::section::Distances;
 
 /// A decision with its reasons.
@@ -16,9 +16,9 @@ pub struct Explanation {
     pub turn: String,
     /// Hazard command: `NO_COMMAND`, `DISABLE` or `ENABLE`.
     pub hazard: String,
-    /// What it rests on: `blind`, `hazard`, `manoeuvres` (there is no path to measure on) or `weighed`.
-    pub ground: &'static str,
-    /// Who is signalled: `intersection`, `roundabout` or `behaviour`.
+    /// What it rests on: `no_inputs`, `hazard`, `manoeuvres` (there is no path to measure on) or `candidates`.
+    pub basis: &'static str,
+    /// Who is signalled: `intersection`, `roundabout` or `manoeuvre`.
     pub winner: Option<String>,
     /// The branch of the prior rule that decided last, `A1` to `B2`; `null` when nothing was compared.
     pub case: Option<String>,
@@ -26,7 +26,7 @@ pub struct Explanation {
     pub held: Option<String>,
     /// The turn that is signalled, when it is one at an intersection.
     pub intersection: Option<Turn>,
-    /// Every candidate, in the order that settles equal starts; none unless weighed.
+    /// Every candidate, in the order that settles equal starts; none unless candidates were evaluated.
     pub candidates: Vec<Candidate>,
     /// What each manoeuvre of the planner came to, in the order of the chain.
     pub manoeuvres: Vec<Outcome>,
@@ -37,7 +37,7 @@ pub struct Explanation {
 /// One candidate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidate {
-    /// `intersection`, `roundabout` or `behaviour`.
+    /// `intersection`, `roundabout` or `manoeuvre`.
     pub source: String,
     /// What it asks for.
     pub turn: String,
@@ -90,25 +90,25 @@ pub struct Outcome {
 impl Explanation {
     /// The form of a decision.
     pub fn of(decision: &Decision) -> Self {
-        let resolution = match &decision.ground {
-            Ground::Weighed(resolution) => Some(resolution),
-            Ground::Blind | Ground::Hazard | Ground::BehaviourAlone(_) => None,
+        let resolution = match &decision.basis {
+            Basis::Candidates(resolution) => Some(resolution),
+            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
         };
         Self {
             turn: decision.turn.to_string(),
             hazard: decision.hazard.to_string(),
-            ground: match decision.ground {
-                Ground::Blind => "blind",
-                Ground::Hazard => "hazard",
-                Ground::BehaviourAlone(_) => "manoeuvres",
-                Ground::Weighed(_) => "weighed",
+            basis: match decision.basis {
+                Basis::NoInputs => "no_inputs",
+                Basis::Hazard => "hazard",
+                Basis::ManoeuvreAlone(_) => "manoeuvres",
+                Basis::Candidates(_) => "candidates",
             },
             winner: resolution.and_then(|all| all.winner).map(|winner| winner.source.to_string()),
             case: resolution.and_then(|all| all.case).map(|case| case.to_string()),
             held: decision.held.map(|held| held.to_string()),
             intersection: decision.intersection.turn.map(Turn::of),
             candidates: resolution
-                .map(|all| all.weighed.iter().map(Candidate::of).collect())
+                .map(|all| all.evaluated.iter().map(Candidate::of).collect())
                 .unwrap_or_default(),
             manoeuvres: decision.remarks.iter().copied().map(Outcome::of).collect(),
             findings: decision.findings.iter().map(ToString::to_string).collect(),
@@ -123,26 +123,26 @@ impl Explanation {
 }
 
 impl Candidate {
-    fn of(weighed: &Weighed) -> Self {
-        let lost = match weighed.fate {
-            Fate::LostTo { source, case } => Some((source.to_string(), case.to_string())),
-            Fate::Absent
-            | Fate::NoSide
-            | Fate::NotFinite
-            | Fate::NotReached
-            | Fate::Passed
-            | Fate::Finished
-            | Fate::Won => None,
+    fn of(evaluated: &EvaluatedCandidate) -> Self {
+        let lost = match evaluated.outcome {
+            CandidateOutcome::LostTo { source, case } => Some((source.to_string(), case.to_string())),
+            CandidateOutcome::Absent
+            | CandidateOutcome::NoSide
+            | CandidateOutcome::NotFinite
+            | CandidateOutcome::NotReached
+            | CandidateOutcome::Passed
+            | CandidateOutcome::Finished
+            | CandidateOutcome::Won => None,
         };
         let (lost_to, lost_by) = lost.unzip();
         Self {
-            source: weighed.source.to_string(),
-            turn: weighed.turn.to_string(),
-            won: weighed.fate == Fate::Won,
-            why: weighed.fate.to_string(),
+            source: evaluated.source.to_string(),
+            turn: evaluated.turn.to_string(),
+            won: evaluated.outcome == CandidateOutcome::Won,
+            why: evaluated.outcome.to_string(),
             lost_to,
             lost_by,
-            distances: weighed.distances.map(Metres::of),
+            distances: evaluated.distances.map(Metres::of),
         }
     }
 }
@@ -166,7 +166,7 @@ impl Turn {
 }
 
 impl Outcome {
-    fn of(remark: Remark) -> Self {
+    fn of(remark: ManoeuvreOutcome) -> Self {
         Self { kind: remark.kind.to_string(), why: remark.why.to_string() }
     }
 }
@@ -180,21 +180,21 @@ fn to_the_micrometre(metres: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::core::turn_signal::geometry::Pose;
-    use crate::core::turn_signal::geometry::path::{NearestLimits, Path, Ruler};
+    use crate::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::inputs::Finding;
     use crate::core::turn_signal::intersection::IntersectionInfo;
-    use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, Why};
+    use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
+    use crate::core::turn_signal::min_duration::Held;
     use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
     use crate::core::turn_signal::signal::{Hazard, Side, Signal};
-    use crate::core::turn_signal::steady::Held;
 
-    fn decision(ground: Ground) -> Decision {
+    fn decision(basis: Basis) -> Decision {
         Decision {
             turn: Signal::Left,
             hazard: Hazard::Disable,
-            ground,
+            basis,
             held: None,
             intersection: IntersectionInfo::default(),
             remarks: Vec::new(),
@@ -214,24 +214,26 @@ mod tests {
         let candidates = Candidates {
             intersection: Some(record(Side::Left, 0.0, 60.0)),
             roundabout: None,
-            behaviour: Some(record(Side::Right, 5.0, 70.0)),
+            manoeuvre: Some(record(Side::Right, 5.0, 70.0)),
         };
-        let ruler = Ruler::new(&path, at(12.250_001), 2.0, limits);
-        let resolution = resolve(&ruler, &candidates, Rules::default());
-        let remarks =
-            vec![Remark { kind: ManoeuvreKind::Avoidance, why: Why::Shift(ShiftVerdict::TooSmall) }];
+        let path_frame = PathFrame::new(&path, at(12.250_001), 2.0, limits);
+        let resolution = resolve(&path_frame, &candidates, Rules::default());
+        let remarks = vec![ManoeuvreOutcome {
+            kind: ManoeuvreKind::Avoidance,
+            why: SignalReason::Shift(ShiftVerdict::TooSmall),
+        }];
         let held = Some(Held::On(Side::Left));
         let findings = vec![Finding::EmptyPlannedPath];
-        let weighed = Decision { held, remarks, findings, ..decision(Ground::Weighed(resolution)) };
+        let evaluated = Decision { held, remarks, findings, ..decision(Basis::Candidates(resolution)) };
         assert_eq!(
-            Explanation::of(&weighed).to_json(),
+            Explanation::of(&evaluated).to_json(),
             concat!(
-                r#"{"turn":"LEFT","hazard":"DISABLE","ground":"weighed","winner":"intersection","case":"A2","#,
+                r#"{"turn":"LEFT","hazard":"DISABLE","basis":"candidates","winner":"intersection","case":"A2","#,
                 r#""held":"LEFT is on for too short a time","intersection":null,"candidates":["#,
                 r#"{"source":"intersection","turn":"LEFT","won":true,"why":"won","lost_to":null,"lost_by":null,"#,
                 r#""distances":{"desired_start_m":-14.250001,"desired_end_m":47.749999,"required_start_m":-4.250001,"required_end_m":37.749999}},"#,
                 r#"{"source":"roundabout","turn":"NO_COMMAND","won":false,"why":"no record","lost_to":null,"lost_by":null,"distances":null},"#,
-                r#"{"source":"behaviour","turn":"RIGHT","won":false,"why":"lost to intersection by A2","lost_to":"intersection","lost_by":"A2","#,
+                r#"{"source":"manoeuvre","turn":"RIGHT","won":false,"why":"lost to intersection by A2","lost_to":"intersection","lost_by":"A2","#,
                 r#""distances":{"desired_start_m":-9.250001,"desired_end_m":57.749999,"required_start_m":0.749999,"required_end_m":47.749999}}],"#,
                 r#""manoeuvres":[{"kind":"avoidance","why":"shift too small"}],"findings":["the planned path is empty"]}"#,
             )
@@ -239,14 +241,14 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_weighed_says_on_what_ground_it_stands() {
-        for (ground, name) in [
-            (Ground::Blind, "blind"),
-            (Ground::Hazard, "hazard"),
-            (Ground::BehaviourAlone(Signal::Left), "manoeuvres"),
+    fn decisions_without_candidates_name_their_basis() {
+        for (basis, name) in [
+            (Basis::NoInputs, "no_inputs"),
+            (Basis::Hazard, "hazard"),
+            (Basis::ManoeuvreAlone(Signal::Left), "manoeuvres"),
         ] {
-            let told = Explanation::of(&decision(ground));
-            assert_eq!((told.ground, told.winner, told.candidates.len()), (name, None, 0));
+            let told = Explanation::of(&decision(basis));
+            assert_eq!((told.basis, told.winner, told.candidates.len()), (name, None, 0));
         }
     }
 }

@@ -18,7 +18,7 @@
 //! | [`io`] | edges; each file touches one outside thing |
 //! | [`core`] | decides; touches no socket, file, clock or log |
 //!
-//! `ARCHITECTURE.md` tells the story; `tests/layering.rs` keeps the imports running downhill.
+//! `ARCHITECTURE.md` tells the story; `tests/pure/layering.rs` keeps the imports running downhill.
 
 pub mod check;
 pub mod cli;

@@ -6,11 +6,12 @@
 
 use std::collections::VecDeque;
 
+use crate::core::can::link::LinkState;
 use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::sender::SendFailure;
-use crate::core::event::{Input, LinkState, Output};
+use crate::core::gateway::event::{Input, Output};
+use crate::core::gateway::live_time::{LAG, LiveTime};
 use crate::core::gateway::{Gateway, GatewaySettings};
-use crate::core::live_time::{LAG, LiveTime};
 use crate::core::time::{MonoTime, Now};
 
 /// A gateway that is being fed by receivers.
@@ -34,45 +35,29 @@ impl Live {
         Self { gateway, time, waiting: VecDeque::new(), handled, commands_at: handled }
     }
 
-    /// Takes what was read at `read`. Call [`Self::step`] until it gives `None`.
-    pub fn take(&mut self, inputs: impl IntoIterator<Item = Input>, read: Now) {
+    /// Takes what was read at `read`. Then call [`Self::step`] until it gives `None`.
+    pub fn take<I: Into<Input>>(&mut self, inputs: impl IntoIterator<Item = I>, read: Now) {
         for input in inputs {
-            // What carries no stamp happened when it was read.
-            let stamp = match input {
-                Input::Frame { stamp, .. } => stamp,
-                Input::Link { .. }
-                | Input::Drops { .. }
-                | Input::ErrorFrame { .. }
-                | Input::Controller { .. }
-                | Input::BadRecords { .. }
-                | Input::LightStates { .. }
-                | Input::LightsAction(_)
-                | Input::Told(_)
-                | Input::TurnCommand { .. }
-                | Input::HazardCommand { .. }
-                | Input::ControlMode { .. }
-                | Input::Stop
-                | Input::Deadline => read.wall,
-            };
-            let at = self.time.arrival(stamp, read);
+            let input = input.into();
+            let at = self.time.arrival(input.stamp().unwrap_or(read.wall), read);
             self.waiting.push_back((input, at));
         }
     }
 
-    /// Handles the next input or deadline that is due at `read`; says which, and when it happened.
-    pub fn step(&mut self, read: MonoTime) -> Option<(Input, Now)> {
+    /// Handles the next input or tick that is due at `read`, after `observe` has looked at it; says when it
+    /// happened.
+    pub fn step(&mut self, read: MonoTime, observe: impl FnOnce(&Input, Now)) -> Option<Now> {
         let deadline = self.gateway.next_deadline(self.handled).max(self.handled);
-        let (input, at) = match self.waiting.front() {
-            Some((input, at)) if at.mono < deadline => (input.clone(), *at),
+        let is_input = self.waiting.front().map(|(_, at)| at.mono < deadline);
+        let (input, at) = match is_input {
             None if deadline.after(LAG) > read => return None,
-            Some(_) | None => (Input::Deadline, self.time.deadline(deadline)),
+            Some(true) => self.waiting.pop_front()?,
+            Some(false) | None => (Input::Tick, self.time.deadline(deadline)),
         };
-        if input != Input::Deadline {
-            self.waiting.pop_front();
-        }
+        observe(&input, at);
         self.handled = at.mono;
-        self.gateway.handle(input.clone(), at);
-        Some((input, at))
+        self.gateway.handle(input, at);
+        Some(at)
     }
 
     /// Gives out the frames to the vehicle that are due at `read`, after the steps until then.
@@ -115,8 +100,9 @@ mod tests {
 
     use crate::config::files::{DEMO_CONFIG, Embedded};
     use crate::config::{Overrides, load};
-    use crate::core::event::BusIndex;
-    use crate::core::frame::{CanId, Frame};
+    use crate::core::can::frame::{CanId, Frame};
+    use crate::core::can::input::CanInput;
+    use crate::core::can::link::BusIndex;
     use crate::core::time::WallStamp;
     use crate::io::can::log::Log;
     use crate::replay::{Replay, Routes};
@@ -154,13 +140,14 @@ mod tests {
         let mut changes = Changes::default();
         let mut story = Story::new();
         for ms in 0..1_200 {
-            let frames =
-                FRAMES.iter().filter(|(_, _, read)| *read == ms).map(|(received, value, _)| Input::Frame {
+            let frames = FRAMES.iter().filter(|(_, _, read)| *read == ms).map(|(received, value, _)| {
+                CanInput::Frame {
                     bus: BusIndex(0),
                     frame: Frame::classic(CanId::Standard(0x2A5), &[0, 0, *value << 1, 0, 0, 0, 0, 0])
                         .unwrap(),
                     stamp: read_at(*received).wall,
-                });
+                }
+            });
             live.take(frames, read_at(ms));
             let mut now = Some(read_at(0));
             while let Some(at) = now {
@@ -168,7 +155,7 @@ mod tests {
                     let events = changes.of(&output);
                     story.extend(events.iter().map(|event| (at.mono.as_nanos() / 1000, event.to_string())));
                 }
-                now = live.step(read_at(ms).mono).map(|(_, at)| at);
+                now = live.step(read_at(ms).mono, |_, _| ());
             }
         }
         story

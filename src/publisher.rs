@@ -3,18 +3,18 @@
 use std::sync::Arc;
 
 use crate::config::Settings;
-use crate::config::command::CommandConfig;
-use crate::config::file::Durability as ConfiguredDurability;
-use crate::config::traffic_lights::Outlet;
-use crate::config::turn_signal::TurnSignalConfig;
+use crate::config::gateway::Durability as ConfiguredDurability;
+use crate::config::gateway::command::CommandConfig;
+use crate::config::gateway::traffic_lights::LightsOutput;
+use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::command::settings::{CommandSource, ModeFrom};
-use crate::core::event::Output;
+use crate::core::gateway::event::Output;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
-use crate::io::ros::incoming::Inbox;
+use crate::io::ros::inbox::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
-use crate::io::ros::settings::RosSettings;
-use crate::io::ros::topics::{Durability, LightsOutlet, Subscription, SubscriptionKind, Topics};
+use crate::io::ros::settings::{Recovery, RosSettings};
+use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
 
 /// Publishes outputs, or nothing.
 #[derive(Debug)]
@@ -153,17 +153,22 @@ pub fn topics(settings: &Settings) -> Topics {
         turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
         hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
         diagnostics: settings.ros.diagnostics.clone(),
-        lights: settings.light_topics.outlets.iter().map(|outlet| light_outlet(outlet, settings)).collect(),
+        lights: settings
+            .light_topics
+            .outputs
+            .iter()
+            .map(|lights_output| light_output(lights_output, settings))
+            .collect(),
         turn_command: commands.map(|decider| decider.outputs.turn_command.clone()),
         hazard_command: commands.map(|decider| decider.outputs.hazard_command.clone()),
     }
 }
 
-fn light_outlet(outlet: &Outlet, settings: &Settings) -> LightsOutlet {
-    LightsOutlet {
-        topic: outlet.topic,
-        name: outlet.name.clone(),
-        lights: outlet.message,
+fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopicSettings {
+    LightsTopicSettings {
+        topic: lights_output.topic,
+        name: lights_output.name.clone(),
+        lights: lights_output.message,
         compat: settings.light_topics.compat,
     }
 }
@@ -236,6 +241,7 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         topics: topics(settings),
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
+        recovery: Recovery::default(),
     })
 }
 
@@ -246,11 +252,11 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::config::command::CommandTopics;
     use crate::config::files::Files;
+    use crate::config::gateway::command::CommandTopics;
     use crate::config::{Overrides, load};
-    use crate::core::command::accord::Limits;
     use crate::core::command::arbitration::Rules;
+    use crate::core::command::feedback_monitor::Limits;
     use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
 
     struct Texts(String);

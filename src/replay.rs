@@ -8,7 +8,9 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-use crate::core::event::{BusIndex, Input, LinkState, Output};
+use crate::core::can::input::CanInput;
+use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::candump::Content;
@@ -16,7 +18,7 @@ use crate::io::can::log::{Log, Record};
 
 /// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
 /// time then moves on by just this much. Everything is stale long before.
-pub const LONGEST_SILENCE: Duration = Duration::from_secs(3600);
+pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 
 /// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
 /// clock was set back.
@@ -27,7 +29,7 @@ const LATE_LINE: Duration = Duration::from_secs(1);
 pub struct Replay {
     gateway: Gateway,
     tape: Tape,
-    next: Option<(Input, Now)>,
+    next: Option<(CanInput, Now)>,
     now: Now,
     ended: bool,
 }
@@ -90,7 +92,7 @@ impl Replay {
             None if self.next.is_none() && !self.ended => Ok(false),
             None => {
                 self.now = Now { mono: deadline, wall: self.now.wall.after(deadline.since(self.now.mono)) };
-                self.gateway.handle(Input::Deadline, self.now);
+                self.gateway.handle(Input::Tick, self.now);
                 Ok(true)
             }
         }
@@ -100,7 +102,7 @@ impl Replay {
     pub fn end(&mut self) {
         self.ended = true;
         for (_, bus) in &self.tape.routes.0 {
-            self.gateway.handle(Input::Link { bus: *bus, state: LinkState::Ended }, self.now);
+            self.gateway.handle(CanInput::Link { bus: *bus, state: LinkState::Ended }, self.now);
         }
     }
 
@@ -130,7 +132,7 @@ impl Replay {
     }
 
     /// The next input of the recording and its virtual time, if no deadline lies before it.
-    pub fn upcoming(&self) -> Option<(&Input, MonoTime)> {
+    pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
         let (input, at) = self.next.as_ref()?;
         (at.mono < self.gateway.next_deadline(self.now.mono)).then_some((input, at.mono))
     }
@@ -139,7 +141,7 @@ impl Replay {
     ///
     /// # Errors
     /// When the recording cannot be read on.
-    pub fn skim(&mut self) -> io::Result<Option<Input>> {
+    pub fn skim(&mut self) -> io::Result<Option<CanInput>> {
         let Some((input, at)) = self.next.take() else { return Ok(None) };
         self.now = at;
         self.next = self.tape.next_input()?;
@@ -199,7 +201,7 @@ pub struct Counts {
     pub foreign: u64,
     /// Stamps that lay before an earlier one.
     pub backwards: u64,
-    /// Steps of the recorder's clock longer than [`LONGEST_SILENCE`].
+    /// Steps of the recorder's clock longer than [`MAX_SILENCE`].
     pub jumps: u64,
 }
 
@@ -214,7 +216,7 @@ struct Tape {
     /// What the next record's stamp becomes, when the recording begins or begins again.
     start: Option<WallStamp>,
     /// Comes after the bad lines that stood before it.
-    held: Option<(Input, Now)>,
+    held: Option<(CanInput, Now)>,
     bad_reported: u64,
     counts: Counts,
 }
@@ -238,7 +240,7 @@ impl Tape {
         self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
-    fn next_input(&mut self) -> io::Result<Option<(Input, Now)>> {
+    fn next_input(&mut self) -> io::Result<Option<(CanInput, Now)>> {
         if let Some(held) = self.held.take() {
             return Ok(Some(held));
         }
@@ -260,17 +262,17 @@ impl Tape {
     }
 
     /// Bad lines since the last call. They count for the first bus: such a line names none.
-    fn new_bad_lines(&mut self) -> Option<Input> {
+    fn new_bad_lines(&mut self) -> Option<CanInput> {
         let count = self.log.bad_lines() - std::mem::replace(&mut self.bad_reported, self.log.bad_lines());
         let count = u32::try_from(count).unwrap_or(u32::MAX);
-        (count > 0).then_some(Input::BadRecords { bus: BusIndex(0), count })
+        (count > 0).then_some(CanInput::BadRecords { bus: BusIndex(0), count })
     }
 
-    fn input(&self, record: Record, stamp: WallStamp) -> Option<Input> {
+    fn input(&self, record: Record, stamp: WallStamp) -> Option<CanInput> {
         let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
         match record.content {
-            Content::Data(frame) => Some(Input::Frame { bus, frame, stamp }),
-            Content::Error(error) => Some(Input::ErrorFrame { bus, error }),
+            Content::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
+            Content::Error(error) => Some(CanInput::ErrorFrame { bus, error }),
             Content::Note(note) => Some(note.input(bus)),
             Content::Remote => None,
         }
@@ -286,8 +288,8 @@ impl Tape {
         let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
         let size = Duration::from_nanos(nanos.unsigned_abs());
         if nanos >= 0 {
-            self.counts.jumps += u64::from(size > LONGEST_SILENCE);
-            clock.mono = clock.mono.after(size.min(LONGEST_SILENCE));
+            self.counts.jumps += u64::from(size > MAX_SILENCE);
+            clock.mono = clock.mono.after(size.min(MAX_SILENCE));
             clock.stamp = stamp;
         } else if size < LATE_LINE {
             self.counts.backwards += 1;
@@ -314,22 +316,14 @@ mod tests {
             .collect()
     }
 
-    fn text(input: &Input) -> String {
+    fn text(input: &CanInput) -> String {
         match input {
-            Input::Frame { frame, stamp, .. } => format!("{frame} {}", stamp.as_nanos() / 1_000_000),
-            other @ (Input::Link { .. }
-            | Input::Drops { .. }
-            | Input::ErrorFrame { .. }
-            | Input::Controller { .. }
-            | Input::BadRecords { .. }
-            | Input::LightStates { .. }
-            | Input::LightsAction(_)
-            | Input::Told(_)
-            | Input::TurnCommand { .. }
-            | Input::HazardCommand { .. }
-            | Input::ControlMode { .. }
-            | Input::Stop
-            | Input::Deadline) => format!("{other:?}"),
+            CanInput::Frame { frame, stamp, .. } => format!("{frame} {}", stamp.as_nanos() / 1_000_000),
+            other @ (CanInput::Link { .. }
+            | CanInput::Drops { .. }
+            | CanInput::ErrorFrame { .. }
+            | CanInput::Controller { .. }
+            | CanInput::BadRecords { .. }) => format!("{other:?}"),
         }
     }
 
@@ -350,7 +344,7 @@ mod tests {
     fn bad_lines_come_before_the_frame_behind_them_and_at_the_end() {
         let mut tape = tape("(1.0) can0 001#\nx\ny\n(2.0) can0 002#\nz\n");
         let order: Vec<_> = all(&mut tape).into_iter().map(|(_, text)| text).collect();
-        let bad = |count| format!("{:?}", Input::BadRecords { bus: BusIndex(0), count });
+        let bad = |count| format!("{:?}", CanInput::BadRecords { bus: BusIndex(0), count });
         assert_eq!(order, ["001# 1000".to_owned(), bad(2), "002# 2000".to_owned(), bad(1)]);
     }
 

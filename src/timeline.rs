@@ -5,11 +5,16 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::link::BusIndex;
+use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::{Level, Status};
-use crate::core::event::{BusIndex, Output};
-use crate::core::frame::{CanId, Frame};
+use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::Emission;
+use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
+use crate::core::vehicle_lights::output::VehicleLightsOutput;
 use crate::explanation::Explanation;
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
@@ -60,35 +65,50 @@ struct JsonLine<'a, T> {
 }
 
 impl JsonTimeline {
-    /// The line for an output, without line end; `None` for what is no message and for refreshes.
+    /// The line for an output, without line end; `None` for what is not a message and for refreshes.
     /// Traffic lights are a line for each message on each of their topics.
     pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
         match output {
-            Output::TurnIndicators { report, stamp } => {
-                json(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(*report, *stamp))
+            Output::VehicleLights(output) => self.vehicle_lights(output, at),
+            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
+            Output::TurnSignal(output) => self.turn_signal(output, at),
+            Output::Command(CommandOutput::Transmit { frame, .. }) => {
+                self.frame((frame.bus(), frame.frame()), true, at)
             }
-            Output::HazardLights { report, stamp } => {
-                json(at, &self.topics.hazard_lights, HazardLightsReport::new(*report, *stamp))
+            Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
+                self.frame((*bus, frame), false, at)
             }
             Output::Diagnostics { diagnostics, stamp } if !diagnostics.refresh => json(
                 at,
                 &self.topics.diagnostics,
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
             ),
-            Output::TrafficLights(emission) => self.lights(emission, at),
-            Output::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
-            Output::TurnCommand { command, stamp } => {
+            Output::Diagnostics { .. } | Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => None,
+        }
+    }
+
+    fn vehicle_lights(&self, output: &VehicleLightsOutput, at: MonoTime) -> Option<String> {
+        match *output {
+            VehicleLightsOutput::TurnIndicators { report, stamp } => {
+                json(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(report, stamp))
+            }
+            VehicleLightsOutput::HazardLights { report, stamp } => {
+                json(at, &self.topics.hazard_lights, HazardLightsReport::new(report, stamp))
+            }
+            VehicleLightsOutput::WithdrawTurnIndicators | VehicleLightsOutput::WithdrawHazardLights => None,
+        }
+    }
+
+    fn turn_signal(&self, output: &TurnSignalOutput, at: MonoTime) -> Option<String> {
+        match output {
+            TurnSignalOutput::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
+            TurnSignalOutput::TurnCommand { command, stamp } => {
                 let topic = self.topics.turn_command.as_ref()?;
                 json(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
             }
-            Output::HazardCommand { command, stamp } => {
+            TurnSignalOutput::HazardCommand { command, stamp } => {
                 let topic = self.topics.hazard_command.as_ref()?;
                 json(at, topic, HazardLightsCommand::new(*command, *stamp))
-            }
-            Output::Transmit { frame, .. } => self.frame((frame.bus(), frame.frame()), true, at),
-            Output::WouldTransmit { bus, frame, .. } => self.frame((*bus, frame), false, at),
-            Output::Diagnostics { .. } | Output::WithdrawTurnIndicators | Output::WithdrawHazardLights => {
-                None
             }
         }
     }
@@ -102,11 +122,11 @@ impl JsonTimeline {
     }
 
     fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
-        let outlets = self.topics.lights.iter().filter(|outlet| outlet.topic == emission.topic);
+        let outlets = self.topics.lights.iter().filter(|lights_topic| lights_topic.topic == emission.topic);
         let lines: Vec<_> = outlets
-            .flat_map(|outlet| {
-                let messages = LightsMessage::of(emission, outlet.lights, outlet.compat);
-                messages.into_iter().filter_map(|message| json(at, &outlet.name, message))
+            .flat_map(|lights_topic| {
+                let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
+                messages.into_iter().filter_map(|message| json(at, &lights_topic.name, message))
             })
             .collect();
         (!lines.is_empty()).then(|| lines.join("\n"))
@@ -149,25 +169,31 @@ impl Changes {
     /// What a person should hear of this output.
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
         match output {
-            Output::TurnIndicators { report, .. } => {
-                published(&mut self.turn, "turn_indicators", Some(report.name()))
-            }
-            Output::HazardLights { report, .. } => {
-                published(&mut self.hazard, "hazard_lights", Some(report.name()))
-            }
-            Output::WithdrawTurnIndicators => published(&mut self.turn, "turn_indicators", None),
-            Output::WithdrawHazardLights => published(&mut self.hazard, "hazard_lights", None),
+            Output::VehicleLights(output) => match output {
+                VehicleLightsOutput::TurnIndicators { report, .. } => {
+                    published(&mut self.turn, "turn_indicators", Some(report.name()))
+                }
+                VehicleLightsOutput::HazardLights { report, .. } => {
+                    published(&mut self.hazard, "hazard_lights", Some(report.name()))
+                }
+                VehicleLightsOutput::WithdrawTurnIndicators => {
+                    published(&mut self.turn, "turn_indicators", None)
+                }
+                VehicleLightsOutput::WithdrawHazardLights => {
+                    published(&mut self.hazard, "hazard_lights", None)
+                }
+            },
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
-            // Many a second, changed or not: nothing to read along.
-            Output::TrafficLights(_) | Output::TurnCommand { .. } | Output::HazardCommand { .. } => {
-                Vec::new()
+            // Many a second, changed or not: nothing to read along. What decisions say, diagnostics say.
+            Output::TrafficLights(_) | Output::TurnSignal(_) => Vec::new(),
+            Output::Command(CommandOutput::Transmit { frame, is_news }) => {
+                commanded(*is_news, "sends", frame.frame())
             }
-            // Diagnostics say it.
-            Output::Decision(_) => Vec::new(),
-            Output::Transmit { frame, is_news } => commanded(*is_news, "sends", frame.frame()),
-            Output::WouldTransmit { frame, is_news, .. } => commanded(*is_news, "would send", frame),
+            Output::Command(CommandOutput::WouldTransmit { frame, is_news, .. }) => {
+                commanded(*is_news, "would send", frame)
+            }
         }
     }
 
@@ -216,19 +242,19 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::core::compat::Compat;
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
-    use crate::core::traffic_light::compat::Compat;
     use crate::core::traffic_light::emission::{Content, GroupState, LightsTopic};
     use crate::core::vehicle_lights::verdict::TurnIndicators;
     use crate::io::ros::messages::LightsType;
-    use crate::io::ros::topics::LightsOutlet;
+    use crate::io::ros::topics::LightsTopicSettings;
 
     fn left() -> Output {
-        Output::TurnIndicators {
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
             report: TurnIndicators::EnableLeft,
             stamp: WallStamp::from_nanos(1_500_000_001),
-        }
+        })
     }
 
     fn status(level: Level, refresh: bool) -> Output {
@@ -251,25 +277,29 @@ mod tests {
             r#"{"t":0.003,"topic":"/diagnostics","data":{"header":{"stamp":{"sec":2,"nanosec":0},"frame_id":""},"status":[{"level":2,"name":"gw: can0","message":"text","hardware_id":"car","values":[{"key":"age_ms","value":"3"}]}]}}"#
         );
         assert_eq!(timeline.line(&status(Level::Error, true), MonoTime::ZERO), None);
-        assert_eq!(timeline.line(&Output::WithdrawTurnIndicators, MonoTime::ZERO), None);
+        assert_eq!(
+            timeline
+                .line(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators), MonoTime::ZERO),
+            None
+        );
     }
 
     #[test]
     fn traffic_lights_are_a_line_on_each_of_their_topics() {
-        let outlet = |topic, name: &str| LightsOutlet {
+        let lights_topic = |topic, name: &str| LightsTopicSettings {
             topic,
             name: name.to_owned(),
             lights: LightsType::GroupArray,
             compat: Compat::Improved,
         };
         let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
-        let lights = vec![outlet(v2i, "/a"), outlet(camera, "/b"), outlet(v2i, "/c")];
+        let lights = vec![lights_topic(v2i, "/a"), lights_topic(camera, "/b"), lights_topic(v2i, "/c")];
         let topics = Topics { lights, ..Topics::default() };
         let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
             let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::groups(groups)));
-            Output::TrafficLights(Emission { topic, stamp, content })
+            Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
         };
         let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;
         let line = |topic: &str| format!(r#"{{"t":0.0,"topic":"{topic}","data":{data}}}"#);
@@ -285,7 +315,8 @@ mod tests {
         let topics = Topics::default();
         let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let frame = Frame::classic(CanId::Extended(0x130), &[1, 0xFF]).unwrap();
-        let output = |is_news| Output::WouldTransmit { bus: BusIndex(0), frame, is_news };
+        let output =
+            |is_news| Output::Command(CommandOutput::WouldTransmit { bus: BusIndex(0), frame, is_news });
         let line = r#"{"t":0.0,"topic":"command_frame","data":{"bus":"body","id":304,"extended":true,"fd":false,"data":"01FF","sent":false}}"#;
         for is_news in [false, true] {
             assert_eq!(timeline.line(&output(is_news), MonoTime::ZERO).unwrap(), line);
@@ -300,8 +331,11 @@ mod tests {
         let mut changes = Changes::default();
         assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
         assert!(changes.of(&left()).is_empty());
-        assert_eq!(changes.of(&Output::WithdrawTurnIndicators)[0].text, "no longer published");
-        assert!(changes.of(&Output::WithdrawTurnIndicators).is_empty());
+        assert_eq!(
+            changes.of(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators))[0].text,
+            "no longer published"
+        );
+        assert!(changes.of(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators)).is_empty());
         assert_eq!(changes.of(&status(Level::Error, false)).len(), 1);
         assert!(changes.of(&status(Level::Error, true)).is_empty());
         assert_eq!(changes.of(&status(Level::Ok, false))[0].to_string(), "OK    can0             text");

@@ -4,9 +4,9 @@
 use serde::Serialize;
 
 use crate::core::command::Turn;
-use crate::core::simulated_vehicle::{Happening, Output};
+use crate::core::simulated_vehicle::{Output, VehicleEvent};
 use crate::core::time::{MonoTime, WallStamp};
-use crate::core::vehicle_lights::binding::TurnCode;
+use crate::core::vehicle_lights::state::TurnCode;
 
 /// How it is written down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -72,27 +72,29 @@ impl VehicleTimeline {
     }
 }
 
-fn text(happening: &Happening, at: MonoTime) -> String {
+fn text(happening: &VehicleEvent, at: MonoTime) -> String {
     match happening {
-        Happening::Commanded { turn, hazard } => {
+        VehicleEvent::Commanded { turn, hazard } => {
             let hazard = hazard.map_or("–", |on| if on { "on" } else { "off" });
             let asked = format!("turn {}, hazard lights {hazard}", turn.map_or("–", Turn::name));
             row(at, "commanded", &asked)
         }
-        Happening::CommandTimedOut { message } => {
-            row(at, "command", &format!("{message} comes no more: dropped"))
+        VehicleEvent::CommandTimedOut { message } => {
+            row(at, "command", &format!("{message} is no longer received: dropped"))
         }
-        Happening::CommandRejected { message, why } => {
+        VehicleEvent::CommandRejected { message, why } => {
             row(at, "command", &format!("{message} not believed: {why}"))
         }
-        Happening::Lights { code, who } => row(at, "lights", &format!("{} ({})", lights(*code), who.name())),
-        Happening::Lamps { left, right } => {
+        VehicleEvent::Lights { code, who } => {
+            row(at, "lights", &format!("{} ({})", lights(*code), who.name()))
+        }
+        VehicleEvent::Lamps { left, right } => {
             let lamp = |lit: bool| if lit { "●" } else { "○" };
             row(at, "lamps", &format!("{} {}", lamp(*left), lamp(*right)))
         }
-        Happening::NotPossible(why) => row(at, "request", &format!("without effect on the bus: {why}")),
-        Happening::BusOff(true) => row(at, "bus", "off: nothing is sent, nothing is heard"),
-        Happening::BusOff(false) => row(at, "bus", "restarted"),
+        VehicleEvent::NotPossible(why) => row(at, "request", &format!("without effect on the bus: {why}")),
+        VehicleEvent::BusOff(true) => row(at, "bus", "off: nothing is sent, nothing is heard"),
+        VehicleEvent::BusOff(false) => row(at, "bus", "restarted"),
     }
 }
 
@@ -100,17 +102,17 @@ fn row(at: MonoTime, column: &str, what: &str) -> String {
     format!("{:>9.3}  {column:<9}  {what}", at.since(MonoTime::ZERO).as_secs_f64())
 }
 
-fn what(happening: &Happening) -> What<'_> {
+fn what(happening: &VehicleEvent) -> What<'_> {
     match happening {
-        Happening::Commanded { turn, hazard } => {
+        VehicleEvent::Commanded { turn, hazard } => {
             What::Commanded { turn: turn.map(Turn::name), hazard: *hazard }
         }
-        Happening::CommandTimedOut { message } => What::CommandTimedOut { message },
-        Happening::CommandRejected { message, why } => What::CommandRejected { message, why },
-        Happening::Lights { code, who } => What::Lights { lights: lights(*code), who: who.name() },
-        Happening::Lamps { left, right } => What::Lamps { left: *left, right: *right },
-        Happening::NotPossible(why) => What::NotPossible { why },
-        Happening::BusOff(on) => What::BusOff { on: *on },
+        VehicleEvent::CommandTimedOut { message } => What::CommandTimedOut { message },
+        VehicleEvent::CommandRejected { message, why } => What::CommandRejected { message, why },
+        VehicleEvent::Lights { code, who } => What::Lights { lights: lights(*code), who: who.name() },
+        VehicleEvent::Lamps { left, right } => What::Lamps { left: *left, right: *right },
+        VehicleEvent::NotPossible(why) => What::NotPossible { why },
+        VehicleEvent::BusOff(on) => What::BusOff { on: *on },
     }
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use crate::core::diagnostics::{Level, Status};
-use crate::core::event::Output;
+use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::timeline::{Changes, Event, task_of};
 

@@ -14,18 +14,19 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use city::City;
+use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::projector::Projector;
 use signal_gateway::core::map::road_map::RoadMap;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::decider::{Decider, Settings};
 use signal_gateway::core::turn_signal::geometry::Pose;
 use signal_gateway::core::turn_signal::geometry::polyline::{at_arc, headed};
-use signal_gateway::core::turn_signal::inputs::{Inputs, Odometry, Timed};
+use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
+use signal_gateway::core::turn_signal::lane_network::LaneNetwork;
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
-use signal_gateway::core::turn_signal::road::Road;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::route::Route;
-use signal_gateway::core::turn_signal::scene::Mode;
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
 /// Crossings on a side: about 500, 5,000 and 50,000 lanelets, and 1, 10 and 100 MB of text.
@@ -33,11 +34,11 @@ const SIDES: [usize; 3] = [6, 18, 56];
 /// The route that all cities have, in steps of two blocks.
 const STEPS: usize = 5;
 /// What a decision or a look into the map may cost more among a hundred times the lanelets.
-const MOST_GROWTH: f64 = 10.0;
+const MAX_GROWTH: f64 = 10.0;
 /// What a byte or a lanelet may cost more when there are a hundred times as many.
-const MOST_GROWTH_EACH: f64 = 5.0;
+const MAX_GROWTH_EACH: f64 = 5.0;
 /// What a decision may cost more on a route of eleven times the lanelets.
-const MOST_GROWTH_WITH_ROUTE: f64 = 8.0;
+const MAX_GROWTH_WITH_ROUTE: f64 = 8.0;
 
 /// Each figure is the median of so many.
 const SAMPLES: usize = 9;
@@ -72,15 +73,15 @@ fn main() -> ExitCode {
     };
     let names = ["a decision", "a decision as upstream", "a decision with a lane change"];
     for ((name, few), many) in names.iter().zip(first.decision_ns).zip(last.decision_ns) {
-        grown(&format!("{name} with the map"), [few, many], MOST_GROWTH);
+        grown(&format!("{name} with the map"), [few, many], MAX_GROWTH);
     }
     let by_route = [last.decision_ns[0], last.long_route_ns];
-    grown("a decision with the route", by_route, MOST_GROWTH_WITH_ROUTE);
-    grown("the nearest lanelet with the map", [first.nearest_ns, last.nearest_ns], MOST_GROWTH);
-    grown("the lanelets at a place with the map", [first.holding_ns, last.holding_ns], MOST_GROWTH);
-    grown("a byte read with the map", [first.read_ns_per_byte, last.read_ns_per_byte], MOST_GROWTH_EACH);
+    grown("a decision with the route", by_route, MAX_GROWTH_WITH_ROUTE);
+    grown("the nearest lanelet with the map", [first.nearest_ns, last.nearest_ns], MAX_GROWTH);
+    grown("the lanelets at a place with the map", [first.holding_ns, last.holding_ns], MAX_GROWTH);
+    grown("a byte read with the map", [first.read_ns_per_byte, last.read_ns_per_byte], MAX_GROWTH_EACH);
     let each = [first.road_ns_per_lanelet, last.road_ns_per_lanelet];
-    grown("a lanelet made ready with the map", each, MOST_GROWTH_EACH);
+    grown("a lanelet made ready with the map", each, MAX_GROWTH_EACH);
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -99,7 +100,7 @@ fn measure(city: City) -> Figures {
         size_mb / (read_ns / 1e9),
         peak_kib() / 1024,
     );
-    let road_ns = median(reads, || timed(1, || drop(black_box(Road::of_map(&map)))));
+    let road_ns = median(reads, || timed(1, || drop(black_box(LaneNetwork::of_map(&map)))));
     println!("turn signal, {lanelets} lanelets: road made ready in {:.1} ms", road_ns / 1e6);
 
     let places = places(city);
@@ -123,16 +124,16 @@ fn measure(city: City) -> Figures {
         holding_ns / 1e3
     );
 
-    let road = Road::of_map(&map);
+    let road = LaneNetwork::of_map(&map);
     drop(map);
     let drive = Drive::new(&road, &city.staircase(STEPS));
     let decision_ns = [
-        drive.decision_ns(Mode::Improved, &[]),
-        drive.decision_ns(Mode::Compat, &[]),
-        drive.decision_ns(Mode::Improved, &drive.lane_change()),
+        drive.decision_ns(Compat::Improved, &[]),
+        drive.decision_ns(Compat::Upstream, &[]),
+        drive.decision_ns(Compat::Improved, &drive.lane_change()),
     ];
     let long = Drive::new(&road, &city.staircase(city.side - 1));
-    let long_route_ns = long.decision_ns(Mode::Improved, &[]);
+    let long_route_ns = long.decision_ns(Compat::Improved, &[]);
     let [improved, compat, with_lane_change] = decision_ns.map(|ns| ns / 1e3);
     println!(
         "turn signal, {lanelets} lanelets: a decision in {improved:.1} µs, as upstream {compat:.1} µs, with a lane change {with_lane_change:.1} µs, on a route of {} lanelets {:.1} µs",
@@ -151,7 +152,7 @@ fn measure(city: City) -> Figures {
 
 /// A drive along a route.
 struct Drive<'a> {
-    road: &'a Road,
+    road: &'a LaneNetwork,
     route: Route,
     lanelets: usize,
     /// Where the vehicle is, cycle by cycle.
@@ -159,7 +160,7 @@ struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    fn new(road: &'a Road, lanelets: &[i64]) -> Self {
+    fn new(road: &'a LaneNetwork, lanelets: &[i64]) -> Self {
         let line: Vec<_> =
             lanelets.iter().flat_map(|id| road.lane(*id).unwrap().centerline.iter().copied()).collect();
         let at = |cycle| at_arc(&line, FIRST_M + CYCLE_M * f64::from(cycle)).unwrap();
@@ -183,7 +184,7 @@ impl<'a> Drive<'a> {
     }
 
     /// Nanoseconds a decision, over the whole drive.
-    fn decision_ns(&self, mode: Mode, manoeuvres: &[Manoeuvre]) -> f64 {
+    fn decision_ns(&self, mode: Compat, manoeuvres: &[Manoeuvre]) -> f64 {
         median(SAMPLES, || {
             let mut decider = Decider::new(Settings::deployed(mode));
             let mut signalled = 0;

@@ -10,11 +10,12 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::{Overrides, Settings, load};
+use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::command::Turn;
-use signal_gateway::core::event::{Input, LinkState};
 use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::simulated_vehicle::request::Request;
-use signal_gateway::core::simulated_vehicle::{Behaviour, SimulatedVehicle};
+use signal_gateway::core::simulated_vehicle::{SimulationSettings, SimulatedVehicle};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 struct Texts<'a> {
@@ -56,7 +57,7 @@ fuzz_target!(|bytes: &[u8]| {
                 let next = gateway.next_deadline(now.mono);
                 assert!(next > now.mono);
                 now.mono = next;
-                gateway.handle(Input::Deadline, now);
+                gateway.handle(Input::Tick, now);
                 while gateway.poll_output().is_some() {}
             }
         }
@@ -67,7 +68,7 @@ fuzz_target!(|bytes: &[u8]| {
 fn simulate(settings: &Settings) {
     let Ok(plan) = settings.vehicle_plan() else { return };
     let mut now = MonoTime::ZERO;
-    let mut vehicle = SimulatedVehicle::new(plan, Behaviour::default(), now);
+    let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), now);
     vehicle.schedule(MonoTime::from_millis(1), Request::Stalk(Turn::Left));
     vehicle.schedule(MonoTime::from_millis(2), Request::Hazard(None));
     for _ in 0..20 {

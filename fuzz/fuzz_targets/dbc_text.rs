@@ -5,8 +5,8 @@
 use std::collections::BTreeSet;
 
 use libfuzzer_sys::fuzz_target;
+use signal_gateway::core::can::frame::MAX_DATA;
 use signal_gateway::core::dbc;
-use signal_gateway::core::frame::MAX_DATA;
 
 fuzz_target!(|bytes: &[u8]| {
     let database = dbc::parse(bytes);

@@ -12,13 +12,16 @@ use std::time::Duration;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::load_profile;
-use signal_gateway::core::controller::ControllerReport;
-use signal_gateway::core::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
-use signal_gateway::core::event::{BusIndex, Input, LinkState, Output};
-use signal_gateway::core::frame::{CanId, Frame};
+use signal_gateway::core::can::controller::ControllerReport;
+use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::vehicle_lights::{Task, Trouble};
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::{Task, FaultKind};
 
 macro_rules! shipped {
     ($($name:literal),+) => {
@@ -68,7 +71,7 @@ fuzz_target!(|bytes: &[u8]| {
             now.mono = now.mono.after(pause);
             now.wall = now.wall.after(pause);
         }
-        let input = match (kind & 7, next().unwrap_or(0)) {
+        let input: Input = match (kind & 7, next().unwrap_or(0)) {
             (0..=3, choice) => {
                 let id = match ids.get(usize::from(choice & 15)) {
                     Some(id) => *id,
@@ -77,12 +80,12 @@ fuzz_target!(|bytes: &[u8]| {
                 let data: Vec<u8> = (0..kind >> 3 & 15).map_while(|_| next()).collect();
                 let frame = if kind & 0x80 == 0 { Frame::classic(id, &data) } else { Frame::fd(id, &data) };
                 let Some(frame) = frame else { continue };
-                Input::Frame { bus: BusIndex(choice >> 6 & 1), frame, stamp: now.wall }
+                CanInput::Frame { bus: BusIndex(choice >> 6 & 1), frame, stamp: now.wall }.into()
             }
             (4, choice) => {
                 let states = [LinkState::Up, LinkState::Down, LinkState::Missing, LinkState::Failed(13)];
                 let state = states.get(usize::from(choice >> 1)).copied().unwrap_or(LinkState::Ended);
-                Input::Link { bus: BusIndex(choice & 1), state }
+                CanInput::Link { bus: BusIndex(choice & 1), state }.into()
             }
             (5, choice) if kind & 8 == 0 => {
                 let states =
@@ -91,14 +94,16 @@ fuzz_target!(|bytes: &[u8]| {
                     states.get(usize::from(choice >> 1 & 3)).copied().unwrap_or(ControllerState::Stopped);
                 let counters = next().map(|count| ErrorCounters { tx: count.into(), rx: choice.into() });
                 let report = ControllerReport { state, counters, restart_ms: Some(choice.into()) };
-                Input::Controller { bus: BusIndex(choice & 1), report }
+                CanInput::Controller { bus: BusIndex(choice & 1), report }.into()
             }
-            (5, choice) => Input::Drops { bus: BusIndex(choice & 1), lost: u32::MAX },
-            (6, choice) if kind & 8 == 0 => Input::BadRecords { bus: BusIndex(choice & 1), count: 1 },
+            (5, choice) => CanInput::Drops { bus: BusIndex(choice & 1), lost: u32::MAX }.into(),
+            (6, choice) if kind & 8 == 0 => {
+                CanInput::BadRecords { bus: BusIndex(choice & 1), count: 1 }.into()
+            }
             (6, choice) => {
                 let data: Vec<u8> = (0..8).map_while(|_| next()).collect();
                 let error = ErrorFrame::new(u32::from(choice) << (kind >> 3), &data);
-                Input::ErrorFrame { bus: BusIndex(0), error }
+                CanInput::ErrorFrame { bus: BusIndex(0), error }.into()
             }
             (_, choice) => {
                 // As a caller does who has nothing else to do.
@@ -106,11 +111,11 @@ fuzz_target!(|bytes: &[u8]| {
                     let deadline = gateway.next_deadline(now.mono).max(now.mono);
                     now.wall = now.wall.after(deadline.since(now.mono));
                     now.mono = deadline;
-                    gateway.handle(Input::Deadline, now);
+                    gateway.handle(Input::Tick, now);
                     assert!(gateway.next_deadline(now.mono) > now.mono, "a deadline that does not move");
                     drain(&mut gateway, &mut shown);
                 }
-                Input::Deadline
+                Input::Tick
             }
         };
         gateway.handle(input, now);
@@ -125,16 +130,17 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     while let Some(output) = gateway.poll_output() {
         count += 1;
         match output {
-            Output::TurnIndicators { .. } => shown[0] = true,
-            Output::HazardLights { .. } => shown[1] = true,
-            Output::WithdrawTurnIndicators => assert!(std::mem::take(&mut shown[0]), "withdrawn twice"),
-            Output::WithdrawHazardLights => assert!(std::mem::take(&mut shown[1]), "withdrawn twice"),
-            Output::TrafficLights(_)
-            | Output::TurnCommand { .. }
-            | Output::HazardCommand { .. }
-            | Output::Decision(_)
-            | Output::Transmit { .. }
-            | Output::WouldTransmit { .. } => panic!("nothing but reports here"),
+            Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. }) => shown[0] = true,
+            Output::VehicleLights(VehicleLightsOutput::HazardLights { .. }) => shown[1] = true,
+            Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => {
+                assert!(std::mem::take(&mut shown[0]), "withdrawn twice")
+            }
+            Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => {
+                assert!(std::mem::take(&mut shown[1]), "withdrawn twice")
+            }
+            Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
+                panic!("nothing but reports here")
+            }
             Output::Diagnostics { diagnostics, .. } => assert!(!diagnostics.statuses.is_empty()),
         }
     }
@@ -142,7 +148,7 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     for (task, shown) in [Task::TurnIndicators, Task::HazardLights].into_iter().zip(shown) {
         let (trouble, published) = gateway.lights().trouble(task);
         assert_eq!(published, *shown, "{task:?}");
-        if matches!(trouble, Some(Trouble::Unknown | Trouble::Invalid)) {
+        if matches!(trouble, Some(FaultKind::Unknown | FaultKind::Invalid)) {
             assert!(!published, "{task:?} in doubt");
         }
         assert!(published || trouble.is_some(), "{task:?} is withheld for no reason");

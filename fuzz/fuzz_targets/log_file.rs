@@ -10,7 +10,7 @@ use libfuzzer_sys::fuzz_target;
 use signal_gateway::io::can::log::Log;
 
 /// zlib packs at most 1:1032, and the smallest object has 16 bytes.
-const MOST_A_BYTE: usize = 1100;
+const MAX_A_BYTE: usize = 1100;
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(mut log) = Log::new(Box::new(Cursor::new(bytes.to_vec()))) else { return };
@@ -19,7 +19,7 @@ fuzz_target!(|bytes: &[u8]| {
     while let Ok(Some(record)) = log.next_record() {
         records += 1;
         assert!(record.interface.0 < log.interfaces().len());
-        assert!(records <= bytes.len() * MOST_A_BYTE, "no end");
+        assert!(records <= bytes.len() * MAX_A_BYTE, "no end");
     }
     assert!(log.interfaces().len() <= 64);
     assert_eq!(log.first_bad().is_some(), log.bad_lines() > 0);

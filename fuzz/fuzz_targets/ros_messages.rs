@@ -5,9 +5,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use signal_gateway::core::gateway::event::Input;
+use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
-use signal_gateway::core::turn_signal::told::{FactorTopic, Told};
-use signal_gateway::io::ros::incoming::Incoming;
+use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
 use signal_gateway::io::ros::reading::{Endian, read};
 use signal_gateway::io::ros::topics::SubscriptionKind;
 
@@ -32,18 +33,21 @@ fuzz_target!(|bytes: &[u8]| {
     let [kind, endian, bytes @ ..] = bytes else { return };
     let kind = KINDS[usize::from(*kind) % KINDS.len()];
     let endian = if endian & 1 == 0 { Endian::Little } else { Endian::Big };
-    let Ok(incoming) = read(kind, bytes, endian) else { return };
+    let Ok(input) = read(kind, bytes, endian) else { return };
     // Nothing can hold more than its bytes do: an element of a sequence has at least four.
-    let elements = match &incoming {
-        Incoming::Told(Told::Route(route)) => route.segments.len(),
-        Incoming::Told(Told::PlannedPath(points)) => points.len(),
-        Incoming::Told(Told::Factors { factors, .. }) => factors.len(),
-        Incoming::Groups { groups, .. } => groups.groups.len() + groups.rejected.len(),
-        Incoming::Told(_)
-        | Incoming::Command(_)
-        | Incoming::TurnCommand { .. }
-        | Incoming::HazardCommand { .. }
-        | Incoming::ControlMode { .. } => 0,
+    let elements = match &input {
+        Input::Planner(PlannerInput::Route(route)) => route.segments.len(),
+        Input::Planner(PlannerInput::PlannedPath(points)) => points.len(),
+        Input::Planner(PlannerInput::Factors { factors, .. }) => factors.len(),
+        Input::TrafficLight(TrafficLightInput::States { states, rejected, .. }) => {
+            states.len() + usize::try_from(*rejected).unwrap()
+        }
+        Input::Planner(_)
+        | Input::TrafficLight(TrafficLightInput::Command(_))
+        | Input::Command(_)
+        | Input::Can(_)
+        | Input::Tick
+        | Input::Stop => 0,
     };
     assert!(elements <= bytes.len() / 4, "{elements} elements in {} bytes", bytes.len());
 });

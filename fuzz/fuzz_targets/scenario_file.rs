@@ -12,7 +12,7 @@ use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::files::Files;
 use signal_gateway::config::scenario::read;
 use signal_gateway::core::map::light_map::LightMap;
-use signal_gateway::core::traffic_light::compat::Compat;
+use signal_gateway::core::compat::Compat;
 
 struct Only<'a>(&'a [u8]);
 

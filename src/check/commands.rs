@@ -28,9 +28,9 @@ pub(super) fn commands(settings: &Settings, report: &mut Report) {
     };
     report.line("commands", &format!("{sent}; turn commands of {source}, control mode of {mode}"));
     for message in &binding.messages {
-        let bus = settings.gateway.buses.get(usize::from(message.permit.bus().0));
+        let bus = settings.gateway.buses.get(usize::from(message.permission.bus().0));
         let bus = bus.map_or("?", |bus| bus.name.as_str());
-        let (name, id, period) = (&message.name, message.permit.id(), message.timing.period.as_millis());
+        let (name, id, period) = (&message.name, message.permission.id(), message.timing.period.as_millis());
         report.line("", &format!("{name} ({id}) on {bus}: {}, every {period} ms", asks_for(message)));
     }
 }

@@ -9,13 +9,13 @@ use std::fmt::Write as _;
 
 use crate::config::Settings;
 use crate::core::dbc::model::Severity;
-use crate::core::trust::integrity::MessageIntegrity;
-use crate::core::trust::table::Timing;
+use crate::core::validation::integrity::MessageIntegrity;
+use crate::core::validation::table::Timing;
 use crate::core::vehicle_lights::binding::{
     HazardBinding, HazardSource, LightsBinding, NamedSource, Sources, TurnBinding, TurnSource,
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
-use crate::core::vehicle_lights::vocabulary::roles;
+use crate::core::vehicle_lights::role_texts::roles;
 pub use survey::recording;
 
 /// What a check has to say.
@@ -75,8 +75,8 @@ pub fn binding(settings: &Settings) -> Report {
         };
         let bus = &settings.gateway.buses[usize::from(message.bus.0)].name;
         report.line("message", &format!("{} ({}) on {bus}: {timing}", message.name, message.id));
-        let proof = message.integrity.as_ref().map_or("nothing".to_owned(), MessageIntegrity::to_string);
-        report.line("", &format!("must prove {proof}"));
+        let proof = message.integrity.as_ref().map_or("none".to_owned(), MessageIntegrity::to_string);
+        report.line("", &format!("integrity check: {proof}"));
     }
     for role in roles(lights) {
         let values: Vec<_> = role.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
@@ -136,10 +136,10 @@ fn turn_sources(turn: &TurnBinding, report: &mut Report) {
             }
             TurnSource::Stalk { settings, .. } => {
                 let comfort = settings.comfort.duration().as_millis();
-                let settle = settings.settle.as_millis();
+                let startup_delay = settings.startup_delay.as_millis();
                 report.line(
                     "stalk",
-                    &format!("a tap blinks for {comfort} ms; unknown for {settle} ms at start"),
+                    &format!("a tap blinks for {comfort} ms; unknown for {startup_delay} ms at start"),
                 );
             }
         }
@@ -165,9 +165,10 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
         match &named.source {
             HazardSource::BothSides => report.line("hazard", "on when both turn sides are on"),
             HazardSource::Signal { .. } => {}
-            HazardSource::Button { settle, .. } => {
-                let settle = settle.as_millis();
-                report.line("hazard", &format!("each press toggles; unknown for {settle} ms at start"));
+            HazardSource::Button { startup_delay, .. } => {
+                let startup_delay = startup_delay.as_millis();
+                report
+                    .line("hazard", &format!("each press toggles; unknown for {startup_delay} ms at start"));
             }
         }
     }

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use super::Report;
 use crate::config::Settings;
-use crate::core::event::Input;
+use crate::core::can::input::CanInput;
 use crate::core::time::MonoTime;
-use crate::core::trust::integrity::GuardCounts;
-use crate::core::trust::table::{BoundMessage, MessageIndex, SignalIndex};
-use crate::core::vehicle_lights::vocabulary::words;
-use crate::core::vehicle_lights::{Task, Trouble};
+use crate::core::validation::integrity::IntegrityCounts;
+use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
+use crate::core::vehicle_lights::role_texts::texts;
+use crate::core::vehicle_lights::{FaultKind, Task};
 use crate::decode::signals_in;
 use crate::replay::Replay;
 
@@ -38,7 +38,7 @@ pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result
 }
 
 /// More different values than this are not listed one by one.
-const MOST_VALUES: usize = 32;
+const MAX_VALUES: usize = 32;
 
 #[derive(Debug, Clone, Default)]
 struct MessageSurvey {
@@ -53,16 +53,16 @@ struct Survey {
     messages: Vec<MessageSurvey>,
     /// Raw values of each signal: how often, and when first.
     values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
-    troubles: BTreeMap<(usize, Trouble), TroubleSurvey>,
+    troubles: BTreeMap<(usize, FaultKind), FaultSurvey>,
     /// What is the case since the last step: the trouble, and whether the report is published.
-    current: [(Option<Trouble>, bool); 2],
+    current: [(Option<FaultKind>, bool); 2],
     /// Of the first frame on a configured interface.
     start: MonoTime,
     published: [Duration; 2],
 }
 
 #[derive(Debug, Clone, Copy)]
-struct TroubleSurvey {
+struct FaultSurvey {
     times: u64,
     total: Duration,
     first: MonoTime,
@@ -86,12 +86,12 @@ impl Survey {
     }
 
     /// Takes a frame that is about to be handled.
-    fn frame(&mut self, settings: &Settings, input: &Input, at: MonoTime) {
-        let Input::Frame { bus, frame, .. } = input else { return };
+    fn frame(&mut self, settings: &Settings, input: &CanInput, at: MonoTime) {
+        let CanInput::Frame { bus, frame, .. } = input else { return };
         let lights = &settings.gateway.lights;
         for (index, _, raw) in signals_in(&lights.table, *bus, frame) {
             let values = &mut self.values[index.0];
-            if values.len() < MOST_VALUES || values.contains_key(&raw) {
+            if values.len() < MAX_VALUES || values.contains_key(&raw) {
                 values.entry(raw).or_insert((0, at)).0 += 1;
             }
         }
@@ -125,7 +125,7 @@ impl Survey {
             if was_trouble != trouble
                 && let Some(trouble) = trouble
             {
-                let fresh = TroubleSurvey { times: 0, total: Duration::ZERO, first: now };
+                let fresh = FaultSurvey { times: 0, total: Duration::ZERO, first: now };
                 self.troubles.entry((index, trouble)).or_insert(fresh).times += 1;
             }
         }
@@ -151,12 +151,12 @@ impl Survey {
         }
         self.report_messages(settings, replay, &mut report);
         self.report_values(settings, &mut report);
-        self.report_troubles(replay, &mut report);
+        self.report_faults(replay, &mut report);
         report
     }
 
     fn report_messages(&self, settings: &Settings, replay: &Replay, report: &mut Report) {
-        let guards = replay.gateway().lights().observations();
+        let checkers = replay.gateway().lights().observations();
         for (index, (message, seen)) in
             settings.gateway.lights.table.messages.iter().zip(&self.messages).enumerate()
         {
@@ -172,8 +172,8 @@ impl Survey {
                 report
                     .concern(&format!("{name} was silent for longer than its limit {} times", seen.too_long));
             }
-            if let Some(counts) = guards.guard_counts(MessageIndex(index)) {
-                report_guard(name, counts, report);
+            if let Some(counts) = checkers.integrity_counts(MessageIndex(index)) {
+                report_integrity(name, counts, report);
             }
         }
     }
@@ -183,26 +183,26 @@ impl Survey {
         for (index, values) in self.values.iter().enumerate() {
             let name = &lights.table.signals[index].name;
             for (raw, (count, first)) in values {
-                let words = words(lights, SignalIndex(index), *raw);
-                let text: Vec<_> = words.iter().map(|word| word.text.as_str()).collect();
+                let texts = texts(lights, SignalIndex(index), *raw);
+                let text: Vec<_> = texts.iter().map(|word| word.text.as_str()).collect();
                 let first = seconds_text(*first);
                 let line = format!(
                     "{name} = {raw} (0x{raw:X}) {}: {count} times, first at {first}",
                     text.join(", ")
                 );
-                if words.iter().all(|word| word.defined) {
+                if texts.iter().all(|word| word.defined) {
                     report.line("value", &line);
                 } else {
                     report.concern(&line);
                 }
             }
-            if values.len() == MOST_VALUES {
+            if values.len() == MAX_VALUES {
                 report.line("value", &format!("{name}: further values are not listed"));
             }
         }
     }
 
-    fn report_troubles(&self, replay: &Replay, report: &mut Report) {
+    fn report_faults(&self, replay: &Replay, report: &mut Report) {
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
             if lights.tasks().all(|other| other != task) {
@@ -212,11 +212,11 @@ impl Survey {
             let whole = seconds_text(replay.now().mono);
             report.line("report", &format!("{} would be published for {published} of {whole}", task.name()));
             let troubles = self.troubles.iter().filter(|((of, _), _)| *of == index);
-            for ((_, trouble), TroubleSurvey { times, total, first }) in troubles {
+            for ((_, trouble), FaultSurvey { times, total, first }) in troubles {
                 let word = match trouble {
-                    Trouble::Unknown => "unknown",
-                    Trouble::Invalid => "invalid",
-                    Trouble::HardwareFault => "hardware fault",
+                    FaultKind::Unknown => "unknown",
+                    FaultKind::Invalid => "invalid",
+                    FaultKind::HardwareFault => "hardware fault",
                 };
                 let total = seconds_text(MonoTime::ZERO.after(*total));
                 let text = format!(
@@ -224,8 +224,8 @@ impl Survey {
                     task.name(),
                     seconds_text(*first)
                 );
-                // Nothing is known before the first frame; that alone is no concern.
-                let start_only = *trouble == Trouble::Unknown
+                // Nothing is known before the first frame; that alone is not a concern.
+                let start_only = *trouble == FaultKind::Unknown
                     && *times == 1
                     && *first == self.start
                     && self.published[index] > Duration::ZERO;
@@ -237,7 +237,7 @@ impl Survey {
 
 /// What became of the frames of a message that must prove something. That the first of a counter
 /// proves nothing, also after a silence, is as it should be.
-fn report_guard(name: &str, counts: GuardCounts, report: &mut Report) {
+fn report_integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
     let reasons: Vec<_> = counts
         .by_reason()
         .into_iter()
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn waiting_for_the_first_frame_is_no_concern_whoever_sends_first() {
+    fn waiting_for_the_first_frame_is_not_a_warning() {
         let both = "(1.3) can0 2A5#0000000000000000\n(1.3) can0 2C1#0000000000000000\n(1.5) can0 111#\n";
         for before in ["", "(1.0) can9 111#00\n", "(1.0) can0 111#00\n"] {
             let report = survey(&format!("{before}{both}"));
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn rejected_frames_are_a_concern_unless_they_are_the_first() {
+    fn rejected_frames_are_a_warning_unless_they_are_the_first() {
         let (settings, report) = volvo(&[0, 1, 2, 3, 0]);
         let text =
             "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, its counter has nothing";
@@ -320,11 +320,11 @@ mod tests {
         assert!(report.text.contains(text), "{}", report.text);
         assert_eq!(report.concerns, 2, "{}", report.text);
         let text = super::super::binding(&settings).text;
-        assert!(text.contains("must prove a counter of 0 to 3 in steps of at most 2"), "{text}");
+        assert!(text.contains("integrity check: a counter of 0 to 3 in steps of at most 2"), "{text}");
     }
 
     #[test]
-    fn undefined_values_and_silences_are_concerns() {
+    fn undefined_values_and_silences_are_warnings() {
         let report = survey("(1.0) can0 2A5#0000000000000000\n(2.0) can0 2A5#00000A0000000000\n");
         for concern in [
             "! BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: 1 times, first at 1.000 s",

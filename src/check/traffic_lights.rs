@@ -3,8 +3,8 @@
 use super::Report;
 use crate::config::Settings;
 use crate::core::traffic_light::v2i_reception::binding::{Group, V2iBinding, V2iStates};
-use crate::core::trust::table::Role;
-use crate::core::trust::words::role_words;
+use crate::core::validation::display::role_texts;
+use crate::core::validation::table::Role;
 
 /// Lists every source with its groups.
 pub(super) fn sources(binding: &V2iBinding, report: &mut Report) {
@@ -58,8 +58,8 @@ fn values<T: Copy>(
     name: impl Fn(T) -> String,
     report: &mut Report,
 ) {
-    let words = role_words(role, subject.to_owned(), name);
-    let values: Vec<_> = words.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
+    let texts = role_texts(role, subject.to_owned(), name);
+    let values: Vec<_> = texts.named.iter().map(|(range, text)| format!("{range} {text}")).collect();
     let signal = &binding.table.signals[role.signal.0].name;
     report.line("", &format!("{signal}: {}; anything else is invalid", values.join(", ")));
 }

@@ -1,11 +1,11 @@
 //! What a check says of the turn signal decider: what it would run on.
 
 use super::Report;
-use crate::config::turn_signal::TurnSignalConfig;
+use crate::config::gateway::turn_signal::TurnSignalConfig;
+use crate::core::compat::Compat;
 use crate::core::turn_signal::flow::Role;
 use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
-use crate::core::turn_signal::scene::Mode;
-use crate::core::turn_signal::told::FactorTopic;
+use crate::core::turn_signal::planner_input::FactorTopic;
 
 /// Lists mode, map, rules, vehicle, age limits and topics.
 pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
@@ -21,14 +21,14 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     let (map, lanes) = (decider.map.display(), flow.road.lanes().count());
     report.line("", &format!("map {map}: {lanes} lanelets, {} roundabouts", flow.road.roundabouts().len()));
     let behaviour = match settings.mode {
-        Mode::Improved => "improved",
-        Mode::Compat => "upstream",
+        Compat::Improved => "improved",
+        Compat::Upstream => "upstream",
     };
     let rules = decider
         .country
         .as_ref()
         .map_or("as deployed".to_owned(), |country| format!("{} ({})", country.code, country.source));
-    report.line("", &format!("behaviour {behaviour}, rules {rules}"));
+    report.line("", &format!("compat {behaviour}, rules {rules}"));
     let Vehicle { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
     let front_m = settings.vehicle.front_m();
     report.line(
@@ -106,7 +106,7 @@ mod tests {
         let text = super::super::binding(&settings).text;
         for part in [
             "decider    shadow: nothing is published, may differ for 500 ms\n",
-            "behaviour upstream, rules DE (StVO",
+            "compat upstream, rules DE (StVO",
             "front bumper 3.79 m before the rear axle",
             "a cycle each 100 ms; too old after: odometry 500,",
             "turn_signal_search_time = 2.5\n",

@@ -9,7 +9,7 @@ use super::Failure;
 use crate::check;
 use crate::config::files::Disk;
 use crate::config::{Overrides, Settings, load, load_profile};
-use crate::core::event::BusIndex;
+use crate::core::can::link::BusIndex;
 use crate::io::can::log::Log;
 use crate::replay::Routes;
 

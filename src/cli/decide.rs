@@ -9,10 +9,10 @@ use clap::{Args, ValueEnum};
 use super::Failure;
 use crate::config::drive;
 use crate::config::files::Disk;
-use crate::core::turn_signal::scene::Mode;
+use crate::core::compat::Compat;
+use crate::drive::chart::DriveChart;
 use crate::drive::course::Course;
 use crate::drive::run::Run;
-use crate::drive::strip::Strip;
 use crate::drive::text::Changes;
 use crate::drive::verdict::Verdicts;
 use crate::drive::{json, text};
@@ -29,13 +29,13 @@ the desired start, rear axle to the desired end; rs, re: the same for the requir
 is behind), then what each manoeuvre came to and what is wrong with the inputs.
 
 With --json each line is one object:
-  {\"behaviour\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
-   \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"ground\": \"weighed\", \"winner\": \"intersection\", \"case\": \"A2\",
+  {\"compat\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
+   \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"basis\": \"candidates\", \"winner\": \"intersection\", \"case\": \"A2\",
    \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
    \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
    \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
 From \"turn\" on it is the form that a replay has; what there is none of is null. The last line of each behaviour is
-  {\"behaviour\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
+  {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 The exit code is 5 when an expectation failed.";
 
@@ -45,7 +45,7 @@ pub(super) struct DecideArgs {
     scenario: PathBuf,
     /// Whose behaviour; default: those that the scenario is for
     #[arg(long, value_name = "WHOSE", value_enum)]
-    compat: Option<Whose>,
+    compat: Option<CompatArg>,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
@@ -58,7 +58,7 @@ pub(super) struct DecideArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Whose {
+enum CompatArg {
     /// Ours
     Improved,
     /// That of Autoware
@@ -78,14 +78,14 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let course = Course::new(drive::read(&Disk, &args.scenario)?)?;
     let modes = match args.compat {
         None => course.file().modes.clone(),
-        Some(Whose::Improved) => vec![Mode::Improved],
-        Some(Whose::Upstream) => vec![Mode::Compat],
+        Some(CompatArg::Improved) => vec![Compat::Improved],
+        Some(CompatArg::Upstream) => vec![Compat::Upstream],
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut strip = args.picture.as_ref().map(|_| Strip::new(&course));
+    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(&course));
     let mut has_failed = false;
     for mode in modes {
-        let verdicts = decide(args, &course, mode, &mut strip, &mut out)?;
+        let verdicts = decide(args, &course, mode, &mut chart, &mut out)?;
         has_failed |= !verdicts.failed().is_empty();
         if args.json {
             writeln!(out, "{}", json::summary(mode, &verdicts))?;
@@ -94,10 +94,10 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
         }
     }
     out.flush()?;
-    if let (Some(path), Some(strip)) = (&args.picture, strip) {
+    if let (Some(path), Some(chart)) = (&args.picture, chart) {
         let file_name = || args.scenario.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let title = course.file().name.clone().unwrap_or_else(file_name);
-        let svg = strip.chart(title).to_svg();
+        let svg = chart.strip_chart(title).to_svg();
         std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
     }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
@@ -106,8 +106,8 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
 fn decide<'a>(
     args: &DecideArgs,
     course: &'a Course,
-    mode: Mode,
-    strip: &mut Option<Strip<'a>>,
+    mode: Compat,
+    chart: &mut Option<DriveChart<'a>>,
     out: &mut impl Write,
 ) -> io::Result<Verdicts<'a>> {
     let (mut run, mut verdicts) = (Run::new(course, mode), Verdicts::new(course, mode));
@@ -118,8 +118,8 @@ fn decide<'a>(
     for cycle in course.cycles() {
         let decision = run.step(&cycle);
         verdicts.take(&cycle, &decision);
-        if let Some(strip) = strip {
-            strip.take(mode, &cycle, &decision);
+        if let Some(chart) = chart {
+            chart.take(mode, &cycle, &decision);
         }
         if !changes.take(&decision) && args.every == Every::Change {
             continue;

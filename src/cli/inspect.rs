@@ -58,7 +58,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
         concerns += report.concerns;
         outcome.map_err(unreadable)?;
     }
-    writeln!(out, "{concerns} things to look at")?;
+    writeln!(out, "{concerns} warnings")?;
     Ok(if concerns == 0 { ExitCode::SUCCESS } else { ExitCode::from(4) })
 }
 

@@ -11,22 +11,22 @@ use clap::{Args, ValueEnum};
 use super::arguments::seconds;
 use super::{Failure, say};
 use crate::config::files::Disk;
-use crate::config::problem::{Problem, Refused};
+use crate::config::read_lights;
 use crate::config::scenario::{self, ScenarioFile};
-use crate::config::traffic_lights::read_lights;
+use crate::config::{Problem, Refused};
+use crate::core::compat::Compat;
 use crate::core::map::light_map::LightMap;
 use crate::core::map::light_roads::LampSource;
 use crate::core::time::MonoTime;
-use crate::core::traffic_light::cadence::Rate;
-use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::engine::LightsSettings;
-use crate::core::traffic_light::note::Verdict;
+use crate::core::traffic_light::event_log::ScenarioOutcome;
+use crate::core::traffic_light::periodic_timer::Rate;
 use crate::lights_timeline::chart::ChartTimeline;
+use crate::lights_timeline::display::Style;
 use crate::lights_timeline::json;
 use crate::lights_timeline::run::{Run, Step};
 use crate::lights_timeline::span::Span;
 use crate::lights_timeline::text::{TextTimeline, line};
-use crate::lights_timeline::words::Style;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -70,7 +70,7 @@ pub(super) struct LightsArgs {
     map: Option<PathBuf>,
     /// Whose behaviour, where the simulator's is not the best one
     #[arg(long, value_name = "WHOSE", value_enum, default_value_t)]
-    compat: Whose,
+    compat: CompatArg,
     /// When to stop, from 0.001 to 86400
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
@@ -101,7 +101,7 @@ pub(super) struct LightsArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Whose {
+enum CompatArg {
     /// Ours
     #[default]
     Improved,
@@ -118,11 +118,11 @@ enum Every {
     Frame,
 }
 
-impl From<Whose> for Compat {
-    fn from(whose: Whose) -> Self {
+impl From<CompatArg> for Compat {
+    fn from(whose: CompatArg) -> Self {
         match whose {
-            Whose::Improved => Self::Improved,
-            Whose::Upstream => Self::Upstream,
+            CompatArg::Improved => Self::Improved,
+            CompatArg::Upstream => Self::Upstream,
         }
     }
 }
@@ -166,8 +166,8 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
         std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
     }
     Ok(match run.verdict() {
-        Some(Verdict::Failure | Verdict::Fault(_)) => ExitCode::from(5),
-        Some(Verdict::Success | Verdict::Stopped) | None => ExitCode::SUCCESS,
+        Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)) => ExitCode::from(5),
+        Some(ScenarioOutcome::Success | ScenarioOutcome::Stopped) | None => ExitCode::SUCCESS,
     })
 }
 
@@ -239,8 +239,8 @@ fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
 
 fn subtitle(args: &LightsArgs) -> String {
     let whose = match args.compat {
-        Whose::Improved => "",
-        Whose::Upstream => "behaviour of the simulator, ",
+        CompatArg::Improved => "",
+        CompatArg::Upstream => "behaviour of the simulator, ",
     };
     format!("{whose}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
 }

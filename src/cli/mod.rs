@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 
-use crate::config::problem::Refused;
+use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::publisher::PublisherError;
 use arguments::ConfigArgs;

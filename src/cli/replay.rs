@@ -9,7 +9,7 @@ use clap::Args;
 use super::arguments::{RecordingArgs, open, recording, settings, speed};
 use super::{Failure, say, start_log};
 use crate::config::Settings;
-use crate::core::event::Output;
+use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::daemon::{self, Playback};
 use crate::io::can::log::Log;

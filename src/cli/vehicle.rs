@@ -14,7 +14,7 @@ use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Behaviour, Happening, Output, SimulatedVehicle};
+use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings, VehicleEvent};
 use crate::core::time::{MonoTime, WallStamp};
 use crate::daemon::vehicle::{Seen, VehicleRun, run_vehicle};
 use crate::io::can::controller::has_controller;
@@ -37,10 +37,10 @@ in seconds since the start, # begins a comment:
   fault corrupt [P] [MESSAGE]          a random bit is wrong
   fault freeze-counter [MESSAGE]       the counter stands still
   fault freeze-contents [MESSAGE]      the contents stand still, counter and checksum go on
-  fault lie off|left|right|hazard      reports say that, whatever the lamps do
+  fault false-report off|left|right|hazard  reports say that, whatever the lamps do
   fault report not_available|fault|undefined   reports say nothing that can be used
   fault bulb left|right      the side flashes twice as fast, fault signals tell it
-  fault deaf                 commands are not heard
+  fault ignore-commands      commands are not heard
   fault bus-off SECONDS      an error frame says bus-off; silence; another says restarted
   fault silent               nothing is sent or heard
   clear                      all is whole again
@@ -96,7 +96,7 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
     let mut settings = settings(&args.config)?;
     choose_interfaces(args, &mut settings)?;
     let plan = settings.vehicle_plan().map_err(|error| Failure::Usage(error.to_string()))?;
-    let behaviour = Behaviour {
+    let simulation = SimulationSettings {
         reaction: Duration::from_millis(args.reaction_ms),
         command_timeout: args.command_timeout_ms.map(Duration::from_millis),
         flash_period: Duration::from_secs(60) / u32::try_from(args.flashes).unwrap_or(90),
@@ -110,7 +110,7 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
     };
     let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let timeline = VehicleTimeline { form, interfaces, start: LOG_START };
-    let run = VehicleRun { plan, behaviour, script, until: args.until, lines: None };
+    let run = VehicleRun { plan, simulation, script, until: args.until, lines: None };
     if args.candump { write_log(run, &timeline) } else { drive(&settings, run, &timeline) }
 }
 
@@ -150,7 +150,7 @@ fn drive(settings: &Settings, mut run: VehicleRun, timeline: &VehicleTimeline) -
 /// The vehicle on virtual time.
 fn write_log(run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut vehicle = SimulatedVehicle::new(run.plan, run.behaviour, MonoTime::ZERO);
+    let mut vehicle = SimulatedVehicle::new(run.plan, run.simulation, MonoTime::ZERO);
     for (at, request) in run.script {
         vehicle.schedule(MonoTime::ZERO.after(at), request);
     }
@@ -161,7 +161,7 @@ fn write_log(run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Fa
         while let Some(output) = vehicle.poll_output() {
             if let Some(line) = timeline.line(&output, now) {
                 writeln!(out, "{line}")?;
-            } else if let Output::Happened(Happening::NotPossible(why)) = &output {
+            } else if let Output::Happened(VehicleEvent::NotPossible(why)) = &output {
                 say(&format!("without effect on the bus: {why}"));
             }
         }
@@ -229,7 +229,7 @@ fn lines_of_stdin() -> UnboundedReceiver<String> {
     let (sender, lines) = unbounded_channel();
     std::thread::spawn(move || {
         for line in io::stdin().lock().split(b'\n') {
-            // Not to be read: no more lines. What is no text is no request, and will be said so.
+            // Not to be read: no more lines. What is not text is not a request, and will be said so.
             let line = line.map(|line| String::from_utf8_lossy(&line).into_owned());
             if line.ok().is_none_or(|line| sender.send(line).is_err()) {
                 break;
@@ -241,10 +241,11 @@ fn lines_of_stdin() -> UnboundedReceiver<String> {
 
 fn title(settings: &Settings, plan: &VehiclePlan) -> String {
     let buses = settings.gateway.buses.iter().map(|bus| format!("{} on {}", bus.name, bus.interface));
-    let obeys: Vec<_> = plan.obeys().collect();
-    let obeys = if obeys.is_empty() { "no commands".to_owned() } else { obeys.join(", ") };
+    let follows_commands: Vec<_> = plan.follows_commands().collect();
+    let follows_commands =
+        if follows_commands.is_empty() { "no commands".to_owned() } else { follows_commands.join(", ") };
     format!(
-        "{}, simulated: {}\nsends {}; obeys {obeys}\nrequests: {}",
+        "{}, simulated: {}\nsends {}; obeys {follows_commands}\nrequests: {}",
         settings.vehicle,
         buses.collect::<Vec<_>>().join(", "),
         plan.sends().collect::<Vec<_>>().join(", "),

@@ -6,7 +6,10 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::files::{Embedded, Files};
-use super::problem::{Document, Problem};
+use super::reading::checker::Checker;
+use super::reading::document::Document;
+use super::reading::keyword::{Keyword, keywords};
+use super::reading::problem::Problem;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::signal::Side;
 
@@ -64,40 +67,29 @@ fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
 }
 
 fn interpret(document: &Document, file: CountryFile) -> Result<Country, NoCountry> {
-    let mut problems = Vec::new();
+    let mut checker = Checker::new(document);
     for text in [&file.code, &file.source] {
         if text.get_ref().trim().is_empty() || text.get_ref().chars().any(char::is_control) {
-            problems.push(document.problem(
-                text.span(),
-                "this says nothing readable",
-                "write it on one line",
-            ));
+            checker.refuse(text, "this says nothing readable", "write it on one line");
         }
     }
-    let mut number = |given: Option<Spanned<f64>>, most: f64, unit: &str| {
-        let given = given?;
-        if !(0.0..=most).contains(given.get_ref()) {
-            let reason = format!("{} {unit} is out of range", given.get_ref());
-            problems.push(document.problem(given.span(), reason, format!("give 0 to {most} {unit}")));
-        }
-        Some(given.into_inner())
-    };
-    let turn_distance_m = number(file.turn_distance_m, 1000.0, "m");
-    let lane_change_time_s = number(file.lane_change_time_s, 60.0, "s");
-    if !problems.is_empty() {
-        return Err(NoCountry::Refused(problems));
+    let turn_distance_m = file.turn_distance_m.as_ref();
+    let turn_distance_m =
+        checker.in_range(turn_distance_m, &(0.0..=1000.0), "{} m is out of range", "give 0 to 1000 m");
+    let lane_change_time_s = file.lane_change_time_s.as_ref();
+    let lane_change_time_s =
+        checker.in_range(lane_change_time_s, &(0.0..=60.0), "{} s is out of range", "give 0 to 60 s");
+    if !checker.problems.is_empty() {
+        return Err(NoCountry::Refused(checker.problems));
     }
     Ok(Country {
         code: file.code.into_inner(),
         source: file.source.into_inner(),
-        traffic: match file.traffic {
-            SideFile::Left => Side::Left,
-            SideFile::Right => Side::Right,
-        },
+        traffic: file.traffic.0,
         turn_distance_m,
         lane_change_time_s,
-        roundabout_on_entry: file.roundabout.on_entry.side(),
-        roundabout_on_exit: file.roundabout.on_exit.side(),
+        roundabout_on_entry: file.roundabout.on_entry.0,
+        roundabout_on_exit: file.roundabout.on_exit.0,
         roundabout_entry_persists: file.roundabout.entry_persists,
     })
 }
@@ -108,42 +100,20 @@ fn interpret(document: &Document, file: CountryFile) -> Result<Country, NoCountr
 struct CountryFile {
     code: Spanned<String>,
     source: Spanned<String>,
-    traffic: SideFile,
+    traffic: Keyword<Side>,
     turn_distance_m: Option<Spanned<f64>>,
     lane_change_time_s: Option<Spanned<f64>>,
     roundabout: RoundaboutFile,
 }
 
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SideFile {
-    Left,
-    Right,
-}
+keywords!(Side { "left" => Side::Left, "right" => Side::Right });
+keywords!(Option<Side> { "left" => Some(Side::Left), "right" => Some(Side::Right), "none" => None });
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RoundaboutFile {
-    on_entry: SignalFile,
-    on_exit: SignalFile,
+    on_entry: Keyword<Option<Side>>,
+    on_exit: Keyword<Option<Side>>,
     #[serde(default)]
     entry_persists: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SignalFile {
-    Left,
-    Right,
-    None,
-}
-
-impl SignalFile {
-    const fn side(&self) -> Option<Side> {
-        match self {
-            Self::Left => Some(Side::Left),
-            Self::Right => Some(Side::Right),
-            Self::None => None,
-        }
-    }
 }

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Larger files are no configuration and no map, bytes: whatever is named by mistake, memory is kept.
-const LARGEST: u64 = 1 << 30;
+/// Larger files are not a configuration and no map, bytes: whatever is named by mistake, memory is kept.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// A place to read files from.
 pub trait Files {
@@ -22,7 +22,7 @@ pub struct Disk;
 
 impl Files for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        read_at_most(File::open(path)?, LARGEST)
+        read_at_most(File::open(path)?, MAX_BYTES)
     }
 }
 

@@ -2,35 +2,27 @@
 //!
 //! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
 //! and gives [`Settings`] or every reason why not.
+//!
+//! | room | what it reads |
+//! |---|---|
+//! | [`gateway`] | `gateway.toml`: a file for each section with its shape, its check and its settings |
+//! | `vehicle` | a vehicle profile: likewise, bound to the DBCs |
+//! | [`scenario`] | scenarios of traffic lights: OpenSCENARIO and the bench form |
+//! | [`drive`] | drives of the turn signal decider |
+//! | `map` | the lanelet2 maps that sections and drives name |
+//! | [`country`] | rules of countries |
+//! | [`files`] | where files come from: the disk, or the binary itself |
+//! | `reading` | TOML, YAML and XML with the place of everything, and the problems found in them |
 
-pub mod command;
-pub mod command_file;
-mod command_message;
-mod command_profile;
-pub mod command_profile_file;
 pub mod country;
 pub mod drive;
-pub mod file;
 pub mod files;
-mod hazard;
-mod integrity;
-pub mod integrity_file;
-mod lights;
-mod messages;
-pub mod problem;
-mod roles;
+pub mod gateway;
+mod map;
+mod reading;
 pub mod scenario;
-mod sections;
-pub mod settings;
-pub mod traffic_lights;
-pub mod traffic_lights_file;
-mod turn;
-pub mod turn_signal;
-pub mod turn_signal_file;
-mod v2i;
-pub mod v2i_file;
-mod values;
-pub mod vehicle;
-pub mod vehicle_file;
+mod vehicle;
 
-pub use settings::{Overrides, Settings, load, load_profile};
+pub use gateway::{Overrides, Settings, load, load_profile};
+pub use map::read_lights;
+pub use reading::problem::{Problem, Refused};

@@ -1,4 +1,4 @@
-//! Findings to levelled, named statuses (`diagnostic_msgs`, vehicle-interface section 1.7).
+//! Findings to levelled, named statuses (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -63,13 +63,13 @@ impl RateMeter {
     /// Long enough for a 1 Hz message to show about 1 Hz.
     const WINDOW: Duration = Duration::from_secs(5);
     /// Bounds memory when refreshes come often.
-    const MOST_SAMPLES: usize = 64;
+    const MAX_SAMPLES: usize = 64;
 
     /// Takes the count as of now.
     pub fn sample(&mut self, count: u64, now: MonoTime) {
         self.samples.push_back((now, count));
         let old = |samples: &VecDeque<(MonoTime, u64)>| {
-            samples.len() > Self::MOST_SAMPLES
+            samples.len() > Self::MAX_SAMPLES
                 || samples.get(1).is_some_and(|(at, _)| now.since(*at) >= Self::WINDOW)
         };
         while old(&self.samples) {

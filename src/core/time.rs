@@ -83,6 +83,11 @@ pub struct Now {
     pub wall: WallStamp,
 }
 
+/// The first instant at which more than `limit` has passed since `start`.
+pub fn deadline_after(start: MonoTime, limit: Duration) -> MonoTime {
+    start.after(limit.saturating_add(Duration::from_nanos(1)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

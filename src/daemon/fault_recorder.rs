@@ -8,16 +8,18 @@ use std::path::PathBuf;
 use tokio::task::spawn_blocking;
 
 use crate::config::Settings;
-use crate::core::black_box::{BlackBox, BlackBoxSettings, Recording};
+use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
 use crate::core::diagnostics::Level;
-use crate::core::event::{Input, LinkState, Output};
+use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings, Recording};
+use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now};
 use crate::io::recorder::Recorder;
 use crate::timeline::Changes;
 use crate::view::time_text;
 
 /// Most inputs in memory, about 10 MB.
-const MOST_INPUTS: usize = 100_000;
+const MAX_INPUTS: usize = 100_000;
 
 /// A black box and where its recordings go.
 pub(super) struct FaultRecorder {
@@ -41,8 +43,7 @@ impl FaultRecorder {
             io::Error::new(error.kind(), text)
         };
         let recorder = Recorder::new(&folder, config.keep).map_err(unusable)?;
-        let limits =
-            BlackBoxSettings { before: config.before, after: config.after, most_inputs: MOST_INPUTS };
+        let limits = BlackBoxSettings { before: config.before, after: config.after, most_inputs: MAX_INPUTS };
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
         Ok(Some(Self {
             black_box: BlackBox::new(limits, interfaces, links.to_vec()),
@@ -52,9 +53,13 @@ impl FaultRecorder {
         }))
     }
 
-    /// Keeps an input at the time it is handled, and writes a recording whose time is over.
-    pub(super) fn keep(&mut self, input: Input, at: Now) {
+    /// Keeps an input at the time it is handled.
+    pub(super) fn keep(&mut self, input: CanInput, at: Now) {
         self.black_box.keep(input, at);
+    }
+
+    /// Writes the recording whose time is over, if there is one.
+    pub(super) fn save_if_over(&mut self, at: Now) {
         let line = |at: MonoTime, text: &str| format!("{} {text}", time_text(at));
         if let Some(recording) = self.black_box.take(at, line) {
             let recorder = self.recorder.clone();

@@ -3,11 +3,11 @@
 //! A single thread owns the gateway. It sleeps until an input, a deadline or a signal comes, and
 //! feeds the service manager's watchdog from the same loop: a loop that hangs is restarted.
 
-mod edges;
 mod fault_recorder;
-mod reception;
+mod gateway_io;
 pub mod vehicle;
 
+use std::future::pending;
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -15,21 +15,23 @@ use tokio::sync::mpsc;
 use tokio::time::sleep_until;
 
 use crate::config::Settings;
-use crate::config::file::{SourceKind, Stamps};
-use crate::core::event::{BusIndex, Input, LinkState};
-use crate::core::frame::CanId;
+use crate::config::gateway::{SourceKind, Stamps};
+use crate::core::can::frame::CanId;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
 use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::log::Log;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
+use crate::io::ros::inbox::Inbox;
 use crate::live::Live;
 use crate::publisher::PublisherError;
 use crate::replay::{Replay, Routes};
 use crate::timeline::JsonTimeline;
 use crate::view::View;
-use edges::{Edges, StopSignals};
-use reception::Reception;
+use gateway_io::{GatewayIo, StopSignals};
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -83,7 +85,7 @@ const QUEUED_BATCHES: usize = 16;
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 
 /// How long a recording that is behind its time is played without looking for a stop.
-const DEAFNESS: Duration = Duration::from_millis(20);
+const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
 /// Runs on the source that the configuration names until SIGTERM or SIGINT.
 ///
@@ -121,9 +123,9 @@ pub fn play(
     playback: Playback,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
-        let mut edges = Edges::open(&settings, view, json)?;
-        let outcome = play_on(settings, &mut edges, (name, reopen, routes), playback).await;
-        edges.close();
+        let mut gateway_io = GatewayIo::open(&settings, view, json)?;
+        let outcome = play_on(settings, &mut gateway_io, (name, reopen, routes), playback).await;
+        gateway_io.close();
         outcome
     })
 }
@@ -132,7 +134,10 @@ pub fn play(
 ///
 /// # Errors
 /// See [`DaemonError`].
-pub fn listen(settings: &Settings, mut take: impl FnMut(Input) -> io::Result<()>) -> Result<(), DaemonError> {
+pub fn listen(
+    settings: &Settings,
+    mut take: impl FnMut(CanInput) -> io::Result<()>,
+) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
         let (mut inputs, _ways) = receive_all(settings, |bus| settings.gateway.relevant_ids(bus));
@@ -153,20 +158,20 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
 }
 
 async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
-    let mut edges = Edges::open(&settings, view, None)?;
-    let (mut inputs, ways) = receive_all(&settings, |bus| settings.gateway.relevant_ids(bus));
+    let mut gateway_io = GatewayIo::open(&settings, view, None)?;
+    let (mut inputs, transmitters) = receive_all(&settings, |bus| settings.gateway.relevant_ids(bus));
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
-    edges.keep_black_box(&settings, &links)?;
-    let reception = Reception::new(edges.inbox(), &settings);
+    gateway_io.keep_black_box(&settings, &links)?;
+    let inbox = gateway_io.inbox();
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
-    edges.supervisor.ready("running");
+    gateway_io.supervisor.ready("running");
     // Until when the last frames to the vehicle may go out, once a stop was requested.
     let mut end: Option<Instant> = None;
     let outcome = loop {
-        if let Err(error) = edges.emit_live(&mut live, &ways, &clock) {
+        if let Err(error) = gateway_io.emit_live(&mut live, &transmitters, &clock) {
             break Err(error);
         }
         if end.is_some_and(|end| live.is_finished() || Instant::now() >= end) {
@@ -175,20 +180,20 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         let wake = clock.instant(live.wake_at());
         let wake = end.map_or(wake, |end| wake.min(end));
         tokio::select! {
-            () = edges.stop.requested(), if end.is_none() => {
+            () = gateway_io.stop.requested(), if end.is_none() => {
                 live.take([Input::Stop], clock.now());
                 end = Some(Instant::now() + LAST_FRAMES);
             }
-            () = edges.watchdog.is_hungry() => edges.supervisor.feed_watchdog(),
+            () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
             batch = inputs.recv(), if buses > 0 => match batch {
                 Some(batch) => live.take(batch, clock.now()),
                 None => break Err(DaemonError::ReceiversEnded),
             },
-            input = reception.next() => live.take([input], clock.now()),
+            input = next_received(inbox.as_deref()) => live.take([input], clock.now()),
             () = sleep_until(wake.into()) => {}
         }
     };
-    edges.close();
+    gateway_io.close();
     outcome
 }
 
@@ -197,9 +202,9 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
 fn receive_all(
     settings: &Settings,
     ids: impl Fn(BusIndex) -> Vec<CanId>,
-) -> (mpsc::Receiver<Vec<Input>>, Vec<Transmitter>) {
+) -> (mpsc::Receiver<Vec<CanInput>>, Vec<Transmitter>) {
     let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
-    let mut ways = Vec::new();
+    let mut transmitters = Vec::new();
     let buses = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
     for ((bus, described), receive_buffer_bytes) in buses {
         let bus_settings = BusSocketSettings {
@@ -209,22 +214,33 @@ fn receive_all(
             receive_buffer_bytes: *receive_buffer_bytes,
             transmitter: Transmitter::default(),
         };
-        ways.push(bus_settings.transmitter.clone());
+        transmitters.push(bus_settings.transmitter.clone());
         tokio::spawn(receive(bus_settings, sender.clone()));
     }
-    (inputs, ways)
+    (inputs, transmitters)
+}
+
+/// The next input that came over ROS 2. Waits for ever when nothing can come; loses nothing when it is
+/// given up.
+async fn next_received(inbox: Option<&Inbox>) -> Input {
+    let Some(inbox) = inbox else { return pending().await };
+    match inbox.take().await {
+        Some((_, input)) => input,
+        // A session that ended is noticed where it is written to.
+        None => pending().await,
+    }
 }
 
 /// Waits until every receiver has said what its link is, which each does at once and first of all.
 /// With the links comes what else arrived by then; `None` when there are no receivers.
 async fn first_links(
-    inputs: &mut mpsc::Receiver<Vec<Input>>,
+    inputs: &mut mpsc::Receiver<Vec<CanInput>>,
     buses: usize,
-) -> Option<(Vec<LinkState>, Vec<Input>)> {
+) -> Option<(Vec<LinkState>, Vec<CanInput>)> {
     let (mut links, mut early) = (vec![None; buses], Vec::new());
     while links.contains(&None) {
         for input in inputs.recv().await? {
-            if let Input::Link { bus, state } = input
+            if let CanInput::Link { bus, state } = input
                 && let Some(link @ None) = links.get_mut(usize::from(bus.0))
             {
                 *link = Some(state);
@@ -238,7 +254,7 @@ async fn first_links(
 
 async fn play_on(
     settings: Settings,
-    edges: &mut Edges,
+    gateway_io: &mut GatewayIo,
     (name, reopen, routes): (&str, Reopen<'_>, Routes),
     playback: Playback,
 ) -> Result<(), DaemonError> {
@@ -250,11 +266,11 @@ async fn play_on(
         Stamps::Now => Replay::starting_at(clock.now().wall, gateway, log, routes),
     };
     let mut replay = replay.map_err(unreadable)?;
-    edges.supervisor.ready("playing a recording");
+    gateway_io.supervisor.ready("playing a recording");
     let mut heard = Instant::now();
     loop {
         let now = replay.now();
-        edges.emit(|| replay.poll_output(), now)?;
+        gateway_io.emit(|| replay.poll_output(), now)?;
         let Some(next) = replay.next_time() else {
             if playback.repeat {
                 replay.rewind(reopen().map_err(unreadable)?).map_err(unreadable)?;
@@ -271,8 +287,8 @@ async fn play_on(
         let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
         let wake = clock.instant(real);
         // Frames are µs apart: only what lies ahead is waited for.
-        if wake > Instant::now() || heard.elapsed() > DEAFNESS {
-            if edges.stopped_before(wake).await {
+        if wake > Instant::now() || heard.elapsed() > MAX_SIGNAL_POLL {
+            if gateway_io.stopped_before(wake).await {
                 return Ok(());
             }
             heard = Instant::now();

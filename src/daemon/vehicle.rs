@@ -7,14 +7,15 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep_until;
 
-use super::edges::StopSignals;
+use super::gateway_io::StopSignals;
 use super::{DaemonError, first_links, receive_all, runtime};
 use crate::config::Settings;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::BusIndex;
 use crate::core::command::sender::SendFailure;
-use crate::core::event::{BusIndex, Input};
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Behaviour, Output, SimulatedVehicle};
+use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
 use crate::core::time::MonoTime;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
@@ -24,7 +25,7 @@ pub struct VehicleRun {
     /// What it sends and obeys.
     pub plan: VehiclePlan,
     /// How it behaves.
-    pub behaviour: Behaviour,
+    pub simulation: SimulationSettings,
     /// What it is asked to do, and when, since the start.
     pub script: Vec<(Duration, Request)>,
     /// When it ends by itself.
@@ -55,12 +56,12 @@ pub fn run_vehicle(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut inputs, ways) = receive_all(settings, |bus| run.plan.heard_ids(bus));
-        let mut ways: Vec<_> = ways.into_iter().map(|way| Way { transmitter: way, is_refusing: false }).collect();
+        let (mut inputs, transmitters) = receive_all(settings, |bus| run.plan.command_ids(bus));
+        let mut transmitters: Vec<_> = transmitters.into_iter().map(|way| Channel { transmitter: way, is_refusing: false }).collect();
         // From then on frames can be sent, where the link is up.
-        first_links(&mut inputs, ways.len()).await.ok_or(DaemonError::ReceiversEnded)?;
+        first_links(&mut inputs, transmitters.len()).await.ok_or(DaemonError::ReceiversEnded)?;
         let clock = Clock::start();
-        let mut vehicle = SimulatedVehicle::new(run.plan, run.behaviour, MonoTime::ZERO);
+        let mut vehicle = SimulatedVehicle::new(run.plan, run.simulation, MonoTime::ZERO);
         for (at, request) in run.script {
             vehicle.schedule(MonoTime::ZERO.after(at), request);
         }
@@ -70,7 +71,7 @@ pub fn run_vehicle(
             let now = clock.now().mono;
             vehicle.settle(now);
             while let Some(output) = vehicle.poll_output() {
-                if let Some((bus, failure)) = send(&mut ways, &output) {
+                if let Some((bus, failure)) = send(&mut transmitters, &output) {
                     take(Seen::NotSent(bus, failure), now)?;
                 }
                 take(Seen::Output(&output), now)?;
@@ -85,7 +86,7 @@ pub fn run_vehicle(
                 batch = inputs.recv() => {
                     let now = clock.now().mono;
                     for input in batch.ok_or(DaemonError::ReceiversEnded)? {
-                        if let Input::Frame { bus, frame, .. } = input {
+                        if let CanInput::Frame { bus, frame, .. } = input {
                             vehicle.frame_arrived(bus, &frame, now);
                         }
                     }
@@ -104,15 +105,17 @@ pub fn run_vehicle(
 }
 
 /// One for each bus.
-struct Way {
+struct Channel {
     transmitter: Transmitter,
     is_refusing: bool,
 }
 
 /// Sends a frame; a failure is given back only when it is the first of a row.
-fn send(ways: &mut [Way], output: &Output) -> Option<(BusIndex, SendFailure)> {
+fn send(transmitters: &mut [Channel], output: &Output) -> Option<(BusIndex, SendFailure)> {
     let (bus, way) = match output {
-        Output::Frame { bus, .. } | Output::Error { bus, .. } => (*bus, ways.get_mut(usize::from(bus.0))?),
+        Output::Frame { bus, .. } | Output::Error { bus, .. } => {
+            (*bus, transmitters.get_mut(usize::from(bus.0))?)
+        }
         Output::Happened(_) => return None,
     };
     let sent = match output {

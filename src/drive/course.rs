@@ -5,17 +5,17 @@ use std::time::Duration;
 
 use super::motion::Motion;
 use super::planner::{Sight, offset_m};
-use super::way::{Change, Way, WayError};
-use crate::config::drive::{DriveFile, Expectation, Moment, PlanKind, RoutePlan, TroubleKind};
-use crate::config::problem::Refused;
+use super::route_path::{Change, RoutePath, RoutePathError};
+use crate::config::Refused;
+use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
+use crate::core::compat::Compat;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::geometry::Pose;
 use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
-use crate::core::turn_signal::inputs::Odometry;
+use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
-use crate::core::turn_signal::road::{LaneId, Road};
+use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::route::{Route, RouteError};
-use crate::core::turn_signal::scene::Mode;
 
 /// The clock shows this at the start, so that it can jump back.
 const START: MonoTime = MonoTime::from_millis(200_000_000);
@@ -42,7 +42,7 @@ struct Leg {
     from: Moment,
     route: Arc<Route>,
     goal: Pose,
-    way: Arc<Way>,
+    route_path: Arc<RoutePath>,
 }
 
 /// What is said at one cycle.
@@ -93,9 +93,9 @@ impl Course {
     pub fn new(file: DriveFile) -> Result<Self, Refused> {
         let changes: Vec<Change> = file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
         let mut legs = vec![leg(&file, &file.route, Moment::AtS(0.0), 1, &changes)?];
-        for (trouble, number) in file.troubles.iter().zip(2..) {
-            if let TroubleKind::Reroute(route) = &trouble.kind {
-                legs.push(leg(&file, route, trouble.at, number, &[])?);
+        for (disturbance, number) in file.disturbances.iter().zip(2..) {
+            if let DisturbanceKind::Reroute(route) = &disturbance.kind {
+                legs.push(leg(&file, route, disturbance.at, number, &[])?);
             }
         }
         let course = Self { file, legs };
@@ -109,7 +109,7 @@ impl Course {
     }
 
     /// The lanelets of its map.
-    pub fn road(&self) -> &Road {
+    pub fn road(&self) -> &LaneNetwork {
         &self.file.road
     }
 
@@ -123,29 +123,30 @@ impl Course {
             leg: 0,
             moved_m: 0.0,
             departed: false,
-            begun: vec![None; file.troubles.len()],
+            begun: vec![None; file.disturbances.len()],
             is_over: false,
         }
     }
 
     /// What is expected at a cycle in one behaviour, by position in the file.
-    pub fn expected(&self, cycle: &Cycle, mode: Mode) -> impl Iterator<Item = (usize, &Expectation)> {
+    pub fn expected(&self, cycle: &Cycle, mode: Compat) -> impl Iterator<Item = (usize, &Expectation)> {
         let (at_m, at_s) = (cycle.at_m, cycle.at_s);
         let all = self.file.expectations.iter().enumerate();
-        all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.stretch.holds(at_m, at_s))
+        all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.interval.holds(at_m, at_s))
     }
 
     fn check_reroutes(&self) -> Result<(), Refused> {
         let file = &self.file;
         let Some(first) = self.legs.first() else { return Ok(()) };
-        let reroutes = file.troubles.iter().filter_map(|trouble| match (&trouble.kind, trouble.at) {
-            (TroubleKind::Reroute(route), Moment::AtM(at_m)) => Some((route, at_m)),
-            _ => None,
-        });
+        let reroutes =
+            file.disturbances.iter().filter_map(|disturbance| match (&disturbance.kind, disturbance.at) {
+                (DisturbanceKind::Reroute(route), Moment::AtM(at_m)) => Some((route, at_m)),
+                _ => None,
+            });
         // Only the first one: where the vehicle is on later ones depends on those before.
         for ((route, at_m), leg) in reroutes.zip(self.legs.iter().skip(1)).take(1) {
-            let place = first.way.pose(at_m, |at_m| offset_m(file, at_m)).position;
-            let (_, far_m) = leg.way.nearest(place);
+            let place = first.route_path.pose(at_m, |at_m| offset_m(file, at_m)).position;
+            let (_, far_m) = leg.route_path.nearest(place);
             if far_m > NEAR_ROUTE_M {
                 let reason = format!("at {at_m} m the vehicle is {far_m:.1} m away from the new route");
                 return Err(refused(route, reason, "name the lanelets where the vehicle is as well"));
@@ -168,7 +169,7 @@ fn change_of(kind: &PlanKind) -> Option<Change> {
 }
 
 fn refused(route: &RoutePlan, reason: impl Into<String>, remedy: &str) -> Refused {
-    Refused(vec![route.place.problem(reason, remedy)])
+    Refused(vec![route.location.problem(reason, remedy)])
 }
 
 fn leg(
@@ -178,15 +179,15 @@ fn leg(
     number: u128,
     changes: &[Change],
 ) -> Result<Leg, Refused> {
-    let of_lanes = |error: WayError| {
+    let of_lanes = |error: RoutePathError| {
         let remedy = match error {
-            WayError::Gap { .. } => {
+            RoutePathError::Gap { .. } => {
                 "name every lanelet of the way, and the lanes beside where it changes lanes"
             }
-            WayError::ChangeOutside { .. } => {
+            RoutePathError::ChangeOutside { .. } => {
                 "move the lane_change there, or name more lanes in the segments"
             }
-            WayError::NoLength { .. } => "mend its bounds in the map",
+            RoutePathError::NoLength { .. } => "mend its bounds in the map",
         };
         refused(plan, error.to_string(), remedy)
     };
@@ -200,12 +201,12 @@ fn leg(
     let goal = plan.goal.or_else(|| end(last, back_pose)).unwrap_or_default();
     let route = Route::new(plan.id.unwrap_or(number), start, plan.segments.clone());
     let route = route.map_err(|error: RouteError| refused(plan, error.to_string(), "mend the segments"))?;
-    let way = if file.points.is_empty() {
-        Way::of_route(Arc::clone(&road), &plan.segments, changes).map_err(of_lanes)?
+    let route_path = if file.points.is_empty() {
+        RoutePath::of_route(Arc::clone(&road), &plan.segments, changes).map_err(of_lanes)?
     } else {
-        Way::of_points(Arc::clone(&road), file.points.clone(), route.lanes().collect())
+        RoutePath::of_points(Arc::clone(&road), file.points.clone(), route.lanes().collect())
     };
-    Ok(Leg { from, route: Arc::new(route), goal, way: Arc::new(way) })
+    Ok(Leg { from, route: Arc::new(route), goal, route_path: Arc::new(route_path) })
 }
 
 /// The cycles of a course, in order.
@@ -236,7 +237,7 @@ impl Iterator for Cycles<'_> {
             self.departed |= self.motion.at_m > file.start_m + DEPARTED_M;
         }
         self.change_legs();
-        let end_m = file.until_m.unwrap_or_else(|| self.way_end_m() - BEFORE_END_M);
+        let end_m = file.until_m.unwrap_or_else(|| self.path_end_m() - BEFORE_END_M);
         if self.motion.at_m > end_m || at_s > file.until.as_secs_f64() + 1e-9 {
             self.is_over = true;
             return None;
@@ -252,14 +253,14 @@ impl Cycles<'_> {
         f64::from(u32::try_from(self.index).unwrap_or(u32::MAX)) / self.course.file.planning_hz
     }
 
-    fn way_end_m(&self) -> f64 {
-        self.course.legs.get(self.leg).map_or(0.0, |leg| leg.way.length_m() - self.moved_m)
+    fn path_end_m(&self) -> f64 {
+        self.course.legs.get(self.leg).map_or(0.0, |leg| leg.route_path.length_m() - self.moved_m)
     }
 
     fn sight<'a>(&self, course: &'a Course, leg: &'a Leg) -> Sight<'a> {
         Sight {
             file: &course.file,
-            way: &leg.way,
+            route_path: &leg.route_path,
             moved_m: self.moved_m,
             at_m: self.motion.at_m,
             at_s: self.motion.at_s,
@@ -275,8 +276,8 @@ impl Cycles<'_> {
             if !sight.has_come(next.from) {
                 return;
             }
-            let here = leg.way.pose(sight.at_m + self.moved_m, |_| 0.0).position;
-            self.moved_m = next.way.nearest(here).0 - sight.at_m;
+            let here = leg.route_path.pose(sight.at_m + self.moved_m, |_| 0.0).position;
+            self.moved_m = next.route_path.nearest(here).0 - sight.at_m;
             self.leg += 1;
         }
     }
@@ -288,29 +289,29 @@ impl Cycles<'_> {
         let sight = self.sight(course, leg);
         let moved_m = self.moved_m;
         let offset = |way_m: f64| offset_m(file, way_m - moved_m);
-        let pose = leg.way.pose(sight.at_m + moved_m, offset);
+        let pose = leg.route_path.pose(sight.at_m + moved_m, offset);
         let speed_mps = self.motion.speed_mps();
         let mut clock_s = at_s;
         let mut odometry = Some(Odometry { pose, speed_mps });
         let (mut has_path, mut lane_driving) = (true, true);
-        for (trouble, begun) in file.troubles.iter().zip(&mut self.begun) {
-            if begun.is_none() && sight.has_come(trouble.at) {
+        for (disturbance, begun) in file.disturbances.iter().zip(&mut self.begun) {
+            if begun.is_none() && sight.has_come(disturbance.at) {
                 *begun = Some(at_s);
             }
             let Some(begun_s) = *begun else { continue };
             let lasts = |for_s: f64| at_s < begun_s + for_s - 1e-9;
-            match trouble.kind {
-                TroubleKind::OdometryGap { for_s } => odometry = odometry.filter(|_| !lasts(for_s)),
-                TroubleKind::NanPose { for_s } => {
+            match disturbance.kind {
+                DisturbanceKind::OdometryGap { for_s } => odometry = odometry.filter(|_| !lasts(for_s)),
+                DisturbanceKind::NanPose { for_s } => {
                     if lasts(for_s) {
                         let pose = Pose::new(f64::NAN, f64::NAN, f64::NAN);
                         odometry = odometry.map(|odometry| Odometry { pose, ..odometry });
                     }
                 }
-                TroubleKind::EmptyPath { for_s } => has_path &= !lasts(for_s),
-                TroubleKind::NotLaneDriving { for_s } => lane_driving &= !lasts(for_s),
-                TroubleKind::TimeJump { by_s } => clock_s += by_s,
-                TroubleKind::Reroute(_) => {}
+                DisturbanceKind::EmptyPath { for_s } => has_path &= !lasts(for_s),
+                DisturbanceKind::NotLaneDriving { for_s } => lane_driving &= !lasts(for_s),
+                DisturbanceKind::TimeJump { by_s } => clock_s += by_s,
+                DisturbanceKind::Reroute(_) => {}
             }
         }
         let path = if has_path { path(&sight) } else { Vec::new() };
@@ -319,7 +320,7 @@ impl Cycles<'_> {
             at_s,
             now: clock(clock_s),
             at_m: sight.at_m,
-            lane: leg.way.lane_at(sight.at_m + moved_m),
+            lane: leg.route_path.lane_at(sight.at_m + moved_m),
             pose,
             speed_mps,
             odometry,
@@ -336,10 +337,10 @@ impl Cycles<'_> {
 fn path(sight: &Sight<'_>) -> Vec<PathPoint> {
     let mut points = Vec::new();
     let mut way_m = (sight.at_m + sight.moved_m - PATH_BEHIND_M).max(0.0);
-    let to_m = (sight.at_m + sight.moved_m + PATH_AHEAD_M).min(sight.way.length_m());
+    let to_m = (sight.at_m + sight.moved_m + PATH_AHEAD_M).min(sight.route_path.length_m());
     while way_m <= to_m {
-        let pose = sight.way.pose(way_m, |way_m| offset_m(sight.file, way_m - sight.moved_m));
-        points.push(PathPoint { pose, lane: sight.way.lane_at(way_m) });
+        let pose = sight.route_path.pose(way_m, |way_m| offset_m(sight.file, way_m - sight.moved_m));
+        points.push(PathPoint { pose, lane: sight.route_path.lane_at(way_m) });
         way_m += 1.0;
     }
     points

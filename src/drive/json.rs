@@ -3,17 +3,17 @@
 use serde::Serialize;
 
 use super::course::Cycle;
+use super::display;
 use super::verdict::Verdicts;
-use super::words;
+use crate::core::compat::Compat;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::scene::Mode;
 use crate::explanation::Explanation;
 
 /// The line for a decision, without line end.
-pub fn line(mode: Mode, cycle: &Cycle, decision: &Decision) -> String {
+pub fn line(mode: Compat, cycle: &Cycle, decision: &Decision) -> String {
     let position = cycle.pose.position;
     text(&Line {
-        behaviour: words::mode(mode),
+        compat: display::mode(mode),
         t: cycle.at_s,
         at_m: cycle.at_m,
         x_m: position.x_m,
@@ -25,13 +25,13 @@ pub fn line(mode: Mode, cycle: &Cycle, decision: &Decision) -> String {
 }
 
 /// The line that sums a behaviour up, without line end.
-pub fn summary(mode: Mode, verdicts: &Verdicts<'_>) -> String {
+pub fn summary(mode: Compat, verdicts: &Verdicts<'_>) -> String {
     let failed = verdicts
         .failed()
         .into_iter()
-        .map(|failed| FailedOut { expectation: failed.expectation.place.to_string(), what: failed.what });
+        .map(|failed| FailedOut { expectation: failed.expectation.location.to_string(), what: failed.what });
     let summary = SummaryOut { met: verdicts.met(), failed: failed.collect() };
-    text(&SummaryLine { behaviour: words::mode(mode), expectations: summary })
+    text(&SummaryLine { compat: display::mode(mode), expectations: summary })
 }
 
 fn text(line: &impl Serialize) -> String {
@@ -41,7 +41,7 @@ fn text(line: &impl Serialize) -> String {
 
 #[derive(Serialize)]
 struct Line {
-    behaviour: &'static str,
+    compat: &'static str,
     t: f64,
     at_m: f64,
     x_m: f64,
@@ -54,7 +54,7 @@ struct Line {
 
 #[derive(Serialize)]
 struct SummaryLine {
-    behaviour: &'static str,
+    compat: &'static str,
     expectations: SummaryOut,
 }
 

@@ -1,15 +1,15 @@
 //! The manoeuvres of a drive as the planner tells them at a cycle.
 
-use super::way::{Way, smooth};
+use super::route_path::{RoutePath, smooth};
 use crate::config::drive::{AvoidanceLine as DrawnLine, DriveFile, Moment, Plan, PlanKind};
 use crate::core::turn_signal::geometry::Pose;
 use crate::core::turn_signal::geometry::path::PathError;
+use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
 use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
-use crate::core::turn_signal::road::LaneId;
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 
 /// Paths of manoeuvres reach so far behind the vehicle and ahead of it, metres.
@@ -28,7 +28,7 @@ const NEAR_PART_END_M: f64 = 1.0;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sight<'a> {
     pub(super) file: &'a DriveFile,
-    pub(super) way: &'a Way,
+    pub(super) route_path: &'a RoutePath,
     /// What is added to a position of the drive to make it one of the way.
     pub(super) moved_m: f64,
     pub(super) at_m: f64,
@@ -79,12 +79,12 @@ impl Sight<'_> {
 
     /// The pose at a position of the drive.
     fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
-        self.way.pose(at_m + self.moved_m, |way_m| offset_m(way_m - self.moved_m))
+        self.route_path.pose(at_m + self.moved_m, |way_m| offset_m(way_m - self.moved_m))
     }
 
     fn lanes(&self, plan: &Plan) -> Vec<LaneId> {
         let here_m = self.at_m + self.moved_m;
-        plan.lanes.clone().unwrap_or_else(|| self.way.lanes_between(here_m - 10.0, here_m + AHEAD_M))
+        plan.lanes.clone().unwrap_or_else(|| self.route_path.lanes_between(here_m - 10.0, here_m + AHEAD_M))
     }
 
     fn manoeuvre(&self, plan: &Plan) -> Option<Manoeuvre> {
@@ -220,7 +220,7 @@ impl Sight<'_> {
     /// Positions of the drive at equal steps that do not move with the vehicle.
     fn places(&self, from_m: f64, to_m: f64) -> Vec<f64> {
         let from_m = from_m.max(-self.moved_m).max(self.at_m - BEHIND_M);
-        let to_m = to_m.min(self.way.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
+        let to_m = to_m.min(self.route_path.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
         let mut places = Vec::new();
         let mut at_m = (from_m / SPACING_M).ceil() * SPACING_M;
         while at_m <= to_m {

@@ -1,11 +1,12 @@
 //! The decider in one behaviour over a course.
 
 use super::course::{Course, Cycle};
+use crate::core::compat::Compat;
 use crate::core::turn_signal::decider::{Decider, Settings};
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::inputs::{Inputs, Odometry, Timed};
+use crate::core::turn_signal::inputs::{Inputs, Timed};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
-use crate::core::turn_signal::scene::Mode;
+use crate::core::turn_signal::planner_input::Odometry;
 
 /// A decider with what it was told last.
 #[derive(Debug, Clone)]
@@ -17,7 +18,7 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// A decider that has seen nothing.
-    pub fn new(course: &'a Course, mode: Mode) -> Self {
+    pub fn new(course: &'a Course, mode: Compat) -> Self {
         let file = course.file();
         let settings = Settings {
             parameters: file.parameters.clone(),

@@ -3,15 +3,15 @@
 use std::mem::{Discriminant, discriminant};
 
 use super::course::Cycle;
+use super::display;
 use super::verdict::Verdicts;
-use super::words;
+use crate::core::compat::Compat;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::inputs::Finding;
-use crate::core::turn_signal::manoeuvre::Remark;
-use crate::core::turn_signal::resolve::Fate;
-use crate::core::turn_signal::scene::Mode;
+use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
+use crate::core::turn_signal::min_duration::Held;
+use crate::core::turn_signal::resolve::CandidateOutcome;
 use crate::core::turn_signal::signal::{Hazard, Signal};
-use crate::core::turn_signal::steady::Held;
 
 /// What stands before reasons.
 const INDENT: &str = "                                   ";
@@ -25,21 +25,25 @@ pub struct Changes {
 #[derive(Debug, Clone, PartialEq)]
 struct Look {
     commands: (Signal, Hazard),
-    ground: String,
-    fates: Vec<(Signal, Fate)>,
+    basis: String,
+    fates: Vec<(Signal, CandidateOutcome)>,
     held: Option<Held>,
-    remarks: Vec<Remark>,
+    remarks: Vec<ManoeuvreOutcome>,
     findings: Vec<Discriminant<Finding>>,
 }
 
 impl Changes {
     /// Whether the decision differs from the one before; the first one does.
     pub fn take(&mut self, decision: &Decision) -> bool {
-        let weighed = words::resolution(decision).map(|resolution| &resolution.weighed[..]);
+        let evaluated = display::resolution(decision).map(|resolution| &resolution.evaluated[..]);
         let look = Look {
             commands: (decision.turn, decision.hazard),
-            ground: words::ground(decision),
-            fates: weighed.unwrap_or_default().iter().map(|weighed| (weighed.turn, weighed.fate)).collect(),
+            basis: display::basis(decision),
+            fates: evaluated
+                .unwrap_or_default()
+                .iter()
+                .map(|evaluated| (evaluated.turn, evaluated.outcome))
+                .collect(),
             held: decision.held,
             remarks: decision.remarks.clone(),
             findings: decision.findings.iter().map(discriminant).collect(),
@@ -51,8 +55,8 @@ impl Changes {
 }
 
 /// The heading of a behaviour.
-pub fn heading(mode: Mode) -> String {
-    format!("{}\n{:>9}  {:>9}  {:>8}", words::mode(mode), "seconds", "metres", "m/s")
+pub fn heading(mode: Compat) -> String {
+    format!("{}\n{:>9}  {:>9}  {:>8}", display::mode(mode), "seconds", "metres", "m/s")
 }
 
 /// One decision: when, where, how fast, what, on what ground; then every reason.
@@ -62,11 +66,11 @@ pub fn lines(cycle: &Cycle, decision: &Decision) -> Vec<String> {
         Hazard::Enable => format!("{} + hazard", decision.turn),
         Hazard::Disable | Hazard::NoCommand => decision.turn.to_string(),
     };
-    let ground = words::ground(decision);
-    let mut lines = vec![format!("{at_s:>9.3}  {at_m:>9.2}  {speed_mps:>8.2}  {command:<10}  {ground}")];
-    let weighed = words::resolution(decision).map(|resolution| &resolution.weighed[..]);
+    let basis = display::basis(decision);
+    let mut lines = vec![format!("{at_s:>9.3}  {at_m:>9.2}  {speed_mps:>8.2}  {command:<10}  {basis}")];
+    let evaluated = display::resolution(decision).map(|resolution| &resolution.evaluated[..]);
     let mut reason = |text: String| lines.push(format!("{INDENT}{text}"));
-    weighed.unwrap_or_default().iter().for_each(|weighed| reason(weighed.to_string()));
+    evaluated.unwrap_or_default().iter().for_each(|evaluated| reason(evaluated.to_string()));
     decision.held.iter().for_each(|held| reason(format!("held: {held}")));
     decision.remarks.iter().for_each(|remark| reason(remark.to_string()));
     decision.findings.iter().for_each(|finding| reason(format!("finding: {finding}")));

@@ -3,16 +3,16 @@
 use std::fmt;
 
 use super::course::{Course, Cycle};
-use super::words;
-use crate::config::drive::{Expectation, Stretch, Wanted};
+use super::display;
+use crate::config::drive::{Expectation, Interval, Wanted};
+use crate::core::compat::Compat;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::scene::Mode;
 
 /// How each expectation of one behaviour fares.
 #[derive(Debug, Clone)]
 pub struct Verdicts<'a> {
     course: &'a Course,
-    mode: Mode,
+    mode: Compat,
     states: Vec<State>,
 }
 
@@ -31,14 +31,14 @@ pub struct Failed<'a> {
     /// Which.
     pub expectation: &'a Expectation,
     /// In which behaviour.
-    pub mode: Mode,
+    pub mode: Compat,
     /// What came out instead, and where.
     pub what: String,
 }
 
 impl<'a> Verdicts<'a> {
     /// Nothing was seen yet.
-    pub fn new(course: &'a Course, mode: Mode) -> Self {
+    pub fn new(course: &'a Course, mode: Compat) -> Self {
         Self { course, mode, states: vec![State::default(); course.file().expectations.len()] }
     }
 
@@ -100,11 +100,11 @@ fn objection(wanted: &Wanted, decision: &Decision) -> Option<String> {
     if let Some(hazard) = wanted.hazard.filter(|hazard| *hazard != decision.hazard) {
         return Some(format!("hazard {hazard} wanted, {}", decision.hazard));
     }
-    let winner = words::winner(decision);
+    let winner = display::winner(decision);
     if let Some(wanted) = wanted.winner.filter(|wanted| *wanted != winner) {
         return Some(format!("winner {} wanted, {}", name(wanted), name(winner)));
     }
-    let case = words::case(decision);
+    let case = display::case(decision);
     wanted.case.filter(|wanted| Some(*wanted) != case).map(|wanted| {
         let is = case.map_or_else(|| "none".to_owned(), |case| case.to_string());
         format!("case {wanted} wanted, {is}")
@@ -114,11 +114,11 @@ fn objection(wanted: &Wanted, decision: &Decision) -> Option<String> {
 /// `file:line:column: key: from 37 to 116 m, improved: LEFT wanted, DISABLE at 40.00 m (4.000 s)`
 impl fmt::Display for Failed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (from, to, unit) = match self.expectation.stretch {
-            Stretch::Metres { from, to, .. } => (from, to, "m"),
-            Stretch::Seconds { from, to, .. } => (from, to, "s"),
+        let (from, to, unit) = match self.expectation.interval {
+            Interval::Metres { from, to, .. } => (from, to, "m"),
+            Interval::Seconds { from, to, .. } => (from, to, "s"),
         };
-        let (place, mode) = (&self.expectation.place, words::mode(self.mode));
+        let (place, mode) = (&self.expectation.location, display::mode(self.mode));
         write!(f, "{place}: from {from} to {to} {unit}, {mode}: {}", self.what)
     }
 }

@@ -21,7 +21,7 @@ pub struct Supervisor {
 impl Supervisor {
     /// From `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; one that does nothing without them.
     ///
-    /// Fails when `NOTIFY_SOCKET` is set but is no address this process can use (neither an
+    /// Fails when `NOTIFY_SOCKET` is set but is not an address this process can use (neither an
     /// absolute path nor `@name`, or too long): the unit would wait for readiness in vain.
     pub fn from_env() -> io::Result<Self> {
         Self::from_variables(|name| std::env::var_os(name), std::process::id())
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_life_is_told_message_by_message() {
+    fn each_message_moves_the_state() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("notify");
         let manager = listen(&path);

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::display;
 use super::run::{Run, STORES, Step};
-use super::words;
 use crate::core::map::light_map::LightMap;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::traffic_light::emission::GroupState;
-use crate::core::traffic_light::note::Happening;
+use crate::core::traffic_light::event_log::ScenarioEvent;
 use crate::core::traffic_light::scenario::{Action, ControllerIndex};
 use crate::core::traffic_light::target::{Channel, Layer};
 use crate::picture::timeline_chart::{Bar, Lane, Look, Mark, Row, TimelineChart};
@@ -53,24 +53,24 @@ impl ChartTimeline {
         for note in &step.notes {
             match &note.what {
                 // Entering the phase that is on begins it anew.
-                Happening::PhaseEntered { controller, .. } => {
+                ScenarioEvent::PhaseEntered { controller, .. } => {
                     self.rows.entry(Place::Controller(controller.0)).or_default().end(at_s);
                 }
-                Happening::Ended(verdict) => {
-                    let text = format!("end: {}", words::verdict_words(verdict));
+                ScenarioEvent::Ended(verdict) => {
+                    let text = format!("end: {}", display::verdict_words(verdict));
                     self.marks.push(Mark { at_s, text });
                 }
-                Happening::ActionDone(source) => {
-                    let action = words::action_of(*source, run.scenario());
+                ScenarioEvent::ActionDone(source) => {
+                    let action = display::action_of(*source, run.scenario());
                     // That the scenario ends is told by its end.
                     if let Some(action) = action.filter(|action| !matches!(action, Action::End { .. })) {
-                        self.marks.push(Mark { at_s, text: words::action(action, run.scenario()) });
+                        self.marks.push(Mark { at_s, text: display::action(action, run.scenario()) });
                     }
                 }
                 // Acts and events show in what they do.
-                Happening::ActStarted { .. }
-                | Happening::ActEnded { .. }
-                | Happening::EventStarted { .. } => {}
+                ScenarioEvent::ActStarted { .. }
+                | ScenarioEvent::ActEnded { .. }
+                | ScenarioEvent::EventStarted { .. } => {}
             }
         }
         let mut looks = looks(run);
@@ -126,7 +126,7 @@ impl ChartTimeline {
             None => format!("{id} (a group)"),
             Some([]) => format!("{id} (no group)"),
             Some([group]) => format!("{id} (group {group})"),
-            Some(groups) => format!("{id} (groups {})", words::list(groups)),
+            Some(groups) => format!("{id} (groups {})", display::list(groups)),
         }
     }
 }

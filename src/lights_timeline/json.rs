@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::display;
 use super::run::{Run, Shown, Step};
-use super::words;
 use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
-use crate::core::traffic_light::note::{ActionSource, Happening, Verdict};
+use crate::core::traffic_light::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::Scenario;
 use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
@@ -142,13 +142,13 @@ fn channels(shown: &Shown, layer: Layer) -> Channels {
     Channels { conventional: lights(Channel::Conventional), v2i: lights(Channel::V2i) }
 }
 
-fn event<'a>(what: &Happening, scenario: &'a Scenario) -> EventOut<'a> {
+fn event<'a>(what: &ScenarioEvent, scenario: &'a Scenario) -> EventOut<'a> {
     let act = |act: usize| scenario.acts.get(act).map_or("", |act| &act.name);
     let event_name = |act: usize, event: usize| {
         scenario.acts.get(act).and_then(|act| act.events.get(event)).map_or("", |event| &event.name)
     };
     match what {
-        Happening::PhaseEntered { controller, phase } => {
+        ScenarioEvent::PhaseEntered { controller, phase } => {
             let controller = scenario.controllers.get(controller.0);
             let phase = controller.and_then(|controller| controller.phases.get(*phase));
             EventOut::Phase {
@@ -156,24 +156,24 @@ fn event<'a>(what: &Happening, scenario: &'a Scenario) -> EventOut<'a> {
                 phase: phase.map_or("", |phase| &phase.name),
             }
         }
-        Happening::ActStarted { act: index } => EventOut::ActBegins { act: act(*index) },
-        Happening::ActEnded { act: index } => EventOut::ActEnds { act: act(*index) },
-        Happening::EventStarted { act: index, event } => {
+        ScenarioEvent::ActStarted { act: index } => EventOut::ActBegins { act: act(*index) },
+        ScenarioEvent::ActEnded { act: index } => EventOut::ActEnds { act: act(*index) },
+        ScenarioEvent::EventStarted { act: index, event } => {
             EventOut::Event { act: act(*index), event: event_name(*index, *event) }
         }
-        Happening::ActionDone(source) => {
+        ScenarioEvent::ActionDone(source) => {
             let event = match source {
                 ActionSource::Event { act, event, .. } => Some(event_name(*act, *event)),
                 ActionSource::Init(_) | ActionSource::Outside => None,
             };
-            EventOut::Action { event, does: words::happening(what, scenario).1 }
+            EventOut::Action { event, does: display::happening(what, scenario).1 }
         }
-        Happening::Ended(verdict) => {
+        ScenarioEvent::Ended(verdict) => {
             let (verdict, reason) = match verdict {
-                Verdict::Success => ("success", None),
-                Verdict::Failure => ("failure", None),
-                Verdict::Stopped => ("stopped", None),
-                Verdict::Fault(refusal) => ("fault", Some(refusal.to_string())),
+                ScenarioOutcome::Success => ("success", None),
+                ScenarioOutcome::Failure => ("failure", None),
+                ScenarioOutcome::Stopped => ("stopped", None),
+                ScenarioOutcome::Fault(refusal) => ("fault", Some(refusal.to_string())),
             };
             EventOut::End { verdict, reason }
         }

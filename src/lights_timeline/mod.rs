@@ -4,14 +4,14 @@
 //! |---|---|
 //! | [`run`] | the engine from one deadline to the next, with what it shows at each |
 //! | [`span`] | how long to look at it |
-//! | [`words`] | lights, groups, actions and happenings in short words |
+//! | [`display`] | lights, groups, actions and happenings in short words |
 //! | [`text`] | lines for people |
 //! | [`json`] | lines for programs |
 //! | [`chart`] | bars for a picture |
 
 pub mod chart;
+pub mod display;
 pub mod json;
 pub mod run;
 pub mod span;
 pub mod text;
-pub mod words;

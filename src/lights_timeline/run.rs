@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::emission::{Content, GroupState, LightsTopic};
-use crate::core::traffic_light::engine::{LightsSettings, Sight, TrafficLights};
-use crate::core::traffic_light::note::{Note, Verdict};
+use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
+use crate::core::traffic_light::event_log::{Note, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
 use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
@@ -24,7 +24,7 @@ pub struct Run {
 /// What there is to see at a time.
 #[derive(Debug, Clone, Default)]
 pub struct Shown {
-    stores: BTreeMap<StoreId, BTreeMap<i64, Sight>>,
+    stores: BTreeMap<StoreId, BTreeMap<i64, LightObservation>>,
     internal: Option<Arc<Content>>,
     external: Option<Arc<Content>>,
 }
@@ -117,7 +117,7 @@ impl Run {
     }
 
     /// How the scenario ended; none while it goes on.
-    pub fn verdict(&self) -> Option<&Verdict> {
+    pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.lights.verdict()
     }
 
@@ -141,7 +141,10 @@ impl Run {
                         let lights = self.lights.ground_truth(store.channel);
                         lights
                             .map(|light| {
-                                (light.way_id, Sight { bulbs: light.bulbs, confidence: light.confidence })
+                                (
+                                    light.way_id,
+                                    LightObservation { bulbs: light.bulbs, confidence: light.confidence },
+                                )
                             })
                             .collect()
                     }
@@ -158,7 +161,7 @@ impl Run {
 
 impl Shown {
     /// The lights of a store that were touched or detected, ascending by id.
-    pub fn store(&self, store: StoreId) -> impl Iterator<Item = (i64, &Sight)> {
+    pub fn store(&self, store: StoreId) -> impl Iterator<Item = (i64, &LightObservation)> {
         self.stores.get(&store).into_iter().flatten().map(|(id, sight)| (*id, sight))
     }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::core::traffic_light::scenario::{Action, Controller, Scenario, Test, Trigger};
 
 /// Scenarios that end by themselves are given this long.
-const LONGEST: Duration = Duration::from_secs(3_600);
+const MAX_LENGTH: Duration = Duration::from_secs(3_600);
 /// Nothing to go by.
 const USUAL: Duration = Duration::from_secs(60);
 /// After the last time that a trigger names.
@@ -25,7 +25,7 @@ impl Span {
     /// time that a trigger names; a minute when there is neither.
     pub fn of(scenario: &Scenario) -> Self {
         if ends_by_itself(scenario) {
-            return Self { until: LONGEST, why: "an hour, and the scenario has not ended" };
+            return Self { until: MAX_LENGTH, why: "an hour, and the scenario has not ended" };
         }
         let cycles =
             scenario.controllers.iter().filter_map(|controller| shown_cycles(scenario, controller)).max();
@@ -41,7 +41,7 @@ impl Span {
             (_, Some(named)) => Self { until: named, why: "5 s after the last time a trigger names" },
             (_, None) => Self { until: USUAL, why: "a minute" },
         };
-        if span.until > LONGEST { Self { until: LONGEST, why: "an hour" } } else { span }
+        if span.until > MAX_LENGTH { Self { until: MAX_LENGTH, why: "an hour" } } else { span }
     }
 }
 
@@ -72,7 +72,7 @@ fn last_time(trigger: &Trigger) -> Option<Duration> {
         Test::SimulationTime { value, .. } => value.checked_add(condition.delay),
         Test::State { .. } | Test::Phase { .. } | Test::Element { .. } => None,
     });
-    times.max().filter(|last| *last < LONGEST)
+    times.max().filter(|last| *last < MAX_LENGTH)
 }
 
 #[cfg(test)]

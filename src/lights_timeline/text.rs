@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::display::{self, Style};
 use super::run::{Run, STORES, Shown, Step};
-use super::words::{self, Style};
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::emission::GroupState;
 
@@ -18,7 +18,7 @@ pub struct TextTimeline {
 
 /// One line: `seconds  where  what`.
 pub fn line(at: MonoTime, column: &str, what: &str) -> String {
-    format!("{:>9}  {column:<21}  {what}", words::seconds(at))
+    format!("{:>9}  {column:<21}  {what}", display::seconds(at))
 }
 
 impl TextTimeline {
@@ -32,7 +32,7 @@ impl TextTimeline {
     pub fn lines(&mut self, step: &Step, run: &Run, whole: bool) -> Vec<String> {
         let mut lines = Vec::new();
         for note in &step.notes {
-            let (column, what) = words::happening(&note.what, run.scenario());
+            let (column, what) = display::happening(&note.what, run.scenario());
             lines.push(line(step.at, column, &what));
         }
         if !step.has_changed && !whole {
@@ -57,7 +57,7 @@ impl TextTimeline {
 fn columns(shown: &Shown, style: Style) -> Vec<(&'static str, BTreeMap<i64, String>)> {
     let stores = STORES.map(|store| {
         let sights = shown.store(store).map(|(id, sight)| (id, style.sight(sight))).collect();
-        (words::store(store), sights)
+        (display::store(store), sights)
     });
     let topics = [("internal", shown.internal()), ("external", shown.external())];
     let topics = topics.map(|(column, groups)| (column, by_id(groups.unwrap_or_default(), style)));

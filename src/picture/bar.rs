@@ -26,7 +26,7 @@ pub(super) struct Place {
 
 const SINGLE_PX: f64 = 18.0;
 const STRIPE_PX: f64 = 12.0;
-const MOST_STRIPES: u8 = 6;
+const MAX_STRIPES: u8 = 6;
 /// A narrower bar is all border.
 const BORDERLESS_PX: f64 = 4.0;
 const SIGN_PX: f64 = 11.0;
@@ -45,7 +45,7 @@ impl Look {
     pub(super) fn height(&self) -> f64 {
         match self {
             Self::Bulbs(bulbs) => {
-                let stripes = u8::try_from(bulbs.len()).unwrap_or(MOST_STRIPES).min(MOST_STRIPES);
+                let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
                 SINGLE_PX.max(f64::from(stripes) * STRIPE_PX)
             }
             Self::Named(_) => SINGLE_PX,

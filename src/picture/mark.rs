@@ -5,16 +5,24 @@ use super::axis::Axis;
 use super::ink;
 use super::svg::{Element, line, words};
 use super::text;
-use super::timeline_chart::Mark;
+
+/// A moment with a text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// When, seconds.
+    pub at_s: f64,
+    /// What happened.
+    pub text: String,
+}
 
 const SIZE_PX: f64 = 11.0;
 const LEVEL_PX: f64 = 15.0;
-const MOST_LEVELS: usize = 6;
-const LONGEST_PX: f64 = 280.0;
+const MAX_LEVELS: usize = 6;
+const MAX_PX: f64 = 280.0;
 const NUMBER_GAP_PX: f64 = 4.0;
 const LINE_PX: f64 = 15.0;
 const COLUMN_GAP_PX: f64 = 28.0;
-const MOST_LISTED: usize = 120;
+const MAX_LISTED: usize = 120;
 
 /// Marks with places for their texts.
 #[derive(Debug)]
@@ -139,9 +147,9 @@ impl<'a> Marks<'a> {
             })
         });
         let mut lines: Vec<_> = all.collect();
-        if lines.len() > MOST_LISTED {
-            let text = format!("… and {} more", lines.len() - MOST_LISTED);
-            lines.truncate(MOST_LISTED);
+        if lines.len() > MAX_LISTED {
+            let text = format!("… and {} more", lines.len() - MAX_LISTED);
+            lines.truncate(MAX_LISTED);
             lines.push(Listed { number: String::new(), time: String::new(), text });
         }
         lines
@@ -167,11 +175,11 @@ pub(super) fn seconds(value: f64) -> String {
 /// A step for each text such that no line runs through one: to the right of a mark, lower steps are
 /// free. `None` when they do not fit.
 fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
-    let mut ends = [f64::NEG_INFINITY; MOST_LEVELS];
+    let mut ends = [f64::NEG_INFINITY; MAX_LEVELS];
     let level = |moment: &Moment<'_>| {
         let (x, width) = (axis.x(moment.at_s), moment.width());
         let level = ends.iter().rposition(|end| *end > x).map_or(0, |taken| taken + 1);
-        *ends.get_mut(level).filter(|_| width <= LONGEST_PX)? = x + 10.0 + width;
+        *ends.get_mut(level).filter(|_| width <= MAX_PX)? = x + 10.0 + width;
         Some(level)
     };
     moments.iter().map(level).collect()
@@ -209,8 +217,8 @@ mod tests {
             let lines = Marks::new(given, &axis).list();
             lines.into_iter().map(|line| (line.number, line.text)).collect::<Vec<_>>()
         };
-        assert_eq!(listed(&crowd).len(), MOST_LISTED + 1);
-        assert_eq!(listed(&crowd)[MOST_LISTED].1, "… and 80 more");
+        assert_eq!(listed(&crowd).len(), MAX_LISTED + 1);
+        assert_eq!(listed(&crowd)[MAX_LISTED].1, "… and 80 more");
         let lines = listed(&long);
         assert_eq!(lines[1..], [(String::new(), "b".to_owned()), ("2".to_owned(), "c".to_owned())]);
     }

@@ -57,18 +57,18 @@ pub enum Look {
     /// A part of the road or a deed of the planner.
     Plain,
     /// A signal to this side.
-    Signal(Way),
+    Signal(IndicatorState),
     /// A section in which a side may be signalled.
-    Desired(Way),
+    Desired(IndicatorState),
     /// A section in which a side must be signalled.
-    Required(Way),
+    Required(IndicatorState),
     /// What was expected.
-    Expected(Way),
+    Expected(IndicatorState),
 }
 
 /// What a signal says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Way {
+pub enum IndicatorState {
     /// Left.
     Left,
     /// Right.
@@ -166,10 +166,10 @@ impl Look {
     fn meaning(self) -> String {
         match self {
             Self::Plain => "road".to_owned(),
-            Self::Signal(way) => format!("signal: {}", way.name()),
-            Self::Desired(way) => format!("desired section, {}", way.name()),
-            Self::Required(way) => format!("required section, {}", way.name()),
-            Self::Expected(way) => format!("expected: {}", way.name()),
+            Self::Signal(indicator) => format!("signal: {}", indicator.name()),
+            Self::Desired(indicator) => format!("desired section, {}", indicator.name()),
+            Self::Required(indicator) => format!("required section, {}", indicator.name()),
+            Self::Expected(indicator) => format!("expected: {}", indicator.name()),
         }
     }
 
@@ -181,20 +181,20 @@ impl Look {
         };
         match self {
             Self::Plain => slim(1.0).with("fill", ink::BOX).with("stroke", ink::BOX_EDGE),
-            Self::Signal(way) => {
-                let (fill, edge) = way.inks();
+            Self::Signal(indicator) => {
+                let (fill, edge) = indicator.inks();
                 slim(1.0).with("fill", fill).with("stroke", edge).with("stroke-width", 0.75)
             }
-            Self::Desired(way) => {
-                let (fill, edge) = way.inks();
+            Self::Desired(indicator) => {
+                let (fill, edge) = indicator.inks();
                 slim(0.5).with("fill", fill).with("fill-opacity", 0.3).with("stroke", edge)
             }
-            Self::Required(way) => {
-                let (fill, edge) = way.inks();
+            Self::Required(indicator) => {
+                let (fill, edge) = indicator.inks();
                 slim(1.0).with("fill", fill).with("fill-opacity", 0.75).with("stroke", edge)
             }
-            Self::Expected(way) => {
-                let (fill, edge) = way.inks();
+            Self::Expected(indicator) => {
+                let (fill, edge) = indicator.inks();
                 slim(0.4).with("fill", fill).with("fill-opacity", 0.6).with("stroke", edge)
             }
         }
@@ -202,10 +202,12 @@ impl Look {
 
     const fn ink(self) -> &'static str {
         match self {
-            Self::Signal(Way::Left | Way::Right | Way::Hazard)
-            | Self::Required(Way::Left | Way::Right | Way::Hazard) => "#ffffff",
-            Self::Signal(Way::Off | Way::Nothing)
-            | Self::Required(Way::Off | Way::Nothing)
+            Self::Signal(IndicatorState::Left | IndicatorState::Right | IndicatorState::Hazard)
+            | Self::Required(IndicatorState::Left | IndicatorState::Right | IndicatorState::Hazard) => {
+                "#ffffff"
+            }
+            Self::Signal(IndicatorState::Off | IndicatorState::Nothing)
+            | Self::Required(IndicatorState::Off | IndicatorState::Nothing)
             | Self::Plain
             | Self::Desired(_)
             | Self::Expected(_) => ink::DARK,
@@ -213,7 +215,7 @@ impl Look {
     }
 }
 
-impl Way {
+impl IndicatorState {
     /// As the command is called.
     pub const fn name(self) -> &'static str {
         match self {

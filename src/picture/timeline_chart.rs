@@ -5,6 +5,7 @@ pub use super::bar::Look;
 use super::bar::{self, Place};
 use super::ink;
 use super::legend;
+pub use super::mark::Mark;
 use super::mark::{Marks, seconds};
 use super::svg::{self, Element, line, rect, words};
 use super::text;
@@ -55,20 +56,11 @@ pub struct Bar {
     pub look: Look,
 }
 
-/// A moment with a text.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
-    /// When, seconds.
-    pub at_s: f64,
-    /// What happened.
-    pub text: String,
-}
-
 const MARGIN_PX: f64 = 16.0;
 const TITLE_PX: f64 = 16.0;
 const LABEL_PX: f64 = 12.0;
 const SMALL_PX: f64 = 11.0;
-const LONGEST_LABEL_PX: f64 = 240.0;
+const MAX_LABEL_PX: f64 = 240.0;
 const ROW_GAP_PX: f64 = 3.0;
 const LANE_GAP_PX: f64 = 6.0;
 const AXIS_PX: f64 = 22.0;
@@ -76,18 +68,18 @@ const AXIS_PX: f64 = 22.0;
 const TICK_GAP_PX: f64 = 64.0;
 /// Least width for all but the shortest bars: a letter fits.
 const READABLE_BAR_PX: f64 = 16.0;
-const NARROWEST_PX: f64 = 760.0;
-const WIDEST_PX: f64 = 2_400.0;
+const MIN_WIDTH_PX: f64 = 760.0;
+const MAX_WIDTH_PX: f64 = 2_400.0;
 /// Bars next to each other that are narrower than this are drawn as one.
 const DENSE_PX: f64 = 1.0;
 
 impl TimelineChart {
     /// The picture. The same data gives the same text.
     pub fn to_svg(&self) -> String {
-        let labels_px = self.widest(|lane| vec![(lane.label.as_str(), LABEL_PX)]).min(LONGEST_LABEL_PX);
+        let labels_px = self.widest(|lane| vec![(lane.label.as_str(), LABEL_PX)]).min(MAX_LABEL_PX);
         let rows_px =
             self.widest(|lane| lane.rows.iter().map(|row| (row.label.as_str(), SMALL_PX)).collect());
-        let rows_px = rows_px.min(LONGEST_LABEL_PX);
+        let rows_px = rows_px.min(MAX_LABEL_PX);
         let left = MARGIN_PX + labels_px + 14.0 + rows_px + 8.0;
         let axis = Axis::new(self.from_s, self.to_s, left, self.plot_width());
         let marks = Marks::new(&self.marks, &axis);
@@ -135,14 +127,14 @@ impl TimelineChart {
     /// as long as there are others.
     fn plot_width(&self) -> f64 {
         let span = self.to_s - self.from_s;
-        let hopeless = span * READABLE_BAR_PX / WIDEST_PX / 4.0;
+        let hopeless = span * READABLE_BAR_PX / MAX_WIDTH_PX / 4.0;
         let all = self.bars().map(|bar| bar.to_s - bar.from_s);
         let mut spans: Vec<_> = all.filter(|span| *span > hopeless).collect();
         spans.sort_by(f64::total_cmp);
         let none = if self.bars().next().is_some() { hopeless } else { span };
         let short = spans.get(spans.len() / 10).copied().unwrap_or(none);
         let wanted = READABLE_BAR_PX * span / short;
-        if wanted.is_finite() { wanted.clamp(NARROWEST_PX, WIDEST_PX) } else { NARROWEST_PX }
+        if wanted.is_finite() { wanted.clamp(MIN_WIDTH_PX, MAX_WIDTH_PX) } else { MIN_WIDTH_PX }
     }
 
     fn bars(&self) -> impl Iterator<Item = &Bar> {

@@ -1,29 +1,29 @@
 //! What must come out of a drive scenario.
 
-use super::reading::{LONGEST_S, Reading, metres, number, word};
-use crate::config::values::Value;
-use crate::config::values::fields::Fields;
-use crate::config::values::place::Place;
+use super::reader::{MAX_S, Reader, keyword, metres, modes, number};
+use crate::config::reading::fields::Fields;
+use crate::config::reading::location::SourceLocation;
+use crate::config::reading::value::Value;
+use crate::core::compat::Compat;
 use crate::core::turn_signal::resolve::{Case, Source};
-use crate::core::turn_signal::scene::Mode;
 use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// What must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
     /// In which behaviours.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<Compat>,
     /// Where, or when.
-    pub stretch: Stretch,
+    pub interval: Interval,
     /// What.
     pub wanted: Wanted,
     /// Where it stands.
-    pub place: Place,
+    pub location: SourceLocation,
 }
 
 /// Where or when something holds; all of it but `tolerance` at either end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stretch {
+pub enum Interval {
     /// Metres along the way.
     Metres {
         /// From here.
@@ -59,7 +59,7 @@ pub struct Wanted {
     pub finding: Option<String>,
 }
 
-impl Stretch {
+impl Interval {
     /// Whether a cycle counts.
     pub fn holds(&self, at_m: f64, at_s: f64) -> bool {
         let (value, (from, to, tolerance)) = match *self {
@@ -70,11 +70,6 @@ impl Stretch {
     }
 }
 
-const MODES: [(&str, &[Mode]); 3] = [
-    ("improved", &[Mode::Improved]),
-    ("upstream", &[Mode::Compat]),
-    ("both", &[Mode::Improved, Mode::Compat]),
-];
 const COMMANDS: [(&str, Signal); 4] = [
     ("LEFT", Signal::Left),
     ("RIGHT", Signal::Right),
@@ -86,7 +81,7 @@ const HAZARDS: [(&str, Hazard); 3] =
 const WINNERS: [(&str, Option<Source>); 4] = [
     ("intersection", Some(Source::Intersection)),
     ("roundabout", Some(Source::Roundabout)),
-    ("behaviour", Some(Source::Behaviour)),
+    ("manoeuvre", Some(Source::Manoeuvre)),
     ("none", None),
 ];
 const CASES: [(&str, Case); 6] = [
@@ -98,61 +93,61 @@ const CASES: [(&str, Case); 6] = [
     ("B2", Case::B2),
 ];
 
-/// A key that says whose behaviour; both without it.
-pub(super) fn modes(reading: &mut Reading, fields: &mut Fields<'_>, key: &'static str) -> Vec<Mode> {
-    word(reading, fields, key, &MODES).unwrap_or(&[Mode::Improved, Mode::Compat]).to_vec()
-}
-
 /// The list `expect`.
-pub(super) fn expectations(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<Expectation> {
-    top.list(reading, "expect").iter().filter_map(|value| expectation(reading, value)).collect()
+pub(super) fn expectations(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<Expectation> {
+    top.list(reader, "expect").iter().filter_map(|value| expectation(reader, value)).collect()
 }
 
-fn expectation(reading: &mut Reading, value: &Value) -> Option<Expectation> {
-    let mut fields = Fields::of(reading, value)?;
-    let modes = modes(reading, &mut fields, "behaviour");
-    let stretch = stretch(reading, &mut fields);
+fn expectation(reader: &mut Reader, value: &Value) -> Option<Expectation> {
+    let mut fields = Fields::of(reader, value)?;
+    let modes = modes(reader, &mut fields, "compat");
+    let interval = interval(reader, &mut fields);
     let wanted = Wanted {
-        command: word(reading, &mut fields, "command", &COMMANDS),
-        hazard: word(reading, &mut fields, "hazard", &HAZARDS),
-        winner: word(reading, &mut fields, "winner", &WINNERS),
-        case: word(reading, &mut fields, "case", &CASES),
-        finding: fields.text(reading, "finding").map(|given| given.text),
+        command: keyword(reader, &mut fields, "command", &COMMANDS),
+        hazard: keyword(reader, &mut fields, "hazard", &HAZARDS),
+        winner: keyword(reader, &mut fields, "winner", &WINNERS),
+        case: keyword(reader, &mut fields, "case", &CASES),
+        finding: fields.text(reader, "finding").map(|given| given.text),
     };
     let says_something = ["command", "hazard", "winner", "case", "finding"].iter().any(|key| fields.has(key));
-    fields.done(reading);
+    fields.done(reader);
     if !says_something {
-        reading.refuse(&value.spot, "nothing is expected", "give command, hazard, winner, case or finding");
+        reader.refuse(
+            &value.location,
+            "nothing is expected",
+            "give command, hazard, winner, case or finding",
+        );
     }
-    Some(Expectation { modes, stretch: stretch?, wanted, place: reading.place(&value.spot) })
+    Some(Expectation {
+        modes,
+        interval: interval?,
+        wanted,
+        location: reader.source_location(&value.location),
+    })
 }
 
-fn stretch(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<Stretch> {
+fn interval(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<Interval> {
     let is_by_time = fields.has("from_s") || fields.has("to_s");
     let keys = if is_by_time { ["from_s", "to_s"] } else { ["from_m", "to_m"] };
     for key in keys {
-        fields.must_have(reading, key);
+        fields.must_have(reader, key);
     }
     let [from, to] = keys.map(|key| {
-        if is_by_time {
-            number(reading, fields, key, 0.0..=LONGEST_S, "s")
-        } else {
-            metres(reading, fields, key)
-        }
+        if is_by_time { number(reader, fields, key, 0.0..=MAX_S, "s") } else { metres(reader, fields, key) }
     });
     let (key, unit, otherwise) =
         if is_by_time { ("tolerance_s", "s", 0.2) } else { ("tolerance_m", "m", 1.0) };
-    let tolerance = number(reading, fields, key, 0.0..=1000.0, unit).unwrap_or(otherwise);
+    let tolerance = number(reader, fields, key, 0.0..=1000.0, unit).unwrap_or(otherwise);
     let (from, to) = (from?, to?);
     if from + tolerance > to - tolerance {
         let reason =
             format!("from {from} to {to} {unit} nothing is left but the tolerance of {tolerance} {unit}");
-        reading.refuse(fields.spot(), reason, &format!("give a longer stretch, or less {key}"));
+        reader.refuse(fields.location(), reason, &format!("give a longer stretch, or less {key}"));
         return None;
     }
     Some(if is_by_time {
-        Stretch::Seconds { from, to, tolerance }
+        Interval::Seconds { from, to, tolerance }
     } else {
-        Stretch::Metres { from, to, tolerance }
+        Interval::Metres { from, to, tolerance }
     })
 }

@@ -1,12 +1,12 @@
 //! What the planner does in a drive scenario.
 
-use super::Moment;
-use super::reading::{LONGEST_S, Reading, metres, moment, number, word};
-use super::setting::{from_to, lanes, offset, place_within};
-use crate::config::values::Value;
-use crate::config::values::fields::Fields;
-use crate::config::values::place::Place;
-use crate::core::turn_signal::road::LaneId;
+use super::reader::{
+    MAX_S, Moment, Reader, from_to, keyword, lanes, metres, moment, number, offset, place_within,
+};
+use crate::config::reading::fields::Fields;
+use crate::config::reading::location::SourceLocation;
+use crate::config::reading::value::Value;
+use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::signal::Side;
 
 /// A manoeuvre as it is written.
@@ -23,7 +23,7 @@ pub struct Plan {
     /// The planner's current lanelets; `None` = those of the way around the vehicle.
     pub lanes: Option<Vec<LaneId>>,
     /// Where it stands.
-    pub place: Place,
+    pub location: SourceLocation,
 }
 
 /// Which manoeuvre, by places on the way, metres.
@@ -119,7 +119,7 @@ impl PlanKind {
 }
 
 #[derive(Clone, Copy)]
-enum Word {
+enum Keyword {
     Avoidance,
     LaneChange,
     PullOut,
@@ -127,70 +127,77 @@ enum Word {
     SideShift,
 }
 
-const WORDS: [(&str, Word); 5] = [
-    ("avoidance", Word::Avoidance),
-    ("lane_change", Word::LaneChange),
-    ("pull_out", Word::PullOut),
-    ("pull_over", Word::PullOver),
-    ("side_shift", Word::SideShift),
+const KEYWORDS: [(&str, Keyword); 5] = [
+    ("avoidance", Keyword::Avoidance),
+    ("lane_change", Keyword::LaneChange),
+    ("pull_out", Keyword::PullOut),
+    ("pull_over", Keyword::PullOver),
+    ("side_shift", Keyword::SideShift),
 ];
 
 /// The list `manoeuvre`.
-pub(super) fn plans(reading: &mut Reading, top: &mut Fields<'_>) -> Vec<Plan> {
-    top.list(reading, "manoeuvre").iter().filter_map(|value| plan(reading, value)).collect()
+pub(super) fn plans(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<Plan> {
+    top.list(reader, "manoeuvre").iter().filter_map(|value| plan(reader, value)).collect()
 }
 
-fn plan(reading: &mut Reading, value: &Value) -> Option<Plan> {
-    let mut fields = Fields::of(reading, value)?;
-    fields.must_have(reading, "kind")?;
-    let kind = match word(reading, &mut fields, "kind", &WORDS)? {
-        Word::Avoidance => avoidance(reading, &mut fields),
-        Word::LaneChange => lane_change(reading, &mut fields),
-        Word::PullOut => pull_out(reading, &mut fields),
-        Word::PullOver => pull_over(reading, &mut fields),
-        Word::SideShift => side_shift(reading, &mut fields),
+fn plan(reader: &mut Reader, value: &Value) -> Option<Plan> {
+    let mut fields = Fields::of(reader, value)?;
+    fields.must_have(reader, "kind")?;
+    let kind = match keyword(reader, &mut fields, "kind", &KEYWORDS)? {
+        Keyword::Avoidance => avoidance(reader, &mut fields),
+        Keyword::LaneChange => lane_change(reader, &mut fields),
+        Keyword::PullOut => pull_out(reader, &mut fields),
+        Keyword::PullOver => pull_over(reader, &mut fields),
+        Keyword::SideShift => side_shift(reader, &mut fields),
     };
-    let known_from = moment(reading, &mut fields, ["known_from_m", "known_from_s"]);
-    let known_to = moment(reading, &mut fields, ["known_to_m", "known_to_s"]);
-    let approved_from = moment(reading, &mut fields, ["approved_from_m", "approved_from_s"]);
-    let lanes = lanes(reading, &mut fields);
-    fields.done(reading);
-    Some(Plan { kind: kind?, known_from, known_to, approved_from, lanes, place: reading.place(&value.spot) })
+    let known_from = moment(reader, &mut fields, ["known_from_m", "known_from_s"]);
+    let known_to = moment(reader, &mut fields, ["known_to_m", "known_to_s"]);
+    let approved_from = moment(reader, &mut fields, ["approved_from_m", "approved_from_s"]);
+    let lanes = lanes(reader, &mut fields);
+    fields.done(reader);
+    Some(Plan {
+        kind: kind?,
+        known_from,
+        known_to,
+        approved_from,
+        lanes,
+        location: reader.source_location(&value.location),
+    })
 }
 
-fn avoidance(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    fields.must_have(reading, "lines")?;
-    let given = fields.list(reading, "lines");
-    let lines: Vec<_> = given.iter().filter_map(|value| line(reading, value)).collect();
+fn avoidance(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
+    fields.must_have(reader, "lines")?;
+    let given = fields.list(reader, "lines");
+    let lines: Vec<_> = given.iter().filter_map(|value| line(reader, value)).collect();
     let ascends = lines.iter().zip(lines.iter().skip(1)).all(|(one, next)| one.to_m <= next.from_m);
     if lines.len() < given.len() {
         return None;
     }
     if lines.is_empty() || !ascends {
         let remedy = "give lines one after the other: [{ from_m = 50, to_m = 80, offset_m = 1.5 }]";
-        reading.refuse(fields.spot(), "the lines of the avoidance are none, or overlap", remedy);
+        reader.refuse(fields.location(), "the lines of the avoidance are none, or overlap", remedy);
         return None;
     }
     Some(PlanKind::Avoidance { lines })
 }
 
-fn line(reading: &mut Reading, value: &Value) -> Option<AvoidanceLine> {
-    let mut fields = Fields::of(reading, value)?;
-    let range = from_to(reading, &mut fields);
-    let offset_m = offset(reading, &mut fields);
-    fields.done(reading);
+fn line(reader: &mut Reader, value: &Value) -> Option<AvoidanceLine> {
+    let mut fields = Fields::of(reader, value)?;
+    let range = from_to(reader, &mut fields);
+    let offset_m = offset(reader, &mut fields);
+    fields.done(reader);
     let (from_m, to_m) = range?;
     Some(AvoidanceLine { from_m, to_m, offset_m: offset_m? })
 }
 
-fn lane_change(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    fields.must_have(reading, "side");
-    let side = word(reading, fields, "side", &[("left", Side::Left), ("right", Side::Right)]);
-    let range = from_to(reading, fields);
-    let crossing_m = range.and_then(|range| place_within(reading, fields, "crossing_m", range));
-    let valid_path = fields.truth_or(reading, "valid_path", true);
-    let special = fields.truth_or(reading, "special", false);
-    let minimum_length_m = number(reading, fields, "minimum_length_m", 0.0..=1000.0, "m").unwrap_or(0.0);
+fn lane_change(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
+    fields.must_have(reader, "side");
+    let side = keyword(reader, fields, "side", &[("left", Side::Left), ("right", Side::Right)]);
+    let range = from_to(reader, fields);
+    let crossing_m = range.and_then(|range| place_within(reader, fields, "crossing_m", range));
+    let valid_path = fields.truth_or(reader, "valid_path", true);
+    let special = fields.truth_or(reader, "special", false);
+    let minimum_length_m = number(reader, fields, "minimum_length_m", 0.0..=1000.0, "m").unwrap_or(0.0);
     let (from_m, to_m) = range?;
     Some(PlanKind::LaneChange {
         side: side?,
@@ -203,23 +210,23 @@ fn lane_change(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKin
     })
 }
 
-fn pull_out(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    let range = from_to(reading, fields);
-    let offset_m = offset(reading, fields);
-    let backwards_until_s = number(reading, fields, "backwards_until_s", 0.0..=LONGEST_S, "s");
-    let first_part_end_m = metres(reading, fields, "first_part_end_m");
+fn pull_out(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
+    let range = from_to(reader, fields);
+    let offset_m = offset(reader, fields);
+    let backwards_until_s = number(reader, fields, "backwards_until_s", 0.0..=MAX_S, "s");
+    let first_part_end_m = metres(reader, fields, "first_part_end_m");
     let (from_m, to_m) = range?;
     Some(PlanKind::PullOut { from_m, to_m, offset_m: offset_m?, backwards_until_s, first_part_end_m })
 }
 
-fn pull_over(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    let range = from_to(reading, fields);
-    let offset_m = offset(reading, fields);
-    let decided_from = moment(reading, fields, ["decided_from_m", "decided_from_s"]);
-    let deceleration_m = metres(reading, fields, "deceleration_m");
-    let stop_m = metres(reading, fields, "stop_m");
-    let stop_path_end_m = metres(reading, fields, "stop_path_end_m");
-    let first_part_end_m = metres(reading, fields, "first_part_end_m");
+fn pull_over(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
+    let range = from_to(reader, fields);
+    let offset_m = offset(reader, fields);
+    let decided_from = moment(reader, fields, ["decided_from_m", "decided_from_s"]);
+    let deceleration_m = metres(reader, fields, "deceleration_m");
+    let stop_m = metres(reader, fields, "stop_m");
+    let stop_path_end_m = metres(reader, fields, "stop_path_end_m");
+    let first_part_end_m = metres(reader, fields, "first_part_end_m");
     let (from_m, to_m) = range?;
     Some(PlanKind::PullOver {
         from_m,
@@ -233,9 +240,9 @@ fn pull_over(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKind>
     })
 }
 
-fn side_shift(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    let range = from_to(reading, fields);
-    let offset_m = offset(reading, fields);
+fn side_shift(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
+    let range = from_to(reader, fields);
+    let offset_m = offset(reader, fields);
     let (from_m, to_m) = range?;
     Some(PlanKind::SideShift { from_m, to_m, offset_m: offset_m? })
 }

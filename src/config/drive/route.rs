@@ -1,9 +1,9 @@
 //! The route of a drive scenario.
 
-use super::reading::{Reading, list, pose};
-use crate::config::values::fields::{Fields, items};
-use crate::config::values::place::Place;
-use crate::config::values::{Kind, Value};
+use super::reader::{Reader, list, pose};
+use crate::config::reading::fields::{Fields, items};
+use crate::config::reading::location::SourceLocation;
+use crate::config::reading::value::{Kind, Value};
 use crate::core::turn_signal::geometry::Pose;
 use crate::core::turn_signal::route::Segment;
 
@@ -19,55 +19,65 @@ pub struct RoutePlan {
     /// Where it ends; `None` = where its last preferred lanelet does.
     pub goal: Option<Pose>,
     /// Where it stands.
-    pub place: Place,
+    pub location: SourceLocation,
 }
 
 /// The table `route`.
-pub(super) fn route(reading: &mut Reading, top: &mut Fields<'_>) -> Option<RoutePlan> {
-    top.must_have(reading, "route")?;
+pub(super) fn route(reader: &mut Reader, top: &mut Fields<'_>) -> Option<RoutePlan> {
+    top.must_have(reader, "route")?;
     let value = top.take("route")?;
-    let mut fields = Fields::of(reading, value)?;
-    let start = fields.take("start").and_then(|value| pose(reading, value));
-    let goal = fields.take("goal").and_then(|value| pose(reading, value));
-    let route = plan(reading, &mut fields);
-    fields.done(reading);
+    let mut fields = Fields::of(reader, value)?;
+    let start = fields.take("start").and_then(|value| pose(reader, value));
+    let goal = fields.take("goal").and_then(|value| pose(reader, value));
+    let route = plan(reader, &mut fields);
+    fields.done(reader);
     Some(RoutePlan { start, goal, ..route? })
 }
 
 /// The keys `segments` and `id` of any table.
-pub(super) fn plan(reading: &mut Reading, fields: &mut Fields<'_>) -> Option<RoutePlan> {
-    fields.must_have(reading, "segments")?;
+pub(super) fn plan(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<RoutePlan> {
+    fields.must_have(reader, "segments")?;
     let value = fields.take("segments")?;
     let wanted = "give a list of lists of lanelet ids, the preferred one first: [[1], [2, 3]]";
     let segments: Vec<Segment> =
-        list(reading, value, wanted).iter().filter_map(|item| segment(reading, item)).collect();
+        list(reader, value, wanted).iter().filter_map(|item| segment(reader, item)).collect();
     if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
-        reading.refuse(&value.spot, "a route without lanelets", wanted);
+        reader.refuse(&value.location, "a route without lanelets", wanted);
     }
     let mut seen = Vec::new();
     for lane in segments.iter().flat_map(|segment| &segment.lanes) {
         if seen.contains(lane) {
             let reason = format!("the route lists lanelet {lane} twice");
-            reading.refuse(&value.spot, reason, "Autoware refuses such a route: name each lanelet once");
+            reader.refuse(&value.location, reason, "Autoware refuses such a route: name each lanelet once");
         }
         seen.push(*lane);
     }
-    let id = fields.number(reading, "id").and_then(|given| {
+    let id = fields.number(reader, "id").and_then(|given| {
         let id = given.text.parse().ok();
         if id.is_none() {
-            reading.refuse(&given.spot, format!("{:?} is no id", given.text), "give a whole number from 0");
+            reader.refuse(
+                &given.location,
+                format!("{:?} is not an id", given.text),
+                "give a whole number from 0",
+            );
         }
         id
     });
-    Some(RoutePlan { segments, id, start: None, goal: None, place: reading.place(&value.spot) })
+    Some(RoutePlan {
+        segments,
+        id,
+        start: None,
+        goal: None,
+        location: reader.source_location(&value.location),
+    })
 }
 
 /// Lanelets side by side; a single one needs no list.
-fn segment(reading: &mut Reading, value: &Value) -> Option<Segment> {
-    let lanes: Vec<_> = items(value).iter().filter_map(|item| reading.lane(item)).collect();
+fn segment(reader: &mut Reader, value: &Value) -> Option<Segment> {
+    let lanes: Vec<_> = items(value).iter().filter_map(|item| reader.lane(item)).collect();
     let Some(preferred) = lanes.first().copied() else {
         if items(value).is_empty() {
-            reading.refuse(&value.spot, "a segment without lanelets", "name at least the preferred one");
+            reader.refuse(&value.location, "a segment without lanelets", "name at least the preferred one");
         }
         return None;
     };

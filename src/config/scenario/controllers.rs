@@ -1,12 +1,12 @@
-//! Controllers that follow each other (traffic-lights section 4.1).
+//! Controllers that follow each other (docs/spec/traffic-lights.md, "Controllers and phases").
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::reading::{Reading, listed};
-use crate::config::values::fields::Given;
-use crate::config::values::place::Spot;
-use crate::core::traffic_light::compat::Compat;
+use super::reader::{Reader, listed};
+use crate::config::reading::fields::LocatedText;
+use crate::config::reading::location::Location;
+use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Controller, ControllerIndex, Phase, PhaseEntry, Reference};
 
 /// Cycle times that differ by less are equal, s.
@@ -15,10 +15,10 @@ const TOLERANCE_S: f64 = 0.001;
 /// A controller as it was read.
 pub(super) struct ControllerDraft {
     pub(super) name: String,
-    pub(super) spot: Spot,
+    pub(super) location: Location,
     /// Name of another.
-    pub(super) reference: Option<Given>,
-    pub(super) delay: Option<Given>,
+    pub(super) reference: Option<LocatedText>,
+    pub(super) delay: Option<LocatedText>,
     pub(super) phases: Vec<PhaseDraft>,
 }
 
@@ -30,35 +30,38 @@ pub(super) struct PhaseDraft {
     pub(super) entries: Vec<PhaseEntry>,
 }
 
-/// Resolves the references, with all of section 4.1's checks.
-pub(super) fn resolve(reading: &mut Reading, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
+/// Resolves the references, with all of their checks.
+pub(super) fn resolve(reader: &mut Reader, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
     let mut by_name = BTreeMap::new();
     for (index, draft) in drafts.iter().enumerate() {
         by_name.entry(draft.name.as_str()).or_insert(index);
     }
-    let references: Vec<_> =
-        drafts.iter().map(|draft| reference(reading, draft, &drafts, &by_name)).collect();
-    if reading.compat == Compat::Improved {
-        refuse_circles(reading, &drafts, &references);
+    let references: Vec<_> = drafts.iter().map(|draft| reference(reader, draft, &drafts, &by_name)).collect();
+    if reader.compat == Compat::Improved {
+        refuse_circles(reader, &drafts, &references);
     }
     drafts.into_iter().zip(references).map(|(draft, reference)| finish(draft, reference)).collect()
 }
 
 fn reference(
-    reading: &mut Reading,
+    reader: &mut Reader,
     draft: &ControllerDraft,
     drafts: &[ControllerDraft],
     by_name: &BTreeMap<&str, usize>,
 ) -> Option<Reference> {
-    let delay = draft.delay.as_ref().map(|delay| (delay, reading.seconds(delay)));
+    let delay = draft.delay.as_ref().map(|delay| (delay, reader.seconds(delay)));
     let (name, delay) = match (draft.reference.as_ref().filter(|name| !name.text.is_empty()), delay) {
         (None, None) => return None,
         (None, Some((delay, _))) => {
-            reading.refuse(&delay.spot, "a delay without a reference", "name the controller to follow");
+            reader.refuse(&delay.location, "a delay without a reference", "name the controller to follow");
             return None;
         }
         (Some(name), None) => {
-            reading.refuse(&name.spot, "a reference without a delay", "give the delay in seconds, may be 0");
+            reader.refuse(
+                &name.location,
+                "a reference without a delay",
+                "give the delay in seconds, may be 0",
+            );
             return None;
         }
         (Some(name), Some((_, delay))) => (name, delay?),
@@ -67,26 +70,26 @@ fn reference(
         by_name.get(name.text.as_str()).and_then(|index| Some((*index, drafts.get(*index)?)))
     else {
         let known = listed(drafts.iter().map(|draft| draft.name.as_str()));
-        reading.refuse(&name.spot, format!("no controller is called {:?}", name.text), &known);
+        reader.refuse(&name.location, format!("no controller is called {:?}", name.text), &known);
         return None;
     };
     let (own, other) = (Cycle::of(draft), Cycle::of(followed));
-    if !own.equals(&other, reading.compat) {
+    if !own.equals(&other, reader.compat) {
         let reason = format!(
             "the cycle of {:?} takes {} and that of {:?} takes {}",
             draft.name,
-            own.shown(reading.compat),
+            own.shown(reader.compat),
             followed.name,
-            other.shown(reading.compat)
+            other.shown(reader.compat)
         );
-        reading.refuse(&name.spot, reason, "give both the same sum of durations");
+        reader.refuse(&name.location, reason, "give both the same sum of durations");
         return None;
     }
     Some(Reference { controller: ControllerIndex(index), delay })
 }
 
 /// Who follows itself, directly or round about, would never begin.
-fn refuse_circles(reading: &mut Reading, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
+fn refuse_circles(reader: &mut Reader, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
     let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
     // From where each was first reached: what is reached again from the same start is in a circle.
     let mut reached_from = vec![None; drafts.len()];
@@ -99,9 +102,9 @@ fn refuse_circles(reading: &mut Reading, drafts: &[ControllerDraft], references:
         let Some(met) = at.filter(|at| reached_from.get(*at) == Some(&Some(start))) else { continue };
         let circle = std::iter::successors(next(met), |at| next(*at).filter(|_| *at != met));
         for draft in circle.filter_map(|at| drafts.get(at)) {
-            let spot = draft.reference.as_ref().map_or(&draft.spot, |reference| &reference.spot);
+            let location = draft.reference.as_ref().map_or(&draft.location, |reference| &reference.location);
             let reason = format!("{:?} waits for itself to begin", draft.name);
-            reading.refuse(spot, reason, "let one controller stand without a reference");
+            reader.refuse(location, reason, "let one controller stand without a reference");
         }
     }
 }

@@ -6,69 +6,25 @@
 
 mod bench;
 mod controllers;
-mod element;
+mod file;
 mod naming;
-mod on_map;
 mod open_scenario;
-mod reading;
+mod reader;
 
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-pub use crate::config::values::place::Place;
+pub use crate::config::reading::location::SourceLocation;
+pub use file::{NotInterpreted, ScenarioFile, UsedId};
 
 use crate::config::files::Files;
-use crate::config::problem::{Problem, Refused};
-use crate::config::values::place::Text;
-use crate::config::values::{Entry, Kind, Value, from_toml, from_yaml};
-use crate::core::map::light_map::GroupEntry;
-use crate::core::traffic_light::compat::Compat;
-use crate::core::traffic_light::scenario::Scenario;
-use reading::Reading;
-
-/// Where the keys of our own form are explained.
-const SEE: &str = "config/scenarios/bench.toml";
-
-/// What a scenario file says.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScenarioFile {
-    /// What shall happen.
-    pub scenario: Scenario,
-    /// The map it is for, relative to the working directory as the file's own path is; none = the
-    /// file does not say, or says it in a way that only its launch system understands.
-    pub map: Option<PathBuf>,
-    /// Groups that stand in for a map; bench format only.
-    pub groups: Vec<GroupEntry>,
-    /// What it says beyond traffic lights, in the order of the file.
-    pub not_interpreted: Vec<NotInterpreted>,
-    /// Every id it names, for [`ScenarioFile::check_against`].
-    pub ids: Vec<UsedId>,
-}
-
-/// A part of the file that has no effect.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NotInterpreted {
-    /// Where it stands first.
-    pub place: Place,
-    /// What it is, how often, or why it has no effect.
-    pub what: String,
-}
-
-/// `file:line:column: element: what`
-impl fmt::Display for NotInterpreted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: not interpreted: {}", self.place, self.what)
-    }
-}
-
-/// An id of a light or group where it stands.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UsedId {
-    /// Way or relation id.
-    pub id: i64,
-    /// Where it stands.
-    pub place: Place,
-}
+use crate::config::reading::location::Text;
+use crate::config::reading::problem::{Problem, Refused};
+use crate::config::reading::toml_text::from_toml;
+use crate::config::reading::value::{Entry, Kind, Value};
+use crate::config::reading::xml_text::from_xml;
+use crate::config::reading::yaml_text::from_yaml;
+use crate::core::compat::Compat;
+use reader::{Reader, SEE};
 
 /// Reads a scenario; its form follows from the file's extension, and for YAML from the root key.
 ///
@@ -77,40 +33,42 @@ pub struct UsedId {
 pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFile, Refused> {
     let one = |problem| Refused(vec![problem]);
     let form = Form::of(path).map_err(one)?;
-    let bytes = files.read(path).map_err(|error| one(unreadable(path, &error)))?;
+    let bytes = files
+        .read(path)
+        .map_err(|error| one(Problem::unreadable(path, &error, "give the path of a scenario")))?;
     let text = Text::new(path, bytes).map_err(one)?;
-    let mut reading = Reading::new(text.file.clone(), compat);
+    let mut reader = Reader::new(text.file.clone(), compat);
     let mut file = match form {
         Form::Xml => {
-            let root = element::from_xml(&text).map_err(one)?;
-            open_scenario::interpret(&root, path, &mut reading)
+            let root = from_xml(&text).map_err(one)?;
+            open_scenario::interpret(&root, &mut reader)
         }
-        Form::Toml => bench::interpret(&from_toml(&text, SEE).map_err(one)?, path, &mut reading),
+        Form::Toml => bench::interpret(&from_toml(&text, SEE).map_err(one)?, &mut reader),
         Form::Yaml => {
             let value = from_yaml(&text).map_err(one)?;
             match open_scenario_in(&value) {
-                None => bench::interpret(&value, path, &mut reading),
+                None => bench::interpret(&value, &mut reader),
                 Some((root, others)) => {
-                    let root = element::from_values(&text, root).map_err(one)?;
+                    let root = open_scenario::from_values(&text, root).map_err(one)?;
                     let is_filled = |entry: &&Entry| !matches!(entry.value.kind, Kind::Null);
                     for entry in others.filter(is_filled) {
-                        reading.leave_out(&entry.spot, "it stands beside OpenSCENARIO");
+                        reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
                     }
-                    open_scenario::interpret(&root, path, &mut reading)
+                    open_scenario::interpret(&root, &mut reader)
                 }
             }
         }
     };
-    if !reading.problems.is_empty() {
-        let mut problems = reading.problems;
+    if !reader.problems.is_empty() {
+        let mut problems = reader.problems;
         problems.sort_by_key(|problem| problem.position);
         problems.dedup();
         return Err(Refused(problems));
     }
-    reading.not_interpreted.sort_by_key(|part| part.place.position);
-    file.not_interpreted = reading.not_interpreted;
-    reading.ids.sort_by_key(|used| used.place.position);
-    file.ids = reading.ids;
+    reader.not_interpreted.sort_by_key(|part| part.location.position);
+    file.not_interpreted = reader.not_interpreted;
+    reader.ids.sort_by_key(|used| used.location.position);
+    file.ids = reader.ids;
     Ok(file)
 }
 
@@ -128,24 +86,11 @@ impl Form {
             Some("xosc" | "xml") => Ok(Self::Xml),
             Some("yaml" | "yml") => Ok(Self::Yaml),
             Some("toml") => Ok(Self::Toml),
-            Some(_) | None => Err(Problem {
-                file: path.to_owned(),
-                position: None,
-                key: String::new(),
-                reason: "the extension tells no form of scenario".to_owned(),
-                remedy: "name it .xosc, .yaml or .toml".to_owned(),
-            }),
+            Some(_) | None => {
+                let reason = "unknown file extension of a scenario";
+                Err(Problem::whole_file(path, reason, "name it .xosc, .yaml or .toml"))
+            }
         }
-    }
-}
-
-fn unreadable(path: &Path, error: &std::io::Error) -> Problem {
-    Problem {
-        file: path.to_owned(),
-        position: None,
-        key: String::new(),
-        reason: format!("cannot read it: {error}"),
-        remedy: "give the path of a scenario".to_owned(),
     }
 }
 
@@ -155,9 +100,4 @@ fn open_scenario_in(value: &Value) -> Option<(&Entry, impl Iterator<Item = &Entr
     let is_root = |entry: &&Entry| entry.key == open_scenario::ROOT;
     let root = entries.iter().find(is_root)?;
     Some((root, entries.iter().filter(move |entry| !is_root(entry))))
-}
-
-/// A path in a scenario file is relative to that file.
-fn beside(path: &Path, named: &str) -> PathBuf {
-    path.parent().unwrap_or(Path::new("")).join(named)
 }

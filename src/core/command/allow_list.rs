@@ -1,11 +1,11 @@
 //! What may be sent at all: frames of the profile's command messages, and nothing else.
 //!
-//! A [`CommandFrame`] comes out of a [`Permit`] only, and a permit out of the [`AllowList`] only, which
+//! A [`CommandFrame`] comes out of a [`SendPermission`] only, and a permission out of the [`AllowList`] only, which
 //! the configuration builds of the profile. So a frame with another identifier, or on another bus,
 //! cannot be made.
 
-use crate::core::event::BusIndex;
-use crate::core::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::link::BusIndex;
 
 /// The messages that may be sent.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -13,7 +13,7 @@ pub struct AllowList(Vec<(BusIndex, CanId)>);
 
 /// The right to send one of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Permit {
+pub struct SendPermission {
     bus: BusIndex,
     id: CanId,
     length: usize,
@@ -39,16 +39,16 @@ pub enum NotSendable {
 
 impl AllowList {
     /// Adds a message of `length` bytes; beyond 8 it is sent as CAN FD.
-    pub fn admit(&mut self, bus: BusIndex, id: CanId, length: usize) -> Result<Permit, NotSendable> {
+    pub fn admit(&mut self, bus: BusIndex, id: CanId, length: usize) -> Result<SendPermission, NotSendable> {
         if self.contains(bus, id) {
             return Err(NotSendable::Twice(id));
         }
-        let permit = Permit { bus, id, length };
-        if length == 0 || permit.frame(&[0; MAX_DATA]).is_none() {
+        let permission = SendPermission { bus, id, length };
+        if length == 0 || permission.frame(&[0; MAX_DATA]).is_none() {
             return Err(NotSendable::Length(length));
         }
         self.0.push((bus, id));
-        Ok(permit)
+        Ok(permission)
     }
 
     /// Whether the message is in the list.
@@ -62,7 +62,7 @@ impl AllowList {
     }
 }
 
-impl Permit {
+impl SendPermission {
     /// The bus.
     pub fn bus(&self) -> BusIndex {
         self.bus
@@ -78,7 +78,7 @@ impl Permit {
         self.length
     }
 
-    /// A frame of the message; never `None` for a permit that the list has given.
+    /// A frame of the message; never `None` for a permission that the list has given.
     pub(super) fn frame(&self, data: &[u8; MAX_DATA]) -> Option<CommandFrame> {
         let frame = Frame::with_room(self.id, data.get(..self.length)?)?;
         Some(CommandFrame { bus: self.bus, frame })
@@ -109,13 +109,13 @@ mod tests {
             assert_eq!(list.admit(bus, id, length), Err(NotSendable::Length(length)));
         }
         assert!(!list.contains(bus, id));
-        let permit = list.admit(bus, id, 2).unwrap();
+        let permission = list.admit(bus, id, 2).unwrap();
         assert_eq!(list.admit(bus, id, 2), Err(NotSendable::Twice(id)));
         assert!(list.contains(bus, id) && !list.contains(BusIndex(1), id));
         assert!(!list.contains(bus, CanId::Extended(0x130)));
         let mut data = [0xFF; MAX_DATA];
         data[0] = 1;
-        assert_eq!(permit.frame(&data).unwrap().frame().to_string(), "130#01FF");
+        assert_eq!(permission.frame(&data).unwrap().frame().to_string(), "130#01FF");
         let long = list.admit(BusIndex(1), id, 12).unwrap();
         assert!(long.frame(&data).unwrap().frame().is_fd());
     }

@@ -1,13 +1,13 @@
-//! What is asked of the vehicle now: hazard before turn, within what the control mode grants, without
+//! What is requested of the vehicle now: hazard before turn, within what the control mode grants, without
 //! fighting the driver, and with a defined state when a sender falls silent.
 
 use super::Turn;
 use super::control_mode::{Grants, Mode};
-use super::intake::Opinion;
+use super::intake::CommandState;
 
-/// What is asked of the vehicle with authority; `None` = this function is left to the vehicle.
+/// What is requested of the vehicle with authority; `None` = this function is left to the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Demand {
+pub struct VehicleRequest {
     /// Turn indicators.
     pub turn: Option<Turn>,
     /// Hazard lights, `true` = on.
@@ -16,7 +16,7 @@ pub struct Demand {
 
 /// What is wanted instead, when a sender that wanted something has fallen silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum WhenSilent {
+pub enum TimeoutAction {
     /// Its lights off.
     #[default]
     Off,
@@ -28,7 +28,7 @@ pub enum WhenSilent {
 
 /// What the vehicle is asked for in the last frames before the gateway ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum AtStop {
+pub enum ShutdownAction {
     /// Nothing: authority is given back.
     #[default]
     Release,
@@ -42,41 +42,41 @@ pub enum AtStop {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Rules {
     /// When the turn command falls silent.
-    pub turn_silent: WhenSilent,
+    pub on_turn_timeout: TimeoutAction,
     /// When the hazard command falls silent.
-    pub hazard_silent: WhenSilent,
+    pub on_hazard_timeout: TimeoutAction,
     /// At the end.
-    pub at_stop: AtStop,
+    pub on_shutdown: ShutdownAction,
 }
 
 /// Everything that decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Situation {
     /// Of the turn command.
-    pub turn: Opinion<Turn>,
+    pub turn: CommandState<Turn>,
     /// Of the hazard command.
-    pub hazard: Opinion<bool>,
+    pub hazard: CommandState<bool>,
     /// The control mode.
     pub mode: Mode,
     /// Functions the driver has taken.
     pub driver: Grants,
     /// Whether the hazard lights may be the driver's for all that is known.
-    pub hazard_unproven: bool,
+    pub hazard_without_feedback: bool,
     /// Whether the gateway is about to end.
     pub stopping: bool,
 }
 
 /// Why a function is asked for what it is, or for nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Why {
+pub enum DecisionReason {
     /// The command says so.
     Commanded,
     /// The hazard lights are on, which come before turn indicators.
     HazardFirst,
     /// The command has fallen silent, and this is the state for that.
-    Silent,
+    TimedOut,
     /// Nothing is wanted.
-    NoOpinion,
+    NoCommand,
     /// No command has come since start.
     NeverCommanded,
     /// The control mode does not allow it.
@@ -84,7 +84,7 @@ pub enum Why {
     /// The driver does something else.
     Driver,
     /// No report says whether the hazard lights are on, and so perhaps the driver's.
-    Unproven,
+    NoFeedback,
     /// The gateway is about to end.
     Stopping,
 }
@@ -93,27 +93,27 @@ pub enum Why {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Decision {
     /// What goes into the frames.
-    pub demand: Demand,
+    pub request: VehicleRequest,
     /// The same before the driver had a say: what the report is held against.
-    pub wanted: Demand,
+    pub wanted: VehicleRequest,
     /// About the turn indicators.
-    pub turn: Why,
+    pub turn: DecisionReason,
     /// About the hazard lights.
-    pub hazard: Why,
+    pub hazard: DecisionReason,
 }
 
-impl Why {
+impl DecisionReason {
     /// For people.
     pub fn text(self) -> &'static str {
         match self {
             Self::Commanded => "as commanded",
             Self::HazardFirst => "hazard lights come first",
-            Self::Silent => "the command has fallen silent",
-            Self::NoOpinion => "no opinion",
+            Self::TimedOut => "the command has timed out",
+            Self::NoCommand => "nothing requested",
             Self::NeverCommanded => "no command yet",
             Self::NotGranted => "not allowed in this control mode",
             Self::Driver => "left to the driver",
-            Self::Unproven => "no report says whether they are on",
+            Self::NoFeedback => "no report says whether they are on",
             Self::Stopping => "the gateway ends",
         }
     }
@@ -121,58 +121,58 @@ impl Why {
 
 /// Decides.
 pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
-    let (mut turn, mut turn_why) = wish(situation.turn, |last| match rules.turn_silent {
-        WhenSilent::Hold => last,
-        WhenSilent::Off | WhenSilent::Hazard => Turn::Off,
+    let (mut turn, mut turn_why) = requested(situation.turn, |last| match rules.on_turn_timeout {
+        TimeoutAction::Hold => last,
+        TimeoutAction::Off | TimeoutAction::Hazard => Turn::Off,
     });
-    let (mut hazard, mut hazard_why) = wish(situation.hazard, |last| match rules.hazard_silent {
-        WhenSilent::Hold => last,
-        WhenSilent::Off => false,
-        WhenSilent::Hazard => true,
+    let (mut hazard, mut hazard_why) = requested(situation.hazard, |last| match rules.on_hazard_timeout {
+        TimeoutAction::Hold => last,
+        TimeoutAction::Off => false,
+        TimeoutAction::Hazard => true,
     });
-    if rules.turn_silent == WhenSilent::Hazard && turn_why == Why::Silent {
-        (hazard, hazard_why) = (Some(true), Why::Silent);
+    if rules.on_turn_timeout == TimeoutAction::Hazard && turn_why == DecisionReason::TimedOut {
+        (hazard, hazard_why) = (Some(true), DecisionReason::TimedOut);
     }
     if situation.stopping {
-        (turn, hazard) = match rules.at_stop {
-            AtStop::Release => (None, None),
-            AtStop::Off => (Some(Turn::Off), Some(false)),
-            AtStop::Hazard => (Some(Turn::Off), Some(true)),
+        (turn, hazard) = match rules.on_shutdown {
+            ShutdownAction::Release => (None, None),
+            ShutdownAction::Off => (Some(Turn::Off), Some(false)),
+            ShutdownAction::Hazard => (Some(Turn::Off), Some(true)),
         };
-        (turn_why, hazard_why) = (Why::Stopping, Why::Stopping);
+        (turn_why, hazard_why) = (DecisionReason::Stopping, DecisionReason::Stopping);
     }
     let grants = situation.mode.grants();
     if !grants.turn {
-        (turn, turn_why) = (None, Why::NotGranted);
+        (turn, turn_why) = (None, DecisionReason::NotGranted);
     }
     if !grants.hazard {
-        (hazard, hazard_why) = (None, Why::NotGranted);
+        (hazard, hazard_why) = (None, DecisionReason::NotGranted);
     }
     if hazard == Some(true) && turn.is_some() {
-        (turn, turn_why) = (Some(Turn::Off), Why::HazardFirst);
+        (turn, turn_why) = (Some(Turn::Off), DecisionReason::HazardFirst);
     }
-    let wanted = Demand { turn, hazard };
-    let mut demand = wanted;
-    if situation.driver.turn && demand.turn.is_some() {
-        (demand.turn, turn_why) = (None, Why::Driver);
+    let wanted = VehicleRequest { turn, hazard };
+    let mut request = wanted;
+    if situation.driver.turn && request.turn.is_some() {
+        (request.turn, turn_why) = (None, DecisionReason::Driver);
     }
     // On is safe whoever wants it: only an off gives way.
-    if demand.hazard == Some(false) {
+    if request.hazard == Some(false) {
         if situation.driver.hazard {
-            (demand.hazard, hazard_why) = (None, Why::Driver);
-        } else if situation.hazard_unproven {
-            (demand.hazard, hazard_why) = (None, Why::Unproven);
+            (request.hazard, hazard_why) = (None, DecisionReason::Driver);
+        } else if situation.hazard_without_feedback {
+            (request.hazard, hazard_why) = (None, DecisionReason::NoFeedback);
         }
     }
-    Decision { demand, wanted, turn: turn_why, hazard: hazard_why }
+    Decision { request, wanted, turn: turn_why, hazard: hazard_why }
 }
 
-/// What an opinion comes to; `silent` = what to make of the last wish of a sender that fell silent.
-fn wish<T>(opinion: Opinion<T>, silent: impl FnOnce(T) -> T) -> (Option<T>, Why) {
-    match opinion {
-        Opinion::Never => (None, Why::NeverCommanded),
-        Opinion::None | Opinion::Silent(None) => (None, Why::NoOpinion),
-        Opinion::Wanted(wish) => (Some(wish), Why::Commanded),
-        Opinion::Silent(Some(last)) => (Some(silent(last)), Why::Silent),
+/// What a command state comes to; `silent` = what to make of the last request of a sender that fell silent.
+fn requested<T>(command_state: CommandState<T>, silent: impl FnOnce(T) -> T) -> (Option<T>, DecisionReason) {
+    match command_state {
+        CommandState::NeverReceived => (None, DecisionReason::NeverCommanded),
+        CommandState::NoCommand | CommandState::TimedOut(None) => (None, DecisionReason::NoCommand),
+        CommandState::Requested(requested) => (Some(requested), DecisionReason::Commanded),
+        CommandState::TimedOut(Some(last)) => (Some(silent(last)), DecisionReason::TimedOut),
     }
 }

@@ -1,4 +1,4 @@
-//! Which commands a control mode lets through (vehicle-interface section 1.4).
+//! Which commands a control mode lets through (docs/spec/vehicle-interface.md, "Control modes").
 
 /// `ControlModeReport.mode`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

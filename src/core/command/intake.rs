@@ -4,59 +4,58 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::Turn;
-use super::past::Past;
-use crate::core::bus::past;
-use crate::core::time::{MonoTime, Now, WallStamp};
+use super::stale_message_filter::StaleMessageFilter;
+use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
 /// How long a refused message is shown.
 const SHOWN: Duration = Duration::from_secs(1);
 /// So many changes of what is wanted, within so long, are nobody's will.
-const UNSTEADY: (usize, Duration) = (5, Duration::from_secs(1));
+const OSCILLATION: (usize, Duration) = (5, Duration::from_secs(1));
 /// How long a stamp is held against later ones, at most: a sender whose clock was set back is heard
-/// again, however long its words may hold.
+/// again, however long its commands may hold.
 const STAMP_HOLDS: Duration = Duration::from_secs(1);
 
 /// A value of a command message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Word<T> {
+pub enum CommandValue<T> {
     /// `NO_COMMAND`: no opinion.
     NoCommand,
     /// This is wanted.
-    Wanted(T),
+    Request(T),
 }
 
 /// `TurnIndicatorsCommand.command`; `None` for a value that is not defined.
-pub fn turn_word(raw: u8) -> Option<Word<Turn>> {
+pub fn turn_command_value(raw: u8) -> Option<CommandValue<Turn>> {
     match raw {
-        0 => Some(Word::NoCommand),
-        1 => Some(Word::Wanted(Turn::Off)),
-        2 => Some(Word::Wanted(Turn::Left)),
-        3 => Some(Word::Wanted(Turn::Right)),
+        0 => Some(CommandValue::NoCommand),
+        1 => Some(CommandValue::Request(Turn::Off)),
+        2 => Some(CommandValue::Request(Turn::Left)),
+        3 => Some(CommandValue::Request(Turn::Right)),
         _ => None,
     }
 }
 
 /// `HazardLightsCommand.command`; `None` for a value that is not defined.
-pub fn hazard_word(raw: u8) -> Option<Word<bool>> {
+pub fn hazard_command_value(raw: u8) -> Option<CommandValue<bool>> {
     match raw {
-        0 => Some(Word::NoCommand),
-        1 => Some(Word::Wanted(false)),
-        2 => Some(Word::Wanted(true)),
+        0 => Some(CommandValue::NoCommand),
+        1 => Some(CommandValue::Request(false)),
+        2 => Some(CommandValue::Request(true)),
         _ => None,
     }
 }
 
-/// What is left of a sender's words now.
+/// What a sender commands now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Opinion<T> {
+pub enum CommandState<T> {
     /// Nothing has come since start.
-    Never,
+    NeverReceived,
     /// The sender says `NO_COMMAND`, and what it wanted before has run out.
-    None,
+    NoCommand,
     /// It wants this.
-    Wanted(T),
+    Requested(T),
     /// Nothing has come for longer than the limit; its last word was this, or `NO_COMMAND`.
-    Silent(Option<T>),
+    TimedOut(Option<T>),
 }
 
 /// Why a message was not used.
@@ -65,7 +64,7 @@ pub enum Refusal {
     /// The value is not defined.
     Undefined(u8),
     /// The stamp lies before that of a message used earlier.
-    StampBackwards,
+    NonMonotonicStamp,
 }
 
 /// Messages since start.
@@ -79,96 +78,96 @@ pub struct IntakeCounts {
     pub undefined: u64,
     /// Those whose stamp went backwards.
     pub backwards: u64,
-    /// Those of the past. No refusal is shown for them: a sender that lives speaks again at once, and nothing
+    /// Those that are stale. No refusal is shown for them: a sender that lives speaks again at once, and nothing
     /// has come of one that does not.
-    pub past: u64,
+    pub stale: u64,
 }
 
 /// One topic.
 #[derive(Debug, Clone)]
 pub struct Intake<T> {
-    word: fn(u8) -> Option<Word<T>>,
+    parse: fn(u8) -> Option<CommandValue<T>>,
     limit: Duration,
     /// What was wanted last, and when it was said last.
-    wish: Option<(T, MonoTime)>,
+    requested: Option<(T, MonoTime)>,
     /// The last message that was used: when it came, and its stamp in ns.
-    heard: Option<(MonoTime, i64)>,
+    last_used: Option<(MonoTime, i64)>,
     refused: Option<(Refusal, MonoTime)>,
     /// When what is wanted changed last; the oldest first.
     changes: VecDeque<MonoTime>,
-    past: Past,
+    stale_filter: StaleMessageFilter,
     counts: IntakeCounts,
 }
 
 impl<T: Copy + PartialEq> Intake<T> {
-    /// A topic whose values mean what `word` says, which is silent after `limit` without a message, and is
+    /// A topic whose values mean what `parse` says, which is silent after `limit` without a message, and is
     /// listened to from `started` on.
-    pub fn new(word: fn(u8) -> Option<Word<T>>, limit: Duration, started: WallStamp) -> Self {
+    pub fn new(parse: fn(u8) -> Option<CommandValue<T>>, limit: Duration, started: WallStamp) -> Self {
         Self {
-            word,
+            parse,
             limit,
-            wish: None,
-            heard: None,
+            requested: None,
+            last_used: None,
             refused: None,
             changes: VecDeque::new(),
-            past: Past::before(started),
+            stale_filter: StaleMessageFilter::before(started),
             counts: IntakeCounts::default(),
         }
     }
 
     /// Takes a message. The stamps of a sender that speaks are compared with each other only. One that was
     /// silent, and so perhaps started anew with another clock, begins afresh; but its first message may be
-    /// of the past.
+    /// that are stale.
     pub fn take(&mut self, raw: u8, stamp: WallStamp, now: Now) {
         let Now { mono, .. } = now;
         self.counts.received += 1;
-        let Some(word) = (self.word)(raw) else {
+        let Some(value) = (self.parse)(raw) else {
             self.counts.undefined += 1;
             self.refused = Some((Refusal::Undefined(raw), mono));
             return;
         };
-        let heard_within = |limit| self.heard.filter(|(at, _)| mono.since(*at) <= limit);
+        let heard_within = |limit| self.last_used.filter(|(at, _)| mono.since(*at) <= limit);
         let newest = heard_within(self.limit.min(STAMP_HOLDS)).map(|(_, newest)| newest);
-        let speaks = heard_within(self.limit).is_some();
+        let is_active = heard_within(self.limit).is_some();
         if newest.is_some_and(|newest| stamp.as_nanos() < newest) {
             self.counts.backwards += 1;
-            self.refused = Some((Refusal::StampBackwards, mono));
+            self.refused = Some((Refusal::NonMonotonicStamp, mono));
             return;
         }
-        if self.past.holds_back(speaks, stamp, self.limit, now) {
-            self.counts.past += 1;
+        if self.stale_filter.rejects_as_stale(is_active, stamp, self.limit, now) {
+            self.counts.stale += 1;
             return;
         }
-        self.heard = Some((mono, stamp.as_nanos()));
-        match word {
-            Word::NoCommand => self.counts.no_command += 1,
-            Word::Wanted(wish) => {
-                if self.wish.is_some_and(|(before, _)| before != wish) {
-                    if self.changes.len() == UNSTEADY.0 {
+        self.last_used = Some((mono, stamp.as_nanos()));
+        match value {
+            CommandValue::NoCommand => self.counts.no_command += 1,
+            CommandValue::Request(requested) => {
+                if self.requested.is_some_and(|(before, _)| before != requested) {
+                    if self.changes.len() == OSCILLATION.0 {
                         self.changes.pop_front();
                     }
                     self.changes.push_back(mono);
                 }
-                self.wish = Some((wish, mono));
+                self.requested = Some((requested, mono));
             }
         }
     }
 
     /// Whether what is wanted changes faster than anybody could mean it: two senders, as a rule.
-    pub fn is_unsteady(&self, now: MonoTime) -> bool {
-        self.changes.len() == UNSTEADY.0
-            && self.changes.front().is_some_and(|at| now.since(*at) <= UNSTEADY.1)
+    pub fn is_oscillating(&self, now: MonoTime) -> bool {
+        self.changes.len() == OSCILLATION.0
+            && self.changes.front().is_some_and(|at| now.since(*at) <= OSCILLATION.1)
     }
 
     /// What the sender wants now. A `NO_COMMAND` takes nothing back: what was wanted holds until its
     /// own limit, but no longer, also when the sender falls silent.
-    pub fn opinion(&self, now: MonoTime) -> Opinion<T> {
-        let Some((heard, _)) = self.heard else { return Opinion::Never };
-        let last = self.wish.filter(|(_, at)| *at == heard).map(|(wish, _)| wish);
-        match self.wish {
-            Some((wish, at)) if now.since(at) <= self.limit => Opinion::Wanted(wish),
-            Some(_) | None if now.since(heard) <= self.limit => Opinion::None,
-            Some(_) | None => Opinion::Silent(last),
+    pub fn command_state(&self, now: MonoTime) -> CommandState<T> {
+        let Some((last_used, _)) = self.last_used else { return CommandState::NeverReceived };
+        let last = self.requested.filter(|(_, at)| *at == last_used).map(|(requested, _)| requested);
+        match self.requested {
+            Some((requested, at)) if now.since(at) <= self.limit => CommandState::Requested(requested),
+            Some(_) | None if now.since(last_used) <= self.limit => CommandState::NoCommand,
+            Some(_) | None => CommandState::TimedOut(last),
         }
     }
 
@@ -184,26 +183,39 @@ impl<T: Copy + PartialEq> Intake<T> {
 
     /// How long since the last message that was used.
     pub fn age(&self, now: MonoTime) -> Option<Duration> {
-        self.heard.map(|(at, _)| now.since(at))
+        self.last_used.map(|(at, _)| now.since(at))
     }
 
-    /// When opinion or refusal change with nothing happening.
+    /// When command state or refusal change with nothing happening.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let wish = self.wish.map(|(_, at)| past(at, self.limit));
-        let heard = self.heard.map(|(at, _)| past(at, self.limit));
-        let refused = self.refused.map(|(_, at)| past(at, SHOWN));
-        let unsteady = self.changes.front().filter(|_| self.is_unsteady(now)).map(|at| past(*at, UNSTEADY.1));
-        [wish, heard, refused, unsteady].into_iter().flatten().filter(|at| *at > now).min()
+        let requested = self.requested.map(|(_, at)| deadline_after(at, self.limit));
+        let last_used = self.last_used.map(|(at, _)| deadline_after(at, self.limit));
+        let refused = self.refused.map(|(_, at)| deadline_after(at, SHOWN));
+        let oscillating = self
+            .changes
+            .front()
+            .filter(|_| self.is_oscillating(now))
+            .map(|at| deadline_after(*at, OSCILLATION.1));
+        [requested, last_used, refused, oscillating].into_iter().flatten().filter(|at| *at > now).min()
     }
 }
 
-/// The opinion of two senders on the hazard lights: the topic's, unless it has none, or the decider
+/// The command state of two senders on the hazard lights: the topic's, unless it has none, or the decider
 /// wants them on. A decider that is silent or never spoke changes nothing.
-pub fn joined_hazard(topic: Opinion<bool>, decider: Opinion<bool>) -> Opinion<bool> {
+pub fn merged_hazard(topic: CommandState<bool>, decider: CommandState<bool>) -> CommandState<bool> {
     match (topic, decider) {
-        (_, Opinion::Wanted(true)) => Opinion::Wanted(true),
-        (Opinion::Never | Opinion::None, Opinion::None | Opinion::Wanted(false)) => decider,
-        (_, Opinion::Never | Opinion::None | Opinion::Wanted(false) | Opinion::Silent(_)) => topic,
+        (_, CommandState::Requested(true)) => CommandState::Requested(true),
+        (
+            CommandState::NeverReceived | CommandState::NoCommand,
+            CommandState::NoCommand | CommandState::Requested(false),
+        ) => decider,
+        (
+            _,
+            CommandState::NeverReceived
+            | CommandState::NoCommand
+            | CommandState::Requested(false)
+            | CommandState::TimedOut(_),
+        ) => topic,
     }
 }
 
@@ -224,22 +236,29 @@ mod tests {
     }
 
     fn turns(limit_ms: u64) -> Intake<Turn> {
-        Intake::new(turn_word, Duration::from_millis(limit_ms), stamp(0))
+        Intake::new(turn_command_value, Duration::from_millis(limit_ms), stamp(0))
     }
 
     #[test]
     fn no_command_takes_nothing_back_and_is_no_error() {
         let mut turns = turns(500);
-        assert_eq!(turns.opinion(at(0)), Opinion::Never);
+        assert_eq!(turns.command_state(at(0)), CommandState::NeverReceived);
         turns.take(0, stamp(0), now(0));
-        assert_eq!(turns.opinion(at(0)), Opinion::None);
+        assert_eq!(turns.command_state(at(0)), CommandState::NoCommand);
         turns.take(2, stamp(100), now(100));
         turns.take(0, stamp(200), now(200));
         turns.take(0, stamp(600), now(600));
-        assert_eq!(turns.opinion(at(600)), Opinion::Wanted(Turn::Left));
-        assert_eq!(turns.opinion(past(at(100), Duration::from_millis(500))), Opinion::None);
-        assert_eq!(turns.opinion(at(1100)), Opinion::None);
-        assert_eq!(turns.opinion(at(1101)), Opinion::Silent(None), "its last word was no wish");
+        assert_eq!(turns.command_state(at(600)), CommandState::Requested(Turn::Left));
+        assert_eq!(
+            turns.command_state(deadline_after(at(100), Duration::from_millis(500))),
+            CommandState::NoCommand
+        );
+        assert_eq!(turns.command_state(at(1100)), CommandState::NoCommand);
+        assert_eq!(
+            turns.command_state(at(1101)),
+            CommandState::TimedOut(None),
+            "its last command requested nothing"
+        );
         assert_eq!((turns.counts().no_command, turns.refusal(at(600))), (3, None));
     }
 
@@ -249,11 +268,11 @@ mod tests {
         turns.take(3, stamp(0), now(0));
         for raw in 4..=u8::MAX {
             turns.take(raw, stamp(10), now(10));
-            assert_eq!(turns.opinion(at(10)), Opinion::Wanted(Turn::Right), "{raw}");
+            assert_eq!(turns.command_state(at(10)), CommandState::Requested(Turn::Right), "{raw}");
             assert_eq!(turns.refusal(at(1010)), Some(Refusal::Undefined(raw)));
         }
         assert_eq!((turns.counts().undefined, turns.refusal(at(1011))), (252, None));
-        assert_eq!(hazard_word(3), None);
+        assert_eq!(hazard_command_value(3), None);
     }
 
     #[test]
@@ -261,26 +280,29 @@ mod tests {
         let mut turns = turns(500);
         turns.take(2, stamp(1000), now(0));
         turns.take(2, stamp(1000), now(10));
-        assert_eq!(turns.refusal(at(10)), None, "the same stamp again is no step back");
+        assert_eq!(turns.refusal(at(10)), None, "the same stamp again is not a step back");
         turns.take(3, stamp(999), now(100));
-        assert_eq!(turns.opinion(at(100)), Opinion::Wanted(Turn::Left));
-        assert_eq!(turns.refusal(at(100)), Some(Refusal::StampBackwards));
+        assert_eq!(turns.command_state(at(100)), CommandState::Requested(Turn::Left));
+        assert_eq!(turns.refusal(at(100)), Some(Refusal::NonMonotonicStamp));
         turns.take(3, stamp(105), now(600));
-        assert_eq!((turns.opinion(at(600)), turns.counts().backwards), (Opinion::Wanted(Turn::Right), 1));
+        assert_eq!(
+            (turns.command_state(at(600)), turns.counts().backwards),
+            (CommandState::Requested(Turn::Right), 1)
+        );
     }
 
     #[test]
     fn two_senders_that_want_different_things_are_noticed() {
         let mut turns = turns(500);
         for step in 0..6 {
-            assert!(!turns.is_unsteady(at(step * 50)));
+            assert!(!turns.is_oscillating(at(step * 50)));
             turns.take(2 + u8::from(step % 2 == 1), stamp(0), now(step * 50));
         }
         // Changes from 50 to 250 ms.
-        assert!(turns.is_unsteady(at(1050)) && !turns.is_unsteady(at(1051)));
-        assert_eq!(turns.next_deadline(at(1000)), Some(past(at(50), Duration::from_secs(1))));
+        assert!(turns.is_oscillating(at(1050)) && !turns.is_oscillating(at(1051)));
+        assert_eq!(turns.next_deadline(at(1000)), Some(deadline_after(at(50), Duration::from_secs(1))));
         (20..60).for_each(|step| turns.take(2, stamp(0), now(step * 50)));
-        assert!(!turns.is_unsteady(at(3000)), "the same again and again");
+        assert!(!turns.is_oscillating(at(3000)), "the same again and again");
     }
 
     #[test]
@@ -288,18 +310,25 @@ mod tests {
         let mut turns = turns(3_600_000);
         turns.take(2, stamp(60_000), now(0));
         turns.take(3, stamp(1), now(1000));
-        assert_eq!(turns.opinion(at(1000)), Opinion::Wanted(Turn::Left));
+        assert_eq!(turns.command_state(at(1000)), CommandState::Requested(Turn::Left));
         turns.take(3, stamp(101), now(1100));
-        assert_eq!(turns.opinion(at(1100)), Opinion::Wanted(Turn::Right));
+        assert_eq!(turns.command_state(at(1100)), CommandState::Requested(Turn::Right));
     }
 
     #[test]
     fn what_a_sender_keeps_for_late_readers_is_not_carried_out() {
         let mut turns = turns(500);
         turns.take(2, stamp(-1), now(10));
-        assert_eq!((turns.opinion(at(10)), turns.counts().past), (Opinion::Never, 1));
-        assert_eq!(turns.opinion(at(5000)), Opinion::Never, "nothing is held that was never used");
+        assert_eq!((turns.command_state(at(10)), turns.counts().stale), (CommandState::NeverReceived, 1));
+        assert_eq!(
+            turns.command_state(at(5000)),
+            CommandState::NeverReceived,
+            "nothing is held that was never used"
+        );
         turns.take(3, stamp(-1), now(110));
-        assert_eq!((turns.opinion(at(110)), turns.counts().past), (Opinion::Wanted(Turn::Right), 1));
+        assert_eq!(
+            (turns.command_state(at(110)), turns.counts().stale),
+            (CommandState::Requested(Turn::Right), 1)
+        );
     }
 }

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use super::Turn;
-use super::allow_list::Permit;
-use super::arbitration::Demand;
-use super::button::ButtonRules;
+use super::allow_list::SendPermission;
+use super::arbitration::VehicleRequest;
 use super::patch::Patch;
-use crate::core::frame::MAX_DATA;
-use crate::core::trust::integrity::Protection;
+use super::push_button::PushButtonSettings;
+use crate::core::can::frame::MAX_DATA;
+use crate::core::validation::integrity::Protection;
 
 /// A message the gateway sends.
 #[derive(Debug, Clone)]
@@ -16,7 +16,7 @@ pub struct CommandMessage {
     /// DBC name, for people.
     pub name: String,
     /// Its place in the allow-list.
-    pub permit: Permit,
+    pub permission: SendPermission,
     /// Every bit that nothing below sets.
     pub background: [u8; MAX_DATA],
     /// Its turn-indicator part.
@@ -58,7 +58,7 @@ pub struct HazardPart {
     /// Nothing is asked for; as `off` where the vehicle has no such value.
     pub none: Option<Patch>,
     /// For a button that springs back: how to press it. None = a switch that stays.
-    pub button: Option<ButtonRules>,
+    pub button: Option<PushButtonSettings>,
 }
 
 /// Bits that say whether the rest of the message counts. Both patches set the same bits.
@@ -90,7 +90,7 @@ pub struct SendTiming {
     /// From frame to frame of them.
     pub burst_gap: Duration,
     /// Least time between two frames, whatever happens; at most the period.
-    pub least_gap: Duration,
+    pub min_send_interval: Duration,
 }
 
 /// The contents of a frame before counter and checksum.
@@ -103,11 +103,11 @@ pub struct Contents {
 }
 
 impl CommandMessage {
-    /// What to send for a demand, or nothing. `pressed`: whether its button is pressed now.
-    pub fn contents(&self, demand: Demand, pressed: bool) -> Option<Contents> {
+    /// What to send for a request, or nothing. `pressed`: whether its button is pressed now.
+    pub fn contents(&self, request: VehicleRequest, pressed: bool) -> Option<Contents> {
         let mut data = self.background;
-        let turn = self.turn.as_ref().map(|part| part.patch(demand));
-        let hazard = self.hazard.as_ref().map(|part| part.patch(demand.hazard, pressed));
+        let turn = self.turn.as_ref().map(|part| part.patch(request));
+        let hazard = self.hazard.as_ref().map(|part| part.patch(request.hazard, pressed));
         let mut authority = false;
         for (patch, asks) in [turn, hazard].into_iter().flatten() {
             patch.apply(&mut data);
@@ -122,8 +122,8 @@ impl CommandMessage {
 
 impl TurnPart {
     /// The bits, and whether they ask for something.
-    fn patch(&self, demand: Demand) -> (&Patch, bool) {
-        match (demand.hazard, &self.hazard, demand.turn) {
+    fn patch(&self, request: VehicleRequest) -> (&Patch, bool) {
+        match (request.hazard, &self.hazard, request.turn) {
             (Some(true), Some(hazard), _) => (hazard, true),
             (_, _, Some(Turn::Off)) => (&self.off, true),
             (_, _, Some(Turn::Left)) => (&self.left, true),
@@ -135,8 +135,8 @@ impl TurnPart {
 
 impl HazardPart {
     /// The bits, and whether they ask for something.
-    fn patch(&self, demand: Option<bool>, pressed: bool) -> (&Patch, bool) {
-        let on = if self.button.is_some() { demand.map(|_| pressed) } else { demand };
+    fn patch(&self, request: Option<bool>, pressed: bool) -> (&Patch, bool) {
+        let on = if self.button.is_some() { request.map(|_| pressed) } else { request };
         match on {
             Some(true) => (&self.on, true),
             Some(false) => (&self.off, true),

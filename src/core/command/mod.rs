@@ -1,22 +1,25 @@
 //! Commands to the vehicle: what Autoware or the decider wants, what may be asked of the vehicle now,
-//! the frames that ask for it, and whether the vehicle obeys (vehicle-interface sections 1.4, 1.5, 3.1).
+//! the frames that ask for it, and whether the vehicle obeys
+//! (docs/spec/vehicle-interface.md, "Arbitration of commands").
 //!
 //! Vocabulary: a *word* is what a sender says; an *opinion* is what is left of its words now; a
-//! *grant* is what the control mode lets through; a *demand* is what is asked of the vehicle with
-//! authority; the *accord* is how the vehicle's report stands to it.
+//! *grant* is what the control mode lets through; a *request* is what is asked of the vehicle with
+//! authority; the *compliance* is how the vehicle's report stands to it.
 
-pub mod accord;
 pub mod allow_list;
 pub mod arbitration;
-pub mod button;
 pub mod control_mode;
+pub mod feedback_monitor;
 pub mod flow;
+pub mod input;
 pub mod intake;
 pub mod message;
-mod past;
+pub mod output;
 pub mod patch;
+pub mod push_button;
 pub mod sender;
 pub mod settings;
+mod stale_message_filter;
 mod status;
 
 /// What can be asked of the turn indicators.

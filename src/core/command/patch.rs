@@ -1,7 +1,7 @@
 //! Bits of a frame that are set together, compiled: nothing is left that could fail while driving.
 
+use crate::core::can::frame::MAX_DATA;
 use crate::core::dbc::codec::SignalCodec;
-use crate::core::frame::MAX_DATA;
 
 /// Values of some signals of one message.
 #[derive(Debug, Clone, PartialEq, Eq)]

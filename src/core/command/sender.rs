@@ -4,12 +4,11 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::allow_list::{CommandFrame, Permit};
+use super::allow_list::{CommandFrame, SendPermission};
 use super::message::{CommandMessage, Contents};
-use crate::core::bus::past;
-use crate::core::frame::{Frame, MAX_DATA};
-use crate::core::time::MonoTime;
-use crate::core::trust::integrity::Protection;
+use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::time::{MonoTime, deadline_after};
+use crate::core::validation::integrity::Protection;
 
 /// Own frames that may still come back by loopback.
 const REMEMBERED: usize = 8;
@@ -29,9 +28,9 @@ pub enum SendFailure {
 
 /// Whose frame came in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Heard {
+pub enum FrameOrigin {
     /// Not one of our messages: the vehicle's, as far as we know.
-    NotOurs,
+    Vehicle,
     /// The loopback of one we sent.
     Own,
     /// One of our messages, but we did not send it: somebody else commands the vehicle.
@@ -57,7 +56,7 @@ pub struct SendCounts {
 
 /// A frame given out last, to be taken back when it could not be sent.
 #[derive(Debug, Clone)]
-struct Given {
+struct SubmittedFrame {
     frame: Frame,
     counter: u32,
     authority: bool,
@@ -71,7 +70,7 @@ pub struct Sender {
     burst_left: u8,
     last_sent: Option<MonoTime>,
     counter: u32,
-    given: Option<Given>,
+    submitted: Option<SubmittedFrame>,
     failures: u32,
     unconfirmed: VecDeque<Frame>,
     foreign_at: Option<MonoTime>,
@@ -87,7 +86,7 @@ impl Sender {
             burst_left: 0,
             last_sent: None,
             counter: message.protection.as_ref().map_or(0, Protection::first_counter),
-            given: None,
+            submitted: None,
             failures: 0,
             unconfirmed: VecDeque::new(),
             foreign_at: None,
@@ -110,7 +109,7 @@ impl Sender {
             self.burst_left = timing.burst;
         }
         let (contents, due) = (self.contents?, self.due?);
-        let allowed = self.last_sent.map_or(due, |last| last.after(timing.least_gap).max(due));
+        let allowed = self.last_sent.map_or(due, |last| last.after(timing.min_send_interval).max(due));
         if now < allowed {
             self.due = Some(allowed);
             return None;
@@ -120,13 +119,13 @@ impl Sender {
         // A late caller does not make up for what it missed.
         self.due = Some(if next > now { next } else { now.after(timing.period) });
         let counter = self.counter;
-        let frame = encode(&message.permit, message.protection.as_ref(), contents.data, counter)?;
+        let frame = encode(&message.permission, message.protection.as_ref(), contents.data, counter)?;
         self.counter = message.protection.as_ref().map_or(0, |protection| protection.next_counter(counter));
         self.last_sent = Some(now);
         self.counts.sent += 1;
         self.counts.with_authority += u64::from(contents.authority);
-        let given = Given { frame: *frame.frame(), counter, authority: contents.authority };
-        if self.given.replace(given).is_some() {
+        let submitted = SubmittedFrame { frame: *frame.frame(), counter, authority: contents.authority };
+        if self.submitted.replace(submitted).is_some() {
             // The one before was not taken back.
             self.failures = 0;
         }
@@ -145,30 +144,30 @@ impl Sender {
     /// The frame given out last could not be sent: its counter is used again, and it is due again at
     /// its least distance. Anything else is no longer of interest.
     pub fn not_sent(&mut self, message: &CommandMessage, frame: &Frame, why: SendFailure, now: MonoTime) {
-        let Some(given) = self.given.take_if(|given| given.frame == *frame) else { return };
-        self.counter = given.counter;
+        let Some(submitted) = self.submitted.take_if(|submitted| submitted.frame == *frame) else { return };
+        self.counter = submitted.counter;
         self.unconfirmed.pop_back();
         self.counts.sent -= 1;
-        self.counts.with_authority -= u64::from(given.authority);
+        self.counts.with_authority -= u64::from(submitted.authority);
         match why {
             SendFailure::QueueFull => self.counts.queue_full += 1,
             SendFailure::Refused(_) => self.counts.refused += 1,
         }
         self.failures = self.failures.saturating_add(1);
         self.burst_left = self.burst_left.max(1);
-        self.due = self.contents.map(|_| now.after(message.timing.least_gap));
+        self.due = self.contents.map(|_| now.after(message.timing.min_send_interval));
     }
 
     /// Says whose frame of this message came in.
-    pub fn heard(&mut self, frame: &Frame, now: MonoTime) -> Heard {
+    pub fn classify_frame(&mut self, frame: &Frame, now: MonoTime) -> FrameOrigin {
         if let Some(at) = self.unconfirmed.iter().position(|own| own == frame) {
             self.unconfirmed.remove(at);
             self.counts.echoed += 1;
-            return Heard::Own;
+            return FrameOrigin::Own;
         }
         self.counts.foreign += 1;
         self.foreign_at = Some(now);
-        Heard::Foreign
+        FrameOrigin::Foreign
     }
 
     /// Nothing of what was given out is sent, so nothing of it comes back.
@@ -181,14 +180,14 @@ impl Sender {
         self.contents = None;
         self.due = None;
         self.burst_left = 0;
-        self.given = None;
+        self.submitted = None;
         self.failures = 0;
         self.unconfirmed.clear();
     }
 
     /// When a frame is due.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let foreign = self.foreign_at.map(|at| past(at, FOREIGN_SHOWN)).filter(|at| *at > now);
+        let foreign = self.foreign_at.map(|at| deadline_after(at, FOREIGN_SHOWN)).filter(|at| *at > now);
         self.due.into_iter().chain(foreign).min()
     }
 
@@ -198,16 +197,16 @@ impl Sender {
     }
 
     /// Whether the last frames could not be sent: no, some, or so many that sending is broken.
-    pub fn trouble(&self) -> Option<SendTrouble> {
+    pub fn problem(&self) -> Option<SendProblem> {
         match self.failures {
             0 => None,
-            1..BROKEN_AFTER => Some(SendTrouble::Delayed),
-            BROKEN_AFTER.. => Some(SendTrouble::Broken),
+            1..BROKEN_AFTER => Some(SendProblem::Delayed),
+            BROKEN_AFTER.. => Some(SendProblem::Broken),
         }
     }
 
     /// Whether somebody else has just sent this message.
-    pub fn has_rival(&self, now: MonoTime) -> bool {
+    pub fn has_conflicting_sender(&self, now: MonoTime) -> bool {
         self.foreign_at.is_some_and(|at| now.since(at) <= FOREIGN_SHOWN)
     }
 
@@ -219,7 +218,7 @@ impl Sender {
 
 /// How badly sending goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum SendTrouble {
+pub enum SendProblem {
     /// The last frame could not be sent.
     Delayed,
     /// None of the last ones could.
@@ -228,12 +227,14 @@ pub enum SendTrouble {
 
 /// A frame with counter and checksum; none when they do not fit, which the configuration has ruled out.
 fn encode(
-    permit: &Permit,
+    permission: &SendPermission,
     protection: Option<&Protection>,
     mut data: [u8; MAX_DATA],
     counter: u32,
 ) -> Option<CommandFrame> {
-    let seal = |protection: &Protection| protection.seal(permit.id(), counter, &mut data, permit.length());
-    protection.is_none_or(seal).then_some(())?;
-    permit.frame(&data)
+    let protect = |protection: &Protection| {
+        protection.protect(permission.id(), counter, &mut data, permission.length())
+    };
+    protection.is_none_or(protect).then_some(())?;
+    permission.frame(&data)
 }

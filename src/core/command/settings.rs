@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use super::accord::Limits;
 use super::allow_list::AllowList;
 use super::arbitration::Rules;
 use super::control_mode::{ControlMode, Grants};
+use super::feedback_monitor::Limits;
 use super::message::CommandMessage;
-use crate::core::trust::table::{Role, SignalTable};
+use crate::core::validation::table::{Role, SignalTable};
 
 /// What the gateway's configuration says of commands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,7 +82,7 @@ pub struct DriverSign {
     /// `true` = the driver has taken over …
     pub role: Role<bool>,
     /// … these functions.
-    pub takes: Grants,
+    pub overrides: Grants,
 }
 
 impl CommandBinding {

@@ -1,33 +1,33 @@
 //! What diagnostics say of commands: one task a function, and one for sending.
 
-use super::accord::{Accord, Lights};
-use super::arbitration::Why;
+use super::arbitration::DecisionReason;
 use super::control_mode::Mode;
+use super::feedback_monitor::{Compliance, Lights};
 use super::flow::{CommandFlow, Finding, FunctionFinding};
-use super::intake::{IntakeCounts, Opinion, Refusal};
-use super::sender::{SendCounts, SendTrouble};
+use super::intake::{CommandState, IntakeCounts, Refusal};
+use super::sender::{SendCounts, SendProblem};
 use super::settings::CommandSource;
 use super::{Turn, hazard_name};
-use crate::core::bus::Bus;
+use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
 /// Level and words of one status.
-type Said = (Level, String);
+type StatusText = (Level, String);
 
 /// What a function is called, and how its states are.
-trait Spoken: Lights {
-    fn spoken(self) -> &'static str;
+trait LightsName: Lights {
+    fn state_name(self) -> &'static str;
 }
 
-impl Spoken for Turn {
-    fn spoken(self) -> &'static str {
+impl LightsName for Turn {
+    fn state_name(self) -> &'static str {
         self.name()
     }
 }
 
-impl Spoken for bool {
-    fn spoken(self) -> &'static str {
+impl LightsName for bool {
+    fn state_name(self) -> &'static str {
         hazard_name(self)
     }
 }
@@ -37,15 +37,15 @@ impl CommandFlow {
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
         let state = self.state();
         let Finding { decision, turn, hazard, .. } = state;
-        let turn_said = of_function(turn, (decision.demand.turn, decision.wanted.turn, decision.turn));
-        let mut hazard_said =
-            of_function(hazard, (decision.demand.hazard, decision.wanted.hazard, decision.hazard));
-        if state.button_given_up && hazard_said.0 != Level::Error {
-            hazard_said = (Level::Error, "the hazard button was pressed in vain".to_owned());
+        let turn_text = of_function(turn, (decision.request.turn, decision.wanted.turn, decision.turn));
+        let mut hazard_text =
+            of_function(hazard, (decision.request.hazard, decision.wanted.hazard, decision.hazard));
+        if state.button_given_up && hazard_text.0 != Level::Error {
+            hazard_text = (Level::Error, "no response to the hazard button".to_owned());
         }
-        let turn_values = (self.turn.counts(), self.turn.age(now), self.turn_watch.counts());
-        let hazard_values = (self.hazard.counts(), self.hazard.age(now), self.hazard_watch.counts());
-        let status = |task: &str, (level, message): Said, values| Status {
+        let turn_values = (self.turn.counts(), self.turn.age(now), self.turn_feedback.counts());
+        let hazard_values = (self.hazard.counts(), self.hazard.age(now), self.hazard_feedback.counts());
+        let status = |task: &str, (level, message): StatusText, values| Status {
             name: format!("{node}: {task}"),
             level,
             message,
@@ -54,13 +54,13 @@ impl CommandFlow {
         vec![
             status(
                 "turn_indicators_command",
-                turn_said,
-                values(turn, decision.demand.turn, decision.turn, turn_values),
+                turn_text,
+                values(turn, decision.request.turn, decision.turn, turn_values),
             ),
             status(
                 "hazard_lights_command",
-                hazard_said,
-                values(hazard, decision.demand.hazard, decision.hazard, hazard_values),
+                hazard_text,
+                values(hazard, decision.request.hazard, decision.hazard, hazard_values),
             ),
             status("command_transmission", self.transmission(buses), self.transmission_values()),
         ]
@@ -71,29 +71,29 @@ impl CommandFlow {
         let Finding { decision, mode, .. } = self.state();
         format!(
             "turn indicators {} ({}), hazard lights {} ({}), control mode {}",
-            asked(decision.demand.turn),
+            request_text(decision.request.turn),
             decision.turn.text(),
-            asked(decision.demand.hazard),
+            request_text(decision.request.hazard),
             decision.hazard.text(),
             mode_text(*mode),
         )
     }
 
-    fn transmission(&self, buses: &[Bus]) -> Said {
+    fn transmission(&self, buses: &[Bus]) -> StatusText {
         let state = self.state();
         let name = |at: usize| self.binding.messages.get(at).map_or("", |message| message.name.as_str());
         if let Some(bus) = state.cut_off.and_then(|bus| buses.get(usize::from(bus.0))) {
             return (Level::Error, format!("nothing can be sent on {}", bus.settings().name));
         }
-        if let (Some(at), true) = (state.rival, self.is_live()) {
-            return (Level::Error, format!("somebody else sends {} as well", name(at)));
+        if let (Some(at), true) = (state.conflicting_sender, self.is_live()) {
+            return (Level::Error, format!("conflicting sender of {}", name(at)));
         }
-        match (state.trouble, state.mode) {
-            (Some(SendTrouble::Broken), _) => (Level::Error, "frames cannot be sent".to_owned()),
+        match (state.problem, state.mode) {
+            (Some(SendProblem::Broken), _) => (Level::Error, "frames cannot be sent".to_owned()),
             (_, Mode::Undefined(raw)) => (Level::Error, format!("undefined control mode {raw}")),
-            (Some(SendTrouble::Delayed), _) => (Level::Warn, "frames are delayed".to_owned()),
+            (Some(SendProblem::Delayed), _) => (Level::Warn, "frames are delayed".to_owned()),
             (None, Mode::Unknown) => {
-                (Level::Warn, "control mode unknown: nothing is asked of the vehicle".to_owned())
+                (Level::Warn, "control mode unknown: nothing is requested of the vehicle".to_owned())
             }
             (None, Mode::Known(_)) if !self.is_live() => (Level::Ok, "dry run: nothing is sent".to_owned()),
             (None, Mode::Known(mode)) => (Level::Ok, format!("control mode {}", mode.name())),
@@ -124,8 +124,8 @@ impl CommandFlow {
     }
 }
 
-fn asked<T: Spoken>(demand: Option<T>) -> &'static str {
-    demand.map_or("left to the vehicle", Spoken::spoken)
+fn request_text<T: LightsName>(request: Option<T>) -> &'static str {
+    request.map_or("left to the vehicle", LightsName::state_name)
 }
 
 fn mode_text(mode: Mode) -> String {
@@ -136,71 +136,75 @@ fn mode_text(mode: Mode) -> String {
     }
 }
 
-/// `(demand, wanted, why)` of one function.
-fn of_function<T: Spoken>(
+/// `(request, wanted, why)` of one function.
+fn of_function<T: LightsName>(
     finding: &FunctionFinding<T>,
-    (demand, wanted, why): (Option<T>, Option<T>, Why),
-) -> Said {
-    let reports = || finding.reported.map_or("nothing", Spoken::spoken);
-    let wants = || asked(wanted);
-    let is_silent = matches!(finding.opinion, Opinion::Silent(_));
-    match (finding.refusal, finding.accord) {
+    (request, wanted, why): (Option<T>, Option<T>, DecisionReason),
+) -> StatusText {
+    let reports = || finding.reported.map_or("nothing", LightsName::state_name);
+    let wants = || request_text(wanted);
+    let is_silent = matches!(finding.command_state, CommandState::TimedOut(_));
+    match (finding.refusal, finding.compliance) {
         (Some(Refusal::Undefined(raw)), _) => (Level::Error, format!("undefined command {raw} is ignored")),
-        (_, Accord::Disobeyed) => {
+        (_, Compliance::Mismatch) => {
             (Level::Error, format!("commanded {}, but the vehicle reports {}", wants(), reports()))
         }
-        (_, _) if is_silent && why != Why::NotGranted => {
-            (Level::Error, format!("the command has fallen silent: {}", asked(demand)))
+        (_, _) if is_silent && why != DecisionReason::NotGranted => {
+            (Level::Error, format!("the command has timed out: {}", request_text(request)))
         }
-        (Some(Refusal::StampBackwards), _) => {
+        (Some(Refusal::NonMonotonicStamp), _) => {
             (Level::Warn, "a command with an older stamp is rejected".to_owned())
         }
-        (None, _) if finding.is_unsteady => {
+        (None, _) if finding.is_oscillating => {
             (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
         }
-        (None, Accord::Late) => {
-            (Level::Warn, format!("commanded {}, but the vehicle reports {} still", wants(), reports()))
+        (None, Compliance::Overdue) => {
+            (Level::Warn, format!("commanded {}, but the vehicle still reports {}", wants(), reports()))
         }
-        (None, Accord::Unproven) => (Level::Warn, format!("commanded {}, and no report shows it", wants())),
-        (None, Accord::Driver) => {
+        (None, Compliance::NoFeedback) => {
+            (Level::Warn, format!("commanded {}, and no report shows it", wants()))
+        }
+        (None, Compliance::DriverOverride) => {
             (Level::Warn, format!("commanded {}, left to the driver: {}", wants(), reports()))
         }
-        (None, Accord::Free | Accord::Obeyed | Accord::Settling) if why == Why::NeverCommanded => {
-            (Level::Warn, "no command has come".to_owned())
+        (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending)
+            if why == DecisionReason::NeverCommanded =>
+        {
+            (Level::Warn, "no command received".to_owned())
         }
-        (None, Accord::Free | Accord::Obeyed | Accord::Settling) => {
-            (Level::Ok, format!("{}, {}", asked(demand), why.text()))
+        (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
+            (Level::Ok, format!("{}, {}", request_text(request), why.text()))
         }
     }
 }
 
 /// Counts of the topic, age of its last message, counts of the watch.
-type Counted = (IntakeCounts, Option<std::time::Duration>, (u64, u64));
+type TopicFigures = (IntakeCounts, Option<std::time::Duration>, (u64, u64));
 
-fn values<T: Spoken>(
+fn values<T: LightsName>(
     finding: &FunctionFinding<T>,
-    demand: Option<T>,
-    why: Why,
-    (counts, age, (driver, disobeyed)): Counted,
+    request: Option<T>,
+    why: DecisionReason,
+    (counts, age, (driver, disobeyed)): TopicFigures,
 ) -> Vec<(&'static str, String)> {
-    let said = match finding.opinion {
-        Opinion::Never => "never",
-        Opinion::None => "no opinion",
-        Opinion::Wanted(wish) => wish.spoken(),
-        Opinion::Silent(_) => "silent",
+    let said = match finding.command_state {
+        CommandState::NeverReceived => "never",
+        CommandState::NoCommand => "nothing requested",
+        CommandState::Requested(requested) => requested.state_name(),
+        CommandState::TimedOut(_) => "silent",
     };
     vec![
         ("command", said.to_owned()),
-        ("asked", asked(demand).to_owned()),
-        ("because", why.text().to_owned()),
-        ("reported", finding.reported.map_or("unknown", Spoken::spoken).to_owned()),
+        ("requested", request_text(request).to_owned()),
+        ("reason", why.text().to_owned()),
+        ("reported", finding.reported.map_or("unknown", LightsName::state_name).to_owned()),
         ("command_age_s", age.map_or("-".to_owned(), |age| format!("{:.1}", age.as_secs_f64()))),
         ("commands", counts.received.to_string()),
         ("no_command", counts.no_command.to_string()),
         ("undefined", counts.undefined.to_string()),
-        ("stamps_backwards", counts.backwards.to_string()),
-        ("of_the_past", counts.past.to_string()),
-        ("driver_took_over", driver.to_string()),
-        ("not_obeyed", disobeyed.to_string()),
+        ("non_monotonic_stamps", counts.backwards.to_string()),
+        ("stale_messages", counts.stale.to_string()),
+        ("driver_overrides", driver.to_string()),
+        ("feedback_mismatches", disobeyed.to_string()),
     ]
 }

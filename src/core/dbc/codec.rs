@@ -6,7 +6,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::core::frame::MAX_DATA;
+use crate::core::can::frame::MAX_DATA;
 
 /// Bytes loaded at once: the longest signal (64 bits, unaligned) spans nine.
 const WINDOW: usize = 16;

@@ -46,7 +46,7 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 mod tests {
     use super::model::{Finding, Number, Severity};
     use super::*;
-    use crate::core::frame::CanId;
+    use crate::core::can::frame::CanId;
     use proptest::prelude::*;
 
     const GOOD: &str = r#"SG_ Good : 56|8@1+ (1,0) [0|0] "" X"#;

@@ -1,7 +1,7 @@
 //! What a DBC file says that a gateway needs, and what was wrong with it.
 
 use super::codec::SignalCodec;
-use crate::core::frame::CanId;
+use crate::core::can::frame::CanId;
 
 /// A DBC file: its usable part, and a finding for everything else.
 #[derive(Debug, Clone, Default)]

@@ -9,10 +9,10 @@ use std::ops::RangeInclusive;
 use can_dbc::MultiplexIndicator;
 
 use super::codec::{Layout, LayoutError, SignalCodec};
-use crate::core::frame::MAX_DATA;
+use crate::core::can::frame::MAX_DATA;
 
 /// Multiplexors above a signal at most; more is a circle, or no real file.
-const DEEPEST: usize = 8;
+const MAX_DEPTH: usize = 8;
 
 /// A multiplexor's values.
 type Values = Vec<RangeInclusive<u64>>;
@@ -65,7 +65,7 @@ impl<'a> Multiplexing<'a> {
 
     /// The compiled signal, or why it cannot be trusted.
     pub(super) fn codec(&self, index: usize) -> Result<SignalCodec, String> {
-        self.nested_codec(&self.signals[index], DEEPEST)
+        self.nested_codec(&self.signals[index], MAX_DEPTH)
     }
 
     fn nested_codec(&self, signal: &Placed<'_>, depth: usize) -> Result<SignalCodec, String> {

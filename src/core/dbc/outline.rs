@@ -7,7 +7,7 @@ use super::finding::{Findings, Place};
 use super::grammar::{self, Detail, Parsed, Values};
 use super::mend;
 use super::statement::{self, Statement};
-use crate::core::frame::{CanId, MAX_DATA};
+use crate::core::can::frame::{CanId, MAX_DATA};
 
 /// Signals that belong to no message are gathered under one of this name.
 const INDEPENDENT: &str = "VECTOR__INDEPENDENT_SIG_MSG";
@@ -261,7 +261,7 @@ fn layout(signal: &can_dbc::Signal) -> Result<Layout, String> {
         can_dbc::ByteOrder::BigEndian => ByteOrder::Motorola,
     };
     if !(signal.factor.is_finite() && signal.offset.is_finite()) {
-        return Err("factor or offset is no finite number".to_owned());
+        return Err("factor or offset is not a finite number".to_owned());
     }
     Ok(Layout { start, length, order, signed: signal.value_type == can_dbc::ValueType::Signed })
 }

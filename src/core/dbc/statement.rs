@@ -43,7 +43,7 @@ const LINE: [&str; 4] = ["BO_", "BS_", "SG_", "VERSION"];
 const LISTING: [&str; 2] = ["BU_", "NS_"];
 
 /// Bytes of a text at most, so that open ones cost little to find.
-const LONGEST_TEXT: usize = 1 << 16;
+const MAX_TEXT: usize = 1 << 16;
 
 /// One statement; line ends outside texts have become blanks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -166,7 +166,7 @@ fn ends_before(text: &str) -> bool {
 /// quote is missing and this one opens another statement's text.
 fn text_end(text: &str) -> Option<usize> {
     let mut escaped = false;
-    let close = text.char_indices().take_while(|(at, _)| *at < LONGEST_TEXT).find_map(|(at, c)| {
+    let close = text.char_indices().take_while(|(at, _)| *at < MAX_TEXT).find_map(|(at, c)| {
         let closes = c == '"' && !escaped;
         escaped = c == '\\';
         closes.then_some(at)

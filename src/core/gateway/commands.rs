@@ -2,12 +2,13 @@
 
 use super::{Gateway, news};
 use crate::core::command::allow_list::CommandFrame;
-use crate::core::command::flow::{CommandFlow, Outgoing};
+use crate::core::command::flow::CommandFlow;
 use crate::core::command::sender::SendFailure;
 use crate::core::command::{Reported, Turn};
 use crate::core::diagnostics::Status;
-use crate::core::event::Output;
+use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now};
+use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::VehicleLights;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
@@ -26,12 +27,13 @@ impl Gateway {
         }
     }
 
-    /// Says when a frame of [`Output::Transmit`] was sent, before anything else is done.
+    /// Says when a frame of [`CommandOutput::Transmit`](crate::core::command::output::CommandOutput::Transmit) was sent, before anything else is done.
     pub fn sent(&mut self, frame: &CommandFrame, at: MonoTime) {
         self.command.iter_mut().for_each(|flow| flow.sent(frame, at));
     }
 
-    /// Takes back a frame of [`Output::Transmit`] that could not be sent, before anything else is done.
+    /// Takes back a frame of [`CommandOutput::Transmit`](crate::core::command::output::CommandOutput::Transmit) that could not be sent, before anything else
+    /// is done.
     pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, now: Now) {
         self.command.iter_mut().for_each(|flow| flow.not_sent(frame, why, now));
     }
@@ -43,7 +45,7 @@ impl Gateway {
 
     /// Whether nothing is left to be sent after [`Input::Stop`]; always, when nothing is ever sent.
     ///
-    /// [`Input::Stop`]: crate::core::event::Input::Stop
+    /// [`Input::Stop`]: crate::core::gateway::event::Input::Stop
     pub fn is_finished(&self) -> bool {
         self.command.as_ref().is_none_or(CommandFlow::is_finished)
     }
@@ -53,10 +55,7 @@ impl Gateway {
         let Some(flow) = &mut self.command else { return Vec::new() };
         flow.report(reported(&self.lights));
         let has_news = flow.settle(&self.buses, now);
-        self.outputs.extend(std::iter::from_fn(|| flow.poll_output()).map(|outgoing| match outgoing {
-            Outgoing::Send { frame, is_news } => Output::Transmit { frame, is_news },
-            Outgoing::WouldSend { bus, frame, is_news } => Output::WouldTransmit { bus, frame, is_news },
-        }));
+        self.outputs.extend(std::iter::from_fn(|| flow.poll_output()).map(Output::Command));
         if !has_news {
             return Vec::new();
         }
@@ -71,15 +70,16 @@ impl Gateway {
 }
 
 /// Hands on what the decider commands, where it is the source.
-pub(super) fn follow(flow: &mut CommandFlow, output: &Output, now: Now) {
+pub(super) fn follow(flow: &mut CommandFlow, output: &TurnSignalOutput, now: Now) {
     if !flow.follows_decider() {
         return;
     }
-    if let Output::TurnCommand { command, stamp } = output {
-        flow.turn_command(*command as u8, *stamp, now);
-    }
-    if let Output::HazardCommand { command, stamp } = output {
-        flow.decided_hazard(*command as u8, *stamp, now);
+    match output {
+        TurnSignalOutput::TurnCommand { command, stamp } => flow.turn_command(*command as u8, *stamp, now),
+        TurnSignalOutput::HazardCommand { command, stamp } => {
+            flow.decider_hazard(*command as u8, *stamp, now);
+        }
+        TurnSignalOutput::Decision(_) => {}
     }
 }
 

@@ -3,9 +3,9 @@
 use super::osm::{Element, OsmError, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
-pub(super) const FARTHEST_M: f64 = 1e8;
+pub(super) const MAX_DISTANCE_M: f64 = 1e8;
 /// Points of all lanelets together: a few GB.
-pub(super) const MOST_POINTS: usize = 50_000_000;
+pub(super) const MAX_POINTS: usize = 50_000_000;
 
 /// What is wrong with a map.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -35,7 +35,7 @@ pub enum MapError {
         /// How many ways it has there.
         count: usize,
     },
-    /// A bound is no line.
+    /// A bound is not a line.
     #[error("way {way}: a bound of lanelet {lanelet} needs two points at least")]
     ShortBound {
         /// The way.
@@ -44,13 +44,13 @@ pub enum MapError {
         lanelet: i64,
     },
     /// A node lies far outside of any map.
-    #[error("node {node}: it lies {FARTHEST_M:e} metres or more from the origin of the map")]
+    #[error("node {node}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
     TooFar {
         /// The node.
         node: i64,
     },
     /// The lanelets have more points than memory should hold.
-    #[error("relation {lanelet}: with it, the lanelets have more than {MOST_POINTS} points")]
+    #[error("relation {lanelet}: with it, the lanelets have more than {MAX_POINTS} points")]
     TooLarge {
         /// The first lanelet that is too much.
         lanelet: i64,

@@ -6,7 +6,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{PointDistance, RTree};
 
 use super::lanelet::{Lanelet, LaneletIndex};
-use super::polyline::foot_on;
+use super::polyline::project_onto;
 
 /// A tree of the boxes around lanelets, by position.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ fn distance_m(lanelet: &Lanelet, place: [f64; 2]) -> f64 {
     let mut nearest_m = f64::INFINITY;
     let mut inside = false;
     for (from, to) in outline(lanelet).zip(next) {
-        nearest_m = nearest_m.min(foot_on(*from, *to, place).1);
+        nearest_m = nearest_m.min(project_onto(*from, *to, place).1);
         // A ray to the east crosses the outline an odd number of times from inside.
         if (from[1] > place[1]) != (to[1] > place[1]) {
             let share = (place[1] - from[1]) / (to[1] - from[1]);

@@ -1,5 +1,5 @@
 //! A lanelet: a piece of a lane between two bounds, with the tags that decide about signals
-//! (decider sections 3.2.1 and 7.3).
+//! (docs/spec/turn-signal-decider.md, "Map facts").
 
 use super::error::{MapError, id_list_tag, number_tag};
 use super::osm::{Element, Kind, Relation, Tags};
@@ -22,7 +22,7 @@ pub struct Lanelet {
     pub left: Bound,
     /// On the right of traffic, drawn in its direction.
     pub right: Bound,
-    /// Generated of the bounds (section 3.0.6); one drawn in the map does not count.
+    /// Generated of the bounds; one drawn in the map does not count.
     pub centerline: Polyline,
     /// `road`, `road_shoulder`, `crosswalk`, …; empty without one.
     pub subtype: Box<str>,

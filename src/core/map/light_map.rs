@@ -1,4 +1,5 @@
-//! Heads and groups of a map, and how an id of either kind expands (traffic-lights section 2).
+//! Heads and groups of a map, and how an id of either kind expands
+//! (docs/spec/traffic-lights.md, "Ids and groups").
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

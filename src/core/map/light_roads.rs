@@ -1,7 +1,7 @@
 //! Traffic lights as a lanelet2 map has them: heads, groups, stop lines and the lanelets that obey
-//! them (traffic-lights sections 2.1 and 2.2).
+//! them (docs/spec/traffic-lights.md, "Lights of a map").
 //!
-//! Where the specification leaves "the order of the layer" open, it is the order of the file.
+//! All lists are in the order of the file.
 
 use std::collections::{BTreeMap, BTreeSet};
 

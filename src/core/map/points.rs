@@ -1,6 +1,6 @@
 //! Where the nodes of a map are, in metres.
 
-use super::error::{FARTHEST_M, MapError};
+use super::error::{MAX_DISTANCE_M, MapError};
 use super::osm::{Node, Osm};
 use super::projector::{Geo, Projector};
 
@@ -33,7 +33,7 @@ impl Points {
                 let place = Geo { latitude_deg, longitude_deg, altitude_m: node.ele_m };
                 projector.project(place).ok_or(MapError::NotProjected { node: node.id })?
             };
-            if point.iter().any(|axis| axis.abs() >= FARTHEST_M) {
+            if point.iter().any(|axis| axis.abs() >= MAX_DISTANCE_M) {
                 return Err(MapError::TooFar { node: node.id });
             }
             Ok(point)

@@ -9,7 +9,7 @@ pub struct Polyline {
 
 /// The point of a line nearest to some place, in x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foot {
+pub struct Projection {
     /// The segment it is on, from 0.
     pub segment: usize,
     /// Arc length to it, metres.
@@ -83,13 +83,14 @@ impl Polyline {
     }
 
     /// The nearest point in x and y; the first of several.
-    pub fn nearest(&self, place: [f64; 2]) -> Foot {
-        let mut best = Foot { segment: 0, arc_m: 0.0, distance_m: f64::INFINITY, is_left: false };
+    pub fn nearest(&self, place: [f64; 2]) -> Projection {
+        let mut best = Projection { segment: 0, arc_m: 0.0, distance_m: f64::INFINITY, is_left: false };
         for (segment, ((from, to), arc_m)) in segments(&self.points).zip(&self.arcs_m).enumerate() {
-            let (share, distance_m) = foot_on(*from, *to, place);
+            let (share, distance_m) = project_onto(*from, *to, place);
             if distance_m < best.distance_m {
                 let arc_m = arc_m + share * length_2d(minus(*to, *from));
-                best = Foot { segment, arc_m, distance_m, is_left: self.is_left(segment, share, place) };
+                best =
+                    Projection { segment, arc_m, distance_m, is_left: self.is_left(segment, share, place) };
             }
         }
         best
@@ -128,7 +129,8 @@ impl Polyline {
 }
 
 /// The line in the middle of two bounds: as many parts as the longer bound has pieces of five metres,
-/// each point half-way between the bounds at that fraction of their lengths (decider section 3.0.6).
+/// each point half-way between the bounds at that fraction of their lengths.
+/// docs/spec/turn-signal-decider.md, "Lanelet centreline".
 pub fn centerline(left: &Polyline, right: &Polyline) -> Option<Polyline> {
     let middle =
         |(left, right): ([f64; 3], [f64; 3])| [0, 1, 2].map(|axis| f64::midpoint(left[axis], right[axis]));
@@ -171,7 +173,7 @@ fn interpolate(points: &[[f64; 3]], arcs_m: &[f64], arc_m: f64) -> [f64; 3] {
 }
 
 /// Share of the segment before the point nearest to a place, and its distance.
-pub(super) fn foot_on(from: [f64; 3], to: [f64; 3], place: [f64; 2]) -> (f64, f64) {
+pub(super) fn project_onto(from: [f64; 3], to: [f64; 3], place: [f64; 2]) -> (f64, f64) {
     let along = minus(to, from);
     let square = along[0] * along[0] + along[1] * along[1];
     let scalar = (place[0] - from[0]) * along[0] + (place[1] - from[1]) * along[1];

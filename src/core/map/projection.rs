@@ -3,8 +3,6 @@
 //! Transverse Mercator by Krüger's series to the fourth power of the third flattening: less than a
 //! micrometre is left out within a zone. The crates that have it bring all other projections along.
 
-use super::projector::Geo;
-
 /// Semi-major axis, metres.
 const A_M: f64 = 6_378_137.0;
 /// Flattening.
@@ -14,12 +12,30 @@ pub(super) const UTM_SCALE: f64 = 0.9996;
 /// Easting of that meridian, metres.
 const UTM_EASTING_M: f64 = 500_000.0;
 /// Farther from its meridian the projection is of no use, degrees.
-const WIDEST_DEG: f64 = 45.0;
+const MAX_WIDTH_DEG: f64 = 45.0;
+
+/// A place on the WGS 84 ellipsoid.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Geo {
+    /// -90 to 90, degrees.
+    pub latitude_deg: f64,
+    /// -180 to 180, degrees.
+    pub longitude_deg: f64,
+    /// Above the ellipsoid, metres.
+    pub altitude_m: f64,
+}
+
+impl Geo {
+    /// Whether there is such a place.
+    pub fn is_on_earth(&self) -> bool {
+        self.latitude_deg.abs() <= 90.0 && self.longitude_deg.abs() <= 360.0 && self.altitude_m.is_finite()
+    }
+}
 
 /// x to the east of a meridian and y to the north of the equator, metres. None far from the meridian.
 pub(super) fn transverse_mercator(place: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
     let longitude_deg = (place.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
-    if !place.is_on_earth() || longitude_deg.abs() > WIDEST_DEG {
+    if !place.is_on_earth() || longitude_deg.abs() > MAX_WIDTH_DEG {
         return None;
     }
     let n = F / (2.0 - F);

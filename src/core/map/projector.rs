@@ -1,10 +1,11 @@
-//! How a map's coordinates come about: Autoware's `map_projector_info.yaml` (decider section 7.1).
+//! How a map's coordinates come about: Autoware's `map_projector_info.yaml`
+//! (docs/spec/turn-signal-decider.md, "Map facts").
 
 use super::projection::{UTM_SCALE, east_north_up, transverse_mercator, utm_meridian_deg};
 
 mod info;
 
-pub use super::projection::MgrsSquare;
+pub use super::projection::{Geo, MgrsSquare};
 pub use info::ProjectorError;
 
 /// What makes metres of latitudes and longitudes.
@@ -28,17 +29,6 @@ pub enum Projector {
     },
 }
 
-/// A place on the WGS 84 ellipsoid.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Geo {
-    /// -90 to 90, degrees.
-    pub latitude_deg: f64,
-    /// -180 to 180, degrees.
-    pub longitude_deg: f64,
-    /// Above the ellipsoid, metres.
-    pub altitude_m: f64,
-}
-
 impl Projector {
     /// x, y and z of a node in the map frame, metres. None where the projection does not reach, and
     /// always for [`Self::Local`].
@@ -55,13 +45,6 @@ impl Projector {
             }
             Self::LocalCartesian(origin) => east_north_up(place, origin),
         }
-    }
-}
-
-impl Geo {
-    /// Whether there is such a place.
-    pub fn is_on_earth(&self) -> bool {
-        self.latitude_deg.abs() <= 90.0 && self.longitude_deg.abs() <= 360.0 && self.altitude_m.is_finite()
     }
 }
 

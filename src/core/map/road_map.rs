@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::error::{MOST_POINTS, MapError};
+use super::error::{MAX_POINTS, MapError};
 use super::index::LaneletTree;
 use super::lanelet::{
     Bound, LaneChange, Lanelet, LaneletIndex, Roundabout, RoundaboutIndex, Said, is_for_vehicles, is_one_way,
@@ -194,7 +194,7 @@ impl<'a> Builder<'a> {
     }
 
     fn check_size(&self, relation: &Relation) -> Result<(), MapError> {
-        if self.points_so_far > MOST_POINTS {
+        if self.points_so_far > MAX_POINTS {
             return Err(MapError::TooLarge { lanelet: relation.id });
         }
         Ok(())

@@ -1,5 +1,5 @@
 //! Which lanelets for vehicles follow each other and lie beside each other, by the points and ways they
-//! share: lanelet2's routing graph for vehicles (decider section 7.3).
+//! share: lanelet2's routing graph for vehicles (docs/spec/turn-signal-decider.md, "Map facts").
 //!
 //! Lanelets that may be driven both ways are seen in the direction of their bounds only.
 

@@ -2,130 +2,130 @@
 
 use std::time::Duration;
 
-use super::Happening;
-use crate::core::bus::past;
+use super::VehicleEvent;
+use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::can::link::BusIndex;
 use crate::core::command::Turn;
 use crate::core::command::message::CommandMessage;
-use crate::core::event::BusIndex;
-use crate::core::frame::{Frame, MAX_DATA};
-use crate::core::time::MonoTime;
-use crate::core::trust::integrity::{Guard, MessageIntegrity, Verdict};
+use crate::core::time::{MonoTime, deadline_after};
+use crate::core::validation::integrity::{IntegrityChecker, IntegrityVerdict, MessageIntegrity};
 
 /// Periods without a frame after which a command is dropped.
 const PERIODS: u32 = 5;
 
-/// What is asked of the vehicle; none = nothing.
+/// What is requested of the vehicle; none = nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Asked {
+pub(super) struct LightsRequest {
     pub(super) turn: Option<Turn>,
     pub(super) hazard: Option<bool>,
 }
 
 /// What came of a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Heard {
+pub(super) struct FrameEffect {
     /// Whether a button that springs back was pressed with it.
     pub(super) presses: bool,
-    pub(super) told: Option<Happening>,
+    pub(super) told: Option<VehicleEvent>,
 }
 
 /// Listens to one command message.
 #[derive(Debug, Clone)]
-pub(super) struct Listener {
+pub(super) struct CommandReceiver {
     message: CommandMessage,
-    guard: Option<Guard>,
+    checker: Option<IntegrityChecker>,
     timeout: Duration,
-    asked: Asked,
+    request: LightsRequest,
     /// When the last believed frame came; none = what it asked for is dropped.
-    heard_at: Option<MonoTime>,
+    received_at: Option<MonoTime>,
     is_pressed: bool,
     is_rejecting: bool,
 }
 
-impl Listener {
+impl CommandReceiver {
     pub(super) fn new(message: &CommandMessage, timeout: Option<Duration>) -> Self {
         let timeout = timeout.unwrap_or(message.timing.period * PERIODS);
         let rules = message.protection.as_ref().map(|protection| MessageIntegrity {
-            length: Some(message.permit.length()),
+            length: Some(message.permission.length()),
             protection: protection.clone(),
             window: None,
             forget_after: Some(timeout),
         });
         Self {
             message: message.clone(),
-            guard: rules.map(Guard::new),
+            checker: rules.map(IntegrityChecker::new),
             timeout,
-            asked: Asked::default(),
-            heard_at: None,
+            request: LightsRequest::default(),
+            received_at: None,
             is_pressed: false,
             is_rejecting: false,
         }
     }
 
     /// Takes a frame; nothing comes of those of other messages.
-    pub(super) fn hear(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) -> Heard {
-        let permit = &self.message.permit;
-        if (permit.bus(), permit.id()) != (bus, frame.id()) {
-            return Heard::default();
+    pub(super) fn on_frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) -> FrameEffect {
+        let permission = &self.message.permission;
+        if (permission.bus(), permission.id()) != (bus, frame.id()) {
+            return FrameEffect::default();
         }
-        let verdict = self.guard.as_mut().map_or(Verdict::Trusted, |guard| guard.check(frame, now));
+        let verdict =
+            self.checker.as_mut().map_or(IntegrityVerdict::Trusted, |checker| checker.check(frame, now));
         let why = match verdict {
-            Verdict::Rejected(why) => Some(why.to_string()),
-            Verdict::Trusted if frame.data().len() == permit.length() => None,
-            Verdict::Trusted => Some("wrong length".to_owned()),
+            IntegrityVerdict::Rejected(why) => Some(why.to_string()),
+            IntegrityVerdict::Trusted if frame.data().len() == permission.length() => None,
+            IntegrityVerdict::Trusted => Some("wrong length".to_owned()),
         };
         let was_rejecting = std::mem::replace(&mut self.is_rejecting, why.is_some());
         if let Some(why) = why {
             let message = self.message.name.clone();
-            let told = (!was_rejecting).then_some(Happening::CommandRejected { message, why });
-            return Heard { presses: false, told };
+            let told = (!was_rejecting).then_some(VehicleEvent::CommandRejected { message, why });
+            return FrameEffect { presses: false, told };
         }
-        let (asked, is_pressed) = read(&self.message, frame.padded());
+        let (request, is_pressed) = read(&self.message, frame.padded());
         let presses = is_pressed && !self.is_pressed;
-        (self.asked, self.is_pressed, self.heard_at) = (asked, is_pressed, Some(now));
-        Heard { presses, told: None }
+        (self.request, self.is_pressed, self.received_at) = (request, is_pressed, Some(now));
+        FrameEffect { presses, told: None }
     }
 
     /// Drops what was asked for too long ago.
-    pub(super) fn settle(&mut self, now: MonoTime) -> Option<Happening> {
-        self.heard_at.filter(|at| now.since(*at) > self.timeout)?;
-        (self.heard_at, self.is_pressed) = (None, false);
-        let asked = std::mem::take(&mut self.asked);
+    pub(super) fn settle(&mut self, now: MonoTime) -> Option<VehicleEvent> {
+        self.received_at.filter(|at| now.since(*at) > self.timeout)?;
+        (self.received_at, self.is_pressed) = (None, false);
+        let request = std::mem::take(&mut self.request);
         let message = self.message.name.clone();
-        (asked != Asked::default()).then_some(Happening::CommandTimedOut { message })
+        (request != LightsRequest::default()).then_some(VehicleEvent::CommandTimedOut { message })
     }
 
-    pub(super) fn asked(&self) -> Asked {
-        self.asked
+    pub(super) fn request(&self) -> LightsRequest {
+        self.request
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
-        self.heard_at.map(|at| past(at, self.timeout))
+        self.received_at.map(|at| deadline_after(at, self.timeout))
     }
 }
 
 /// What a frame asks for, and whether it presses a button.
-fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (Asked, bool) {
+fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (LightsRequest, bool) {
     if message.enable.as_ref().is_some_and(|enable| !enable.on.matches(data)) {
-        return (Asked::default(), false);
+        return (LightsRequest::default(), false);
     }
-    let mut asked = Asked::default();
+    let mut request = LightsRequest::default();
     if let Some(part) = &message.turn {
         if part.hazard.as_ref().is_some_and(|patch| patch.matches(data)) {
-            (asked.turn, asked.hazard) = (Some(Turn::Off), Some(true));
+            (request.turn, request.hazard) = (Some(Turn::Off), Some(true));
         } else if !part.none.as_ref().is_some_and(|patch| patch.matches(data)) {
             let states = [(&part.left, Turn::Left), (&part.right, Turn::Right), (&part.off, Turn::Off)];
-            asked.turn = states.into_iter().find(|(patch, _)| patch.matches(data)).map(|(_, turn)| turn);
-            asked.hazard = part.hazard.as_ref().map(|_| false);
+            request.turn = states.into_iter().find(|(patch, _)| patch.matches(data)).map(|(_, turn)| turn);
+            request.hazard = part.hazard.as_ref().map(|_| false);
         }
     }
-    let Some(part) = &message.hazard else { return (asked, false) };
+    let Some(part) = &message.hazard else { return (request, false) };
     if part.button.is_some() {
-        return (asked, part.on.matches(data));
+        return (request, part.on.matches(data));
     }
     if !part.none.as_ref().is_some_and(|patch| patch.matches(data)) {
         let states = [(&part.on, true), (&part.off, false)];
-        asked.hazard = states.into_iter().find(|(patch, _)| patch.matches(data)).map(|(_, on)| on);
+        request.hazard = states.into_iter().find(|(patch, _)| patch.matches(data)).map(|(_, on)| on);
     }
-    (asked, false)
+    (request, false)
 }

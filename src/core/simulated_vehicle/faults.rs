@@ -1,19 +1,19 @@
 //! What is broken at the moment.
 
-use super::request::{Fate, Fault};
+use super::request::{Fault, ReportQuality};
 use crate::core::command::Turn;
-use crate::core::vehicle_lights::binding::TurnCode;
 use crate::core::vehicle_lights::lamp::Sides;
+use crate::core::vehicle_lights::state::TurnCode;
 
 /// All faults of the vehicle.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faults {
     /// Of frames, the newest last.
     frames: Vec<(FrameFault, Option<String>)>,
-    pub(super) lie: Option<TurnCode>,
-    pub(super) fate: Fate,
+    pub(super) false_report: Option<TurnCode>,
+    pub(super) quality: ReportQuality,
     pub(super) broken: Sides,
-    pub(super) is_deaf: bool,
+    pub(super) ignores_commands: bool,
     pub(super) is_silent: bool,
 }
 
@@ -42,13 +42,13 @@ impl Faults {
             Fault::Corrupt(share, message) => self.frames.push((FrameFault::Corrupt(share), message)),
             Fault::FreezeCounter(message) => self.frames.push((FrameFault::FreezeCounter, message)),
             Fault::FreezeContents(message) => self.frames.push((FrameFault::FreezeContents, message)),
-            Fault::Lie(code) => self.lie = Some(code),
-            Fault::Report(fate) => self.fate = fate,
+            Fault::FalseReport(code) => self.false_report = Some(code),
+            Fault::Report(quality) => self.quality = quality,
             Fault::Bulb(side) => {
                 self.broken.left |= side == Turn::Left;
                 self.broken.right |= side == Turn::Right;
             }
-            Fault::Deaf => self.is_deaf = true,
+            Fault::IgnoreCommands => self.ignores_commands = true,
             Fault::BusOff(_) => {}
             Fault::Silent => self.is_silent = true,
         }
@@ -66,7 +66,7 @@ impl Faults {
     /// What becomes of the frames of a message; what was said of it alone counts more than what was
     /// said of all.
     pub(super) fn of(&self, name: &str) -> FrameFate {
-        let mut fate = FrameFate::default();
+        let mut quality = FrameFate::default();
         for of_all in [true, false] {
             for (fault, message) in &self.frames {
                 match message {
@@ -75,14 +75,14 @@ impl Faults {
                     None | Some(_) => continue,
                 }
                 match fault {
-                    FrameFault::Drop(share) => fate.drop = *share,
-                    FrameFault::Corrupt(share) => fate.corrupt = *share,
-                    FrameFault::FreezeCounter => fate.freezes_counter = true,
-                    FrameFault::FreezeContents => fate.freezes_contents = true,
+                    FrameFault::Drop(share) => quality.drop = *share,
+                    FrameFault::Corrupt(share) => quality.corrupt = *share,
+                    FrameFault::FreezeCounter => quality.freezes_counter = true,
+                    FrameFault::FreezeContents => quality.freezes_contents = true,
                 }
             }
         }
-        fate
+        quality
     }
 }
 

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use crate::core::time::MonoTime;
-use crate::core::vehicle_lights::binding::TurnCode;
 use crate::core::vehicle_lights::lamp::Sides;
+use crate::core::vehicle_lights::state::TurnCode;
 
 /// Flashes one side, or both, from the moment it is told to; lit first.
 #[derive(Debug, Clone, Copy)]

@@ -4,29 +4,29 @@
 //! It is the other end of the bus, so it reads the profile from the other side: of meanings it makes
 //! raw values, of command frames it makes lights. Nothing here is used to judge a real vehicle.
 
-mod body;
 mod commanded;
+mod driver;
+mod encoder;
 mod faults;
 mod flasher;
 pub mod plan;
 mod possible;
 pub mod request;
-mod says;
 mod transmission;
 mod vehicle;
 
 use std::time::Duration;
 
+use crate::core::can::error_frame::ErrorFrame;
+use crate::core::can::frame::Frame;
+use crate::core::can::link::BusIndex;
 use crate::core::command::Turn;
-use crate::core::error_frame::ErrorFrame;
-use crate::core::event::BusIndex;
-use crate::core::frame::Frame;
-use crate::core::vehicle_lights::binding::TurnCode;
+use crate::core::vehicle_lights::state::TurnCode;
 pub use vehicle::SimulatedVehicle;
 
 /// How the vehicle behaves, beside what its profile says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Behaviour {
+pub struct SimulationSettings {
     /// From a command frame to the lights.
     pub reaction: Duration,
     /// How long a command holds after its last frame; none = five periods of its message.
@@ -37,7 +37,7 @@ pub struct Behaviour {
     pub seed: u64,
 }
 
-impl Default for Behaviour {
+impl Default for SimulationSettings {
     /// Reacts within 50 ms and flashes 90 times a minute.
     fn default() -> Self {
         Self {
@@ -67,12 +67,12 @@ pub enum Output {
         error: ErrorFrame,
     },
     /// Nothing on a bus: for those who watch.
-    Happened(Happening),
+    Happened(VehicleEvent),
 }
 
 /// What those who watch want to know.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Happening {
+pub enum VehicleEvent {
     /// Commands ask for something else than before; none = nothing is asked of this function.
     Commanded {
         /// Turn indicators.

@@ -3,23 +3,23 @@
 
 use std::time::Duration;
 
-use super::says::{Says, Speaker, sides_named};
-use crate::core::bus::BusSettings;
+use super::encoder::{SignalContent, SignalEncoder, sides_named};
+use crate::core::can::bus::BusSettings;
+use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::link::BusIndex;
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Database;
-use crate::core::event::BusIndex;
-use crate::core::frame::{CanId, Frame, MAX_DATA};
-use crate::core::trust::integrity::Protection;
-use crate::core::trust::table::{FaultSignal, Role, SignalIndex, SignalTable, Timing};
+use crate::core::validation::integrity::Protection;
+use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable, Timing};
 use crate::core::vehicle_lights::binding::{
     HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnSource,
 };
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress, StalkSettings};
 
 /// Slowest rhythm of a message that shows lamps, and of one whose period nobody knows.
-const SLOWEST: Duration = Duration::from_millis(100);
-const FASTEST: Duration = Duration::from_millis(10);
+const MAX_PERIOD: Duration = Duration::from_millis(100);
+const MIN_PERIOD: Duration = Duration::from_millis(10);
 
 /// What the vehicle sends and what it listens to.
 #[derive(Debug, Clone)]
@@ -62,7 +62,7 @@ pub(super) struct PlannedMessage {
 pub(super) struct Page {
     /// The multiplexors, set for this page.
     pub(super) background: [u8; MAX_DATA],
-    pub(super) speakers: Vec<Speaker>,
+    pub(super) encoders: Vec<SignalEncoder>,
 }
 
 /// What a hand does to end what a momentary stalk has switched on.
@@ -95,7 +95,7 @@ impl VehiclePlan {
     }
 
     /// The identifiers that matter to the vehicle on a bus: the commands.
-    pub fn heard_ids(&self, bus: BusIndex) -> Vec<CanId> {
+    pub fn command_ids(&self, bus: BusIndex) -> Vec<CanId> {
         let entries = self.command.allowed.entries().iter();
         entries.filter(|(there, _)| *there == bus).map(|(_, id)| *id).collect()
     }
@@ -106,7 +106,7 @@ impl VehiclePlan {
     }
 
     /// Names of the messages it obeys.
-    pub fn obeys(&self) -> impl Iterator<Item = &str> {
+    pub fn follows_commands(&self) -> impl Iterator<Item = &str> {
         self.command.messages.iter().map(|message| message.name.as_str())
     }
 }
@@ -128,8 +128,8 @@ impl Draft<'_> {
             for named in &sources.list {
                 match &named.source {
                     HazardSource::BothSides => {}
-                    HazardSource::Signal { role, .. } => self.say(table, role, Says::Hazard)?,
-                    HazardSource::Button { role, .. } => self.say(table, role, Says::Button)?,
+                    HazardSource::Signal { role, .. } => self.say(table, role, SignalContent::Hazard)?,
+                    HazardSource::Button { role, .. } => self.say(table, role, SignalContent::Button)?,
                 }
             }
         }
@@ -141,42 +141,45 @@ impl Draft<'_> {
 
     fn turn(&mut self, table: &SignalTable, source: &TurnSource) -> Result<(), PlanError> {
         match source {
-            TurnSource::Enumerated(role) => self.say(table, role, Says::Turn),
+            TurnSource::Enumerated(role) => self.say(table, role, SignalContent::Turn),
             TurnSource::Pair(pair) => {
                 [(true, &pair.left), (false, &pair.right)].into_iter().try_for_each(|(is_left, role)| {
-                    self.say(table, role, |values| Says::Side { is_left, both: pair.both, values })
+                    self.say(table, role, |values| SignalContent::Side { is_left, both: pair.both, values })
                 })
             }
             TurnSource::Lamps { pair, settings, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.say(table, role, |values| Says::Lamp { is_left, values })?;
+                    self.say(table, role, |values| SignalContent::Lamp { is_left, values })?;
                     self.shows_lamps(table, role.signal, settings.lit_until_changed);
                 }
                 Ok(())
             }
-            TurnSource::Stalk { role, .. } => self.say(table, role, Says::Stalk),
+            TurnSource::Stalk { role, .. } => self.say(table, role, SignalContent::Stalk),
         }
     }
 
     fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
         if let Some(role) = &command.control_mode {
-            self.say(&command.table, role, Says::Mode)?;
+            self.say(&command.table, role, SignalContent::Mode)?;
         }
         command.driver.iter().try_for_each(|sign| {
-            self.say(&command.table, &sign.role, |values| Says::Driver { takes: sign.takes, values })
+            self.say(&command.table, &sign.role, |values| SignalContent::Driver {
+                overrides: sign.overrides,
+                values,
+            })
         })
     }
 
     fn fault(&mut self, table: &SignalTable, fault: &FaultSignal) -> Result<(), PlanError> {
         let name = table.signals.get(fault.role.signal.0).map_or("", |signal| signal.name.as_str());
         let of = sides_named(&format!("{name} {}", fault.text));
-        self.say(table, &fault.role, |values| Says::Fault { of, values })
+        self.say(table, &fault.role, |values| SignalContent::Fault { of, values })
     }
 
     /// Messages that prove a bus alive are sent with all bits zero.
     fn signs_of_life(&mut self, buses: &[BusSettings]) -> Result<(), PlanError> {
         for (index, bus) in (0..=u8::MAX).map(BusIndex).zip(buses) {
-            for id in &bus.alive_by {
+            for id in &bus.heartbeat_messages {
                 let at = self.message(
                     index,
                     *id,
@@ -185,7 +188,7 @@ impl Draft<'_> {
                     None,
                 )?;
                 if let Some(message) = self.messages.get_mut(at).filter(|message| message.pages.is_empty()) {
-                    message.pages.push(Page { background: [0; MAX_DATA], speakers: Vec::new() });
+                    message.pages.push(Page { background: [0; MAX_DATA], encoders: Vec::new() });
                 }
             }
         }
@@ -196,14 +199,14 @@ impl Draft<'_> {
         &mut self,
         table: &SignalTable,
         role: &Role<T>,
-        says: impl FnOnce(crate::core::trust::meaning::ValueMap<T>) -> Says,
+        content: impl FnOnce(crate::core::validation::meaning::ValueMap<T>) -> SignalContent,
     ) -> Result<(), PlanError> {
         let Some(signal) = table.signals.get(role.signal.0) else { return Ok(()) };
         let Some(bound) = table.messages.get(signal.message.0) else { return Ok(()) };
         let protection = bound.integrity.as_ref().map(|integrity| &integrity.protection);
         let at = self.message(bound.bus, bound.id, &bound.name, bound.timing, protection)?;
         if let Some(message) = self.messages.get_mut(at) {
-            message.speaker(&signal.codec)?.add(says(role.values.clone()));
+            message.encoder(&signal.codec)?.add(content(role.values.clone()));
         }
         Ok(())
     }
@@ -216,7 +219,7 @@ impl Draft<'_> {
         });
         if let Some(message) = message {
             message.on_change |= on_change;
-            message.period = message.period.map(|period| period.min(SLOWEST));
+            message.period = message.period.map(|period| period.min(MAX_PERIOD));
         }
     }
 
@@ -258,33 +261,33 @@ impl Draft<'_> {
 
 impl PlannedMessage {
     /// The signal, in the page that its multiplexors choose.
-    fn speaker(&mut self, codec: &SignalCodec) -> Result<&mut Speaker, PlanError> {
+    fn encoder(&mut self, codec: &SignalCodec) -> Result<&mut SignalEncoder, PlanError> {
         let mut background = [0; MAX_DATA];
         codec.select(&mut background).map_err(|_| PlanError::Unsendable(self.name.clone()))?;
         let at = self.pages.iter().position(|page| page.background == background);
         let at = at.unwrap_or_else(|| {
-            self.pages.push(Page { background, speakers: Vec::new() });
+            self.pages.push(Page { background, encoders: Vec::new() });
             self.pages.len() - 1
         });
-        let speakers = &mut self.pages[at].speakers;
-        let known = speakers.iter().position(|speaker| speaker.codec == *codec);
+        let encoders = &mut self.pages[at].encoders;
+        let known = encoders.iter().position(|encoder| encoder.codec == *codec);
         let known = known.unwrap_or_else(|| {
-            speakers.push(Speaker::new(codec.clone()));
-            speakers.len() - 1
+            encoders.push(SignalEncoder::new(codec.clone()));
+            encoders.len() - 1
         });
-        Ok(&mut speakers[known])
+        Ok(&mut encoders[known])
     }
 }
 
 /// The DBC's rhythm, if it keeps the message alive with something to spare; else one that does.
 fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
     let timeout = timing.timeout()?;
-    let known = cycle.filter(|cycle| *cycle >= FASTEST && *cycle <= timeout / 3);
+    let known = cycle.filter(|cycle| *cycle >= MIN_PERIOD && *cycle <= timeout / 3);
     let slowest = match timing {
-        Timing::Cyclic { .. } => SLOWEST,
+        Timing::Cyclic { .. } => MAX_PERIOD,
         Timing::Event | Timing::EventCyclic { .. } => Duration::from_secs(1),
     };
-    Some(known.unwrap_or_else(|| (timeout / 5).clamp(FASTEST, slowest)))
+    Some(known.unwrap_or_else(|| (timeout / 5).clamp(MIN_PERIOD, slowest)))
 }
 
 /// How the first momentary stalk is ended.

@@ -1,21 +1,24 @@
 //! Requests that a vehicle has no signal for: they are carried out as far as possible, and those who
 //! watch are told.
 
+use super::encoder::{SignalContent, SignalEncoder};
 use super::plan::PlannedMessage;
-use super::request::{Fate, Fault, Request};
-use super::says::{Says, Speaker};
+use super::request::{Fault, ReportQuality, Request};
 
 /// What is missing for a request, if anything is.
 pub(super) fn missing(request: &Request, messages: &[PlannedMessage]) -> Option<&'static str> {
-    let any = |of: &dyn Fn(&Speaker) -> bool| messages.iter().any(|message| message.has_speaker(of));
-    let says = |of: &dyn Fn(&Says) -> bool| any(&|speaker| speaker.says_any(of));
+    let any = |of: &dyn Fn(&SignalEncoder) -> bool| messages.iter().any(|message| message.has_encoder(of));
+    let content = |of: &dyn Fn(&SignalContent) -> bool| any(&|encoder| encoder.encodes_any(of));
     let (is_there, text) = match request {
-        Request::Mode(_) => (says(&|says| matches!(says, Says::Mode(_))), "no signal tells the control mode"),
-        Request::Fault(Fault::Report(fate)) => {
-            (any(&|speaker| speaker.can_have(*fate)), "no signal of the lights has such a value")
+        Request::Mode(_) => (
+            content(&|content| matches!(content, SignalContent::Mode(_))),
+            "no signal tells the control mode",
+        ),
+        Request::Fault(Fault::Report(quality)) => {
+            (any(&|encoder| encoder.can_have(*quality)), "no signal of the lights has such a value")
         }
         Request::Fault(Fault::Bulb(_)) => (
-            says(&|says| matches!(says, Says::Fault { .. } | Says::Lamp { .. })),
+            content(&|content| matches!(content, SignalContent::Fault { .. } | SignalContent::Lamp { .. })),
             "no signal shows lamps or their faults",
         ),
         Request::Fault(
@@ -38,8 +41,8 @@ pub(super) fn missing(request: &Request, messages: &[PlannedMessage]) -> Option<
             Fault::Drop(_, None)
             | Fault::Corrupt(_, None)
             | Fault::FreezeContents(None)
-            | Fault::Lie(_)
-            | Fault::Deaf
+            | Fault::FalseReport(_)
+            | Fault::IgnoreCommands
             | Fault::BusOff(_)
             | Fault::Silent,
         ) => return None,
@@ -48,23 +51,23 @@ pub(super) fn missing(request: &Request, messages: &[PlannedMessage]) -> Option<
 }
 
 impl PlannedMessage {
-    fn has_speaker(&self, of: &dyn Fn(&Speaker) -> bool) -> bool {
-        self.pages.iter().flat_map(|page| &page.speakers).any(of)
+    fn has_encoder(&self, of: &dyn Fn(&SignalEncoder) -> bool) -> bool {
+        self.pages.iter().flat_map(|page| &page.encoders).any(of)
     }
 }
 
-impl Speaker {
+impl SignalEncoder {
     /// Whether it tells the lights and has a value of that fate.
-    fn can_have(&self, fate: Fate) -> bool {
-        let about_lights = |says: &Says| match says {
-            Says::Turn(_)
-            | Says::Side { .. }
-            | Says::Lamp { .. }
-            | Says::Stalk(_)
-            | Says::Hazard(_)
-            | Says::Button(_) => true,
-            Says::Fault { .. } | Says::Mode(_) | Says::Driver { .. } => false,
+    fn can_have(&self, quality: ReportQuality) -> bool {
+        let about_lights = |content: &SignalContent| match content {
+            SignalContent::Turn(_)
+            | SignalContent::Side { .. }
+            | SignalContent::Lamp { .. }
+            | SignalContent::Stalk(_)
+            | SignalContent::Hazard(_)
+            | SignalContent::Button(_) => true,
+            SignalContent::Fault { .. } | SignalContent::Mode(_) | SignalContent::Driver { .. } => false,
         };
-        self.says_any(&|says| about_lights(says) && self.has_value_of(says, fate))
+        self.encodes_any(&|content| about_lights(content) && self.has_value_of(content, quality))
     }
 }

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-pub use super::says::Fate;
+pub use super::encoder::ReportQuality;
 use crate::core::command::Turn;
 use crate::core::command::control_mode::ControlMode;
-use crate::core::vehicle_lights::binding::TurnCode;
+use crate::core::vehicle_lights::state::TurnCode;
 
 /// One thing the vehicle is asked to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,13 +36,13 @@ pub enum Fault {
     /// The contents stand still, counter and checksum go on.
     FreezeContents(Option<String>),
     /// Reports say something else than the lamps show.
-    Lie(TurnCode),
+    FalseReport(TurnCode),
     /// Reports say nothing that can be used.
-    Report(Fate),
+    Report(ReportQuality),
     /// A bulb has failed.
     Bulb(Turn),
     /// Commands are not heard.
-    Deaf,
+    IgnoreCommands,
     /// The vehicle's controller leaves the bus, for so long.
     BusOff(Duration),
     /// The whole vehicle is silent.
@@ -53,11 +53,11 @@ pub enum Fault {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
     /// No such request.
-    #[error("`{0}` is no request: {REQUESTS}")]
+    #[error("`{0}` is not a request: {REQUESTS}")]
     Unknown(String),
     /// A request with the wrong word.
     #[error("`{word}` cannot follow `{request}`: {possible}")]
-    Word {
+    CommandValue {
         /// What was asked for.
         request: &'static str,
         /// The word.
@@ -75,10 +75,10 @@ pub const REQUESTS: &str = "stalk left|right|off, tap left|right, hazard on|off|
     mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready, fault …, clear";
 /// All faults.
 pub const FAULTS: &str = "drop [P] [MESSAGE], corrupt [P] [MESSAGE], freeze-counter [MESSAGE], \
-    freeze-contents [MESSAGE], lie off|left|right|hazard, report not_available|fault|undefined, bulb left|right, \
-    deaf, bus-off SECONDS, silent";
+    freeze-contents [MESSAGE], false-report off|left|right|hazard, report not_available|fault|undefined, bulb left|right, \
+    ignore-commands, bus-off SECONDS, silent";
 /// The longest bus-off and the latest time of a request, seconds.
-const LONGEST_S: f64 = 86_400.0;
+const MAX_S: f64 = 86_400.0;
 
 /// One line of a script: a request, and when, since the start; none = at once. `None` for a line that
 /// is empty or a comment (`#`).
@@ -127,21 +127,21 @@ fn fault<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Fault, Request
         }
         Some("freeze-counter") => Fault::FreezeCounter(words.next().map(str::to_owned)),
         Some("freeze-contents") => Fault::FreezeContents(words.next().map(str::to_owned)),
-        Some("lie") => Fault::Lie(match words.next() {
+        Some("false-report") => Fault::FalseReport(match words.next() {
             Some("off") => TurnCode::Off,
             Some("left") => TurnCode::Left,
             Some("right") => TurnCode::Right,
             Some("hazard") => TurnCode::Both,
-            word => return Err(wrong("fault lie", word, "off, left, right or hazard")),
+            word => return Err(wrong("fault false-report", word, "off, left, right or hazard")),
         }),
         Some("report") => Fault::Report(match words.next() {
-            Some("not_available") => Fate::NotAvailable,
-            Some("fault") => Fate::Fault,
-            Some("undefined") => Fate::Undefined,
+            Some("not_available") => ReportQuality::NotAvailable,
+            Some("fault") => ReportQuality::Fault,
+            Some("undefined") => ReportQuality::Undefined,
             word => return Err(wrong("fault report", word, "not_available, fault or undefined")),
         }),
         Some("bulb") => Fault::Bulb(turn("fault bulb", &mut words, false)?),
-        Some("deaf") => Fault::Deaf,
+        Some("ignore-commands") => Fault::IgnoreCommands,
         Some("bus-off") => {
             let word = words.next();
             let given = word.and_then(seconds);
@@ -196,11 +196,11 @@ fn share<'a>(
 
 fn seconds(word: &str) -> Option<Duration> {
     let seconds: f64 = word.parse().ok()?;
-    (0.0..=LONGEST_S).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
+    (0.0..=MAX_S).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
 }
 
 fn wrong(request: &'static str, word: Option<&str>, possible: &'static str) -> RequestError {
-    RequestError::Word { request, word: word.unwrap_or("nothing").to_owned(), possible }
+    RequestError::CommandValue { request, word: word.unwrap_or("nothing").to_owned(), possible }
 }
 
 #[cfg(test)]
@@ -212,11 +212,11 @@ mod tests {
         /// Words in any order, sensible and not: a request or a refusal that names one of them.
         #[test]
         fn any_line_is_a_request_or_refused(
-            words in prop::collection::vec("stalk|tap|hazard|mode|fault|clear|left|off|drop|lie|bus-off|deaf|0.5|1e9|-1|nan|[ -~]{0,6}", 0..6),
+            words in prop::collection::vec("stalk|tap|hazard|mode|fault|clear|left|off|drop|false-report|bus-off|ignore-commands|0.5|1e9|-1|nan|[ -~]{0,6}", 0..6),
         ) {
             let text = words.join(" ");
             match line(&text) {
-                Ok(Some((at, _))) => prop_assert!(at.is_none_or(|at| at.as_secs_f64() <= LONGEST_S)),
+                Ok(Some((at, _))) => prop_assert!(at.is_none_or(|at| at.as_secs_f64() <= MAX_S)),
                 Ok(None) => prop_assert!(text.split('#').next().unwrap().trim().is_empty()),
                 Err(error) => prop_assert!(!error.to_string().is_empty()),
             }
@@ -238,10 +238,10 @@ mod tests {
             ("fault corrupt RPT", Request::Fault(Fault::Corrupt(1.0, all(Some("RPT"))))),
             ("fault freeze-counter", Request::Fault(Fault::FreezeCounter(None))),
             ("fault freeze-contents RPT", Request::Fault(Fault::FreezeContents(all(Some("RPT"))))),
-            ("fault lie hazard", Request::Fault(Fault::Lie(TurnCode::Both))),
-            ("fault report undefined", Request::Fault(Fault::Report(Fate::Undefined))),
+            ("fault false-report hazard", Request::Fault(Fault::FalseReport(TurnCode::Both))),
+            ("fault report undefined", Request::Fault(Fault::Report(ReportQuality::Undefined))),
             ("fault bulb left", Request::Fault(Fault::Bulb(Turn::Left))),
-            ("fault deaf", Request::Fault(Fault::Deaf)),
+            ("fault ignore-commands", Request::Fault(Fault::IgnoreCommands)),
             ("fault bus-off 2.5", Request::Fault(Fault::BusOff(Duration::from_millis(2500)))),
             ("fault silent", Request::Fault(Fault::Silent)),
             ("clear", Request::Clear),
@@ -262,7 +262,7 @@ mod tests {
             ("fault drop 1.5", "`1.5` cannot follow `fault drop`: a probability, 0 to 1"),
             ("fault bus-off -1", "`-1` cannot follow `fault bus-off`: seconds, up to 86400"),
             ("stalk left now", "`now` is one word too many"),
-            ("fault deaf RPT", "`RPT` is one word too many"),
+            ("fault ignore-commands RPT", "`RPT` is one word too many"),
         ];
         for (text, expected) in table {
             assert_eq!(line(text).unwrap_err().to_string(), expected, "{text}");

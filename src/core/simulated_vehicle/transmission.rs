@@ -5,15 +5,15 @@ use std::time::Duration;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 
+use super::encoder::VehicleState;
 use super::faults::FrameFate;
 use super::plan::PlannedMessage;
-use super::says::Picture;
-use crate::core::frame::{Frame, MAX_DATA};
+use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::time::MonoTime;
-use crate::core::trust::integrity::Protection;
+use crate::core::validation::integrity::Protection;
 
 /// Least time between two frames that are sent because something changed.
-const LEAST_GAP: Duration = Duration::from_millis(10);
+const MIN_SEND_INTERVAL: Duration = Duration::from_millis(10);
 
 /// One message on its way.
 #[derive(Debug, Clone)]
@@ -39,8 +39,8 @@ impl Transmission {
     pub(super) fn settle(
         &mut self,
         message: &PlannedMessage,
-        picture: &Picture,
-        fate: FrameFate,
+        state: &VehicleState,
+        quality: FrameFate,
         random: &mut Pcg32,
         now: MonoTime,
     ) -> Vec<Frame> {
@@ -49,18 +49,19 @@ impl Transmission {
             .iter()
             .map(|page| {
                 let mut data = page.background;
-                for speaker in &page.speakers {
+                for encoder in &page.encoders {
                     // Raw values are chosen from the signal's range.
-                    let _ = speaker.raw(picture).map(|raw| speaker.codec.write(raw, &mut data));
+                    let _ = encoder.raw(state).map(|raw| encoder.codec.write(raw, &mut data));
                 }
                 data
             })
             .collect();
-        if !fate.freezes_contents || self.said.is_empty() {
+        if !quality.freezes_contents || self.said.is_empty() {
             self.is_waiting |= message.on_change && self.said != pages;
             self.said = pages;
         }
-        let may_change = self.is_waiting && self.last_sent.is_none_or(|last| now >= last.after(LEAST_GAP));
+        let may_change =
+            self.is_waiting && self.last_sent.is_none_or(|last| now >= last.after(MIN_SEND_INTERVAL));
         let is_due = self.due.is_some_and(|due| now >= due);
         if !may_change && !is_due {
             return Vec::new();
@@ -75,7 +76,7 @@ impl Transmission {
         }
         self.last_sent = Some(now);
         let said = std::mem::take(&mut self.said);
-        let frames = said.iter().filter_map(|data| self.frame(message, *data, fate, random)).collect();
+        let frames = said.iter().filter_map(|data| self.frame(message, *data, quality, random)).collect();
         self.said = said;
         frames
     }
@@ -85,17 +86,17 @@ impl Transmission {
         &mut self,
         message: &PlannedMessage,
         mut data: [u8; MAX_DATA],
-        fate: FrameFate,
+        quality: FrameFate,
         random: &mut Pcg32,
     ) -> Option<Frame> {
         if let Some(protection) = &message.protection {
-            protection.seal(message.id, self.counter, &mut data, message.length).then_some(())?;
-            if !fate.freezes_counter {
+            protection.protect(message.id, self.counter, &mut data, message.length).then_some(())?;
+            if !quality.freezes_counter {
                 self.counter = protection.next_counter(self.counter);
             }
         }
         // Both are drawn for each frame, so that one fault does not change the other's dice.
-        let (is_lost, is_wrong) = (draw(random) < fate.drop, draw(random) < fate.corrupt);
+        let (is_lost, is_wrong) = (draw(random) < quality.drop, draw(random) < quality.corrupt);
         let bits = u32::try_from(message.length * 8).unwrap_or(0);
         let bit = usize::try_from(random.next_u32().checked_rem(bits).unwrap_or(0)).unwrap_or(0);
         if let Some(byte) = data.get_mut(bit / 8).filter(|_| is_wrong) {
@@ -105,7 +106,7 @@ impl Transmission {
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
-        let change = self.last_sent.filter(|_| self.is_waiting).map(|last| last.after(LEAST_GAP));
+        let change = self.last_sent.filter(|_| self.is_waiting).map(|last| last.after(MIN_SEND_INTERVAL));
         self.due.into_iter().chain(change).min()
     }
 }

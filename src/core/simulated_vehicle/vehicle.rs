@@ -5,22 +5,22 @@ use std::time::Duration;
 
 use rand_pcg::Pcg32;
 
-use super::body::Body;
-use super::commanded::{Asked, Listener};
+use super::commanded::{CommandReceiver, LightsRequest};
+use super::driver::Driver;
+use super::encoder::VehicleState;
 use super::faults::Faults;
 use super::flasher::Flasher;
 use super::plan::{PlannedMessage, VehiclePlan};
 use super::possible::missing;
 use super::request::{Fault, Request};
-use super::says::Picture;
 use super::transmission::Transmission;
-use super::{Behaviour, Happening, Output, Who};
-use crate::core::error_frame::{ErrorFrame, class};
-use crate::core::event::BusIndex;
-use crate::core::frame::Frame;
+use super::{Output, SimulationSettings, VehicleEvent, Who};
+use crate::core::can::error_frame::{ErrorFrame, class};
+use crate::core::can::frame::Frame;
+use crate::core::can::link::BusIndex;
 use crate::core::time::MonoTime;
-use crate::core::vehicle_lights::binding::TurnCode;
 use crate::core::vehicle_lights::lamp::Sides;
+use crate::core::vehicle_lights::state::TurnCode;
 
 /// Which of the generator's sequences the faults are drawn from.
 const RANDOM_STREAM: u64 = 0x5EED;
@@ -30,9 +30,9 @@ const RANDOM_STREAM: u64 = 0x5EED;
 pub struct SimulatedVehicle {
     messages: Vec<PlannedMessage>,
     transmissions: Vec<Transmission>,
-    listeners: Vec<Listener>,
-    behaviour: Behaviour,
-    body: Body,
+    receivers: Vec<CommandReceiver>,
+    simulation: SimulationSettings,
+    driver: Driver,
     flasher: Flasher,
     faults: Faults,
     random: Pcg32,
@@ -42,7 +42,7 @@ pub struct SimulatedVehicle {
     coming: Option<((TurnCode, Who), MonoTime)>,
     bus_off_until: Option<MonoTime>,
     buses: Vec<BusIndex>,
-    asked: Asked,
+    request: LightsRequest,
     lit: Sides,
     /// By time.
     scheduled: VecDeque<(MonoTime, Request)>,
@@ -51,32 +51,32 @@ pub struct SimulatedVehicle {
 
 impl SimulatedVehicle {
     /// Awake, driven by Autoware, all lights off. The first frames are due now, a millisecond apart.
-    pub fn new(plan: VehiclePlan, behaviour: Behaviour, now: MonoTime) -> Self {
+    pub fn new(plan: VehiclePlan, simulation: SimulationSettings, now: MonoTime) -> Self {
         let starts = (0_u64..).map(|index| now.after(Duration::from_millis(index)));
         let transmissions = plan.messages.iter().zip(starts);
         let transmissions = transmissions.map(|(message, start)| Transmission::new(message, start)).collect();
-        let listen = |message| Listener::new(message, behaviour.command_timeout);
-        let heard = plan.command.messages.iter().map(|message| message.permit.bus());
+        let receive = |message| CommandReceiver::new(message, simulation.command_timeout);
+        let heard = plan.command.messages.iter().map(|message| message.permission.bus());
         let mut buses: Vec<_> = plan.messages.iter().map(|message| message.bus).chain(heard).collect();
         buses.sort_unstable();
         buses.dedup();
         let mut vehicle = Self {
             transmissions,
-            listeners: plan.command.messages.iter().map(listen).collect(),
-            body: Body::new(plan.ending, &behaviour),
+            receivers: plan.command.messages.iter().map(receive).collect(),
+            driver: Driver::new(plan.ending, &simulation),
             messages: plan.messages,
-            flasher: Flasher::new(behaviour.flash_period),
+            flasher: Flasher::new(simulation.flash_period),
             faults: Faults::default(),
-            random: Pcg32::new(behaviour.seed, RANDOM_STREAM),
+            random: Pcg32::new(simulation.seed, RANDOM_STREAM),
             who: Who::Nobody,
             coming: None,
             bus_off_until: None,
             buses,
-            asked: Asked::default(),
+            request: LightsRequest::default(),
             lit: Sides::default(),
             scheduled: VecDeque::new(),
             outputs: VecDeque::new(),
-            behaviour,
+            simulation,
         };
         vehicle.settle(now);
         vehicle
@@ -96,14 +96,14 @@ impl SimulatedVehicle {
 
     /// Takes a frame of somebody else.
     pub fn frame_arrived(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) {
-        if self.faults.is_deaf || self.is_off_the_bus() {
+        if self.faults.ignores_commands || self.is_off_the_bus() {
             return;
         }
-        for listener in &mut self.listeners {
-            let heard = listener.hear(bus, frame, now);
+        for listener in &mut self.receivers {
+            let heard = listener.on_frame(bus, frame, now);
             self.outputs.extend(heard.told.map(Output::Happened));
-            if heard.presses && self.body.mode.grants().hazard {
-                self.body.press_hazard(None, Who::Command, now);
+            if heard.presses && self.driver.mode.grants().hazard {
+                self.driver.press_hazard(None, Who::Command, now);
             }
         }
         self.settle(now);
@@ -114,19 +114,19 @@ impl SimulatedVehicle {
         while self.scheduled.front().is_some_and(|(at, _)| now >= *at) {
             self.scheduled.pop_front().into_iter().for_each(|(_, request)| self.perform(request, now));
         }
-        self.body.settle(now);
+        self.driver.settle(now);
         if self.bus_off_until.is_some_and(|until| now >= until) {
             self.bus_off_until = None;
             self.tell_controllers(class::RESTARTED);
-            self.outputs.push_back(Output::Happened(Happening::BusOff(false)));
+            self.outputs.push_back(Output::Happened(VehicleEvent::BusOff(false)));
         }
-        let lost = self.listeners.iter_mut().filter_map(|listener| listener.settle(now));
+        let lost = self.receivers.iter_mut().filter_map(|listener| listener.settle(now));
         self.outputs.extend(lost.map(Output::Happened));
         self.follow_commands();
         self.follow_wish(now);
         let lit = self.flasher.lit(self.faults.broken, now);
         if std::mem::replace(&mut self.lit, lit) != lit {
-            let happening = Happening::Lamps { left: lit.left, right: lit.right };
+            let happening = VehicleEvent::Lamps { left: lit.left, right: lit.right };
             self.outputs.push_back(Output::Happened(happening));
         }
         self.send(now);
@@ -140,12 +140,12 @@ impl SimulatedVehicle {
     /// When [`Self::settle`] is to be called next, if nothing happens before.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let sends = self.transmissions.iter().filter_map(Transmission::next_deadline);
-        let commands = self.listeners.iter().filter_map(Listener::next_deadline);
+        let commands = self.receivers.iter().filter_map(CommandReceiver::next_deadline);
         let coming = self.coming.map(|(_, at)| at);
         let edge = self.flasher.next_edge(self.faults.broken, now);
-        let lie = self.lie().and_then(|told| told.next_edge(Sides::default(), now));
+        let false_report = self.false_report().and_then(|told| told.next_edge(Sides::default(), now));
         let scheduled = self.scheduled.front().map(|(at, _)| *at);
-        let others = [scheduled, self.body.next_deadline(), coming, edge, lie, self.bus_off_until];
+        let others = [scheduled, self.driver.next_deadline(), coming, edge, false_report, self.bus_off_until];
         sends.chain(commands).chain(others.into_iter().flatten()).min()
     }
 
@@ -156,16 +156,16 @@ impl SimulatedVehicle {
 
     fn perform(&mut self, request: Request, now: MonoTime) {
         let missing = missing(&request, &self.messages);
-        self.outputs.extend(missing.map(Happening::NotPossible).map(Output::Happened));
+        self.outputs.extend(missing.map(VehicleEvent::NotPossible).map(Output::Happened));
         match request {
-            Request::Stalk(turn) => self.body.stalk(turn, now),
-            Request::Tap(turn) => self.body.tap(turn, now),
-            Request::Hazard(wanted) => self.body.press_hazard(wanted, Who::Driver, now),
-            Request::Mode(mode) => self.body.mode = mode,
+            Request::Stalk(turn) => self.driver.stalk(turn, now),
+            Request::Tap(turn) => self.driver.tap(turn, now),
+            Request::Hazard(wanted) => self.driver.press_hazard(wanted, Who::Driver, now),
+            Request::Mode(mode) => self.driver.mode = mode,
             Request::Fault(Fault::BusOff(duration)) => {
                 if self.bus_off_until.replace(now.after(duration)).is_none() {
                     self.tell_controllers(class::BUS_OFF);
-                    self.outputs.push_back(Output::Happened(Happening::BusOff(true)));
+                    self.outputs.push_back(Output::Happened(VehicleEvent::BusOff(true)));
                 }
             }
             Request::Fault(fault) => self.faults.add(fault),
@@ -179,14 +179,14 @@ impl SimulatedVehicle {
 
     /// What all messages together ask for, as far as the mode lets them.
     fn follow_commands(&mut self) {
-        let grants = self.body.mode.grants();
-        let mut asked = Asked::default();
-        for listener in &self.listeners {
-            asked.turn = asked.turn.or(listener.asked().turn.filter(|_| grants.turn));
-            asked.hazard = asked.hazard.or(listener.asked().hazard.filter(|_| grants.hazard));
+        let grants = self.driver.mode.grants();
+        let mut request = LightsRequest::default();
+        for listener in &self.receivers {
+            request.turn = request.turn.or(listener.request().turn.filter(|_| grants.turn));
+            request.hazard = request.hazard.or(listener.request().hazard.filter(|_| grants.hazard));
         }
-        if std::mem::replace(&mut self.asked, asked) != asked {
-            let happening = Happening::Commanded { turn: asked.turn, hazard: asked.hazard };
+        if std::mem::replace(&mut self.request, request) != request {
+            let happening = VehicleEvent::Commanded { turn: request.turn, hazard: request.hazard };
             self.outputs.push_back(Output::Happened(happening));
         }
     }
@@ -194,14 +194,14 @@ impl SimulatedVehicle {
     /// A hand acts at once, a command after the reaction time.
     fn follow_wish(&mut self, now: MonoTime) {
         let shown = (self.flasher.code(), self.who);
-        let wish = self.body.wish(self.asked);
+        let wish = self.driver.wish(self.request);
         if wish == shown {
             self.coming = None;
             return;
         }
         let (_, at) = self.coming.filter(|(coming, _)| *coming == wish).unwrap_or_else(|| {
             let by_hand = wish.1 == Who::Driver || shown.1 == Who::Driver;
-            (wish, if by_hand { now } else { now.after(self.behaviour.reaction) })
+            (wish, if by_hand { now } else { now.after(self.simulation.reaction) })
         });
         if now < at {
             self.coming = Some((wish, at));
@@ -211,15 +211,15 @@ impl SimulatedVehicle {
         let (code, who) = wish;
         self.flasher.set(code, now);
         self.who = who;
-        self.outputs.push_back(Output::Happened(Happening::Lights { code, who }));
+        self.outputs.push_back(Output::Happened(VehicleEvent::Lights { code, who }));
     }
 
     fn send(&mut self, now: MonoTime) {
-        let picture = self.picture(now);
+        let state = self.state(now);
         let off_the_bus = self.is_off_the_bus();
         for (message, transmission) in self.messages.iter().zip(&mut self.transmissions) {
-            let fate = self.faults.of(&message.name);
-            for frame in transmission.settle(message, &picture, fate, &mut self.random, now) {
+            let quality = self.faults.of(&message.name);
+            for frame in transmission.settle(message, &state, quality, &mut self.random, now) {
                 if !off_the_bus {
                     self.outputs.push_back(Output::Frame { bus: message.bus, frame });
                 }
@@ -228,24 +228,24 @@ impl SimulatedVehicle {
     }
 
     /// What the signals say.
-    fn picture(&self, now: MonoTime) -> Picture {
-        let lie = self.lie();
-        Picture {
-            code: lie.map_or(self.flasher.code(), |told| told.code()),
-            lit: lie.map_or(self.lit, |told| told.lit(Sides::default(), now)),
-            stalk: self.body.stalk_position(),
-            button: self.body.is_button_pressed(),
-            fate: self.faults.fate,
+    fn state(&self, now: MonoTime) -> VehicleState {
+        let false_report = self.false_report();
+        VehicleState {
+            code: false_report.map_or(self.flasher.code(), |told| told.code()),
+            lit: false_report.map_or(self.lit, |told| told.lit(Sides::default(), now)),
+            stalk: self.driver.stalk_position(),
+            button: self.driver.is_button_pressed(),
+            quality: self.faults.quality,
             broken: self.faults.broken,
-            mode: self.body.mode,
-            driver: self.body.driver(),
+            mode: self.driver.mode,
+            driver: self.driver.driver(),
         }
     }
 
     /// What is told in the place of the lights: lamps are believed only if they flash.
-    fn lie(&self) -> Option<Flasher> {
-        let mut told = Flasher::new(self.behaviour.flash_period);
-        told.set(self.faults.lie?, MonoTime::ZERO);
+    fn false_report(&self) -> Option<Flasher> {
+        let mut told = Flasher::new(self.simulation.flash_period);
+        told.set(self.faults.false_report?, MonoTime::ZERO);
         Some(told)
     }
 

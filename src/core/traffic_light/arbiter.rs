@@ -1,5 +1,5 @@
 //! What the camera and the network report, merged as `autoware_traffic_light_arbiter` does it
-//! (traffic-lights section 8, its newest revision).
+//! (docs/spec/traffic-lights.md, "Arbiter").
 //!
 //! Output only follows input. The network's groups are kept one by one, each with the stamp it came
 //! with; of the camera the last message counts as a whole. Only groups that changed are judged anew.
@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::emission::{Content, GroupState};
-use super::renewal::{Item, renew};
+use super::incremental_update::{Item, renew};
 use crate::core::map::light_map::LightMap;
 use kept::{Network, Perceived};
 use selection::{Sides, select};
@@ -40,7 +40,7 @@ pub enum Priority {
     Perception,
 }
 
-/// Parameters, with the shipped values as default (section 8.2).
+/// Parameters, with the shipped values as default (docs/spec/traffic-lights.md, "Inputs and tolerances").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ArbiterSettings {
     /// Most that an external stamp may differ from the clock: `external_delay_tolerance`.
@@ -201,11 +201,11 @@ impl Arbiter {
         newest <= stamp || newest.distance(stamp) <= self.settings.perception_time_tolerance
     }
 
-    /// Section 8.4.
+    /// Judges what changed, and says what comes out.
     fn judge(&mut self, stamp: ArbiterStamp) -> Result<Judged, NoOutput> {
         let mut changed = std::mem::take(&mut self.changed);
         let map = self.map.as_ref().ok_or(NoOutput::NoMap)?;
-        // Every group is off a map without groups: that is no news.
+        // Every group is off a map without groups: that is not news.
         if !map.is_empty() {
             let is_timely = self.is_timely();
             if is_timely != self.was_timely {

@@ -1,9 +1,9 @@
-//! Which generation of Autoware is spoken to (traffic-lights section 5.5).
+//! Which generation of Autoware is spoken to (docs/spec/traffic-lights.md, "Architectures").
 
 use std::fmt;
 use std::str::FromStr;
 
-use super::compat::Compat;
+use crate::core::compat::Compat;
 
 /// What stands before the date.
 const PREFIX: &str = "awf/universe/";
@@ -19,7 +19,8 @@ pub enum LightsType {
     ArrayV1,
     /// `autoware_perception_msgs/msg/TrafficSignalArray`, for [`Content::Groups`](super::emission::Content::Groups).
     SignalArray,
-    /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for [`Content::Groups`](super::emission::Content::Groups).
+    /// `autoware_perception_msgs/msg/TrafficLightGroupArray`, for
+    /// [`Content::Groups`](super::emission::Content::Groups).
     GroupArray,
     /// `visualization_msgs/msg/MarkerArray`, for [`Content::Markers`](super::emission::Content::Markers).
     MarkerArray,
@@ -60,7 +61,7 @@ pub enum ArchitectureError {
     #[error("architecture `{0}` has no message for traffic lights")]
     Semantic(String),
     /// What upstream calls an invalid argument.
-    #[error("architecture `{0}` is no argument for a traffic-light detector")]
+    #[error("architecture `{0}` is not an argument for a traffic-light detector")]
     InvalidArgument(String),
 }
 

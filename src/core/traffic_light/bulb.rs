@@ -1,4 +1,5 @@
-//! One lamp of a traffic light as it may look, and sets of them (traffic-lights section 1.2).
+//! One lamp of a traffic light as it may look, and sets of them
+//! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 //!
 //! The words and numbers here are the model's own; how ROS numbers them stands with the messages.
 

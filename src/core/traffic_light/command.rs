@@ -1,15 +1,16 @@
-//! Actions in words: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)` (traffic-lights
-//! section 4.4). The custom commands of a scenario, and some more for whoever types them.
+//! Actions in words: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)`
+//! (docs/spec/traffic-lights.md, "Actions and commands").
+//! The custom commands of a scenario, and some more for whoever types them.
 
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use super::compat::Compat;
 use super::scenario::{Action, Controller, ControllerIndex, StateText};
 use super::signal_id::{SignalIdError, parse_id};
 use super::state_check::{StateError, Writer, check_state};
 use super::target::{Channel, Layer, StoreId, Target};
 use super::text::{excerpt, is_blank};
+use crate::core::compat::Compat;
 
 #[cfg(test)]
 mod tests;
@@ -17,11 +18,11 @@ mod tests;
 /// Rates at which the V2I topics can be published, Hz.
 pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
 
-/// Why a text is no action.
+/// Why a text is not an action.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CommandError {
     /// Nothing of ours: a command for somebody else, or one written without its `@v1`.
-    #[error("`{name}` is no command for traffic lights; commands are {}", commands())]
+    #[error("`{name}` is not a command for traffic lights; commands are {}", commands())]
     NotOurs {
         /// Up to the first blank or parenthesis; a very long one is cut.
         name: String,
@@ -53,16 +54,16 @@ pub enum CommandError {
         /// The id.
         id: i64,
     },
-    /// An argument is no state, or not one for this light.
+    /// An argument is not a state, or not one for this light.
     #[error(transparent)]
     State(#[from] StateError),
-    /// The rate is no number, or one that nothing can be published at.
+    /// The rate is not a number, or one that nothing can be published at.
     #[error("rate `{found}`: a number from {} to {} Hz is wanted", RATES_HZ.start(), RATES_HZ.end())]
     Rate {
         /// As written; a very long one is cut.
         found: String,
     },
-    /// The confidence is no number, or none from 0 to 1; upstream takes any number.
+    /// The confidence is not a number, or none from 0 to 1; upstream takes any number.
     #[error("confidence `{found}`: a number from 0 to 1 is wanted")]
     Confidence {
         /// As written; a very long one is cut.
@@ -112,7 +113,7 @@ pub enum FormError {
 }
 
 /// Reads an action. `controllers` are those of the scenario; a target may name a channel where
-/// section 2.4 lets it, in upstream's behaviour only where upstream does.
+/// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream's behaviour only where upstream does.
 pub fn parse_command(text: &str, controllers: &[Controller], compat: Compat) -> Result<Action, CommandError> {
     let text = text.trim_end_matches(is_blank);
     let command = text.trim_start_matches(is_blank);
@@ -297,9 +298,9 @@ fn shown(text: &str) -> String {
 
 /// Names for an error; the first ones when there are many.
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    const MOST: usize = 20;
+    const MAX_ARGUMENTS: usize = 20;
     let mut names = names.map(|name| format!("`{}`", shown(name)));
-    let mut list: Vec<_> = names.by_ref().take(MOST).collect();
+    let mut list: Vec<_> = names.by_ref().take(MAX_ARGUMENTS).collect();
     if names.next().is_some() {
         list.push("…".to_owned());
     }

@@ -1,4 +1,4 @@
-//! When phases begin and end (traffic-lights sections 4.1 and 4.2).
+//! When phases begin and end (docs/spec/traffic-lights.md, "Controllers and phases").
 //!
 //! At most one transition a frame and controller. A phase of ours begins at the nominal end of the
 //! one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the frame.
@@ -6,9 +6,9 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use super::cadence::Moment;
-use super::compat::Compat;
+use super::periodic_timer::Moment;
 use super::scenario::{Controller, ControllerIndex, Scenario};
+use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 
 /// Two cycle times of ours are the same when they differ by no more.

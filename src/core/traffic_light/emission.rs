@@ -1,4 +1,4 @@
-//! What is sent: the one type all messages are made of (traffic-lights section 5).
+//! What is sent: the one type all messages are made of (docs/spec/traffic-lights.md, "Message building").
 //!
 //! Conversions to message types go one way and stand with the messages, one file for each.
 

@@ -1,28 +1,29 @@
 //! Traffic lights in motion: inputs and times in, messages and notes out.
 //!
 //! Within a frame: controllers, then events, then the camera's message. Messages of the other topics
-//! have rhythms of their own, which begin with the first frame (traffic-lights sections 4.2 and 5.4).
+//! have rhythms of their own, which begin with the first frame
+//! (docs/spec/traffic-lights.md, "Frames and rates").
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::bulb::BulbSet;
-use super::cadence::{Cadence, FrameClock, Moment, Rate};
-use super::compat::Compat;
 use super::controller::{ControllerState, Controllers, Frame};
 use super::emission::{Emission, LightState, LightsTopic};
+use super::event_log::{ActionSource, Note, ScenarioOutcome};
 use super::expiry::Expiry;
-use super::note::{ActionSource, Note, Verdict};
 use super::outbox::Outbox;
+use super::periodic_timer::{FrameClock, Moment, PeriodicTimer, Rate};
 use super::prediction::Predictions;
 use super::refusal::Refusal;
-use super::scenario::{Action, ControllerIndex, Scenario};
-use super::stage::Stage;
+use super::scenario::{Action, Controller, ControllerIndex, Scenario};
+use super::scenario_state::ScenarioState;
 use super::store::{Change, Stores, heads_of};
 use super::storyboard::Storyboard;
 use super::sync::SyncedStores;
 use super::target::{Channel, StoreId, Target};
+use crate::core::compat::Compat;
 use crate::core::map::light_map::LightMap;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -61,7 +62,7 @@ pub struct LightsSettings {
 
 /// A state from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct LightObservation {
     /// The bulbs; none = dark.
     pub bulbs: BulbSet,
     /// 0 to 1.
@@ -72,11 +73,11 @@ pub struct Sight {
 #[derive(Debug, Clone)]
 pub struct TrafficLights {
     pub(super) scenario: Arc<Scenario>,
-    pub(super) stage: Stage,
+    pub(super) scenario_state: ScenarioState,
     storyboard: Storyboard,
     frames: FrameClock,
     last_frame: Option<Moment>,
-    ground_truth: Cadence,
+    ground_truth: PeriodicTimer,
     pub(super) expiry: Expiry,
     v2i_timeout: Option<Duration>,
     topics: BTreeSet<LightsTopic>,
@@ -127,33 +128,33 @@ impl TrafficLights {
     pub fn new(settings: LightsSettings, now: Now) -> Self {
         let LightsSettings { map, scenario, compat, .. } = settings;
         let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), compat);
-        let mut stage = Stage {
+        let mut scenario_state = ScenarioState {
             compat,
             copy_on_enable: settings.copy_on_enable,
             lights: SyncedStores::new(Stores::new(map, compat)),
             controllers: Controllers::new(&scenario, compat),
             predictions,
-            v2i: Cadence::new(settings.v2i_rate),
+            v2i: PeriodicTimer::new(settings.v2i_rate),
             verdict: None,
             notes: VecDeque::new(),
             now: Moment::default(),
             wall: now.wall,
         };
         for (index, action) in scenario.init.iter().enumerate() {
-            if let Err(refusal) = stage.perform(&scenario, action, ActionSource::Init(index)) {
-                stage.end(Verdict::Fault(refusal));
+            if let Err(refusal) = scenario_state.perform(&scenario, action, ActionSource::Init(index)) {
+                scenario_state.end(ScenarioOutcome::Fault(refusal));
             }
-            if stage.verdict.is_some() {
+            if scenario_state.verdict.is_some() {
                 break;
             }
         }
         Self {
             storyboard: Storyboard::new(&scenario),
             scenario: Arc::new(scenario),
-            stage,
+            scenario_state,
             frames: FrameClock::new(settings.frame_rate, settings.first_frame),
             last_frame: None,
-            ground_truth: Cadence::new(settings.ground_truth_rate),
+            ground_truth: PeriodicTimer::new(settings.ground_truth_rate),
             expiry: Expiry::default(),
             v2i_timeout: settings.v2i_timeout,
             topics: settings.topics,
@@ -164,12 +165,22 @@ impl TrafficLights {
         }
     }
 
+    /// Whose behaviour.
+    pub fn compat(&self) -> Compat {
+        self.scenario_state.compat
+    }
+
+    /// The scenario's controllers, by whose names actions call them.
+    pub fn controllers(&self) -> &[Controller] {
+        &self.scenario.controllers
+    }
+
     /// Does an action asked for from outside, after all that is due by now. A refused one changes
     /// nothing, save that upstream's behaviour applies a state up to the mistake in it.
     pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), Refusal> {
         self.move_to(now);
         let scenario = Arc::clone(&self.scenario);
-        self.stage.perform(&scenario, action, ActionSource::Outside)
+        self.scenario_state.perform(&scenario, action, ActionSource::Outside)
     }
 
     /// Takes states from outside, after all that is due by now: by way or relation id, `None` where
@@ -178,7 +189,7 @@ impl TrafficLights {
     pub fn set_states(
         &mut self,
         store: StoreId,
-        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
         now: Now,
     ) -> usize {
         self.take_states(store, states, true, now)
@@ -188,7 +199,7 @@ impl TrafficLights {
     pub fn set_lasting_states(
         &mut self,
         store: StoreId,
-        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
         now: Now,
     ) -> usize {
         self.take_states(store, states, false, now)
@@ -207,8 +218,9 @@ impl TrafficLights {
     /// messages are left out, see [`TrafficLights::skipped`].
     pub fn advance(&mut self, now: Now) {
         let reached = self.nanos(now.mono);
-        self.skipped +=
-            self.frames.skip(reached) + self.ground_truth.skip(reached) + self.stage.v2i.skip(reached);
+        self.skipped += self.frames.skip(reached)
+            + self.ground_truth.skip(reached)
+            + self.scenario_state.v2i.skip(reached);
         while let Some((at, due)) = self.next_due().filter(|(at, _)| *at <= reached) {
             let late = i64::try_from(reached - at).unwrap_or(i64::MAX);
             let wall = WallStamp::from_nanos(now.wall.as_nanos().saturating_sub(late));
@@ -234,12 +246,12 @@ impl TrafficLights {
 
     /// The next thing that happened, oldest first.
     pub fn poll_note(&mut self) -> Option<Note> {
-        self.stage.notes.pop_front()
+        self.scenario_state.notes.pop_front()
     }
 
     /// How the scenario ended; none while it goes on.
-    pub fn verdict(&self) -> Option<&Verdict> {
-        self.stage.verdict.as_ref()
+    pub fn verdict(&self) -> Option<&ScenarioOutcome> {
+        self.scenario_state.verdict.as_ref()
     }
 
     /// The scenario that runs, for the names behind the positions in notes.
@@ -249,12 +261,12 @@ impl TrafficLights {
 
     /// The stores, to look at.
     pub fn stores(&self) -> &Stores {
-        self.stage.lights.stores()
+        self.scenario_state.lights.stores()
     }
 
     /// Position of the phase a controller is in; none before the first one.
     pub fn phase(&self, controller: ControllerIndex) -> Option<usize> {
-        self.stage.controllers.state(controller)?.phase
+        self.scenario_state.controllers.state(controller)?.phase
     }
 
     /// Ground truth of a channel: the heads that were ever touched, ascending by way id.
@@ -267,10 +279,10 @@ impl TrafficLights {
     }
 
     /// Detections of a channel, ascending by id: that of the head, or for upstream as written.
-    pub fn detected(&self, channel: Channel) -> impl Iterator<Item = (i64, Sight)> + '_ {
+    pub fn detected(&self, channel: Channel) -> impl Iterator<Item = (i64, LightObservation)> + '_ {
         self.stores().detected(channel).entries().filter_map(|(id, entry)| {
             let confidence = entry.light.confidence;
-            entry.light.bulbs.map(|bulbs| (id, Sight { bulbs, confidence }))
+            entry.light.bulbs.map(|bulbs| (id, LightObservation { bulbs, confidence }))
         })
     }
 
@@ -286,12 +298,12 @@ impl TrafficLights {
 
     /// How often the ground truth is sent, and V2I.
     pub(super) fn rates(&self) -> (Rate, Rate) {
-        (self.ground_truth.rate(), self.stage.v2i.rate())
+        (self.ground_truth.rate(), self.scenario_state.v2i.rate())
     }
 
     /// Where a controller stands.
     pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerState> {
-        self.stage.controllers.state(controller)
+        self.scenario_state.controllers.state(controller)
     }
 
     /// Since the start of the scenario.
@@ -310,67 +322,69 @@ impl TrafficLights {
     /// All that is due is done, and the moment at hand is now. Upstream's clock moves by frames only.
     fn move_to(&mut self, now: Now) {
         self.advance(now);
-        self.stage.now.nanos = self.stage.now.nanos.max(self.nanos(now.mono));
-        self.stage.wall = now.wall;
+        self.scenario_state.now.nanos = self.scenario_state.now.nanos.max(self.nanos(now.mono));
+        self.scenario_state.wall = now.wall;
     }
 
     fn next_due(&self) -> Option<(u64, Due)> {
         let frame = self.frames.next();
         let tick = |at: u64| if at < frame && frame - at <= SAME_TIME_NANOS { frame } else { at };
-        let ticks = [(&self.ground_truth, Due::GroundTruth), (&self.stage.v2i, Due::V2i)];
-        let ticks = ticks.into_iter().filter_map(|(cadence, due)| Some((tick(cadence.next()?), due)));
+        let ticks = [(&self.ground_truth, Due::GroundTruth), (&self.scenario_state.v2i, Due::V2i)];
+        let ticks =
+            ticks.into_iter().filter_map(|(periodic_timer, due)| Some((tick(periodic_timer.next()?), due)));
         let expiry = self.expiry.next().map(|at| (at, Due::Expiry));
         ticks.chain(expiry).chain([(frame, Due::Frame)]).min()
     }
 
     fn frame(&mut self, wall: WallStamp) {
         let now = self.frames.tick();
-        (self.stage.now, self.stage.wall) = (now, wall);
+        (self.scenario_state.now, self.scenario_state.wall) = (now, wall);
         let frame = Frame { now, previous: self.last_frame.replace(now) };
-        if self.stage.verdict.is_none() {
+        if self.scenario_state.verdict.is_none() {
             let scenario = Arc::clone(&self.scenario);
-            let controllers = self.stage.run_controllers(&scenario, frame);
-            if let Err(refusal) = controllers.and_then(|()| self.storyboard.step(&scenario, &mut self.stage))
+            let controllers = self.scenario_state.run_controllers(&scenario, frame);
+            if let Err(refusal) =
+                controllers.and_then(|()| self.storyboard.step(&scenario, &mut self.scenario_state))
             {
-                self.stage.end(Verdict::Fault(refusal));
+                self.scenario_state.end(ScenarioOutcome::Fault(refusal));
             }
         }
         if self.wants(LightsTopic::Camera) {
-            self.outbox.send_camera(self.stage.lights.stores(), wall);
+            self.outbox.send_camera(self.scenario_state.lights.stores(), wall);
         }
         if self.wants(LightsTopic::GroundTruth) || self.wants(LightsTopic::Markers) {
             self.ground_truth.start(now.nanos);
         }
-        let draws_v2i = self.wants(LightsTopic::Markers) && self.stage.compat == Compat::Upstream;
+        let draws_v2i = self.wants(LightsTopic::Markers) && self.scenario_state.compat == Compat::Upstream;
         if self.wants(LightsTopic::V2i) || draws_v2i {
-            self.stage.v2i.start(now.nanos);
+            self.scenario_state.v2i.start(now.nanos);
         }
     }
 
     fn publish_ground_truth(&mut self, wall: WallStamp) {
         self.ground_truth.tick();
         if self.wants(LightsTopic::GroundTruth) {
-            self.outbox.send_ground_truth(self.stage.lights.stores(), wall);
+            self.outbox.send_ground_truth(self.scenario_state.lights.stores(), wall);
         }
         if self.wants(LightsTopic::Markers) {
-            self.outbox.send_markers(self.stage.lights.stores(), Channel::Conventional, wall);
+            self.outbox.send_markers(self.scenario_state.lights.stores(), Channel::Conventional, wall);
         }
     }
 
     fn publish_v2i(&mut self, wall: WallStamp) {
-        self.stage.v2i.tick();
+        self.scenario_state.v2i.tick();
         if self.wants(LightsTopic::V2i) {
-            self.outbox.send_v2i(self.stage.lights.stores(), &self.stage.predictions, wall);
+            self.outbox.send_v2i(self.scenario_state.lights.stores(), &self.scenario_state.predictions, wall);
         }
         if self.wants(LightsTopic::Markers) {
-            self.outbox.send_markers(self.stage.lights.stores(), Channel::V2i, wall);
+            self.outbox.send_markers(self.scenario_state.lights.stores(), Channel::V2i, wall);
         }
     }
 
     fn take_states(
         &mut self,
         store: StoreId,
-        states: impl IntoIterator<Item = (i64, Option<Sight>)>,
+        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
         ages: bool,
         now: Now,
     ) -> usize {
@@ -388,15 +402,15 @@ impl TrafficLights {
     }
 
     /// Whether it was taken.
-    fn set_state(&mut self, target: Target, sight: Option<Sight>, ages: bool) -> bool {
-        let Some(Sight { bulbs, confidence }) = sight else {
-            let is_known = self.stage.lights.write(target, Change::Remove).is_ok();
+    fn set_state(&mut self, target: Target, sight: Option<LightObservation>, ages: bool) -> bool {
+        let Some(LightObservation { bulbs, confidence }) = sight else {
+            let is_known = self.scenario_state.lights.write(target, Change::Remove).is_ok();
             self.watch(target, false);
             return is_known;
         };
         let is_taken = (0.0..=1.0).contains(&confidence)
-            && self.stage.lights.write(target, Change::Set(bulbs)).is_ok()
-            && self.stage.lights.write(target, Change::Confidence(confidence)).is_ok();
+            && self.scenario_state.lights.write(target, Change::Set(bulbs)).is_ok()
+            && self.scenario_state.lights.write(target, Change::Confidence(confidence)).is_ok();
         if is_taken {
             self.watch(target, ages);
         }
@@ -406,12 +420,12 @@ impl TrafficLights {
     /// From now on the light has to be renewed, or no longer. Only V2I is watched.
     fn watch(&mut self, target: Target, renewed: bool) {
         let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == Channel::V2i) else { return };
-        let at = self.stage.now.after(timeout).nanos;
-        let stores = self.stage.lights.stores();
+        let at = self.scenario_state.now.after(timeout).nanos;
+        let stores = self.scenario_state.lights.stores();
         let heads = heads_of(stores.map(), target.id).into_iter().flatten();
         let way_ids = heads.filter_map(|head| Some(stores.map().heads().get(head.0 as usize)?.way_id));
         // Upstream keeps a light under the id as it came.
-        let ids: Vec<_> = match self.stage.compat {
+        let ids: Vec<_> = match self.scenario_state.compat {
             Compat::Improved => way_ids.collect(),
             Compat::Upstream => vec![target.id],
         };
@@ -429,9 +443,9 @@ impl TrafficLights {
     fn expire(&mut self) {
         let Some(((layer, id), written)) = self.expiry.take() else { return };
         let target = Target { id, store: StoreId { channel: Channel::V2i, layer } };
-        if self.stage.lights.stores().written(target) == written {
+        if self.scenario_state.lights.stores().written(target) == written {
             // The id was known when it was watched.
-            let _known = self.stage.lights.write(target, Change::Remove);
+            let _known = self.scenario_state.lights.write(target, Change::Remove);
         }
     }
 }

@@ -29,7 +29,7 @@ impl Expiry {
         self.order.insert((at, key));
     }
 
-    /// The light is no concern any more.
+    /// The light is not a concern any more.
     pub(super) fn forget(&mut self, key: Key) {
         self.expired.remove(&key);
         if let Some(watch) = self.watched.remove(&key) {

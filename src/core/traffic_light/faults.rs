@@ -1,4 +1,5 @@
-//! Faults on purpose: what a pipeline or link makes of a channel (traffic-lights section 6).
+//! Faults on purpose: what a pipeline or link makes of a channel
+//! (docs/spec/traffic-lights.md, "Faults on purpose").
 //!
 //! Everything is off unless asked for. The same seed and the same inputs give the same faults, and
 //! each kind of fault has its own draws for each group and message: what else is switched on, and
@@ -20,14 +21,14 @@ mod groups;
 mod tests;
 
 /// The longest latency and jitter that can be asked for; it bounds what is under way.
-pub const LONGEST_LATENCY: Duration = Duration::from_secs(60);
+pub const MAX_LATENCY: Duration = Duration::from_secs(60);
 
 /// The faults of a channel; the default is none.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FaultSettings {
     /// Another seed, other faults.
     pub seed: u64,
-    /// Mean time from sending to arrival, at most [`LONGEST_LATENCY`].
+    /// Mean time from sending to arrival, at most [`MAX_LATENCY`].
     pub latency: Duration,
     /// Most that the time of a message differs from the mean, either way; every value in between is as
     /// likely. At most the latency. Messages do not overtake each other.
@@ -104,7 +105,7 @@ pub enum FaultError {
         sum: f64,
     },
     /// A message that arrives when nobody waits for it any more.
-    #[error("the latency is {found:?}; at most {LONGEST_LATENCY:?} is possible")]
+    #[error("the latency is {found:?}; at most {MAX_LATENCY:?} is possible")]
     Latency {
         /// As set.
         found: Duration,
@@ -174,7 +175,7 @@ impl FaultSettings {
                 return Err(FaultError::Confusions { color, sum }); // 0.7 + 0.2 + 0.1 may be more than 1
             }
         }
-        if self.latency > LONGEST_LATENCY {
+        if self.latency > MAX_LATENCY {
             return Err(FaultError::Latency { found: self.latency });
         }
         if self.jitter > self.latency {

@@ -4,20 +4,22 @@
 use std::collections::VecDeque;
 
 use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Judged};
+use super::command::parse_command;
 use super::emission::{Content, Emission, LightsTopic};
-use super::engine::{LightsSettings, Sight, TrafficLights};
+use super::engine::{LightObservation, LightsSettings, TrafficLights};
+use super::event_log::ScenarioEvent;
 use super::faults::Faults;
-use super::note::Happening;
-use super::scenario::Action;
+use super::input::TrafficLightInput;
+use super::output::TrafficLightOutput;
 use super::target::{Channel, Layer, StoreId};
 use super::v2i_reception::V2iReception;
 use super::v2i_reception::binding::V2iBinding;
-use crate::core::bus::Bus;
+use crate::core::can::bus::Bus;
+use crate::core::can::frame::Frame;
+use crate::core::can::link::BusIndex;
 use crate::core::diagnostics::Status;
-use crate::core::event::BusIndex;
-use crate::core::frame::Frame;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::trust::table::MessageIndex;
+use crate::core::validation::table::MessageIndex;
 
 /// What the flow runs on.
 #[derive(Debug, Clone)]
@@ -40,7 +42,7 @@ pub struct TrafficLightFlow {
     camera: Option<Faults>,
     v2i: Option<Faults>,
     arbiter: Option<Arbiter>,
-    ready: VecDeque<Emission>,
+    ready: VecDeque<TrafficLightOutput>,
     refused: u64,
     news: bool,
 }
@@ -87,22 +89,31 @@ impl TrafficLightFlow {
         self.reception.forget_events(bus);
     }
 
-    /// Takes states from outside: `None` where there is none any more. `rejected` more could not be
-    /// read. Call [`Self::settle`] afterwards.
-    pub fn take(&mut self, store: StoreId, states: &[(i64, Option<Sight>)], rejected: u32, now: Now) {
-        // Of what is rejected the last is shown: rather one with a name.
-        self.engine.count_rejected(store.channel, rejected, now);
-        let refused = self.engine.set_states(store, states.iter().copied(), now);
-        self.news |= refused > 0 || rejected > 0;
+    /// Takes what others tell. Call [`Self::settle`] afterwards.
+    pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
+        match input {
+            TrafficLightInput::States { store, states, rejected, .. } => {
+                // Of what is rejected the last is shown: rather one with a name.
+                self.engine.count_rejected(store.channel, rejected, now);
+                let refused = self.engine.set_states(store, states, now);
+                self.news |= refused > 0 || rejected > 0;
+            }
+            TrafficLightInput::Command(text) => {
+                let done = self.perform(&text, now);
+                self.refused += u64::from(!done);
+                self.news |= !done;
+            }
+        }
     }
 
-    /// Does an action asked for from outside; `None` is one that was not understood. What cannot be
-    /// done is counted. Call [`Self::settle`] afterwards.
-    pub fn perform(&mut self, action: Option<&Action>, now: Now) {
-        let done = action.is_some_and(|action| self.engine.apply(action, now).is_ok());
-        if !done {
-            self.refused += 1;
-            self.news = true;
+    /// Does what a text asks for; false when it is not understood, or cannot be done.
+    fn perform(&mut self, text: &str, now: Now) -> bool {
+        match parse_command(text, self.engine.controllers(), self.engine.compat()) {
+            Ok(action) => self.engine.apply(&action, now).is_ok(),
+            Err(error) => {
+                self.ready.push_back(TrafficLightOutput::CommandRefused(error));
+                false
+            }
         }
     }
 
@@ -111,7 +122,7 @@ impl TrafficLightFlow {
         let settled = self.reception.settle(buses, now);
         self.news |= settled.news;
         if !settled.changes.is_empty() {
-            let sight = |state: super::v2i_reception::Believed| Sight {
+            let sight = |state: super::v2i_reception::ValidState| LightObservation {
                 bulbs: state.bulbs,
                 confidence: state.confidence,
             };
@@ -122,7 +133,7 @@ impl TrafficLightFlow {
         }
         self.engine.advance(now);
         while let Some(note) = self.engine.poll_note() {
-            self.news |= matches!(note.what, Happening::Ended(_));
+            self.news |= matches!(note.what, ScenarioEvent::Ended(_));
         }
         while let Some(emission) = self.engine.poll_output() {
             let way = match emission.topic {
@@ -141,8 +152,8 @@ impl TrafficLightFlow {
         std::mem::take(&mut self.news)
     }
 
-    /// The next message to send, oldest first.
-    pub fn poll_output(&mut self) -> Option<Emission> {
+    /// The next thing to send or to tell, oldest first.
+    pub fn poll_output(&mut self) -> Option<TrafficLightOutput> {
         self.ready.pop_front()
     }
 
@@ -183,11 +194,10 @@ impl TrafficLightFlow {
     /// What arrived is sent, and judged.
     fn arrived(&mut self, emission: Emission, now: Now) {
         let judged = self.arbiter.as_mut().and_then(|arbiter| judge(arbiter, &emission, now.wall));
-        self.ready.push_back(emission);
-        self.ready.extend(judged.map(|judged| Emission {
-            topic: LightsTopic::Arbiter,
-            stamp: WallStamp::from_nanos(judged.stamp.0),
-            content: judged.content,
+        self.ready.push_back(TrafficLightOutput::Publish(emission));
+        self.ready.extend(judged.map(|judged| {
+            let (topic, stamp) = (LightsTopic::Arbiter, WallStamp::from_nanos(judged.stamp.0));
+            TrafficLightOutput::Publish(Emission { topic, stamp, content: judged.content })
         }));
     }
 }

@@ -1,5 +1,5 @@
 //! Traffic lights: what is true and what is seen, over two channels, merged and sent
-//! (specification: traffic-lights).
+//! (docs/spec/traffic-lights.md).
 //!
 //! Vocabulary: a *bulb* is one lamp as it looks; a *head* is a physical light, known by its way id;
 //! a *group* is a regulatory element that refers to heads, known by its relation id; a *channel* is
@@ -8,31 +8,32 @@
 pub mod arbiter;
 pub mod architecture;
 pub mod bulb;
-pub mod cadence;
+mod bulb_counts;
+mod change_log;
 pub mod command;
-pub mod compat;
 mod controller;
 pub mod emission;
 pub mod engine;
+pub mod event_log;
 mod expiry;
 pub mod faults;
 pub mod flow;
-mod journal;
-mod merge;
-pub mod note;
+mod incremental_update;
+pub mod input;
+mod message_builder;
 mod outbox;
+pub mod output;
+pub mod periodic_timer;
 mod prediction;
 pub mod refusal;
-mod renewal;
 pub mod scenario;
+mod scenario_state;
 pub mod signal_id;
-mod stage;
 pub mod state_check;
 mod status;
 pub mod store;
 mod storyboard;
 mod sync;
-mod tally;
 pub mod target;
 pub mod text;
 mod trigger;

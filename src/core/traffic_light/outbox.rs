@@ -3,14 +3,14 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use super::compat::Compat;
+use super::change_log::ChangeLog;
 use super::emission::{Content, Emission, LightsTopic};
-use super::journal::Journal;
-use super::merge;
+use super::incremental_update::renew;
+use super::message_builder;
 use super::prediction::Predictions;
-use super::renewal::renew;
 use super::store::Stores;
 use super::target::Channel;
+use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -18,7 +18,7 @@ use crate::core::time::WallStamp;
 mod properties;
 
 /// Emissions kept until they are asked for; older ones are lost.
-const MOST_WAITING: usize = 1_024;
+const MAX_WAITING: usize = 1_024;
 
 /// What is going out.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ pub(super) struct Outbox {
 struct Last(Option<([u64; 3], Arc<Content>)>);
 
 /// What a content is made of.
-type Sources<'a> = [Option<&'a Journal>; 3];
+type Sources<'a> = [Option<&'a ChangeLog>; 3];
 
 impl Outbox {
     pub(super) fn new(one_group_per_head: bool) -> Self {
@@ -56,12 +56,12 @@ impl Outbox {
 
     pub(super) fn send_ground_truth(&mut self, stores: &Stores, stamp: WallStamp) {
         let channel = Channel::Conventional;
-        let sources = [Some(stores.truth(channel).journal()), None, None];
+        let sources = [Some(stores.truth(channel).change_log()), None, None];
         let content = self.ground_truth.content(
             sources,
-            || Content::Lights(merge::lights(stores, channel)),
+            || Content::Lights(message_builder::lights(stores, channel)),
             (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
-                renew(content, merge::lights_of(stores, channel, heads));
+                renew(content, message_builder::lights_of(stores, channel, heads));
             }),
         );
         self.send(LightsTopic::GroundTruth, stamp, content);
@@ -87,19 +87,19 @@ impl Outbox {
             (Compat::Upstream, Channel::Conventional) => (conventional, &[Channel::Conventional][..]),
             (Compat::Upstream, Channel::V2i) => (v2i, &[Channel::V2i][..]),
         };
-        let source = |channel| channels.contains(&channel).then(|| stores.truth(channel).journal());
+        let source = |channel| channels.contains(&channel).then(|| stores.truth(channel).change_log());
         let content = last.content(
             [source(Channel::Conventional), source(Channel::V2i), None],
-            || Content::Markers(merge::markers(stores, channels)),
+            || Content::Markers(message_builder::markers(stores, channels)),
             (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
-                renew(content, merge::markers_of(stores, channels, heads));
+                renew(content, message_builder::markers_of(stores, channels, heads));
             }),
         );
         self.send(LightsTopic::Markers, stamp, content);
     }
 
     fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: Arc<Content>) {
-        if self.waiting.len() >= MOST_WAITING {
+        if self.waiting.len() >= MAX_WAITING {
             self.waiting.pop_front();
         }
         self.waiting.push_back(Emission { topic, stamp, content });
@@ -115,16 +115,16 @@ impl Last {
         one_group_per_head: bool,
     ) -> Arc<Content> {
         let sources = [
-            Some(stores.truth(channel).journal()),
-            Some(stores.detected(channel).journal()),
-            predictions.map(Predictions::journal),
+            Some(stores.truth(channel).change_log()),
+            Some(stores.detected(channel).change_log()),
+            predictions.map(Predictions::change_log),
         ];
         let is_merged = stores.compat() == Compat::Improved && !one_group_per_head;
         self.content(
             sources,
-            || Content::Groups(merge::groups(stores, channel, predictions, one_group_per_head)),
+            || Content::Groups(message_builder::groups(stores, channel, predictions, one_group_per_head)),
             is_merged.then_some(|content: &mut _, heads: &_| {
-                renew(content, merge::groups_of(stores, channel, predictions, heads));
+                renew(content, message_builder::groups_of(stores, channel, predictions, heads));
             }),
         )
     }
@@ -136,7 +136,7 @@ impl Last {
         make: impl FnOnce() -> Content,
         renew: Option<impl FnOnce(&mut Arc<Content>, &BTreeSet<HeadIndex>)>,
     ) -> Arc<Content> {
-        let changes = sources.map(|source| source.map_or(0, Journal::changes));
+        let changes = sources.map(|source| source.map_or(0, ChangeLog::changes));
         let Some((shown, content)) = &mut self.0 else {
             let content = Arc::new(make());
             self.0 = Some((changes, Arc::clone(&content)));
@@ -163,8 +163,8 @@ impl Last {
 fn changed(sources: Sources<'_>, before: [u64; 3]) -> Option<BTreeSet<HeadIndex>> {
     let mut heads = BTreeSet::new();
     for (source, before) in sources.into_iter().zip(before) {
-        if let Some(journal) = source {
-            heads.extend(journal.since(before)?);
+        if let Some(change_log) = source {
+            heads.extend(change_log.since(before)?);
         }
     }
     Some(heads)

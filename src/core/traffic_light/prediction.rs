@@ -1,4 +1,4 @@
-//! What V2I announces of phases to come (traffic-lights section 4.6).
+//! What V2I announces of phases to come (docs/spec/traffic-lights.md, "Predictions").
 //!
 //! Ours announces what will be sent: a head's V2I states, a detection before the truth, or the copied
 //! conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
@@ -7,14 +7,14 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::bulb::{Bulb, BulbSet};
-use super::compat::Compat;
+use super::change_log::ChangeLog;
 use super::controller::{ControllerState, upstream_cycle_s};
-use super::journal::Journal;
 use super::refusal::Refusal;
 use super::scenario::{Controller, Phase, StateText};
 use super::store::heads_of;
 use super::sync::SyncedStores;
 use super::target::{Channel, Layer};
+use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -30,7 +30,7 @@ pub(super) struct Predictions {
     by_head: BTreeMap<HeadIndex, Announced>,
     /// Heads each controller announced last.
     by_controller: Vec<Vec<HeadIndex>>,
-    journal: Journal,
+    change_log: ChangeLog,
 }
 
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ pub(super) struct Predicted {
 impl Predictions {
     pub(super) fn new(controllers: usize, heads: usize, compat: Compat) -> Self {
         let by_controller = vec![Vec::new(); controllers];
-        Self { compat, by_head: BTreeMap::new(), by_controller, journal: Journal::new(heads) }
+        Self { compat, by_head: BTreeMap::new(), by_controller, change_log: ChangeLog::new(heads) }
     }
 
     /// Those of a head, ascending by time.
@@ -59,14 +59,14 @@ impl Predictions {
     }
 
     /// Changes whenever something may be different.
-    pub(super) fn journal(&self) -> &Journal {
-        &self.journal
+    pub(super) fn change_log(&self) -> &ChangeLog {
+        &self.change_log
     }
 
     /// Forgets all.
     pub(super) fn clear(&mut self) {
         for head in self.by_head.keys() {
-            self.journal.add(*head);
+            self.change_log.add(*head);
         }
         self.by_head.clear();
     }
@@ -86,7 +86,7 @@ impl Predictions {
                 for head in self.by_controller.get_mut(index).map(std::mem::take).into_iter().flatten() {
                     if self.by_head.get(&head).is_some_and(|announced| announced.controller == index) {
                         self.by_head.remove(&head);
-                        self.journal.add(head);
+                        self.change_log.add(head);
                     }
                 }
                 let mut found = BTreeMap::new();
@@ -109,7 +109,7 @@ impl Predictions {
 
     fn take(&mut self, controller: usize, found: BTreeMap<HeadIndex, Vec<Predicted>>) {
         for head in found.keys() {
-            self.journal.add(*head);
+            self.change_log.add(*head);
         }
         let announced = found.into_iter().map(|(head, list)| (head, Announced { controller, list }));
         self.by_head.extend(announced);

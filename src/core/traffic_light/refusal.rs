@@ -1,8 +1,8 @@
 //! Why an action or a phase could not be carried out.
 
 /// An input from outside is refused with it and changes nothing. In a scenario it ends the scenario;
-/// ours was checked when it was read, upstream finds out when it gets there (traffic-lights sections
-/// 1.3, 2.2, 4.4).
+/// ours was checked when it was read, upstream finds out when it gets there
+/// (docs/spec/traffic-lights.md, "State text", "Ids and groups" and "Actions and commands").
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// The map does not know the id.
@@ -28,9 +28,9 @@ pub enum Refusal {
         phase: String,
     },
     /// Not a rate messages can be sent at.
-    #[error("{0} Hz is no rate: give 0.001 to 1000")]
+    #[error("invalid rate {0} Hz: give 0.001 to 1000")]
     Rate(f64),
     /// Not a confidence.
-    #[error("{0} is no confidence: give 0 to 1")]
+    #[error("{0} is not a confidence: give 0 to 1")]
     Confidence(f64),
 }

@@ -1,5 +1,5 @@
 //! What shall happen: controllers with phases, and events with triggers and actions, as a scenario
-//! file says it (traffic-lights section 4). Read by `config`, run by the engine.
+//! file says it (docs/spec/traffic-lights.md, "Controllers and phases"). Read by `config`, run by the engine.
 
 use std::time::Duration;
 
@@ -211,7 +211,8 @@ pub enum ElementState {
     StopTransition,
 }
 
-/// Something to do with the lights; it completes at once (section 4.4).
+/// Something to do with the lights; it completes at once
+/// (docs/spec/traffic-lights.md, "Actions and commands").
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     /// `TrafficSignalStateAction`: takes the place of what the target had.

@@ -1,4 +1,5 @@
-//! Which light in which store, in words: `34802`, `34802 v2i_detected` (traffic-lights section 2.3).
+//! Which light in which store, in words: `34802`, `34802 v2i_detected`
+//! (docs/spec/traffic-lights.md, "Signal ids").
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,13 +17,13 @@ pub enum SignalIdError {
         found: String,
     },
     /// The first part.
-    #[error("`{found}` is no id: a whole number of at most 64 bits, without blanks before it")]
+    #[error("`{found}` is not an id: a whole number of at most 64 bits, without blanks before it")]
     Id {
         /// The first part; a very long one is cut.
         found: String,
     },
     /// The second part.
-    #[error("`{found}` is no channel: conventional, conventional_detected, v2i or v2i_detected")]
+    #[error("`{found}` is not a channel: conventional, conventional_detected, v2i or v2i_detected")]
     Channel {
         /// The second part; a very long one is cut.
         found: String,

@@ -1,9 +1,9 @@
-//! Which states may be written where (traffic-lights section 3.2).
+//! Which states may be written where (docs/spec/traffic-lights.md, "The word unknown").
 
-use super::compat::Compat;
 use super::scenario::StateText;
 use super::target::{Layer, StoreId};
 use super::text::excerpt;
+use crate::core::compat::Compat;
 
 /// What writes a state. States over the API are not checked and have no place here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -17,7 +17,7 @@ pub enum Writer {
 /// Why a state may not be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
-    /// It is no state.
+    /// It is not a state.
     #[error("state `{text}`: {mistake}", text = excerpt(text).escape_debug())]
     Mistake {
         /// The state as written.
@@ -71,7 +71,8 @@ mod tests {
     use super::*;
     use crate::core::traffic_light::target::Channel;
 
-    /// Section 3.2, every row of its table but the API's, for both channels.
+    /// docs/spec/traffic-lights.md, "The word unknown",
+    /// every row of its table but the last, for both channels.
     #[test]
     fn unknown_is_for_detected_states() {
         use Compat::{Improved, Upstream};

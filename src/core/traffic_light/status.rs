@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use super::engine::TrafficLights;
-use super::note::Verdict;
+use super::event_log::ScenarioOutcome;
 use super::scenario::ControllerIndex;
 use super::target::Channel;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
 /// Controllers that are listed; the others are counted.
-const MOST_LISTED: usize = 8;
+const MAX_LISTED: usize = 8;
 /// A rejected input is worth a warning for so long.
 const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
@@ -29,7 +29,7 @@ impl TrafficLights {
             Channel::V2i => ("v2i", v2i, v2i_rate, self.expiry.expired()),
         };
         let (truth, detected) =
-            (self.stores().truth(channel).tally(), self.stores().detected(channel).tally());
+            (self.stores().truth(channel).counts(), self.stores().detected(channel).counts());
         let lately = |at: MonoTime| now.since(at) < REJECTED_LATELY;
         let rejected = counts.last_rejected.filter(|(_, at)| lately(*at));
         let (level, message) = match (stale, rejected) {
@@ -59,13 +59,13 @@ impl TrafficLights {
         let (level, message) = match self.verdict() {
             None if is_empty => (Level::Ok, "no scenario".to_owned()),
             None => (Level::Ok, "running".to_owned()),
-            Some(Verdict::Success) => (Level::Ok, "ended in success".to_owned()),
-            Some(Verdict::Stopped) => (Level::Ok, "ended".to_owned()),
-            Some(Verdict::Failure) => (Level::Warn, "ended in failure".to_owned()),
-            Some(Verdict::Fault(refusal)) => (Level::Error, format!("cannot go on: {refusal}")),
+            Some(ScenarioOutcome::Success) => (Level::Ok, "ended in success".to_owned()),
+            Some(ScenarioOutcome::Stopped) => (Level::Ok, "ended".to_owned()),
+            Some(ScenarioOutcome::Failure) => (Level::Warn, "ended in failure".to_owned()),
+            Some(ScenarioOutcome::Fault(refusal)) => (Level::Error, format!("cannot go on: {refusal}")),
         };
         let mut values = vec![("controllers", scenario.controllers.len().to_string())];
-        for (index, controller) in scenario.controllers.iter().enumerate().take(MOST_LISTED) {
+        for (index, controller) in scenario.controllers.iter().enumerate().take(MAX_LISTED) {
             let state = self.controller(ControllerIndex(index));
             let phase = state.and_then(|state| Some((state.start, controller.phases.get(state.phase?)?)));
             let text = match phase {

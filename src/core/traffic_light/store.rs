@@ -1,5 +1,5 @@
-//! The four stores: what is so and what is seen, for each channel (traffic-lights sections 1.1, 2.2,
-//! 3.1 and 4.3).
+//! The four stores: what is so and what is seen, for each channel
+//! (docs/spec/traffic-lights.md, "Objects", "Stores and channels" and "Clearing").
 //!
 //! Ours looks an id up as a group first, then as a head, and keeps one entry for each head. Upstream
 //! keeps a detection under the id as it was written (Q3) and makes a light of each id it looks at (Q15).
@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
-use super::compat::Compat;
-use super::journal::Journal;
+use super::bulb_counts::BulbCounts;
+use super::change_log::ChangeLog;
 use super::refusal::Refusal;
-use super::tally::Tally;
 use super::target::{Channel, Layer, Target};
+use crate::core::compat::Compat;
 use crate::core::map::light_map::{HeadIndex, LightMap};
 
 /// What is known of one light.
@@ -41,7 +41,7 @@ pub enum Change {
     Confidence(f64),
 }
 
-/// What a light is compared with (traffic-lights section 4.5).
+/// What a light is compared with (docs/spec/traffic-lights.md, "Conditions and triggers").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
     /// No light comes out: for ours no bulb or only `solidOff` ones, for upstream no bulb (Q13).
@@ -56,16 +56,16 @@ pub enum Expected {
 #[derive(Debug, Clone)]
 pub struct GroundTruth {
     lights: Vec<Light>,
-    tally: Tally,
-    journal: Journal,
+    counts: BulbCounts,
+    change_log: ChangeLog,
 }
 
 /// Detections of one channel. Key: way id of the head, for upstream the id as written.
 #[derive(Debug, Clone)]
 pub struct Detected {
     entries: BTreeMap<i64, DetectedLight>,
-    tally: Tally,
-    journal: Journal,
+    counts: BulbCounts,
+    change_log: ChangeLog,
 }
 
 /// A detection and whose it is.
@@ -97,7 +97,7 @@ pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadInde
 }
 
 /// Whether simulated traffic stops for a light that looks so: a red or yellow circle that does not
-/// flash (traffic-lights section 5.8).
+/// flash (docs/spec/traffic-lights.md, "Simulated traffic").
 pub fn must_stop(bulbs: &BulbSet) -> bool {
     [Color::Red, Color::Yellow]
         .into_iter()
@@ -135,15 +135,15 @@ impl GroundTruth {
 
     /// Differs from what it was whenever something is different.
     pub fn changes(&self) -> u64 {
-        self.journal.changes()
+        self.change_log.changes()
     }
 
-    pub(super) fn journal(&self) -> &Journal {
-        &self.journal
+    pub(super) fn change_log(&self) -> &ChangeLog {
+        &self.change_log
     }
 
-    pub(super) fn tally(&self) -> Tally {
-        self.tally
+    pub(super) fn counts(&self) -> BulbCounts {
+        self.counts
     }
 
     fn apply(&mut self, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
@@ -155,8 +155,8 @@ impl GroundTruth {
         }
         let changed = light.apply(change, write) || created;
         if changed {
-            self.tally.turn(before, light.bulbs);
-            self.journal.add(head);
+            self.counts.turn(before, light.bulbs);
+            self.change_log.add(head);
         }
         changed
     }
@@ -170,15 +170,15 @@ impl Detected {
 
     /// Differs from what it was whenever something is different.
     pub fn changes(&self) -> u64 {
-        self.journal.changes()
+        self.change_log.changes()
     }
 
-    pub(super) fn journal(&self) -> &Journal {
-        &self.journal
+    pub(super) fn change_log(&self) -> &ChangeLog {
+        &self.change_log
     }
 
-    pub(super) fn tally(&self) -> Tally {
-        self.tally
+    pub(super) fn counts(&self) -> BulbCounts {
+        self.counts
     }
 
     pub(super) fn light(&self, key: i64) -> Light {
@@ -201,8 +201,8 @@ impl Detected {
             }
         };
         if changed {
-            self.tally.turn(before, self.light(key).bulbs);
-            self.journal.add(head);
+            self.counts.turn(before, self.light(key).bulbs);
+            self.change_log.add(head);
         }
         changed
     }
@@ -211,10 +211,11 @@ impl Detected {
 impl Stores {
     /// Nothing is known yet.
     pub fn new(map: Arc<LightMap>, compat: Compat) -> Self {
-        let (heads, tally) = (map.heads().len(), Tally::default());
-        let journal = Journal::new(heads);
-        let truth = GroundTruth { lights: vec![Light::UNTOUCHED; heads], tally, journal: journal.clone() };
-        let detected = Detected { entries: BTreeMap::new(), tally, journal };
+        let (heads, counts) = (map.heads().len(), BulbCounts::default());
+        let change_log = ChangeLog::new(heads);
+        let truth =
+            GroundTruth { lights: vec![Light::UNTOUCHED; heads], counts, change_log: change_log.clone() };
+        let detected = Detected { entries: BTreeMap::new(), counts, change_log };
         let channels = [(truth.clone(), detected.clone()), (truth, detected)];
         Self { map, compat, channels, writes: 0 }
     }

@@ -4,10 +4,10 @@
 //! starts, runs and ends within one frame. That frame lasts, for each one who waits for it, from then
 //! to its own next turn: nobody misses it for standing earlier in the document.
 
-use super::note::{ActionSource, Happening, Verdict};
+use super::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use super::refusal::Refusal;
 use super::scenario::{Act, ElementState, Event, Scenario, Trigger};
-use super::stage::Stage;
+use super::scenario_state::ScenarioState;
 use super::trigger::TriggerMemory;
 
 /// Where all acts and events stand, and what their triggers remember.
@@ -81,21 +81,26 @@ impl Storyboard {
     }
 
     /// One frame.
-    pub(super) fn step(&mut self, scenario: &Scenario, stage: &mut Stage) -> Result<(), Refusal> {
+    pub(super) fn step(
+        &mut self,
+        scenario: &Scenario,
+        scenario_state: &mut ScenarioState,
+    ) -> Result<(), Refusal> {
         self.board.turn = Turn { frame: self.board.turn.frame + 1, position: 0 };
         for (index, triggers) in self.acts.iter_mut().enumerate() {
             self.board.turn.position += 1;
             let first = self.board.turn.position;
-            triggers.step(index, &mut self.board, scenario, stage)?;
-            if stage.verdict.is_some() {
+            triggers.step(index, &mut self.board, scenario, scenario_state)?;
+            if scenario_state.verdict.is_some() {
                 return Ok(());
             }
             // An event has the same position in each frame, whether it was looked at or not.
             self.board.turn.position = first + triggers.events.len();
         }
         self.board.turn.position += 1;
-        if fires(&mut self.stop, scenario.stop.as_ref(), &self.board, scenario, stage)? == Some(true) {
-            stage.end(Verdict::Stopped);
+        if fires(&mut self.stop, scenario.stop.as_ref(), &self.board, scenario, scenario_state)? == Some(true)
+        {
+            scenario_state.end(ScenarioOutcome::Stopped);
         }
         Ok(())
     }
@@ -107,38 +112,39 @@ impl ActTriggers {
         index: usize,
         board: &mut Board,
         scenario: &Scenario,
-        stage: &mut Stage,
+        scenario_state: &mut ScenarioState,
     ) -> Result<(), Refusal> {
         let Some(act) = scenario.acts.get(index) else { return Ok(()) };
         match board.act(index).map(|act| act.progress.stand) {
             None | Some(Stand::Complete) => return Ok(()),
             Some(Stand::Running) => {}
             Some(Stand::Standby) => {
-                if fires(&mut self.start, act.start.as_ref(), board, scenario, stage)? == Some(false) {
+                if fires(&mut self.start, act.start.as_ref(), board, scenario, scenario_state)? == Some(false)
+                {
                     return Ok(());
                 }
                 board.start_act(index);
-                stage.note(Happening::ActStarted { act: index });
+                scenario_state.note(ScenarioEvent::ActStarted { act: index });
             }
         }
-        if fires(&mut self.stop, act.stop.as_ref(), board, scenario, stage)? == Some(true) {
+        if fires(&mut self.stop, act.stop.as_ref(), board, scenario, scenario_state)? == Some(true) {
             board.stop_act(index);
-            stage.note(Happening::ActEnded { act: index });
+            scenario_state.note(ScenarioEvent::ActEnded { act: index });
             return Ok(());
         }
         for (event, (trigger, told)) in self.events.iter_mut().zip(&act.events).enumerate() {
             board.turn.position += 1;
             if board.is_waiting(index, event)
-                && fires(trigger, told.start.as_ref(), board, scenario, stage)? != Some(false)
+                && fires(trigger, told.start.as_ref(), board, scenario, scenario_state)? != Some(false)
             {
-                execute((index, event), told, board, scenario, stage)?;
+                execute((index, event), told, board, scenario, scenario_state)?;
             }
-            if stage.verdict.is_some() {
+            if scenario_state.verdict.is_some() {
                 return Ok(());
             }
         }
         if board.end_act(index) {
-            stage.note(Happening::ActEnded { act: index });
+            scenario_state.note(ScenarioEvent::ActEnded { act: index });
         }
         Ok(())
     }
@@ -149,13 +155,13 @@ fn execute(
     told: &Event,
     board: &mut Board,
     scenario: &Scenario,
-    stage: &mut Stage,
+    scenario_state: &mut ScenarioState,
 ) -> Result<(), Refusal> {
-    stage.note(Happening::EventStarted { act, event });
+    scenario_state.note(ScenarioEvent::EventStarted { act, event });
     board.execute(act, event, told.most_executions);
     for (number, action) in told.actions.iter().enumerate() {
-        stage.perform(scenario, action, ActionSource::Event { act, event, action: number })?;
-        if stage.verdict.is_some() {
+        scenario_state.perform(scenario, action, ActionSource::Event { act, event, action: number })?;
+        if scenario_state.verdict.is_some() {
             break;
         }
     }
@@ -168,11 +174,11 @@ fn fires(
     trigger: Option<&Trigger>,
     board: &Board,
     scenario: &Scenario,
-    stage: &mut Stage,
+    scenario_state: &mut ScenarioState,
 ) -> Result<Option<bool>, Refusal> {
     let (Some(memory), Some(trigger)) = (memory, trigger) else { return Ok(None) };
     let element = |name: &str, state| board.element_is(scenario, name, state);
-    memory.fires(trigger, scenario, stage, element).map(Some)
+    memory.fires(trigger, scenario, scenario_state, element).map(Some)
 }
 
 impl Board {

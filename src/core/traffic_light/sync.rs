@@ -1,11 +1,11 @@
-//! Copying ground truth of the conventional channel to V2I (traffic-lights section 3.3).
+//! Copying ground truth of the conventional channel to V2I (docs/spec/traffic-lights.md, "Copying to V2I").
 
 use std::collections::BTreeSet;
 
-use super::compat::Compat;
 use super::refusal::Refusal;
 use super::store::{Change, Stores, heads_of};
 use super::target::{Channel, Layer, StoreId, Target};
+use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 
 const CONVENTIONAL: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };

@@ -1,4 +1,4 @@
-//! Which store of which channel a state is for (traffic-lights sections 2.3 and 3.1).
+//! Which store of which channel a state is for (docs/spec/traffic-lights.md, "Stores and channels").
 
 /// Over which equipment a state reaches the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

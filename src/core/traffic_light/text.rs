@@ -1,4 +1,4 @@
-//! States in words: `red flashing, green right` (traffic-lights sections 1.2 and 1.3).
+//! States in words: `red flashing, green right` (docs/spec/traffic-lights.md, "State text").
 //!
 //! One bulb is colour, status and shape in this order, each optional: a missing colour is green, a
 //! missing status solidOn, a missing shape circle. Blanks between the words are optional as well, so
@@ -49,7 +49,7 @@ const SHAPES: &[(&str, Shape)] = &[
 ];
 
 /// The longest piece of a wrong text that is repeated, characters.
-const LONGEST_EXCERPT: usize = 40;
+const MAX_EXCERPT: usize = 40;
 
 /// What is wrong with a text, where, and what would be right.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -87,15 +87,15 @@ impl fmt::Display for TextError {
         let found = found.escape_debug();
         match kind {
             TextErrorKind::NoColor => {
-                write!(f, "`{found}` is no colour; colours are {}", spellings(COLORS))
+                write!(f, "`{found}` is not a colour; colours are {}", spellings(COLORS))
             }
             TextErrorKind::NoStatus => {
-                write!(f, "`{found}` is no status; statuses are {}", spellings(STATUSES))
+                write!(f, "`{found}` is not a status; statuses are {}", spellings(STATUSES))
             }
-            TextErrorKind::NoShape => write!(f, "`{found}` is no shape; shapes are {}", spellings(SHAPES)),
+            TextErrorKind::NoShape => write!(f, "`{found}` is not a shape; shapes are {}", spellings(SHAPES)),
             TextErrorKind::NoWord | TextErrorKind::TooShort => write!(
                 f,
-                "`{found}` at column {column} is no part of a bulb; colours are {}; statuses are {}; shapes \
+                "`{found}` at column {column} is not a part of a bulb; colours are {}; statuses are {}; shapes \
                  are {}",
                 spellings(COLORS),
                 spellings(STATUSES),
@@ -198,7 +198,7 @@ pub(super) fn is_blank(char: char) -> bool {
 
 /// The beginning of a text that may be very long, fit for one line.
 pub(super) fn excerpt(text: &str) -> String {
-    let mut cut: String = text.chars().take(LONGEST_EXCERPT).collect();
+    let mut cut: String = text.chars().take(MAX_EXCERPT).collect();
     if cut.len() < text.len() {
         cut.push('…');
     }
@@ -303,7 +303,7 @@ mod tests {
         }
         assert_eq!(
             "RED".parse::<Color>().unwrap_err().to_string(),
-            "`RED` is no colour; colours are green, Green, yellow, Yellow, amber, red, Red, white, unknown"
+            "`RED` is not a colour; colours are green, Green, yellow, Yellow, amber, red, Red, white, unknown"
         );
     }
 

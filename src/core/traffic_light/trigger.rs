@@ -1,20 +1,21 @@
-//! When a trigger fires: tests, their edges and delays (traffic-lights section 4.5).
+//! When a trigger fires: tests, their edges and delays
+//! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
 //! A test's value is delayed first and its edge looked for after that, which comes to the same. The
-//! first value of a test is no edge.
+//! first value of a test is not an edge.
 
 use std::cmp::Ordering;
 use std::collections::VecDeque;
 
-use super::cadence::Moment;
-use super::compat::Compat;
+use super::periodic_timer::Moment;
 use super::refusal::Refusal;
 use super::scenario::{
     Condition, ControllerIndex, Edge, ElementState, Rule, Scenario, StateText, Test, Trigger,
 };
-use super::stage::Stage;
+use super::scenario_state::ScenarioState;
 use super::store::Expected;
 use super::target::Target;
+use crate::core::compat::Compat;
 
 /// What a trigger remembers: one memory for each condition of each group.
 #[derive(Debug, Clone)]
@@ -44,10 +45,10 @@ impl TriggerMemory {
         &mut self,
         trigger: &Trigger,
         scenario: &Scenario,
-        stage: &mut Stage,
+        scenario_state: &mut ScenarioState,
         element: impl Fn(&str, ElementState) -> bool,
     ) -> Result<bool, Refusal> {
-        if stage.now.nanos < self.idle_until {
+        if scenario_state.now.nanos < self.idle_until {
             return Ok(false);
         }
         let mut fires = false;
@@ -55,22 +56,22 @@ impl TriggerMemory {
             let mut all = true;
             // All are looked at, for the sake of their edges.
             for (condition, memory) in group.iter().zip(memories) {
-                let value = value(&condition.test, scenario, stage, &element)?;
-                all &= memory.is_true(condition, value, stage.now, stage.compat);
+                let value = value(&condition.test, scenario, scenario_state, &element)?;
+                all &= memory.is_true(condition, value, scenario_state.now, scenario_state.compat);
             }
             fires |= all;
         }
-        self.idle_until = if fires { 0 } else { self.next(trigger, stage) };
+        self.idle_until = if fires { 0 } else { self.next(trigger, scenario_state) };
         Ok(fires)
     }
 
     /// It does not fire now, nor before that. Once an edge is past, only values that change can make
     /// it fire, and that of a time changes when the time has come, or right after. Other values can
     /// change any time; upstream's clock is another one.
-    fn next(&self, trigger: &Trigger, stage: &Stage) -> u64 {
-        let now = stage.now.nanos;
+    fn next(&self, trigger: &Trigger, scenario_state: &ScenarioState) -> u64 {
+        let now = scenario_state.now.nanos;
         let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
-        let next = conditions.map(|(condition, memory)| match (&condition.test, stage.compat) {
+        let next = conditions.map(|(condition, memory)| match (&condition.test, scenario_state.compat) {
             (Test::SimulationTime { value, .. }, Compat::Improved) if memory.is_settled() => {
                 let at = u64::try_from(value.as_nanos()).unwrap_or(u64::MAX);
                 match now.cmp(&at) {
@@ -121,27 +122,29 @@ impl ConditionMemory {
 fn value(
     test: &Test,
     scenario: &Scenario,
-    stage: &mut Stage,
+    scenario_state: &mut ScenarioState,
     element: impl Fn(&str, ElementState) -> bool,
 ) -> Result<bool, Refusal> {
     match test {
-        Test::SimulationTime { rule, value } => Ok(match stage.compat {
-            Compat::Improved => rule.holds(&u128::from(stage.now.nanos), &value.as_nanos()),
-            Compat::Upstream => rule.holds(&stage.now.seconds, &value.as_secs_f64()),
+        Test::SimulationTime { rule, value } => Ok(match scenario_state.compat {
+            Compat::Improved => rule.holds(&u128::from(scenario_state.now.nanos), &value.as_nanos()),
+            Compat::Upstream => rule.holds(&scenario_state.now.seconds, &value.as_secs_f64()),
         }),
-        Test::State { target, state, exact } => matches(stage, *target, state.as_ref(), *exact),
-        Test::Phase { controller, phase } => Ok(phase_name(scenario, stage, *controller) == Some(phase)),
+        Test::State { target, state, exact } => matches(scenario_state, *target, state.as_ref(), *exact),
+        Test::Phase { controller, phase } => {
+            Ok(phase_name(scenario, scenario_state, *controller) == Some(phase))
+        }
         Test::Element { name, state } => Ok(element(name, *state)),
     }
 }
 
 fn matches(
-    stage: &mut Stage,
+    scenario_state: &mut ScenarioState,
     target: Target,
     state: Option<&StateText>,
     exact: bool,
 ) -> Result<bool, Refusal> {
-    let expected = match (state, stage.compat) {
+    let expected = match (state, scenario_state.compat) {
         (None, _) => Expected::Dark,
         (Some(state), Compat::Improved) if exact => Expected::Exactly(state.bulbs),
         (Some(state), Compat::Improved) => Expected::Contains(state.bulbs),
@@ -153,12 +156,16 @@ fn matches(
             Expected::Contains([bulb].into_iter().collect())
         }
     };
-    stage.lights.stores_mut().matches(target, expected)
+    scenario_state.lights.stores_mut().matches(target, expected)
 }
 
 /// Name of the phase a controller is in; none before the first one (Q12).
-fn phase_name<'a>(scenario: &'a Scenario, stage: &Stage, index: ControllerIndex) -> Option<&'a String> {
-    let phase = stage.controllers.state(index)?.phase?;
+fn phase_name<'a>(
+    scenario: &'a Scenario,
+    scenario_state: &ScenarioState,
+    index: ControllerIndex,
+) -> Option<&'a String> {
+    let phase = scenario_state.controllers.state(index)?.phase?;
     Some(&scenario.controllers.get(index.0)?.phases.get(phase)?.name)
 }
 
@@ -244,14 +251,14 @@ mod tests {
             let settings =
                 LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), Compat::Improved);
             let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
-            let mut stage = TrafficLights::new(settings, now).stage;
+            let mut scenario_state = TrafficLights::new(settings, now).scenario_state;
             let (mut idle, mut busy) = (TriggerMemory::new(&trigger), TriggerMemory::new(&trigger));
             for step in steps {
-                stage.now.nanos += step;
+                scenario_state.now.nanos += step;
                 busy.idle_until = 0;
                 let [seen, expected] = [&mut idle, &mut busy]
-                    .map(|memory| memory.fires(&trigger, &scenario, &mut stage, |_, _| false).unwrap());
-                prop_assert_eq!(seen, expected, "at {}", stage.now.nanos);
+                    .map(|memory| memory.fires(&trigger, &scenario, &mut scenario_state, |_, _| false).unwrap());
+                prop_assert_eq!(seen, expected, "at {}", scenario_state.now.nanos);
             }
         }
 

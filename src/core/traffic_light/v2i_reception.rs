@@ -1,5 +1,5 @@
 //! Traffic-light states that a V2X unit sends over CAN, judged like every received signal: what is
-//! believed of each group now, and what no longer holds (traffic-lights sections 3.1 and 9.2).
+//! believed of each group now, and what no longer holds (docs/spec/traffic-lights.md, "V2X unit on CAN").
 //!
 //! What is known belongs in the *ground truth* of the v2i channel: ground truth of a network is what
 //! the network says, and the detected store stays free for imitating errors of the reception.
@@ -11,21 +11,21 @@ pub mod binding;
 mod finding;
 pub mod movement_phase;
 
-use crate::core::bus::{Bus, Received, past};
-use crate::core::event::BusIndex;
-use crate::core::frame::Frame;
-use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::core::can::bus::{Bus, Received};
+use crate::core::can::frame::Frame;
+use crate::core::can::link::BusIndex;
+use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::traffic_light::bulb::BulbSet;
-use crate::core::trust::meaning::Meaning;
-use crate::core::trust::observation::{Absence, Observation, Observations};
-use crate::core::trust::table::{MessageIndex, Role, SignalIndex};
+use crate::core::validation::meaning::Meaning;
+use crate::core::validation::observation::{MissingReason, Observation, Observations};
+use crate::core::validation::table::{MessageIndex, Role, SignalIndex};
 use binding::{Cycle, Group, V2iBinding, V2iSource, V2iStates};
 
 pub use finding::{GroupFinding, TASK_NAME};
 
 /// A state that is believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Believed {
+pub struct ValidState {
     /// At least one bulb.
     pub bulbs: BulbSet,
     /// 0 to 1.
@@ -36,13 +36,13 @@ pub struct Believed {
 
 /// Why no state of a group is believed. Raw values go with their signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Doubt {
+pub enum InvalidReason {
     /// No believable value of this signal.
-    Absent(SignalIndex, Absence),
+    Absent(SignalIndex, MissingReason),
     /// The message comes, but has not told of this group since start or since it broke off.
-    NotTold,
+    NotReceived,
     /// The message comes, but has not told of this group for longer than its limit.
-    NotToldAgain,
+    NotReceivedAgain,
     /// A status signal says that the states cannot be used.
     Unusable(SignalIndex, i128),
     /// The unit says that it does not know.
@@ -59,7 +59,7 @@ pub struct Change {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
     /// Put this there; `None` = remove what is there.
-    pub state: Option<Believed>,
+    pub state: Option<ValidState>,
 }
 
 /// What came of a call of [`V2iReception::settle`].
@@ -96,16 +96,16 @@ struct Tracked {
     /// Its source, by position, and its own position there.
     at: (usize, usize),
     /// Of a cycling message: what it told last.
-    told: Option<Told>,
+    told: Option<LastJudgement>,
     /// What was judged last; `None` before the first time.
     judged: Option<Judged>,
 }
 
-type Judged = Result<Believed, Doubt>;
+type Judged = Result<ValidState, InvalidReason>;
 
 /// What one frame of a cycling message told.
 #[derive(Debug, Clone, Copy)]
-struct Told {
+struct LastJudgement {
     state: Judged,
     at: MonoTime,
 }
@@ -185,7 +185,7 @@ impl V2iReception {
                 source.status.iter().filter(|role| binding.message_of(role.signal) == message);
             let status = own_status.try_for_each(|role| usable(role, raw(role.signal)));
             let state = status.and_then(|()| believe(group, received, |signal| Ok(raw(signal))));
-            of_source(groups, index)[own].told = Some(Told { state, at: now.mono });
+            of_source(groups, index)[own].told = Some(LastJudgement { state, at: now.mono });
         }
     }
 
@@ -213,7 +213,7 @@ impl V2iReception {
             }
             settled.news |= before
                 .is_none_or(|before| (content(before), before.err()) != (content(judged), judged.err()));
-            let undefined = |judged: Judged| matches!(judged, Err(Doubt::Undefined(..)));
+            let undefined = |judged: Judged| matches!(judged, Err(InvalidReason::Undefined(..)));
             counts.undefined += u64::from(undefined(judged) && !before.is_some_and(undefined));
         }
         settled
@@ -221,7 +221,7 @@ impl V2iReception {
 
     /// What was believed of each group when all was settled last, in the order of the profile, with the
     /// times of the newest frames.
-    pub fn believed(&self) -> impl Iterator<Item = (i64, Believed)> {
+    pub fn valid_states(&self) -> impl Iterator<Item = (i64, ValidState)> {
         self.groups.iter().filter_map(|tracked| {
             let (_, group) = bound(&self.binding, tracked.at)?;
             Some((group.id, tracked.judged?.ok()?))
@@ -234,7 +234,7 @@ impl V2iReception {
             let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {
                 return None;
             };
-            Some(past(tracked.told?.at, cycle.timeout))
+            Some(deadline_after(tracked.told?.at, cycle.timeout))
         };
         let groups = self.groups.iter().filter_map(over_at).filter(|at| *at > now);
         groups.chain(self.seen.next_deadline(&self.binding.table, now)).min()
@@ -260,7 +260,7 @@ fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSou
 /// Binding, last values, buses and time.
 type View<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
 
-fn judge(view: View<'_>, source: &V2iSource, group: &Group, told: Option<Told>) -> Judged {
+fn judge(view: View<'_>, source: &V2iSource, group: &Group, told: Option<LastJudgement>) -> Judged {
     let (binding, _, _, now) = view;
     let cycle = match &source.states {
         V2iStates::Single(_) => None,
@@ -275,42 +275,48 @@ fn judge(view: View<'_>, source: &V2iSource, group: &Group, told: Option<Told>) 
     }
     let newest = last(view, group.state.signal)?;
     match (cycle, told) {
-        (Some(_), None) => Err(Doubt::NotTold),
-        (Some(cycle), Some(told)) if now.since(told.at) > cycle.timeout => Err(Doubt::NotToldAgain),
+        (Some(_), None) => Err(InvalidReason::NotReceived),
+        (Some(cycle), Some(told)) if now.since(told.at) > cycle.timeout => {
+            Err(InvalidReason::NotReceivedAgain)
+        }
         (Some(_), Some(told)) => told.state,
         (None, _) => believe(group, newest.received, |signal| Ok(last(view, signal)?.raw)),
     }
 }
 
 /// The last value of a signal, when it may be believed.
-fn last((binding, seen, buses, now): View<'_>, signal: SignalIndex) -> Result<Observation, Doubt> {
-    seen.believable(&binding.table, signal, buses, now).map_err(|why| Doubt::Absent(signal, why))
+fn last((binding, seen, buses, now): View<'_>, signal: SignalIndex) -> Result<Observation, InvalidReason> {
+    seen.believable(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
 }
 
 /// Whether a status signal with this value lets the states be used.
-fn usable(role: &Role<bool>, raw: i128) -> Result<(), Doubt> {
-    if defined(role, raw)? { Ok(()) } else { Err(Doubt::Unusable(role.signal, raw)) }
+fn usable(role: &Role<bool>, raw: i128) -> Result<(), InvalidReason> {
+    if defined(role, raw)? { Ok(()) } else { Err(InvalidReason::Unusable(role.signal, raw)) }
 }
 
-fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, Doubt> {
+fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
     match role.values.meaning(raw) {
         Meaning::Defined(value) => Ok(value),
-        Meaning::NotAvailable => Err(Doubt::NotAvailable(role.signal, raw)),
-        Meaning::Fault => Err(Doubt::Fault(role.signal, raw)),
-        Meaning::Undefined => Err(Doubt::Undefined(role.signal, raw)),
+        Meaning::NotAvailable => Err(InvalidReason::NotAvailable(role.signal, raw)),
+        Meaning::Fault => Err(InvalidReason::Fault(role.signal, raw)),
+        Meaning::Undefined => Err(InvalidReason::Undefined(role.signal, raw)),
     }
 }
 
 /// What the values of a group's signals come to.
-fn believe(group: &Group, received: Received, raw: impl Fn(SignalIndex) -> Result<i128, Doubt>) -> Judged {
+fn believe(
+    group: &Group,
+    received: Received,
+    raw: impl Fn(SignalIndex) -> Result<i128, InvalidReason>,
+) -> Judged {
     let bulbs = defined(&group.state, raw(group.state.signal)?)?;
     let confidence = match &group.confidence {
         None => 1.0,
         Some(confidence) => {
             let signal = confidence.role.signal;
             let raw = raw(signal)?;
-            confidence.of(raw).ok_or(Doubt::Undefined(signal, raw))?
+            confidence.of(raw).ok_or(InvalidReason::Undefined(signal, raw))?
         }
     };
-    Ok(Believed { bulbs, confidence, received })
+    Ok(ValidState { bulbs, confidence, received })
 }

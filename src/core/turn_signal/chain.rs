@@ -1,23 +1,24 @@
-//! How the record of one manoeuvre joins that of the one before it (turn-signal-decider section 3.8).
+//! How the record of one manoeuvre joins that of the one before it
+//! (docs/spec/turn-signal-decider.md, "Joining records").
 
-use super::geometry::path::Ruler;
+use super::geometry::path::PathFrame;
 use super::resolve::{Rules, Winner, prior};
 use super::section::Section;
 use super::signal::{Hazard, Signal};
 
 /// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new
 /// record erases an active one, and a hazard request goes with the record that made it (W5).
-pub fn overwrite(ruler: &Ruler<'_>, previous: Section, new: Section) -> Section {
+pub fn overwrite(path_frame: &PathFrame<'_>, previous: Section, new: Section) -> Section {
     let has_side = previous.turn.side().is_some();
-    let starts_later =
-        has_side && ruler.from_front_m(new.desired_start) > ruler.from_front_m(previous.desired_end);
+    let starts_later = has_side
+        && path_frame.from_front_m(new.desired_start) > path_frame.from_front_m(previous.desired_end);
     if starts_later { previous } else { new }
 }
 
 /// Upstream's pairwise prior rule, which does not look at commands: an empty record takes part with
 /// its points at the origin of the map (W6). `None` = an empty record.
-pub fn pairwise_prior(ruler: &Ruler<'_>, previous: Section, new: Section) -> Option<Section> {
-    let (of_previous, of_new) = (previous.distances(ruler), new.distances(ruler));
+pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Section) -> Option<Section> {
+    let (of_previous, of_new) = (previous.distances(path_frame), new.distances(path_frame));
     match (of_previous.desired_start_m > 0.0, of_new.desired_start_m > 0.0) {
         (true, true) => return None,
         (true, false) => return Some(new),

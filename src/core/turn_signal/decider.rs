@@ -1,34 +1,34 @@
 //! The decider: inputs of one cycle to one decision, and what it remembers between cycles
-//! (turn-signal-decider sections 1.3 to 1.5, 5.2, 8.3).
+//! (docs/spec/turn-signal-decider.md, "Candidates", "Commands" and "Memory between cycles").
 
-use super::decision::{Decision, Ground};
+use super::decision::{Basis, Decision};
+use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
 use super::geometry::Pose;
-use super::geometry::path::{Path, Ruler};
+use super::geometry::path::{Path, PathFrame};
 use super::inputs::{AgeLimits, Finding, Inputs};
 use super::intersection::{IntersectionInfo, IntersectionMemory, TurnAhead, turns};
-use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, Remark};
+use super::lane_network::{LaneId, LaneNetwork};
+use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
+use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{Parameters, Vehicle};
 use super::resolve::{Candidates, Resolution, Rules, Source, resolve};
-use super::road::{LaneId, Road};
 use super::roundabout::RoundaboutMemory;
 use super::roundabout::backward::backward_length_m;
-use super::roundabout::ways::{Ways, ways};
+use super::roundabout::legs::{RoundaboutLegs, legs};
 use super::route::Route;
-use super::scene::{Mode, Scene};
 use super::section::Section;
 use super::signal::{Hazard, Signal};
-use super::steady::{Rhythm, Steady};
 use super::turn_lane::TurnLane;
-use crate::core::bus::past;
-use crate::core::time::MonoTime;
+use crate::core::compat::Compat;
+use crate::core::time::{MonoTime, deadline_after};
 
 /// What does not change from cycle to cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Which behaviour.
-    pub mode: Mode,
+    pub mode: Compat,
     /// The parameters.
     pub parameters: Parameters,
     /// The vehicle.
@@ -36,7 +36,7 @@ pub struct Settings {
     /// How old inputs may be.
     pub age_limits: AgeLimits,
     /// How long signals last at least; not in upstream's behaviour.
-    pub rhythm: Rhythm,
+    pub min_durations: MinDurations,
 }
 
 /// Decides cycle by cycle.
@@ -49,27 +49,27 @@ pub struct Decider {
     roundabout: RoundaboutMemory,
     manoeuvres: ManoeuvreMemory,
     finished: FinishedMemory,
-    steady: Steady,
+    min_duration: MinDurationFilter,
 }
 
 /// Turns and roundabouts on the distance path.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Seen {
+pub struct Observed {
     /// Turns, in order.
     pub turns: Vec<TurnLane>,
     /// Ways into and out of roundabouts.
-    pub ways: Ways,
+    pub legs: RoundaboutLegs,
 }
 
 impl Settings {
     /// As deployed with Autoware, with the sample vehicle.
-    pub fn deployed(mode: Mode) -> Self {
+    pub fn deployed(mode: Compat) -> Self {
         Self {
             mode,
             parameters: Parameters::DEPLOYED,
             vehicle: Vehicle::SAMPLE,
             age_limits: AgeLimits::DEFAULT,
-            rhythm: Rhythm::READABLE,
+            min_durations: MinDurations::READABLE,
         }
     }
 }
@@ -85,7 +85,7 @@ impl Decider {
             roundabout: RoundaboutMemory::default(),
             manoeuvres: ManoeuvreMemory::default(),
             finished: FinishedMemory::default(),
-            steady: Steady::default(),
+            min_duration: MinDurationFilter::default(),
         }
     }
 
@@ -94,17 +94,17 @@ impl Decider {
         let mut findings = Vec::new();
         self.note_time(now, &mut findings);
         let limits = self.settings.age_limits;
-        let seen = inputs.usable_odometry(limits, now).and_then(|odometry| {
+        let observed = inputs.usable_odometry(limits, now).and_then(|odometry| {
             let road = inputs.road.ok_or(Finding::NoRoad)?;
             let route = inputs.route.ok_or(Finding::NoRoute)?;
             Some((odometry, road, route)).filter(|_| inputs.lane_driving).ok_or(Finding::NotLaneDriving)
         });
-        let (odometry, road, route) = match seen {
-            Ok(seen) => seen,
+        let (odometry, road, route) = match observed {
+            Ok(observed) => observed,
             Err(finding) => {
                 findings.push(finding);
-                self.steady.cut(now);
-                return bare(Signal::NoCommand, Hazard::NoCommand, Ground::Blind, findings);
+                self.min_duration.force_off(now);
+                return bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, findings);
             }
         };
         self.note_route(route, &mut findings);
@@ -118,10 +118,15 @@ impl Decider {
             self.distance_path(road, route, odometry.pose)
         };
         let settings = self.settings.clone();
-        let on = |path| Scene {
+        let on = |path| DecisionContext {
             road,
             route,
-            ruler: Ruler::new(path, odometry.pose, settings.vehicle.front_m(), settings.parameters.nearest),
+            path_frame: PathFrame::new(
+                path,
+                odometry.pose,
+                settings.vehicle.front_m(),
+                settings.parameters.nearest,
+            ),
             speed_mps: odometry.speed_mps,
             parameters: &settings.parameters,
             vehicle: &settings.vehicle,
@@ -130,56 +135,57 @@ impl Decider {
         };
         let mut decision = match measured {
             Ok(measured) => {
-                let scene = on(&measured.path);
-                self.decide_on(&scene, manoeuvres, |behaviour| Seen {
-                    turns: turns(&scene, &measured.lanes, behaviour),
-                    ways: ways(&scene, &measured.lanes),
+                let context = on(&measured.path);
+                self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
+                    turns: turns(&context, &measured.lanes, manoeuvre),
+                    legs: legs(&context, &measured.lanes),
                 })
             }
             Err(finding) => {
                 findings.push(finding);
                 // Without a path of lanelets the vehicle's own straight line has to do for the chain.
                 match own_line(odometry.pose) {
-                    Some(line) => self.decide_by_behaviour(&on(&line), manoeuvres),
-                    None => bare(Signal::NoCommand, Hazard::NoCommand, Ground::Blind, Vec::new()),
+                    Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
+                    None => bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, Vec::new()),
                 }
             }
         };
         decision.findings = findings;
         // What is fresh now turns old though nothing happens.
-        let odometry_old = inputs.odometry.map(|odometry| past(odometry.at, limits.odometry));
-        let manoeuvres_old = inputs.manoeuvres.iter().map(|manoeuvre| past(manoeuvre.at, limits.manoeuvre));
+        let odometry_old = inputs.odometry.map(|odometry| deadline_after(odometry.at, limits.odometry));
+        let manoeuvres_old =
+            inputs.manoeuvres.iter().map(|manoeuvre| deadline_after(manoeuvre.at, limits.manoeuvre));
         let due = decision.next_deadline.into_iter().chain(odometry_old).chain(manoeuvres_old);
         decision.next_deadline = due.filter(|at| *at > now).min();
         decision
     }
 
-    /// One cycle on a scene that is already measured. `seen` tells what is on the distance path, given
+    /// One cycle in a context that is already measured. `observed` tells what is on the distance path, given
     /// what the manoeuvres want.
     pub fn decide_on<'a>(
         &mut self,
-        scene: &Scene<'_>,
+        context: &DecisionContext<'_>,
         manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
-        seen: impl FnOnce(Signal) -> Seen,
+        observed: impl FnOnce(Signal) -> Observed,
     ) -> Decision {
-        let (behaviour, remarks) = self.manoeuvres.chain(scene, manoeuvres);
-        if let Some(decision) = self.hazard(behaviour, &remarks, scene.now) {
+        let (manoeuvre, remarks) = self.manoeuvres.chain(context, manoeuvres);
+        if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
             return decision;
         }
-        let seen = seen(behaviour.map_or(Signal::NoCommand, |record| record.turn));
+        let observed = observed(manoeuvre.map_or(Signal::NoCommand, |record| record.turn));
         let candidates = Candidates {
-            intersection: self.intersection.section(scene, &seen.turns),
-            roundabout: self.roundabout.section(scene, &seen.ways),
-            behaviour,
+            intersection: self.intersection.section(context, &observed.turns),
+            roundabout: self.roundabout.section(context, &observed.legs),
+            manoeuvre,
         };
-        let resolution = self.resolved(scene, &candidates);
-        let shown = self.steady.show(resolution.signal(), self.rhythm(), scene.now);
+        let resolution = self.resolved(context, &candidates);
+        let shown = self.min_duration.show(resolution.signal(), self.min_durations(), context.now);
         Decision {
             turn: shown.signal,
             hazard: Hazard::Disable,
             held: shown.held,
             intersection: turn_ahead(&candidates, &resolution),
-            ground: Ground::Weighed(resolution),
+            basis: Basis::Candidates(resolution),
             remarks,
             findings: Vec::new(),
             next_deadline: shown.deadline,
@@ -191,52 +197,62 @@ impl Decider {
         self.intersection.start_of(lane)
     }
 
-    /// An early exit (1.5): what the manoeuvres want, as it is.
-    fn decide_by_behaviour(&mut self, scene: &Scene<'_>, manoeuvres: Vec<&Manoeuvre>) -> Decision {
-        let (behaviour, remarks) = self.manoeuvres.chain(scene, manoeuvres);
-        if let Some(decision) = self.hazard(behaviour, &remarks, scene.now) {
+    /// There is no path to measure on: what the manoeuvres want, as it is.
+    fn decide_by_manoeuvre(
+        &mut self,
+        context: &DecisionContext<'_>,
+        manoeuvres: Vec<&Manoeuvre>,
+    ) -> Decision {
+        let (manoeuvre, remarks) = self.manoeuvres.chain(context, manoeuvres);
+        if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
             return decision;
         }
-        let wanted = behaviour.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
-        let shown = self.steady.show(wanted, self.rhythm(), scene.now);
-        let ground = Ground::BehaviourAlone(wanted);
+        let wanted = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
+        let shown = self.min_duration.show(wanted, self.min_durations(), context.now);
+        let basis = Basis::ManoeuvreAlone(wanted);
         Decision {
             held: shown.held,
             next_deadline: shown.deadline,
             remarks,
-            ..bare(shown.signal, Hazard::Disable, ground, Vec::new())
+            ..bare(shown.signal, Hazard::Disable, basis, Vec::new())
         }
     }
 
     /// Hazard lights put everything else aside; what is remembered stays as it is.
-    fn hazard(&mut self, record: Option<Section>, remarks: &[Remark], now: MonoTime) -> Option<Decision> {
+    fn hazard(
+        &mut self,
+        record: Option<Section>,
+        remarks: &[ManoeuvreOutcome],
+        now: MonoTime,
+    ) -> Option<Decision> {
         record.filter(|record| record.hazard == Hazard::Enable)?;
-        self.steady.cut(now);
-        let decision = bare(Signal::Disable, Hazard::Enable, Ground::Hazard, Vec::new());
+        self.min_duration.force_off(now);
+        let decision = bare(Signal::Disable, Hazard::Enable, Basis::Hazard, Vec::new());
         Some(Decision { remarks: remarks.to_vec(), ..decision })
     }
 
-    fn resolved(&mut self, scene: &Scene<'_>, candidates: &Candidates) -> Resolution {
-        if scene.is_compat() {
-            return resolve(&scene.ruler, candidates, Rules::default());
+    fn resolved(&mut self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
+        if context.is_compat() {
+            return resolve(&context.path_frame, candidates, Rules::default());
         }
         let finished = self.finished.finished(candidates);
-        let resolution = resolve(&scene.ruler, candidates, Rules { start_belongs_to_before: true, finished });
+        let resolution =
+            resolve(&context.path_frame, candidates, Rules { start_belongs_to_before: true, finished });
         self.finished.note(&resolution);
         resolution
     }
 
-    fn rhythm(&self) -> Rhythm {
+    fn min_durations(&self) -> MinDurations {
         match self.settings.mode {
-            Mode::Improved => self.settings.rhythm,
-            Mode::Compat => Rhythm::NONE,
+            Compat::Improved => self.settings.min_durations,
+            Compat::Upstream => MinDurations::NONE,
         }
     }
 
     fn note_time(&mut self, now: MonoTime, findings: &mut Vec<Finding>) {
         if let Some(last) = self.last.replace(now).filter(|last| now < *last) {
             findings.push(Finding::TimeWentBack { by: last.since(now) });
-            self.steady = Steady::default();
+            self.min_duration = MinDurationFilter::default();
         }
     }
 
@@ -246,7 +262,7 @@ impl Decider {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(Finding::NewRoute);
             self.manoeuvres.clear();
-            if self.settings.mode == Mode::Improved {
+            if self.settings.mode == Compat::Improved {
                 self.intersection.clear();
                 self.roundabout.clear();
                 self.finished.clear();
@@ -254,7 +270,7 @@ impl Decider {
         }
     }
 
-    fn distance_path(&self, road: &Road, route: &Route, ego: Pose) -> Result<DistancePath, Finding> {
+    fn distance_path(&self, road: &LaneNetwork, route: &Route, ego: Pose) -> Result<DistancePath, Finding> {
         let parameters = &self.settings.parameters;
         let current = road.closest(route.lanes(), ego).ok_or(Finding::NoLaneAround)?;
         let is_on = current.distance_m(ego.position) <= parameters.nearest.distance_m
@@ -265,17 +281,17 @@ impl Decider {
             .map_err(Finding::NoDistancePath)
     }
 
-    fn backward_m(&self, road: &Road, route: &Route, current: LaneId) -> f64 {
-        let is_compat = self.settings.mode == Mode::Compat;
+    fn backward_m(&self, road: &LaneNetwork, route: &Route, current: LaneId) -> f64 {
+        let is_compat = self.settings.mode == Compat::Upstream;
         backward_length_m((road, route), &self.settings.parameters, &self.roundabout, current, is_compat)
     }
 }
 
-fn bare(turn: Signal, hazard: Hazard, ground: Ground, findings: Vec<Finding>) -> Decision {
+fn bare(turn: Signal, hazard: Hazard, basis: Basis, findings: Vec<Finding>) -> Decision {
     Decision {
         turn,
         hazard,
-        ground,
+        basis,
         held: None,
         intersection: IntersectionInfo::default(),
         remarks: Vec::new(),
@@ -290,7 +306,7 @@ fn own_line(ego: Pose) -> Option<Path> {
     Path::new([ego, ahead]).ok()
 }
 
-/// The side output of 4.4: only when the intersection is what is signalled.
+/// docs/spec/turn-signal-decider.md, "Next-turn output": only when the intersection is what is signalled.
 fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> IntersectionInfo {
     let winner = resolution.winner.filter(|winner| winner.source == Source::Intersection);
     let turn = winner.zip(candidates.intersection).and_then(|(winner, record)| {

@@ -1,13 +1,13 @@
-//! A decision with its reasons (turn-signal-decider section 8.3, item 10).
+//! A decision with its reasons (docs/spec/turn-signal-decider.md, "Decision with reasons").
 
 use std::fmt;
 
 use super::inputs::Finding;
 use super::intersection::IntersectionInfo;
-use super::manoeuvre::{ManoeuvreKind, Remark, Why};
+use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
+use super::min_duration::Held;
 use super::resolve::Resolution;
 use super::signal::{Hazard, Signal};
-use super::steady::Held;
 use crate::core::time::MonoTime;
 
 /// What is commanded, and why.
@@ -17,14 +17,14 @@ pub struct Decision {
     pub turn: Signal,
     /// Hazard command.
     pub hazard: Hazard,
-    /// On what ground.
-    pub ground: Ground,
+    /// What it rests on.
+    pub basis: Basis,
     /// Why the turn command is not what the ground asks for.
     pub held: Option<Held>,
     /// The next turn, when that is what is signalled.
     pub intersection: IntersectionInfo,
     /// What each manoeuvre of the planner came to.
-    pub remarks: Vec<Remark>,
+    pub remarks: Vec<ManoeuvreOutcome>,
     /// What is wrong with the inputs.
     pub findings: Vec<Finding>,
     /// When it may change though no input does.
@@ -33,25 +33,25 @@ pub struct Decision {
 
 /// What a decision rests on.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ground {
+pub enum Basis {
     /// Something indispensable is missing: no command. Upstream publishes nothing at all.
-    Blind,
+    NoInputs,
     /// A manoeuvre asks for the hazard lights.
     Hazard,
     /// There is no path to measure on: what the manoeuvres ask for.
-    BehaviourAlone(Signal),
-    /// The candidates were weighed.
-    Weighed(Resolution),
+    ManoeuvreAlone(Signal),
+    /// The candidates were evaluated.
+    Candidates(Resolution),
 }
 
 impl fmt::Display for Decision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", self.turn)?;
-        match &self.ground {
-            Ground::Blind => f.write_str("nothing to go by")?,
-            Ground::Hazard => f.write_str("hazard lights")?,
-            Ground::BehaviourAlone(_) => f.write_str("manoeuvres alone")?,
-            Ground::Weighed(resolution) => write!(f, "{resolution}")?,
+        match &self.basis {
+            Basis::NoInputs => f.write_str("no inputs")?,
+            Basis::Hazard => f.write_str("hazard lights")?,
+            Basis::ManoeuvreAlone(_) => f.write_str("manoeuvres alone")?,
+            Basis::Candidates(resolution) => write!(f, "{resolution}")?,
         }
         if let Some(held) = self.held {
             write!(f, "; {held}")?;
@@ -75,20 +75,20 @@ impl fmt::Display for Resolution {
         if let Some(case) = self.case {
             write!(f, " by {case}")?;
         }
-        for weighed in &self.weighed {
-            write!(f, "; {weighed}")?;
+        for evaluated in &self.evaluated {
+            write!(f, "; {evaluated}")?;
         }
         Ok(())
     }
 }
 
-impl fmt::Display for Remark {
+impl fmt::Display for ManoeuvreOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.kind, self.why)
     }
 }
 
-impl fmt::Display for Why {
+impl fmt::Display for SignalReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Shift(verdict) => write!(f, "{verdict}"),

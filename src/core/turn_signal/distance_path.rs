@@ -1,5 +1,5 @@
 //! The path on which everything is measured: the middle of the route's lanelets behind and ahead of
-//! the vehicle (turn-signal-decider section 1.5).
+//! the vehicle (docs/spec/turn-signal-decider.md, "Distance path").
 
 use std::collections::BTreeSet;
 
@@ -7,12 +7,12 @@ use super::geometry::path::{Path, PathError};
 use super::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
 use super::geometry::spline::akima;
 use super::geometry::{Point, Pose};
+use super::lane_network::{Lane, LaneId, LaneNetwork};
 use super::parameters::Parameters;
-use super::road::{Lane, LaneId, Road};
 use super::route::Route;
 
 /// More lanelets than any path of this length has; bounds work on degenerate maps.
-const MOST_LANES: usize = 10_000;
+const MAX_LANES: usize = 10_000;
 
 /// The path and the lanelets it comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub struct DistancePath {
 impl DistancePath {
     /// The path for a vehicle at `ego` on the lanelet `current` of the route.
     pub fn new(
-        (road, route): (&Road, &Route),
+        (road, route): (&LaneNetwork, &Route),
         parameters: &Parameters,
         ego: Pose,
         current: LaneId,
@@ -57,11 +57,16 @@ impl DistancePath {
 }
 
 /// Lanelets from the one next to `from` on, until they cover `wanted_m`.
-fn walk(road: &Road, from: LaneId, wanted_m: f64, step: impl Fn(LaneId) -> Option<LaneId>) -> Vec<LaneId> {
+fn walk(
+    road: &LaneNetwork,
+    from: LaneId,
+    wanted_m: f64,
+    step: impl Fn(LaneId) -> Option<LaneId>,
+) -> Vec<LaneId> {
     let mut seen = BTreeSet::from([from]);
     let mut walked = Vec::new();
     let (mut here, mut covered_m) = (from, 0.0);
-    while covered_m < wanted_m && walked.len() < MOST_LANES {
+    while covered_m < wanted_m && walked.len() < MAX_LANES {
         let Some(next) = step(here).filter(|next| seen.insert(*next)) else { break };
         covered_m += road.lane(next).map_or(0.0, Lane::length_m);
         walked.push(next);
@@ -71,7 +76,7 @@ fn walk(road: &Road, from: LaneId, wanted_m: f64, step: impl Fn(LaneId) -> Optio
 }
 
 /// The lanelets of the sequence that reach into an interval of it.
-fn within(road: &Road, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<LaneId> {
+fn within(road: &LaneNetwork, sequence: &[LaneId], from_m: f64, to_m: f64) -> Vec<LaneId> {
     let mut start_m = 0.0;
     let reaches_in = |id: &&LaneId| {
         let end_m = start_m + road.lane(**id).map_or(0.0, Lane::length_m);

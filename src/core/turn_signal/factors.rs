@@ -1,4 +1,5 @@
-//! Planning factors and the planned path as manoeuvres (turn-signal-decider section 7.2).
+//! Planning factors and the planned path as manoeuvres
+//! (docs/spec/turn-signal-decider.md, "Manoeuvres from planning factors").
 //!
 //! Upstream's modules know more than they publish. What is not told is taken from the planned path and
 //! the road, and each builder says what of it is approximate.
@@ -7,17 +8,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::geometry::Pose;
-use super::inputs::{FactorFlaw, Finding, Odometry, Timed};
+use super::inputs::{FactorFlaw, Finding, Timed};
+use super::lane_network::LaneNetwork;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::parameters::Parameters;
-use super::road::Road;
+use super::planner_input::Odometry;
+use super::planner_input::{ControlPoint, FactorTopic, OperationMode, PathPoint, PlanningFactor};
 use super::route::Route;
-use super::told::{ControlPoint, FactorTopic, OperationMode, PathPoint, PlanningFactor};
-use course::Course;
+use path_offsets::PathOffsets;
 
 mod avoidance;
-mod course;
 mod lane_change;
+mod path_offsets;
 mod pulling;
 
 #[cfg(test)]
@@ -31,9 +33,9 @@ pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
 
 /// What factors are looked at with.
 #[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
+pub struct FactorContext<'a> {
     /// The lanelets.
-    pub road: &'a Road,
+    pub road: &'a LaneNetwork,
     /// The route.
     pub route: &'a Route,
     /// The parameters.
@@ -46,7 +48,7 @@ pub struct View<'a> {
     pub operation_mode: Option<OperationMode>,
 }
 
-/// The order in which the planner runs its modules (3.8).
+/// The order in which the planner runs its modules (docs/spec/turn-signal-decider.md, "Joining records").
 const SLOTS: [FactorTopic; 8] = [
     FactorTopic::StartPlanner,
     FactorTopic::AvoidanceByLaneChange,
@@ -70,29 +72,29 @@ enum Behaviour {
 
 /// Where a factor begins and ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stretch {
+struct Interval {
     start: ControlPoint,
     end: ControlPoint,
 }
 
 /// The manoeuvres in the order of the chain, and what could not be made into one. A manoeuvre is as old
 /// as the factors it is made of.
-pub fn manoeuvres(view: &View<'_>, factors: &Factors) -> (Vec<Timed<Manoeuvre>>, Vec<Finding>) {
+pub fn manoeuvres(context: &FactorContext<'_>, factors: &Factors) -> (Vec<Timed<Manoeuvre>>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut manoeuvres = Vec::new();
     let anything = factors.values().any(|told| !told.value.is_empty());
-    let course = if anything { Course::new(view) } else { None };
+    let path_offsets = if anything { PathOffsets::new(context) } else { None };
     for topic in SLOTS {
         let Some(told) = factors.get(&topic) else { continue };
-        let made = made(view, course.as_ref(), topic, &told.value, &mut findings);
+        let made = made(context, path_offsets.as_ref(), topic, &told.value, &mut findings);
         manoeuvres.extend(made.into_iter().map(|value| Timed { at: told.at, value }));
     }
     (manoeuvres, findings)
 }
 
 fn made(
-    view: &View<'_>,
-    course: Option<&Course>,
+    context: &FactorContext<'_>,
+    path_offsets: Option<&PathOffsets>,
     topic: FactorTopic,
     factors: &[PlanningFactor],
     findings: &mut Vec<Finding>,
@@ -107,18 +109,22 @@ fn made(
     }
     let mut refuse = |flaw| findings.push(Finding::BadFactor { topic, flaw });
     let made = match topic {
-        FactorTopic::StartPlanner => {
-            usable.iter().filter_map(|factor| pulling::out(view, course, factor, &mut refuse)).collect()
+        FactorTopic::StartPlanner => usable
+            .iter()
+            .filter_map(|factor| pulling::out(context, path_offsets, factor, &mut refuse))
+            .collect(),
+        FactorTopic::StaticObstacleAvoidance => {
+            avoidance::around(context, path_offsets, &usable, &mut refuse)
         }
-        FactorTopic::StaticObstacleAvoidance => avoidance::around(view, course, &usable, &mut refuse),
-        FactorTopic::GoalPlanner => pulling::over(view, course, &usable, &mut refuse),
+        FactorTopic::GoalPlanner => pulling::over(context, path_offsets, &usable, &mut refuse),
         FactorTopic::AvoidanceByLaneChange
         | FactorTopic::LaneChangeLeft
         | FactorTopic::LaneChangeRight
         | FactorTopic::ExternalLaneChangeLeft
         | FactorTopic::ExternalLaneChangeRight => {
             let change = |factor: &&PlanningFactor| {
-                lane_change::sideways(view, course, topic, factor, &mut refuse).map(Manoeuvre::LaneChange)
+                lane_change::sideways(context, path_offsets, topic, factor, &mut refuse)
+                    .map(Manoeuvre::LaneChange)
             };
             usable.iter().filter_map(change).collect()
         }
@@ -144,7 +150,7 @@ impl FromIterator<Manoeuvre> for Made {
     }
 }
 
-impl View<'_> {
+impl FactorContext<'_> {
     /// Autoware drives, as far as is known.
     fn is_engaged(&self) -> bool {
         self.operation_mode.is_none_or(|mode| mode.mode != MODE_STOP && mode.is_autoware_control_enabled)
@@ -173,15 +179,15 @@ impl PlanningFactor {
     }
 
     /// From its first control point to its last.
-    fn stretch(&self) -> Option<Stretch> {
+    fn interval(&self) -> Option<Interval> {
         match self.control_points.as_slice() {
-            [start, .., end] => Some(Stretch { start: *start, end: *end }),
+            [start, .., end] => Some(Interval { start: *start, end: *end }),
             _ => None,
         }
     }
 }
 
-impl Stretch {
+impl Interval {
     fn start(&self) -> Pose {
         self.start.pose
     }

@@ -2,7 +2,7 @@
 //! required section passed.
 
 use super::geometry::Pose;
-use super::resolve::{Candidates, Fate, FinishedSources, Resolution, Source};
+use super::resolve::{CandidateOutcome, Candidates, FinishedSources, Resolution, Source};
 use super::section::Section;
 use super::signal::Signal;
 
@@ -12,11 +12,11 @@ const SAME_END_M: f64 = 1.0;
 /// What each source has come to.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FinishedMemory {
-    seen: [Option<Seen>; 3],
+    seen: [Option<SignalledSection>; 3],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Seen {
+struct SignalledSection {
     turn: Signal,
     end: Pose,
     was_signalled: bool,
@@ -28,28 +28,30 @@ impl FinishedMemory {
     pub fn finished(&mut self, candidates: &Candidates) -> FinishedSources {
         for (source, seen) in Source::ALL.into_iter().zip(&mut self.seen) {
             let record = candidates.of(source);
-            *seen =
-                record.map(|record| seen.filter(|seen| seen.is_same(&record)).unwrap_or(Seen::new(&record)));
+            *seen = record.map(|record| {
+                seen.filter(|seen| seen.is_same(&record)).unwrap_or(SignalledSection::new(&record))
+            });
         }
-        let finished =
-            |(source, seen): (Source, &Option<Seen>)| seen.filter(|seen| seen.is_finished).map(|_| source);
+        let finished = |(source, seen): (Source, &Option<SignalledSection>)| {
+            seen.filter(|seen| seen.is_finished).map(|_| source)
+        };
         Source::ALL.into_iter().zip(&self.seen).filter_map(finished).collect()
     }
 
     /// Takes what came of them.
     pub fn note(&mut self, resolution: &Resolution) {
-        for (weighed, seen) in resolution.weighed.iter().zip(&mut self.seen) {
+        for (evaluated, seen) in resolution.evaluated.iter().zip(&mut self.seen) {
             let Some(seen) = seen else { continue };
-            let is_over = weighed.distances.is_some_and(|distances| distances.required_end_m < 0.0);
-            match weighed.fate {
-                Fate::Won => seen.was_signalled = true,
-                Fate::LostTo { .. } => seen.is_finished = seen.was_signalled && is_over,
-                Fate::Absent
-                | Fate::NoSide
-                | Fate::NotFinite
-                | Fate::NotReached
-                | Fate::Passed
-                | Fate::Finished => {}
+            let is_over = evaluated.distances.is_some_and(|distances| distances.required_end_m < 0.0);
+            match evaluated.outcome {
+                CandidateOutcome::Won => seen.was_signalled = true,
+                CandidateOutcome::LostTo { .. } => seen.is_finished = seen.was_signalled && is_over,
+                CandidateOutcome::Absent
+                | CandidateOutcome::NoSide
+                | CandidateOutcome::NotFinite
+                | CandidateOutcome::NotReached
+                | CandidateOutcome::Passed
+                | CandidateOutcome::Finished => {}
             }
         }
     }
@@ -60,7 +62,7 @@ impl FinishedMemory {
     }
 }
 
-impl Seen {
+impl SignalledSection {
     fn new(record: &Section) -> Self {
         Self { turn: record.turn, end: record.desired_end, was_signalled: false, is_finished: false }
     }

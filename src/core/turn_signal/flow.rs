@@ -10,22 +10,22 @@ use std::time::Duration;
 
 use super::decider::{Decider, Settings};
 use super::decision::Decision;
-use super::factors::{View, manoeuvres};
+use super::factors::{FactorContext, manoeuvres};
 use super::inputs::{Finding, Inputs, Timed};
-use super::road::Road;
+use super::lane_network::LaneNetwork;
+use super::output::TurnSignalOutput;
+use super::planner_input::{PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
 use super::signal::{Hazard, joined_hazard};
-use super::told::{Told, ToldRoute};
 use crate::core::diagnostics::{Level, Status};
-use crate::core::event::Output;
 use crate::core::time::{MonoTime, Now};
-use agreement::Agreement;
 use headline::Headline;
-use hearing::Hearing;
+use latest_inputs::LatestInputs;
+use shadow_comparison::ShadowComparison;
 
-mod agreement;
 mod headline;
-mod hearing;
+mod latest_inputs;
+mod shadow_comparison;
 mod status;
 
 /// What the flow runs on.
@@ -34,7 +34,7 @@ pub struct FlowSettings {
     /// The decider.
     pub decider: Settings,
     /// The lanelets; those of a city are many, so they are shared.
-    pub road: Arc<Road>,
+    pub road: Arc<LaneNetwork>,
     /// What its decisions are for.
     pub role: Role,
     /// Time from cycle to cycle, above zero.
@@ -72,7 +72,7 @@ pub struct Limits {
 pub struct TurnSignalFlow {
     settings: FlowSettings,
     decider: Decider,
-    heard: Hearing,
+    latest: LatestInputs,
     route: Option<Result<Route, RouteError>>,
     due: MonoTime,
     cycles: u64,
@@ -80,10 +80,10 @@ pub struct TurnSignalFlow {
     changes: u64,
     decision: Option<Arc<Decision>>,
     headline: Option<Headline>,
-    turn_agreement: Agreement,
-    hazard_agreement: Agreement,
+    turn_comparison: ShadowComparison,
+    hazard_comparison: ShadowComparison,
     said: Option<(Level, String)>,
-    ready: VecDeque<Output>,
+    ready: VecDeque<TurnSignalOutput>,
 }
 
 impl Limits {
@@ -101,26 +101,26 @@ impl TurnSignalFlow {
         Self {
             decider: Decider::new(settings.decider.clone()),
             settings,
-            heard: Hearing::default(),
+            latest: LatestInputs::default(),
             route: None,
             due: now.mono,
             cycles: 0,
             changes: 0,
             decision: None,
             headline: None,
-            turn_agreement: Agreement::default(),
-            hazard_agreement: Agreement::default(),
+            turn_comparison: ShadowComparison::default(),
+            hazard_comparison: ShadowComparison::default(),
             said: None,
             ready: VecDeque::new(),
         }
     }
 
-    /// Takes what Autoware told. It counts from the next cycle on.
-    pub fn take(&mut self, told: Told, now: Now) {
-        if let Told::Route(route) = &told {
+    /// Takes a message of Autoware. It counts from the next cycle on.
+    pub fn handle_input(&mut self, input: PlannerInput, now: Now) {
+        if let PlannerInput::Route(route) = &input {
             self.take_route(route);
         }
-        self.heard.take(told, now.mono);
+        self.latest.update(input, now.mono);
     }
 
     /// Decides, if a cycle is due. True when the diagnostics have something new to say.
@@ -136,9 +136,9 @@ impl TurnSignalFlow {
         match self.settings.role {
             Role::Command => {
                 let (command, stamp) = (decision.turn, now.wall);
-                self.ready.push_back(Output::TurnCommand { command, stamp });
+                self.ready.push_back(TurnSignalOutput::TurnCommand { command, stamp });
                 let command = decision.hazard;
-                self.ready.push_back(Output::HazardCommand { command, stamp });
+                self.ready.push_back(TurnSignalOutput::HazardCommand { command, stamp });
             }
             Role::Shadow { tolerance } => self.compare(&decision, tolerance, now.mono),
         }
@@ -146,7 +146,7 @@ impl TurnSignalFlow {
         if self.headline != headline {
             self.headline = headline;
             self.changes += 1;
-            self.ready.push_back(Output::Decision(Arc::clone(&decision)));
+            self.ready.push_back(TurnSignalOutput::Decision(Arc::clone(&decision)));
         }
         self.decision = Some(decision);
         let said = Some(self.summary());
@@ -154,7 +154,7 @@ impl TurnSignalFlow {
     }
 
     /// The next thing to send, oldest first.
-    pub fn poll_output(&mut self) -> Option<Output> {
+    pub fn poll_output(&mut self) -> Option<TurnSignalOutput> {
         self.ready.pop_front()
     }
 
@@ -176,8 +176,8 @@ impl TurnSignalFlow {
     }
 
     /// A route that cannot be used ends the one before: the vehicle is not on that any more.
-    fn take_route(&mut self, told: &ToldRoute) {
-        let route = Route::new(told.id, told.start, told.segments.clone());
+    fn take_route(&mut self, sent: &PlannerRoute) {
+        let route = Route::new(sent.id, sent.start, sent.segments.clone());
         self.route = Some(route.and_then(|route| route.checked(&self.settings.road)));
     }
 
@@ -192,13 +192,13 @@ impl TurnSignalFlow {
             }
             None => None,
         };
-        let lane_driving = self.heard.lane_driving(limits.scenario, now, &mut findings);
+        let lane_driving = self.latest.lane_driving(limits.scenario, now, &mut findings);
         let manoeuvres = route.map(|route| self.manoeuvres(route, now, &mut findings)).unwrap_or_default();
         let inputs = Inputs {
-            odometry: self.heard.odometry,
+            odometry: self.latest.odometry,
             road: Some(&self.settings.road),
             route,
-            planned_path: self.heard.planned_path_length(),
+            planned_path: self.latest.planned_path_length(),
             manoeuvres: &manoeuvres,
             lane_driving,
         };
@@ -215,26 +215,27 @@ impl TurnSignalFlow {
         now: MonoTime,
         findings: &mut Vec<Finding>,
     ) -> Vec<Timed<super::manoeuvre::Manoeuvre>> {
-        let known = self.heard.odometry.map(|odometry| odometry.value);
+        let known = self.latest.odometry.map(|odometry| odometry.value);
         let Some(odometry) = known.filter(|odometry| odometry.pose.is_finite()) else { return Vec::new() };
         let path_limit = self.settings.decider.age_limits.planned_path;
-        let view = View {
+        let view = FactorContext {
             road: &self.settings.road,
             route,
             parameters: &self.settings.decider.parameters,
             odometry,
-            path: self.heard.planned_path(path_limit, now, findings),
-            operation_mode: self.heard.operation_mode,
+            path: self.latest.planned_path(path_limit, now, findings),
+            operation_mode: self.latest.operation_mode,
         };
-        let (manoeuvres, mut found) = manoeuvres(&view, &self.heard.factors);
+        let (manoeuvres, mut found) = manoeuvres(&view, &self.latest.factors);
         findings.append(&mut found);
         manoeuvres
     }
 
-    /// On when the planner or the system wants them on (5.3). Neither is taken for off while who would
+    /// On when the planner or the system wants them on
+    /// (docs/spec/turn-signal-decider.md, "Hazard lights"). Neither is taken for off while who would
     /// say so is silent.
     fn joined_hazard(&self, planner: Hazard, now: MonoTime, findings: &mut Vec<Finding>) -> Hazard {
-        let Some(request) = self.heard.hazard_request else { return planner };
+        let Some(request) = self.latest.hazard_request else { return planner };
         let age = now.since(request.at);
         if age > self.settings.limits.hazard_request {
             findings.push(Finding::OldHazardRequest { age });
@@ -252,9 +253,9 @@ impl TurnSignalFlow {
             |told: Option<Timed<u8>>| told.filter(|told| now.since(told.at) <= limit).map(|told| told.value);
         // Upstream publishes nothing when it knows nothing.
         let decides = decision.turn as u8 != 0 || decision.hazard as u8 != 0;
-        let turn = fresh(self.heard.own_turn).filter(|_| decides);
-        let hazard = fresh(self.heard.own_hazard).filter(|_| decides);
-        self.turn_agreement.compare(decision.turn as u8, turn, tolerance, now);
-        self.hazard_agreement.compare(decision.hazard as u8, hazard, tolerance, now);
+        let turn = fresh(self.latest.own_turn).filter(|_| decides);
+        let hazard = fresh(self.latest.own_hazard).filter(|_| decides);
+        self.turn_comparison.compare(decision.turn as u8, turn, tolerance, now);
+        self.hazard_comparison.compare(decision.hazard as u8, hazard, tolerance, now);
     }
 }

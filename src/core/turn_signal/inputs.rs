@@ -1,14 +1,14 @@
-//! What a decision is made of, and what is wrong with it (turn-signal-decider sections 1.1, 5.2, 7).
+//! What a decision is made of, and what is wrong with it
+//! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 
 use std::fmt;
 use std::time::Duration;
 
-use super::geometry::Pose;
 use super::geometry::path::PathError;
+use super::lane_network::LaneNetwork;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
-use super::road::Road;
+use super::planner_input::{FactorTopic, Odometry};
 use super::route::{Route, RouteError};
-use super::told::FactorTopic;
 use crate::core::time::MonoTime;
 
 /// A value and when it came.
@@ -20,22 +20,13 @@ pub struct Timed<T> {
     pub value: T,
 }
 
-/// Where the vehicle is and how fast it goes.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Odometry {
-    /// Its rear axle, map frame.
-    pub pose: Pose,
-    /// Its speed, m/s, negative backwards.
-    pub speed_mps: f64,
-}
-
 /// All that one decision sees.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
     /// The last odometry.
     pub odometry: Option<Timed<Odometry>>,
     /// The lanelets.
-    pub road: Option<&'a Road>,
+    pub road: Option<&'a LaneNetwork>,
     /// The route.
     pub route: Option<&'a Route>,
     /// How many points the planned path has; `None` = it is not watched.
@@ -72,7 +63,7 @@ pub enum Finding {
         /// How far.
         ahead: Duration,
     },
-    /// It is no number: no command.
+    /// It is not a number: no command.
     OdometryNotFinite,
     /// There is no map: no command.
     NoRoad,
@@ -89,7 +80,7 @@ pub enum Finding {
     },
     /// No lanelet of the route is on the map: only what the manoeuvres want.
     NoLaneAround,
-    /// The middle of the lanelets is no path: only what the manoeuvres want.
+    /// The middle of the lanelets is not a path: only what the manoeuvres want.
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
     OldManoeuvre {
@@ -107,7 +98,7 @@ pub enum Finding {
     NewRoute,
     /// The last route cannot be used, and the one before it holds no longer: no command.
     RouteRefused(RouteError),
-    /// Points of the planned path are no numbers; it is not used.
+    /// Points of the planned path are not numbers; it is not used.
     PlannedPathNotFinite,
     /// A planning factor cannot be used and is left out.
     BadFactor {
@@ -136,7 +127,7 @@ pub enum Finding {
 /// Why a planning factor cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FactorFlaw {
-    /// A place or an offset is no number.
+    /// A place or an offset is not a number.
     NotFinite,
     /// It lacks a start or an end.
     NoStretch,
@@ -146,11 +137,11 @@ pub enum FactorFlaw {
 
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Weight {
+pub enum Impact {
     /// Part of every drive.
     Normal,
     /// The decision may lack something.
-    Doubt,
+    Degraded,
     /// There is no decision, though there should be one.
     Failure,
 }
@@ -166,9 +157,9 @@ impl AgeLimits {
 
 impl Finding {
     /// How much it matters.
-    pub const fn weight(&self) -> Weight {
+    pub const fn impact(&self) -> Impact {
         match self {
-            Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Weight::Normal,
+            Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Impact::Normal,
             Self::NoOdometry
             | Self::EmptyPlannedPath
             | Self::OldPlannedPath { .. }
@@ -179,13 +170,13 @@ impl Finding {
             | Self::PlannedPathNotFinite
             | Self::BadFactor { .. }
             | Self::NoPathFor { .. }
-            | Self::OldHazardRequest { .. } => Weight::Doubt,
+            | Self::OldHazardRequest { .. } => Impact::Degraded,
             Self::OldOdometry { .. }
             | Self::FutureOdometry { .. }
             | Self::OdometryNotFinite
             | Self::NoRoad
             | Self::RouteRefused(_)
-            | Self::OldScenario { .. } => Weight::Failure,
+            | Self::OldScenario { .. } => Impact::Failure,
         }
     }
 
@@ -260,7 +251,7 @@ impl fmt::Display for Finding {
             Self::FutureOdometry { ahead } => {
                 write!(f, "odometry is {} ms in the future", ahead.as_millis())
             }
-            Self::OdometryNotFinite => f.write_str("odometry is no number"),
+            Self::OdometryNotFinite => f.write_str("odometry is not a number"),
             Self::NoRoad => f.write_str("no map"),
             Self::NoRoute => f.write_str("no route"),
             Self::NotLaneDriving => f.write_str("the scenario is not lane driving"),
@@ -272,7 +263,7 @@ impl fmt::Display for Finding {
             Self::TimeWentBack { by } => write!(f, "the clock went back by {} ms", by.as_millis()),
             Self::NewRoute => f.write_str("new route"),
             Self::RouteRefused(error) => write!(f, "{error}"),
-            Self::PlannedPathNotFinite => f.write_str("a point of the planned path is no number"),
+            Self::PlannedPathNotFinite => f.write_str("a point of the planned path is not a number"),
             Self::BadFactor { topic, flaw } => write!(f, "planning factor of {}: {flaw}", topic.name()),
             Self::NoPathFor { kind } => write!(f, "{kind} without a planned path"),
             Self::OldScenario { age } => write!(f, "the scenario is {} ms old", age.as_millis()),
@@ -286,7 +277,7 @@ impl fmt::Display for Finding {
 impl fmt::Display for FactorFlaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "a place or an offset is no number",
+            Self::NotFinite => "a place or an offset is not a number",
             Self::NoStretch => "no start and end",
             Self::NoSide => "no side",
         })

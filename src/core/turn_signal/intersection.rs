@@ -1,13 +1,14 @@
-//! Turns at intersections (turn-signal-decider section 3.1): which lanelets count, when each comes
+//! Turns at intersections
+//! (docs/spec/turn-signal-decider.md, "Intersection turns"): which lanelets count, when each comes
 //! into view, which of several is next.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use super::decision_context::DecisionContext;
 use super::geometry::Pose;
-use super::geometry::path::Ruler;
-use super::road::{LaneId, TurnDirection};
-use super::scene::Scene;
+use super::geometry::path::PathFrame;
+use super::lane_network::{LaneId, TurnDirection};
 use super::section::Section;
 use super::signal::{Side, Signal};
 use super::turn_lane::TurnLane;
@@ -17,7 +18,7 @@ mod stop_rule;
 
 /// A vehicle that stands this long, farther away than the search distance at standstill, no longer
 /// announces the turn.
-pub const LONGEST_STOP: Duration = Duration::from_secs(20);
+pub const MAX_STOP: Duration = Duration::from_secs(20);
 
 /// Where the turns in view came into view.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,26 +34,26 @@ struct Announced {
     waits_since: Option<MonoTime>,
 }
 
-/// The turns on the distance path, in order. `lanes` are the ids of the path; `behaviour` is what the
+/// The turns on the distance path, in order. `lanes` are the ids of the path; `manoeuvre` is what the
 /// planner's manoeuvres want, for the stop rule.
-pub fn turns(scene: &Scene<'_>, lanes: &[LaneId], behaviour: Signal) -> Vec<TurnLane> {
-    let threshold_deg = scene.parameters.intersection_angle_threshold_deg;
-    let all = scene.is_compat()
-        && behaviour.side().is_some_and(|side| stop_rule::stands_at_turn(scene, lanes, side));
+pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: Signal) -> Vec<TurnLane> {
+    let threshold_deg = context.parameters.intersection_angle_threshold_deg;
+    let all = context.is_compat()
+        && manoeuvre.side().is_some_and(|side| stop_rule::stands_at_turn(context, lanes, side));
     let mut turns: Vec<TurnLane> = Vec::new();
     let mut before: Option<LaneId> = None;
     for id in lanes {
         let previous = before.replace(*id);
-        let Some(lane) = scene.road.lane(*id).filter(|lane| lane.roundabouts.is_empty()) else { continue };
+        let Some(lane) = context.road.lane(*id).filter(|lane| lane.roundabouts.is_empty()) else { continue };
         let turns_here = matches!(lane.turn_direction, TurnDirection::Left | TurnDirection::Right);
         if !turns_here && !all {
             continue;
         }
         let Some(turn) = TurnLane::new(lane, threshold_deg) else { continue };
         let goes_on = |last: &TurnLane| {
-            !scene.is_compat()
+            !context.is_compat()
                 && last.direction == turn.direction
-                && previous.is_some_and(|before| scene.road.followers(before).contains(id))
+                && previous.is_some_and(|before| context.road.followers(before).contains(id))
         };
         match turns.last_mut().filter(|last| goes_on(last) && ends_at(last, &turn)) {
             Some(last) => *last = last.joined(&turn, threshold_deg),
@@ -72,12 +73,12 @@ const JOINT_M: f64 = 0.5;
 
 impl IntersectionMemory {
     /// The record of the next turn, if one is in view.
-    pub fn section(&mut self, scene: &Scene<'_>, turns: &[TurnLane]) -> Option<Section> {
-        if !scene.is_compat() {
+    pub fn section(&mut self, context: &DecisionContext<'_>, turns: &[TurnLane]) -> Option<Section> {
+        if !context.is_compat() {
             self.starts.retain(|id, _| turns.iter().any(|turn| turn.id == *id));
         }
-        let records = turns.iter().filter_map(|turn| self.record(scene, turn)).collect();
-        next_in_queue(&scene.ruler, records)
+        let records = turns.iter().filter_map(|turn| self.record(context, turn)).collect();
+        next_in_queue(&context.path_frame, records)
     }
 
     /// Forgets all: the route is another one.
@@ -90,19 +91,20 @@ impl IntersectionMemory {
         self.starts.get(&lane).map(|announced| announced.start)
     }
 
-    fn record(&mut self, scene: &Scene<'_>, turn: &TurnLane) -> Option<Section> {
-        if scene.ruler.from_base_m(turn.back) < 0.0 {
+    fn record(&mut self, context: &DecisionContext<'_>, turn: &TurnLane) -> Option<Section> {
+        if context.path_frame.from_base_m(turn.back) < 0.0 {
             self.starts.remove(&turn.id);
             return None;
         }
-        let search_m =
-            turn.search_distance_m.unwrap_or_else(|| scene.parameters.intersection_search_m(scene.speed_mps));
-        let in_view = scene.ruler.from_front_m(turn.front) < search_m;
-        if !in_view && (scene.is_compat() || !self.still_announced(scene, turn.id)) {
+        let search_m = turn
+            .search_distance_m
+            .unwrap_or_else(|| context.parameters.intersection_search_m(context.speed_mps));
+        let in_view = context.path_frame.from_front_m(turn.front) < search_m;
+        if !in_view && (context.is_compat() || !self.still_announced(context, turn.id)) {
             return None;
         }
         let announced =
-            self.starts.entry(turn.id).or_insert(Announced { start: scene.ego(), waits_since: None });
+            self.starts.entry(turn.id).or_insert(Announced { start: context.ego(), waits_since: None });
         if in_view {
             announced.waits_since = None;
         }
@@ -110,14 +112,14 @@ impl IntersectionMemory {
     }
 
     /// A turn out of view stays announced, unless the vehicle has stood too long since (W1).
-    fn still_announced(&mut self, scene: &Scene<'_>, id: LaneId) -> bool {
+    fn still_announced(&mut self, context: &DecisionContext<'_>, id: LaneId) -> bool {
         let Some(announced) = self.starts.get_mut(&id) else { return false };
-        if !scene.stands() {
+        if !context.stands() {
             announced.waits_since = None;
             return true;
         }
-        let since = *announced.waits_since.get_or_insert(scene.now);
-        let stays = scene.now.since(since) <= LONGEST_STOP;
+        let since = *announced.waits_since.get_or_insert(context.now);
+        let stays = context.now.since(since) <= MAX_STOP;
         if !stays {
             self.starts.remove(&id);
         }
@@ -125,13 +127,13 @@ impl IntersectionMemory {
     }
 }
 
-/// The first record whose required end lies ahead; the last one in any case (3.1.5).
-pub(super) fn next_in_queue(ruler: &Ruler<'_>, records: Vec<Section>) -> Option<Section> {
+/// The first record whose required end lies ahead; the last one in any case.
+pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -> Option<Section> {
     let last = records.last().copied();
-    records.into_iter().find(|record| ruler.from_base_m(record.required_end) >= 0.0).or(last)
+    records.into_iter().find(|record| path_frame.from_base_m(record.required_end) >= 0.0).or(last)
 }
 
-/// What the planning factor of the next turn says (sections 4.4, 5.4).
+/// What the planning factor of the next turn says (docs/spec/turn-signal-decider.md, "Next-turn output").
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IntersectionInfo {
     /// Where the turn begins and whether it has; `None` when no intersection is signalled.

@@ -1,12 +1,12 @@
-//! Manoeuvres of the planner, each making a record out of that of the one before (turn-signal-decider
-//! sections 3.3 to 3.6 and 3.8).
+//! Manoeuvres of the planner, each making a record out of that of the one before
+//! (docs/spec/turn-signal-decider.md, "Joining records").
 
 use std::collections::BTreeSet;
 
 use super::chain::{join_present, overwrite};
+use super::decision_context::DecisionContext;
 use super::geometry::Pose;
-use super::road::LaneId;
-use super::scene::Scene;
+use super::lane_network::LaneId;
 use super::section::Section;
 use super::shift::{ShiftOutcome, ShiftVerdict};
 
@@ -67,16 +67,16 @@ pub struct ManoeuvreMemory {
 
 /// What one manoeuvre came to, for the explanation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Remark {
+pub struct ManoeuvreOutcome {
     /// Which.
     pub kind: ManoeuvreKind,
     /// Why it has the record it has.
-    pub why: Why,
+    pub why: SignalReason,
 }
 
 /// Why a manoeuvre has the record it has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Why {
+pub enum SignalReason {
     /// The shift rule decided.
     Shift(ShiftVerdict),
     /// It was decided before that it is not signalled.
@@ -107,25 +107,25 @@ impl ManoeuvreMemory {
     /// order in which the planner runs them: approved ones first, then the one that waits.
     pub fn chain<'a>(
         &mut self,
-        scene: &Scene<'_>,
+        context: &DecisionContext<'_>,
         manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
-    ) -> (Option<Section>, Vec<Remark>) {
+    ) -> (Option<Section>, Vec<ManoeuvreOutcome>) {
         let mut record = None;
         let mut remarks = Vec::new();
         let mut present = BTreeSet::new();
         for manoeuvre in manoeuvres {
             present.insert(manoeuvre.kind());
             let why = match manoeuvre {
-                Manoeuvre::PullOut(pull_out) => self.pull_out(scene, pull_out, &mut record),
-                Manoeuvre::Avoidance(avoidance) => self.avoidance(scene, avoidance, &mut record),
-                Manoeuvre::LaneChange(change) => self.lane_change(scene, change, &mut record),
-                Manoeuvre::PullOver(pull_over) => self.pull_over(scene, pull_over, &mut record),
+                Manoeuvre::PullOut(pull_out) => self.pull_out(context, pull_out, &mut record),
+                Manoeuvre::Avoidance(avoidance) => self.avoidance(context, avoidance, &mut record),
+                Manoeuvre::LaneChange(change) => self.lane_change(context, change, &mut record),
+                Manoeuvre::PullOver(pull_over) => self.pull_over(context, pull_over, &mut record),
                 Manoeuvre::SideShift => {
-                    record = record.filter(|_| !scene.is_compat());
-                    Why::Idle
+                    record = record.filter(|_| !context.is_compat());
+                    SignalReason::Idle
                 }
             };
-            remarks.push(Remark { kind: manoeuvre.kind(), why });
+            remarks.push(ManoeuvreOutcome { kind: manoeuvre.kind(), why });
         }
         self.forget_absent(&present);
         (record, remarks)
@@ -155,9 +155,9 @@ impl ManoeuvreMemory {
 }
 
 /// Upstream's overwrite, or by default only what asks for something.
-fn overwritten(scene: &Scene<'_>, previous: Option<Section>, new: Section) -> Option<Section> {
-    let overwrite = |previous, new| overwrite(&scene.ruler, previous, new);
-    if scene.is_compat() {
+fn overwritten(context: &DecisionContext<'_>, previous: Option<Section>, new: Section) -> Option<Section> {
+    let overwrite = |previous, new| overwrite(&context.path_frame, previous, new);
+    if context.is_compat() {
         Some(overwrite(previous.unwrap_or_default(), new))
     } else {
         join_present(previous, Some(new), |previous, new| Some(overwrite(previous, new)))
@@ -165,6 +165,6 @@ fn overwritten(scene: &Scene<'_>, previous: Option<Section>, new: Section) -> Op
 }
 
 /// The word for what the shift rule said.
-fn why(outcome: &ShiftOutcome) -> Why {
-    Why::Shift(outcome.verdict)
+fn why(outcome: &ShiftOutcome) -> SignalReason {
+    SignalReason::Shift(outcome.verdict)
 }

@@ -1,10 +1,11 @@
 //! Which turn signal a manoeuvre wants: sections of the road where each must or may be signalled, and
-//! one rule that chooses between them (turn-signal-decider).
+//! one rule that chooses between them (docs/spec/turn-signal-decider.md).
 
 pub mod chain;
 pub mod country;
 pub mod decider;
 pub mod decision;
+pub mod decision_context;
 pub mod distance_path;
 pub mod factors;
 pub mod finished;
@@ -12,17 +13,17 @@ pub mod flow;
 pub mod geometry;
 pub mod inputs;
 pub mod intersection;
+pub mod lane_network;
 pub mod manoeuvre;
+pub mod min_duration;
+pub mod output;
 pub mod parameters;
 pub mod path_generator;
+pub mod planner_input;
 pub mod resolve;
-pub mod road;
 pub mod roundabout;
 pub mod route;
-pub mod scene;
 pub mod section;
 pub mod shift;
 pub mod signal;
-pub mod steady;
-pub mod told;
 pub mod turn_lane;

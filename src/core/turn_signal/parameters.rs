@@ -1,4 +1,5 @@
-//! The parameters of the decider, by the names Autoware gives them (turn-signal-decider section 2).
+//! The parameters of the decider, by the names Autoware gives them
+//! (docs/spec/turn-signal-decider.md, "Parameters").
 
 use std::fmt;
 
@@ -103,7 +104,7 @@ pub struct Vehicle {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ParameterError {
     /// There is none of this name.
-    #[error("`{name}` is no parameter of the turn signal decider")]
+    #[error("`{name}` is not a parameter of the turn signal decider")]
     Unknown {
         /// As given.
         name: String,

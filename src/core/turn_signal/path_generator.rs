@@ -1,19 +1,19 @@
 //! The other, smaller decider upstream has, in its core path generator: turn lanelets only
-//! (turn-signal-decider section 5.5). A second opinion on turns.
+//! (docs/spec/turn-signal-decider.md, "Path generator"). A second opinion on turns.
 
 use std::collections::BTreeSet;
 
 use super::geometry::polyline::nearest;
 use super::geometry::required_end::first_aligned;
-use super::inputs::Odometry;
+use super::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
 use super::parameters::Parameters;
-use super::road::{Lane, LaneId, Road, TurnDirection};
+use super::planner_input::Odometry;
 use super::route::Route;
 use super::signal::Signal;
 
 /// The command for a vehicle on a path through `lanes`, front `front_m` before its rear axle.
 pub fn decide(
-    (road, route): (&Road, &Route),
+    (road, route): (&LaneNetwork, &Route),
     lanes: &[LaneId],
     odometry: Odometry,
     front_m: f64,

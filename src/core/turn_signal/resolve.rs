@@ -1,9 +1,10 @@
-//! Which of the candidates is signalled (turn-signal-decider section 4): validity, order, the
+//! Which of the candidates is signalled
+//! (docs/spec/turn-signal-decider.md, "Resolution"): validity, order, the
 //! pairwise rule. Pure; what a decision remembers of earlier ones is given to it.
 
 use std::fmt;
 
-use super::geometry::path::Ruler;
+use super::geometry::path::PathFrame;
 use super::section::{Distances, Section};
 use super::signal::{Side, Signal};
 
@@ -15,12 +16,12 @@ pub enum Source {
     /// Entering or leaving a roundabout.
     Roundabout,
     /// A manoeuvre of the planner: lane change, avoidance, pulling out or over.
-    Behaviour,
+    Manoeuvre,
 }
 
 impl Source {
     /// All of them, in order.
-    pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Behaviour];
+    pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
 }
 
 /// The records to choose from.
@@ -31,7 +32,7 @@ pub struct Candidates {
     /// Of roundabouts.
     pub roundabout: Option<Section>,
     /// Of the planner's manoeuvres.
-    pub behaviour: Option<Section>,
+    pub manoeuvre: Option<Section>,
 }
 
 impl Candidates {
@@ -40,7 +41,7 @@ impl Candidates {
         match source {
             Source::Intersection => self.intersection,
             Source::Roundabout => self.roundabout,
-            Source::Behaviour => self.behaviour,
+            Source::Manoeuvre => self.manoeuvre,
         }
     }
 }
@@ -78,7 +79,7 @@ impl FromIterator<Source> for FinishedSources {
     }
 }
 
-/// A branch of the pairwise rule (4.2).
+/// A branch of the pairwise rule (docs/spec/turn-signal-decider.md, "Pairwise rule").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Case {
     /// Q's required section lies within P's: P.
@@ -117,12 +118,12 @@ pub struct Contender {
 
 /// What became of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fate {
+pub enum CandidateOutcome {
     /// It has no record.
     Absent,
     /// Its record asks for no side.
     NoSide,
-    /// A point of its record, or its distance, is no number.
+    /// A point of its record, or its distance, is not a number.
     NotFinite,
     /// The front is before its desired start.
     NotReached,
@@ -141,9 +142,9 @@ pub enum Fate {
     Won,
 }
 
-/// One source, weighed.
+/// One source, evaluated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weighed {
+pub struct EvaluatedCandidate {
     /// Which.
     pub source: Source,
     /// What it asks for.
@@ -151,7 +152,7 @@ pub struct Weighed {
     /// How far its points are; `None` without a record.
     pub distances: Option<Distances>,
     /// What became of it.
-    pub fate: Fate,
+    pub outcome: CandidateOutcome,
 }
 
 /// The outcome.
@@ -162,7 +163,7 @@ pub struct Resolution {
     /// The branch that decided last; `None` when there was nothing to compare.
     pub case: Option<Case>,
     /// Every source, in order.
-    pub weighed: [Weighed; 3],
+    pub evaluated: [EvaluatedCandidate; 3],
 }
 
 impl Resolution {
@@ -172,10 +173,10 @@ impl Resolution {
     }
 }
 
-/// Chooses. `ruler` finds the points of the records with its own limits.
-pub fn resolve(ruler: &Ruler<'_>, candidates: &Candidates, rules: Rules) -> Resolution {
-    let mut weighed = Source::ALL.map(|source| weigh(ruler, source, candidates.of(source), rules));
-    let mut contenders: Vec<Contender> = weighed.iter().filter_map(Weighed::contender).collect();
+/// Chooses. `path_frame` finds the points of the records with its own limits.
+pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: Rules) -> Resolution {
+    let mut evaluated = Source::ALL.map(|source| evaluate(path_frame, source, candidates.of(source), rules));
+    let mut contenders: Vec<Contender> = evaluated.iter().filter_map(EvaluatedCandidate::contender).collect();
     // Stable: equal starts stay in the order of the sources.
     contenders
         .sort_by(|one, other| one.distances.desired_start_m.total_cmp(&other.distances.desired_start_m));
@@ -189,15 +190,15 @@ pub fn resolve(ruler: &Ruler<'_>, candidates: &Candidates, rules: Rules) -> Reso
             Winner::Q => (next, holder),
         };
         winner = Some(kept);
-        set_fate(&mut weighed, lost.source, Fate::LostTo { source: kept.source, case });
+        set_outcome(&mut evaluated, lost.source, CandidateOutcome::LostTo { source: kept.source, case });
     }
     if let Some(winner) = winner {
-        set_fate(&mut weighed, winner.source, Fate::Won);
+        set_outcome(&mut evaluated, winner.source, CandidateOutcome::Won);
     }
-    Resolution { winner, case: last_case, weighed }
+    Resolution { winner, case: last_case, evaluated }
 }
 
-/// The pairwise rule (4.2): `p` has the earlier desired start.
+/// The pairwise rule: `p` has the earlier desired start.
 pub fn prior(p: &Distances, q: &Distances, rules: Rules) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
@@ -220,37 +221,47 @@ pub fn prior(p: &Distances, q: &Distances, rules: Rules) -> (Winner, Case) {
     }
 }
 
-fn weigh(ruler: &Ruler<'_>, source: Source, record: Option<Section>, rules: Rules) -> Weighed {
+fn evaluate(
+    path_frame: &PathFrame<'_>,
+    source: Source,
+    record: Option<Section>,
+    rules: Rules,
+) -> EvaluatedCandidate {
     let Some(record) = record else {
-        return Weighed { source, turn: Signal::NoCommand, distances: None, fate: Fate::Absent };
+        return EvaluatedCandidate {
+            source,
+            turn: Signal::NoCommand,
+            distances: None,
+            outcome: CandidateOutcome::Absent,
+        };
     };
-    let distances = record.distances(ruler);
-    let fate = if record.turn.side().is_none() {
-        Fate::NoSide
+    let distances = record.distances(path_frame);
+    let outcome = if record.turn.side().is_none() {
+        CandidateOutcome::NoSide
     } else if !record.is_finite() || !distances.are_finite() {
-        Fate::NotFinite
+        CandidateOutcome::NotFinite
     } else if distances.desired_start_m > 0.0 {
-        Fate::NotReached
+        CandidateOutcome::NotReached
     } else if distances.desired_end_m < 0.0 {
-        Fate::Passed
+        CandidateOutcome::Passed
     } else if rules.finished.contains(source) {
-        Fate::Finished
+        CandidateOutcome::Finished
     } else {
-        Fate::Won
+        CandidateOutcome::Won
     };
-    Weighed { source, turn: record.turn, distances: Some(distances), fate }
+    EvaluatedCandidate { source, turn: record.turn, distances: Some(distances), outcome }
 }
 
-fn set_fate(weighed: &mut [Weighed; 3], source: Source, fate: Fate) {
-    for candidate in weighed.iter_mut().filter(|candidate| candidate.source == source) {
-        candidate.fate = fate;
+fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: Source, outcome: CandidateOutcome) {
+    for candidate in evaluated.iter_mut().filter(|candidate| candidate.source == source) {
+        candidate.outcome = outcome;
     }
 }
 
-impl Weighed {
+impl EvaluatedCandidate {
     /// Itself, as long as nothing speaks against it.
     fn contender(&self) -> Option<Contender> {
-        let distances = self.distances.filter(|_| self.fate == Fate::Won)?;
+        let distances = self.distances.filter(|_| self.outcome == CandidateOutcome::Won)?;
         Some(Contender { source: self.source, side: self.turn.side()?, distances })
     }
 }
@@ -268,7 +279,7 @@ impl fmt::Display for Source {
         f.write_str(match self {
             Self::Intersection => "intersection",
             Self::Roundabout => "roundabout",
-            Self::Behaviour => "behaviour",
+            Self::Manoeuvre => "manoeuvre",
         })
     }
 }
@@ -286,12 +297,12 @@ impl fmt::Display for Case {
     }
 }
 
-impl fmt::Display for Fate {
+impl fmt::Display for CandidateOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Absent => f.write_str("no record"),
             Self::NoSide => f.write_str("asks for no side"),
-            Self::NotFinite => f.write_str("a point of it is no number"),
+            Self::NotFinite => f.write_str("a point of it is not a number"),
             Self::NotReached => f.write_str("desired start not reached"),
             Self::Passed => f.write_str("desired end passed"),
             Self::Finished => f.write_str("finished before another took over"),
@@ -301,9 +312,9 @@ impl fmt::Display for Fate {
     }
 }
 
-impl fmt::Display for Weighed {
+impl fmt::Display for EvaluatedCandidate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.source, self.fate)?;
+        write!(f, "{}: {}", self.source, self.outcome)?;
         let Some(distances) = self.distances else { return Ok(()) };
         let Distances { desired_start_m, desired_end_m, required_start_m, required_end_m } = distances;
         write!(

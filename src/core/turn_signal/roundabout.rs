@@ -1,19 +1,20 @@
-//! Entering and leaving roundabouts (turn-signal-decider section 3.2): what is remembered, and which
+//! Entering and leaving roundabouts
+//! (docs/spec/turn-signal-decider.md, "Roundabouts"): what is remembered, and which
 //! record comes of it.
 
 use std::collections::BTreeMap;
 
+use super::decision_context::DecisionContext;
 use super::geometry::Pose;
 use super::intersection::next_in_queue;
-use super::road::LaneId;
-use super::scene::Scene;
+use super::lane_network::LaneId;
 use super::section::Section;
 use super::signal::{Side, Signal};
 
 pub mod backward;
-pub mod ways;
+pub mod legs;
 
-use ways::{Entry, Exit, Leaving, Ways};
+use legs::{Entry, Exit, Leaving, RoundaboutLegs};
 
 /// Where signals at roundabouts began.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -24,15 +25,15 @@ pub struct RoundaboutMemory {
 
 impl RoundaboutMemory {
     /// The record of the entry or exit that is next, if one is in view.
-    pub fn section(&mut self, scene: &Scene<'_>, ways: &Ways) -> Option<Section> {
-        if !scene.is_compat() {
-            self.entries.retain(|id, _| ways.entries.iter().any(|entry| entry.lane.id == *id));
-            self.exits.retain(|id, _| ways.exits.iter().any(|exit| exit.lane.id == *id));
+    pub fn section(&mut self, context: &DecisionContext<'_>, legs: &RoundaboutLegs) -> Option<Section> {
+        if !context.is_compat() {
+            self.entries.retain(|id, _| legs.entries.iter().any(|entry| entry.lane.id == *id));
+            self.exits.retain(|id, _| legs.exits.iter().any(|exit| exit.lane.id == *id));
         }
-        let entries = ways.entries.iter().filter_map(|entry| self.entry(scene, entry));
+        let entries = legs.entries.iter().filter_map(|entry| self.entry(context, entry));
         let mut records: Vec<Section> = entries.collect();
-        records.extend(ways.exits.iter().filter_map(|exit| self.exit(scene, exit)));
-        next_in_queue(&scene.ruler, records)
+        records.extend(legs.exits.iter().filter_map(|exit| self.exit(context, exit)));
+        next_in_queue(&context.path_frame, records)
     }
 
     /// Forgets all: the route is another one.
@@ -46,16 +47,16 @@ impl RoundaboutMemory {
         self.entries.get(&lane).copied()
     }
 
-    /// Section 3.2.3. An entry that came into view stays so.
-    fn entry(&mut self, scene: &Scene<'_>, entry: &Entry) -> Option<Section> {
-        let (lane, parameters) = (&entry.lane, scene.parameters);
+    /// docs/spec/turn-signal-decider.md, "Roundabout entry". An entry that came into view stays so.
+    fn entry(&mut self, context: &DecisionContext<'_>, entry: &Entry) -> Option<Section> {
+        let (lane, parameters) = (&entry.lane, context.parameters);
         let search_m =
-            lane.search_distance_m.unwrap_or_else(|| parameters.roundabout_search_m(scene.speed_mps));
-        let in_view = scene.ruler.from_front_m(lane.front) < search_m;
+            lane.search_distance_m.unwrap_or_else(|| parameters.roundabout_search_m(context.speed_mps));
+        let in_view = context.path_frame.from_front_m(lane.front) < search_m;
         if !in_view && !self.entries.contains_key(&lane.id) {
             return None;
         }
-        let start = *self.entries.entry(lane.id).or_insert(scene.ego());
+        let start = *self.entries.entry(lane.id).or_insert(context.ego());
         let Some(side) = entry.side().or(parameters.roundabout_on_entry) else {
             self.entries.remove(&lane.id);
             return None;
@@ -64,34 +65,34 @@ impl RoundaboutMemory {
         if let Some(leaving) = entry.leaving.filter(|_| parameters.roundabout_entry_persists) {
             record.desired_end = leaving.back;
         }
-        if scene.ruler.from_base_m(record.desired_end) < 0.0 {
+        if context.path_frame.from_base_m(record.desired_end) < 0.0 {
             self.entries.remove(&lane.id);
             return None;
         }
         Some(record)
     }
 
-    /// Section 3.2.4. By default an exit without a signal displaces nothing, and one without tags is
-    /// announced as well (W10).
-    fn exit(&mut self, scene: &Scene<'_>, exit: &Exit) -> Option<Section> {
-        let (lane, ruler) = (&exit.lane, &scene.ruler);
-        if ruler.from_base_m(lane.back) < 0.0 {
+    /// docs/spec/turn-signal-decider.md, "Roundabout exit". By default an exit without a signal
+    /// displaces nothing, and one without tags is announced as well (W10).
+    fn exit(&mut self, context: &DecisionContext<'_>, exit: &Exit) -> Option<Section> {
+        let (lane, path_frame) = (&exit.lane, &context.path_frame);
+        if path_frame.from_base_m(lane.back) < 0.0 {
             self.exits.remove(&lane.id);
             return None;
         }
-        let side = scene.parameters.roundabout_on_exit;
-        if side.is_none() && !scene.is_compat() {
+        let side = context.parameters.roundabout_on_exit;
+        if side.is_none() && !context.is_compat() {
             return None;
         }
-        let start = match exit.after_previous.filter(|_| !exit.is_tagged && !scene.is_compat()) {
+        let start = match exit.after_previous.filter(|_| !exit.is_tagged && !context.is_compat()) {
             Some(after_previous) => {
-                let near = ruler.from_front_m(lane.front)
-                    < scene.parameters.roundabout_search_m(scene.speed_mps.max(0.0));
-                let begun =
-                    self.exits.contains_key(&lane.id) || near && ruler.from_front_m(after_previous) < 0.0;
-                begun.then_some(scene.ego())?
+                let near = path_frame.from_front_m(lane.front)
+                    < context.parameters.roundabout_search_m(context.speed_mps.max(0.0));
+                let begun = self.exits.contains_key(&lane.id)
+                    || near && path_frame.from_front_m(after_previous) < 0.0;
+                begun.then_some(context.ego())?
             }
-            None => Some(exit.start).filter(|start| ruler.from_front_m(*start) < 0.0)?,
+            None => Some(exit.start).filter(|start| path_frame.from_front_m(*start) < 0.0)?,
         };
         let start = *self.exits.entry(lane.id).or_insert(start);
         Some(lane.section(side.map_or(Signal::Disable, Signal::from), start))

@@ -1,12 +1,12 @@
-//! The route: ordered segments of lanelets, and who comes next within them (turn-signal-decider
-//! section 3.0.7).
+//! The route: ordered segments of lanelets, and who comes next within them
+//! (docs/spec/turn-signal-decider.md, "Neighbours within the route").
 
 use std::collections::BTreeSet;
 
 use thiserror::Error;
 
 use super::geometry::Pose;
-use super::road::{LaneId, Road};
+use super::lane_network::{LaneId, LaneNetwork};
 
 /// Side by side lanelets of a route.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,7 +45,7 @@ pub enum RouteError {
         lane: LaneId,
     },
     /// It starts nowhere.
-    #[error("the start of the route is no number")]
+    #[error("the start of the route is not a number")]
     StartNotFinite,
 }
 
@@ -73,8 +73,8 @@ impl Route {
     /// Itself, if it can be driven on this road.
     ///
     /// # Errors
-    /// A lanelet that is not there, or a start that is no place.
-    pub fn checked(self, road: &Road) -> Result<Self, RouteError> {
+    /// A lanelet that is not there, or a start that is not a place.
+    pub fn checked(self, road: &LaneNetwork) -> Result<Self, RouteError> {
         if !self.start.is_finite() {
             return Err(RouteError::StartNotFinite);
         }
@@ -116,14 +116,14 @@ impl Route {
     }
 
     /// The lanelet after this one; none after the last segment.
-    pub fn next(&self, road: &Road, lane: LaneId) -> Option<LaneId> {
+    pub fn next(&self, road: &LaneNetwork, lane: LaneId) -> Option<LaneId> {
         let first = self.segments.first().map(|segment| segment.preferred);
         let goes_on = |next: &&LaneId| self.contains(**next) && Some(**next) != first;
         road.followers(lane).iter().find(goes_on).filter(|_| !self.ends_with(lane)).copied()
     }
 
     /// The lanelets before this one; none before the first segment.
-    pub fn previous<'a>(&'a self, road: &'a Road, lane: LaneId) -> impl Iterator<Item = LaneId> + 'a {
+    pub fn previous<'a>(&'a self, road: &'a LaneNetwork, lane: LaneId) -> impl Iterator<Item = LaneId> + 'a {
         let starts = self.segments.first().is_some_and(|segment| segment.lanes.contains(&lane));
         let before = if starts { &[] } else { road.predecessors(lane) };
         before.iter().copied().filter(|before| self.contains(*before))
@@ -133,12 +133,12 @@ impl Route {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::turn_signal::road::Lane;
+    use crate::core::turn_signal::lane_network::Lane;
 
     #[test]
     fn a_loop_ends_where_the_route_ends() {
         let lane = |id, follower| Lane { id, followers: vec![follower], ..Lane::default() };
-        let road = Road::new([lane(1, 2), lane(2, 3), lane(3, 1)], Vec::new());
+        let road = LaneNetwork::new([lane(1, 2), lane(2, 3), lane(3, 1)], Vec::new());
         let route = Route::single_file(7, Pose::default(), &[1, 2, 3]).unwrap();
         assert_eq!([1, 2, 3].map(|lane| route.next(&road, lane)), [Some(2), Some(3), None]);
         let before = |lane| route.previous(&road, lane).collect::<Vec<_>>();

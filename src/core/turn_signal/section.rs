@@ -1,8 +1,8 @@
-//! A section record: what one manoeuvre wants to signal, and where (turn-signal-decider
-//! "Conventions").
+//! A section record: what one manoeuvre wants to signal, and where
+//! (docs/spec/turn-signal-decider.md, "Conventions").
 
 use super::geometry::Pose;
-use super::geometry::path::Ruler;
+use super::geometry::path::PathFrame;
 use super::signal::{Hazard, Side, Signal};
 
 /// What one manoeuvre wants. The default is upstream's empty record: no command, all points at the
@@ -63,12 +63,12 @@ impl Section {
     }
 
     /// Its distances from the vehicle.
-    pub fn distances(&self, ruler: &Ruler<'_>) -> Distances {
+    pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
         Distances {
-            desired_start_m: ruler.from_front_m(self.desired_start),
-            desired_end_m: ruler.from_base_m(self.desired_end),
-            required_start_m: ruler.from_front_m(self.required_start),
-            required_end_m: ruler.from_base_m(self.required_end),
+            desired_start_m: path_frame.from_front_m(self.desired_start),
+            desired_end_m: path_frame.from_base_m(self.desired_end),
+            required_start_m: path_frame.from_front_m(self.required_start),
+            required_end_m: path_frame.from_base_m(self.required_end),
         }
     }
 }

@@ -1,13 +1,14 @@
-//! The rule for all that moves sideways (turn-signal-decider section 3.7): avoidance, pulling out and
+//! The rule for all that moves sideways
+//! (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling out and
 //! over.
 
 use std::fmt;
 
+use super::decision_context::DecisionContext;
 use super::geometry::path::{Path, PathError};
 use super::geometry::polyline::arc_lengths_m;
 use super::geometry::{Point, Pose};
-use super::road::LaneId;
-use super::scene::Scene;
+use super::lane_network::LaneId;
 use super::section::Section;
 use super::signal::{Hazard, Side, Signal};
 
@@ -191,35 +192,35 @@ impl Offsets {
 }
 
 /// Judges a shift, step by step.
-pub fn judge(scene: &Scene<'_>, shift: &Shift<'_>) -> ShiftOutcome {
+pub fn judge(context: &DecisionContext<'_>, shift: &Shift<'_>) -> ShiftOutcome {
     if !shift.forward {
-        return ShiftOutcome { section: backwards(scene), verdict: ShiftVerdict::Backwards };
+        return ShiftOutcome { section: backwards(context), verdict: ShiftVerdict::Backwards };
     }
-    let Some((offsets, start, end, ahead_m)) = located(scene, shift) else {
+    let Some((offsets, start, end, ahead_m)) = located(context, shift) else {
         return ShiftOutcome { section: Section::default(), verdict: ShiftVerdict::OffPath };
     };
-    if let Some(verdict) = objection(scene, shift, offsets, ahead_m - scene.vehicle.front_m()) {
+    if let Some(verdict) = objection(context, shift, offsets, ahead_m - context.vehicle.front_m()) {
         return ShiftOutcome { section: shift.path.silent(), verdict };
     }
-    let desired_start = if ahead_m - scene.vehicle.front_m() > 0.0 { scene.ego() } else { start };
+    let desired_start = if ahead_m - context.vehicle.front_m() > 0.0 { context.ego() } else { start };
     let section = Section::blinking(offsets.side(), (desired_start, end), (start, end));
     ShiftOutcome { section, verdict: ShiftVerdict::Signalled }
 }
 
 /// Step 0: hazard lights from the start of the route to here.
-pub(super) fn backwards(scene: &Scene<'_>) -> Section {
+pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
     Section {
         turn: Signal::NoCommand,
         hazard: Hazard::Enable,
-        desired_start: scene.route.start(),
-        required_start: scene.route.start(),
-        desired_end: scene.ego(),
-        required_end: scene.ego(),
+        desired_start: context.route.start(),
+        required_start: context.route.start(),
+        desired_end: context.ego(),
+        required_end: context.ego(),
     }
 }
 
 /// Steps 1 and 2: offsets, first and last pose, arc length to the first.
-fn located(scene: &Scene<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
+fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
     let ShiftLine { start_index, end_index, .. } = shift.line;
     let offset = |index: usize| shift.path.shifts_m.get(index).copied();
     let (first_m, last_m) = (offset(start_index)?, offset(end_index)?);
@@ -229,16 +230,21 @@ fn located(scene: &Scene<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose,
         Offsets { before_m: last_m, after_m: -first_m }
     };
     let pose = |index: usize| shift.path.poses.get(index).copied();
-    let ahead_m = shift.path.distance_to_m(scene.ego().position, start_index)?;
+    let ahead_m = shift.path.distance_to_m(context.ego().position, start_index)?;
     Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
 }
 
 /// Steps 3 to 11: the first that speaks against a signal. `ahead_m` is the front's distance to the
 /// start of the shift.
-fn objection(scene: &Scene<'_>, shift: &Shift<'_>, offsets: Offsets, ahead_m: f64) -> Option<ShiftVerdict> {
-    let parameters = scene.parameters;
+fn objection(
+    context: &DecisionContext<'_>,
+    shift: &Shift<'_>,
+    offsets: Offsets,
+    ahead_m: f64,
+) -> Option<ShiftVerdict> {
+    let parameters = context.parameters;
     let joins_or_leaves = matches!(shift.kind, ShiftKind::PullOut | ShiftKind::PullOver);
-    // Written so that an offset that is no number is an objection.
+    // Written so that an offset that is not a number is an objection.
     let at_least = |value: f64, limit: f64| value.abs() >= limit;
     if !at_least(offsets.relative_m(), parameters.shift_length_threshold_m) {
         return Some(ShiftVerdict::TooSmall);
@@ -247,14 +253,14 @@ fn objection(scene: &Scene<'_>, shift: &Shift<'_>, offsets: Offsets, ahead_m: f6
     if !at_least(remaining_m, parameters.remaining_shift_length_threshold_m) {
         return Some(ShiftVerdict::NearlyDone);
     }
-    if parameters.prepare_m(scene.speed_mps) < ahead_m {
+    if parameters.prepare_m(context.speed_mps) < ahead_m {
         return Some(ShiftVerdict::TooEarly);
     }
     if !parameters.on_swerving {
         return Some(ShiftVerdict::SwervingIsSilent);
     }
     let pose = if shift.own_lane { shift.line.end } else { shift.line.start };
-    let Some(lane) = scene.road.closest(scene.route.lanes(), pose) else {
+    let Some(lane) = context.road.closest(context.route.lanes(), pose) else {
         return Some(ShiftVerdict::NoLane);
     };
     if shift.kind == ShiftKind::Avoidance
@@ -262,16 +268,17 @@ fn objection(scene: &Scene<'_>, shift: &Shift<'_>, offsets: Offsets, ahead_m: f6
     {
         return Some(ShiftVerdict::HatchedSide);
     }
-    if !joins_or_leaves && !surroundings::crosses_bound(scene, shift) {
+    if !joins_or_leaves && !surroundings::crosses_bound(context, shift) {
         return Some(ShiftVerdict::StaysInLane);
     }
     let t = parameters.shift_length_threshold_m;
     let is_return = offsets.before_m.abs() > t && offsets.after_m.abs() < t;
-    if scene.stands() && !shift.stop_override && is_return && surroundings::is_inside(scene, shift.lanes) {
+    if context.stands() && !shift.stop_override && is_return && surroundings::is_inside(context, shift.lanes)
+    {
         return Some(ShiftVerdict::StandsBeforeReturn);
     }
     let near_bound = shift.kind == ShiftKind::PullOut
-        && surroundings::distance_to_bound_m(scene, offsets.side())
+        && surroundings::distance_to_bound_m(context, offsets.side())
             .is_some_and(|distance_m| distance_m < parameters.remaining_distance_to_bound_threshold_m);
     near_bound.then_some(ShiftVerdict::NearBound)
 }

@@ -1,4 +1,4 @@
-//! Commands and sides (turn-signal-decider section 5.1).
+//! Commands and sides (docs/spec/turn-signal-decider.md, "Commands").
 
 use std::fmt;
 
@@ -96,8 +96,8 @@ impl fmt::Display for Side {
     }
 }
 
-/// What the hazard lights do when the planner and the system both have a say (section 5.3): on when
-/// either wants them on.
+/// What the hazard lights do when the planner and the system both have a say: on when either wants
+/// them on (docs/spec/turn-signal-decider.md, "Hazard lights").
 pub fn joined_hazard(planner: Hazard, system: Hazard) -> Hazard {
     if planner == Hazard::Enable || system == Hazard::Enable { Hazard::Enable } else { Hazard::Disable }
 }

@@ -3,7 +3,7 @@
 use super::geometry::polyline::{back_pose, front_pose, without_near_earlier};
 use super::geometry::required_end::required_end;
 use super::geometry::{Point, Pose};
-use super::road::{Lane, LaneId, TurnDirection};
+use super::lane_network::{Lane, LaneId, TurnDirection};
 use super::section::Section;
 use super::signal::{Hazard, Signal};
 
@@ -23,7 +23,7 @@ pub struct TurnLane {
     pub front: Pose,
     /// Its end.
     pub back: Pose,
-    /// Where it is as good as over (3.0.5).
+    /// Where it is as good as over.
     pub required_end: Pose,
     /// Its middle.
     pub centerline: Vec<Point>,

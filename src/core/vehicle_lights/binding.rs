@@ -9,8 +9,9 @@ use super::fusion::SourceSettings;
 use super::lamp::LampSettings;
 use super::lamp::timing::Resolution;
 use super::stalk::{StalkPosition, StalkSettings};
-use crate::core::trust::meaning::Meaning;
-use crate::core::trust::table::{FaultSignal, Role, SignalIndex, SignalTable};
+use super::state::{HazardCode, TurnCode};
+use crate::core::validation::meaning::Meaning;
+use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable};
 
 /// Everything the profile binds for turn indicators and hazard lights.
 #[derive(Debug, Clone)]
@@ -27,19 +28,6 @@ pub struct LightsBinding {
     pub hazard_faults: FaultBinding,
     /// What the turn report says while the hazard lights are on.
     pub turn_while_hazard: TurnWhileHazard,
-}
-
-/// What an enumerated turn signal can say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum TurnCode {
-    /// No indicator on.
-    Off,
-    /// Left indicators on.
-    Left,
-    /// Right indicators on.
-    Right,
-    /// Both sides on: hazard.
-    Both,
 }
 
 /// Where the turn state comes from.
@@ -182,19 +170,10 @@ pub enum HazardSource {
         /// `true` = pressed.
         role: Role<bool>,
         /// Longest time of unknown positions that cannot hide a press.
-        blind: Duration,
+        max_gap: Duration,
         /// How long it must be watched before the state is known.
-        settle: Duration,
+        startup_delay: Duration,
     },
-}
-
-/// What a hazard signal can say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct HazardCode {
-    /// Whether the hazard lights are on.
-    pub active: bool,
-    /// Why, as a position in the binding's list of reasons.
-    pub reason: Option<u8>,
 }
 
 /// Signals that report a broken sensor or lamp, and what that does to the report.

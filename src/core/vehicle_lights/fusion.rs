@@ -8,9 +8,8 @@
 
 use std::time::Duration;
 
-use super::binding::TurnCode;
-use crate::core::bus::past;
-use crate::core::time::MonoTime;
+use super::state::TurnCode;
+use crate::core::time::{MonoTime, deadline_after};
 
 #[cfg(test)]
 mod properties;
@@ -26,11 +25,11 @@ pub struct SourceSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Statement<T, D> {
     /// Nothing: as if it were not there.
-    Silent,
+    NotStated,
     /// This value, trusted.
     Value(T),
     /// It should, but cannot be believed.
-    Doubt(D),
+    Unavailable(D),
 }
 
 /// What comes out.
@@ -94,16 +93,16 @@ impl<T: Copy + PartialEq> Fusion<T> {
 
     /// Takes what every source says now, in the profile's order; surplus statements are ignored.
     /// `None` when no source says anything. A `now` before the last one counts as the last one.
-    pub fn update<D: Copy>(&mut self, said: &[Statement<T, D>], now: MonoTime) -> Option<Fused<T, D>> {
+    pub fn update<D: Copy>(&mut self, statements: &[Statement<T, D>], now: MonoTime) -> Option<Fused<T, D>> {
         self.now = self.now.max(now);
-        let said = &said[..said.len().min(self.sources.len())];
-        let fused = self.choose(said.iter().copied().enumerate());
+        let statements = &statements[..statements.len().min(self.sources.len())];
+        let fused = self.choose(statements.iter().copied().enumerate());
         let chosen = fused.and_then(|fused| Some((fused.source, fused.state.ok()?)));
         let same_source = chosen.map(|(source, _)| source) == self.chosen.map(|(source, _)| source);
         self.chosen = chosen;
         for (position, source) in self.sources.iter_mut().enumerate() {
             let before = source.contradicts.filter(|_| same_source);
-            source.contradicts = match (chosen, said.get(position)) {
+            source.contradicts = match (chosen, statements.get(position)) {
                 (Some((_, state)), Some(Statement::Value(value))) if !(self.agree)(state, *value) => {
                     Some((*value, before.map_or(self.now, |(_, since)| since)))
                 }
@@ -126,7 +125,7 @@ impl<T: Copy + PartialEq> Fusion<T> {
 
     /// When [`Self::disagreements`] grows with nothing being said anew; call [`Self::update`] then.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        let due = |source: &Source<T>| source.contradicts.map(|(_, since)| past(since, self.limit));
+        let due = |source: &Source<T>| source.contradicts.map(|(_, since)| deadline_after(since, self.limit));
         self.sources.iter().filter_map(due).filter(|at| *at > self.now).min()
     }
 
@@ -134,14 +133,14 @@ impl<T: Copy + PartialEq> Fusion<T> {
     /// nothing: with some sources left out it tells what the others say.
     pub fn choose<D: Copy>(
         &self,
-        said: impl IntoIterator<Item = (usize, Statement<T, D>)>,
+        statements: impl IntoIterator<Item = (usize, Statement<T, D>)>,
     ) -> Option<Fused<T, D>> {
         let opinion = |(source, statement)| match statement {
-            Statement::Silent => None,
+            Statement::NotStated => None,
             Statement::Value(value) => Some(Fused { state: Ok(value), source }),
-            Statement::Doubt(doubt) => Some(Fused { state: Err(doubt), source }),
+            Statement::Unavailable(doubt) => Some(Fused { state: Err(doubt), source }),
         };
-        let mut opinions = said.into_iter().filter_map(opinion);
+        let mut opinions = statements.into_iter().filter_map(opinion);
         let first = opinions.next()?;
         if first.state.is_ok() {
             return Some(first);

@@ -16,9 +16,8 @@ mod cases;
 #[cfg(test)]
 mod properties;
 
-use super::binding::TurnCode;
-use crate::core::bus::past;
-use crate::core::time::MonoTime;
+use super::state::TurnCode;
+use crate::core::time::{MonoTime, deadline_after};
 use flashing::{Flashes, Lit, Pace};
 pub use timing::LampSettings;
 
@@ -133,9 +132,10 @@ impl Lamp {
 
     /// When to call [`Self::advance`] with no frame coming.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        let over = self.state_until().map(|last| past(last, self.settings.hold));
-        let off_proven = self.known_since.map(|since| past(since, self.settings.hold));
-        let steady = |side: Side| side.lit_since.map(|since| past(since, self.settings.steady_limit));
+        let over = self.state_until().map(|last| deadline_after(last, self.settings.hold));
+        let off_proven = self.known_since.map(|since| deadline_after(since, self.settings.hold));
+        let steady =
+            |side: Side| side.lit_since.map(|since| deadline_after(since, self.settings.stuck_on_after));
         let confirmed = self.run_by_time().map(|run| run.since.after(self.settings.confirm));
         [over, off_proven, steady(self.left), steady(self.right), confirmed]
             .into_iter()
@@ -261,7 +261,7 @@ impl Lamp {
             self.findings.emergency_flashing = false;
         }
         let steady = |side: Side| {
-            side.lit_since.is_some_and(|since| self.now.since(since) > self.settings.steady_limit)
+            side.lit_since.is_some_and(|since| self.now.since(since) > self.settings.stuck_on_after)
         };
         self.findings.does_not_flash = Sides { left: steady(self.left), right: steady(self.right) };
     }

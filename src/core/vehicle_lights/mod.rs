@@ -7,34 +7,37 @@
 pub mod binding;
 pub mod fusion;
 pub mod lamp;
-pub mod remark;
+pub mod output;
 pub mod report;
+pub mod role_texts;
 pub mod sources;
 pub mod stalk;
+pub mod state;
 mod status;
 pub mod verdict;
-pub mod vocabulary;
+pub mod warning;
 
-use crate::core::bus::Bus;
-use crate::core::event::BusIndex;
-use crate::core::frame::Frame;
+use crate::core::can::bus::Bus;
+use crate::core::can::frame::Frame;
+use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::trust::observation::Observations;
-use crate::core::trust::table::{MessageIndex, SignalIndex};
+use crate::core::validation::observation::Observations;
+use crate::core::validation::table::{MessageIndex, SignalIndex};
 use binding::{HazardBinding, HazardSource, LightsBinding, TurnBinding};
+use output::VehicleLightsOutput;
 use report::{Publish, ReportFlow, Step};
-use sources::{Memory, View};
+use sources::{LightsContext, SourceMemory};
 use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
-pub use status::{LightsFinding, Task, Trouble};
+pub use status::{FaultKind, LightsFinding, Task};
 
 /// State of both reports.
 #[derive(Debug, Clone)]
 pub struct VehicleLights {
     binding: LightsBinding,
-    seen: Observations,
-    memory: Memory,
+    observations: Observations,
+    memory: SourceMemory,
     turn: ReportFlow<TurnIndicators>,
     hazard: ReportFlow<HazardLights>,
     turn_task: LightsTask,
@@ -54,6 +57,21 @@ pub struct Steps {
     pub hazard_changed: bool,
 }
 
+impl Steps {
+    /// What goes out, the turn report first.
+    pub fn outputs(&self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
+        let turn = self.turn.map(|step| match step {
+            Step::Publish(report, stamp) => VehicleLightsOutput::TurnIndicators { report, stamp },
+            Step::Withdraw => VehicleLightsOutput::WithdrawTurnIndicators,
+        });
+        let hazard = self.hazard.map(|step| match step {
+            Step::Publish(report, stamp) => VehicleLightsOutput::HazardLights { report, stamp },
+            Step::Withdraw => VehicleLightsOutput::WithdrawHazardLights,
+        });
+        turn.into_iter().chain(hazard)
+    }
+}
+
 impl VehicleLights {
     /// Nothing seen, nothing published.
     pub fn new(binding: LightsBinding, publish: Publish) -> Self {
@@ -61,8 +79,8 @@ impl VehicleLights {
         Self {
             turn_task: LightsTask::new(Task::TurnIndicators, signals_of(Task::TurnIndicators)),
             hazard_task: LightsTask::new(Task::HazardLights, signals_of(Task::HazardLights)),
-            seen: Observations::new(&binding.table),
-            memory: Memory::new(&binding),
+            observations: Observations::new(&binding.table),
+            memory: SourceMemory::new(&binding),
             turn: ReportFlow::new(publish),
             hazard: ReportFlow::new(publish),
             binding,
@@ -84,28 +102,28 @@ impl VehicleLights {
 
     /// The last values.
     pub fn observations(&self) -> &Observations {
-        &self.seen
+        &self.observations
     }
 
     /// Takes a frame of a bound message. Call [`Self::settle`] afterwards.
     pub fn frame_arrived(&mut self, message: MessageIndex, frame: &Frame, stamp: WallStamp, now: Now) {
-        self.seen.frame_arrived(&self.binding.table, message, frame, stamp, now);
+        self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now);
     }
 
     /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.seen.forget_bus(&self.binding.table, bus);
+        self.observations.forget_bus(&self.binding.table, bus);
     }
 
     /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
     pub fn forget_events(&mut self, bus: BusIndex) {
-        self.seen.forget_events(&self.binding.table, bus);
+        self.observations.forget_events(&self.binding.table, bus);
     }
 
     /// Judges what is known now and says what to do.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
-        let view = View { binding: &self.binding, seen: &self.seen, buses, now };
-        let verdicts = judge(&mut self.memory, view);
+        let context = LightsContext { binding: &self.binding, observations: &self.observations, buses, now };
+        let verdicts = judge(&mut self.memory, context);
         let context = (&self.binding, buses, now.mono);
         Steps {
             turn: self.turn.update(published(&verdicts.turn), now.mono),
@@ -122,7 +140,7 @@ impl VehicleLights {
 
     /// When to call [`Self::settle`] with nothing happening.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let stale = self.seen.next_deadline(&self.binding.table, now);
+        let stale = self.observations.next_deadline(&self.binding.table, now);
         let remembered = self.memory.next_deadline();
         [stale, remembered, self.turn.next_deadline(), self.hazard.next_deadline()]
             .into_iter()

@@ -2,49 +2,49 @@
 //! a report's sources made into one.
 
 use super::binding::{
-    BothOn, HazardBinding, HazardCode, HazardSource, LightsBinding, SidePair, Sources, TurnBinding, TurnCode,
-    TurnSource,
+    BothOn, HazardBinding, HazardSource, LightsBinding, SidePair, Sources, TurnBinding, TurnSource,
 };
 use super::fusion::{Disagreement, Fusion, Statement, turn_codes_agree};
 use super::lamp::{Lamp, LampFindings};
-use super::remark::{Contradiction, LampRemark, Remarks, StandIn};
 use super::stalk::button::HazardToggle;
 use super::stalk::{MomentaryStalk, StalkPosition};
-use super::verdict::{Doubt, Judged};
-use crate::core::bus::{Bus, Received};
+use super::state::{HazardCode, TurnCode};
+use super::state::{Judged, UnavailableReason};
+use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
+use crate::core::can::bus::{Bus, Received};
 use crate::core::time::{MonoTime, Now};
-use crate::core::trust::meaning::Meaning;
-use crate::core::trust::observation::{Observations, Reading};
-use crate::core::trust::table::Role;
+use crate::core::validation::meaning::Meaning;
+use crate::core::validation::observation::{Observations, Reading};
+use crate::core::validation::table::Role;
 
 /// All there is to judge by, at one moment.
 #[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
+pub struct LightsContext<'a> {
     /// What the profile binds.
     pub binding: &'a LightsBinding,
     /// The last values.
-    pub seen: &'a Observations,
+    pub observations: &'a Observations,
     /// The buses they came over.
     pub buses: &'a [Bus],
     /// The moment.
     pub now: Now,
 }
 
-impl View<'_> {
+impl LightsContext<'_> {
     /// The last value of a signal, judged.
     pub fn read<T: Copy>(self, role: &Role<T>) -> Reading<T> {
-        self.seen.read(&self.binding.table, role, self.buses, self.now.mono)
+        self.observations.read(&self.binding.table, role, self.buses, self.now.mono)
     }
 
     fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {
         let signal = role.signal;
         match self.read(role) {
-            Reading::Absent(why) => Err(Doubt::Absent(signal, why)),
-            Reading::Seen { meaning, raw, received } => match meaning {
+            Reading::Missing(why) => Err(UnavailableReason::Absent(signal, why)),
+            Reading::Observed { meaning, raw, received } => match meaning {
                 Meaning::Defined(value) => Ok((value, received)),
-                Meaning::NotAvailable => Err(Doubt::NotAvailable(signal, raw)),
-                Meaning::Undefined => Err(Doubt::Undefined(signal, raw)),
-                Meaning::Fault => Err(Doubt::Fault(signal, raw)),
+                Meaning::NotAvailable => Err(UnavailableReason::NotAvailable(signal, raw)),
+                Meaning::Undefined => Err(UnavailableReason::Undefined(signal, raw)),
+                Meaning::Fault => Err(UnavailableReason::Fault(signal, raw)),
             },
         }
     }
@@ -55,100 +55,102 @@ impl View<'_> {
     }
 
     /// What is not fitted is off for ever, as of now.
-    fn off_for_ever<T>(self, off: T) -> Told<T> {
+    fn not_fitted<T>(self, off: T) -> FusedState<T> {
         let received = Received { at: self.now.mono, stamp: self.now.wall };
-        Told { state: Ok((off, received)), source: 0, remarks: Remarks::default() }
+        FusedState { state: Ok((off, received)), source: 0, warnings: Warnings::default() }
     }
 }
 
 /// What the sources of both reports remember.
 #[derive(Debug, Clone)]
-pub struct Memory {
+pub struct SourceMemory {
     /// `None`: not fitted.
-    turn: Option<Panel<TurnReader, TurnCode>>,
+    turn: Option<SourceGroup<TurnReader, TurnCode>>,
     /// `None`: not fitted or unbound.
-    hazard: Option<Panel<HazardReader, HazardCode>>,
+    hazard: Option<SourceGroup<HazardReader, HazardCode>>,
 }
 
 /// What the sources of both reports came to.
 #[derive(Debug, Clone, Copy)]
-pub struct Heard {
+pub struct SourceStates {
     /// Turn indicators.
-    pub turn: Told<TurnCode>,
+    pub turn: FusedState<TurnCode>,
     /// Hazard lights.
-    pub hazard: Told<HazardCode>,
+    pub hazard: FusedState<HazardCode>,
 }
 
 /// What the sources of one state came to.
 #[derive(Debug, Clone, Copy)]
-pub struct Told<T> {
+pub struct FusedState<T> {
     /// The state, or why there is none.
     pub state: Judged<T>,
     /// The source that decided it, by position.
     pub source: usize,
     /// What is odd about them.
-    pub remarks: Remarks,
+    pub warnings: Warnings,
 }
 
 const HAZARD_OFF: HazardCode = HazardCode { active: false, reason: None };
 
-impl Memory {
+impl SourceMemory {
     /// Nothing seen yet.
     pub fn new(binding: &LightsBinding) -> Self {
         let turn = match &binding.turn {
             TurnBinding::LeftOut | TurnBinding::NotFitted => None,
-            TurnBinding::From(sources) => Some(Panel::new(sources, TurnReader::new, turn_codes_agree)),
+            TurnBinding::From(sources) => Some(SourceGroup::new(sources, TurnReader::new, turn_codes_agree)),
         };
         let hazard = match &binding.hazard {
             HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => None,
             HazardBinding::From(sources) => {
                 let agree = |one: HazardCode, other: HazardCode| one.active == other.active;
-                Some(Panel::new(sources, HazardReader::new, agree))
+                Some(SourceGroup::new(sources, HazardReader::new, agree))
             }
         };
         Self { turn, hazard }
     }
 
     /// Asks every source.
-    pub fn hear(&mut self, view: View<'_>) -> Heard {
-        let (turn, sides) = match (&mut self.turn, &view.binding.turn) {
+    pub fn evaluate(&mut self, context: LightsContext<'_>) -> SourceStates {
+        let (turn, sides) = match (&mut self.turn, &context.binding.turn) {
             (None, TurnBinding::NotFitted) => {
-                let off = view.off_for_ever(TurnCode::Off);
+                let off = context.not_fitted(TurnCode::Off);
                 (off, off.state)
             }
             (None, TurnBinding::LeftOut | TurnBinding::From(_)) => (unbound(), unbound().state),
-            (Some(panel), _) => {
-                let mut turn = panel.hear(view.now.mono, turn_word, |reader| reader.says(view));
-                turn.remarks.lamps = panel.readers.iter().find_map(TurnReader::remark);
-                (turn, panel.told_by(|reader| reader.shows_both))
+            (Some(group), _) => {
+                let mut turn = group.evaluate(context.now.mono, turn_name, |reader| reader.evaluate(context));
+                turn.warnings.lamps = group.readers.iter().find_map(TurnReader::warning);
+                (turn, group.state_of(|reader| reader.shows_both))
             }
         };
-        let hazard = match (&mut self.hazard, &view.binding.hazard) {
-            (Some(panel), _) => panel.hear(view.now.mono, hazard_word, |reader| reader.says(view, sides)),
-            (None, HazardBinding::NotFitted) => view.off_for_ever(HAZARD_OFF),
+        let hazard = match (&mut self.hazard, &context.binding.hazard) {
+            (Some(group), _) => {
+                group.evaluate(context.now.mono, hazard_name, |reader| reader.evaluate(context, sides))
+            }
+            (None, HazardBinding::NotFitted) => context.not_fitted(HAZARD_OFF),
             (None, HazardBinding::LeftOut | HazardBinding::Unbound | HazardBinding::From(_)) => unbound(),
         };
-        Heard { turn, hazard }
+        SourceStates { turn, hazard }
     }
 
     /// When to ask again with nothing happening.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        let turn = self.turn.iter().flat_map(|panel| {
-            panel.readers.iter().filter_map(TurnReader::next_deadline).chain(panel.fusion.next_deadline())
+        let turn = self.turn.iter().flat_map(|group| {
+            group.readers.iter().filter_map(TurnReader::next_deadline).chain(group.fusion.next_deadline())
         });
-        let hazard = self.hazard.iter().flat_map(|panel| {
-            panel.readers.iter().filter_map(HazardReader::next_deadline).chain(panel.fusion.next_deadline())
+        let hazard = self.hazard.iter().flat_map(|group| {
+            group.readers.iter().filter_map(HazardReader::next_deadline).chain(group.fusion.next_deadline())
         });
         turn.chain(hazard).min()
     }
 }
 
-fn unbound<T>() -> Told<T> {
-    Told { state: Err(Doubt::Unbound), source: 0, remarks: Remarks::default() }
+fn unbound<T>() -> FusedState<T> {
+    FusedState { state: Err(UnavailableReason::Unbound), source: 0, warnings: Warnings::default() }
 }
 
 /// What a turn state is called where sources disagree.
-fn turn_word(code: TurnCode) -> &'static str {
+fn turn_name(code: TurnCode) -> &'static str {
     match code {
         TurnCode::Off => "off",
         TurnCode::Left => "left",
@@ -157,70 +159,74 @@ fn turn_word(code: TurnCode) -> &'static str {
     }
 }
 
-fn hazard_word(code: HazardCode) -> &'static str {
+fn hazard_name(code: HazardCode) -> &'static str {
     if code.active { "on" } else { "off" }
 }
 
 /// The sources of one state, side by side.
 #[derive(Debug, Clone)]
-struct Panel<R, T> {
+struct SourceGroup<R, T> {
     readers: Vec<R>,
     fusion: Fusion<T>,
     /// What each said last. Kept, so that asking needs no memory.
-    said: Vec<Statement<T, Doubt>>,
-    /// When that was received; of no meaning for a doubt.
+    statements: Vec<Statement<T, UnavailableReason>>,
+    /// When that was received; of no meaning without a value.
     received: Vec<Received>,
 }
 
-impl<R, T: Copy + PartialEq> Panel<R, T> {
+impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
     fn new<S>(sources: &Sources<S>, reader: impl Fn(&S) -> R, agree: fn(T, T) -> bool) -> Self {
         let settings = sources.list.iter().map(|named| named.settings);
         Self {
             readers: sources.list.iter().map(|named| reader(&named.source)).collect(),
             fusion: Fusion::new(settings, sources.disagreement, agree),
-            said: vec![Statement::Silent; sources.list.len()],
+            statements: vec![Statement::NotStated; sources.list.len()],
             received: vec![Received::default(); sources.list.len()],
         }
     }
 
-    fn hear(
+    fn evaluate(
         &mut self,
         now: MonoTime,
         word: fn(T) -> &'static str,
         mut ask: impl FnMut(&mut R) -> Judged<T>,
-    ) -> Told<T> {
-        for ((reader, said), received) in self.readers.iter_mut().zip(&mut self.said).zip(&mut self.received)
+    ) -> FusedState<T> {
+        for ((reader, statements), received) in
+            self.readers.iter_mut().zip(&mut self.statements).zip(&mut self.received)
         {
-            *said = match ask(reader) {
+            *statements = match ask(reader) {
                 Ok((value, at)) => {
                     *received = at;
                     Statement::Value(value)
                 }
-                Err(doubt) => Statement::Doubt(doubt),
+                Err(reason) => Statement::Unavailable(reason),
             };
         }
-        self.fusion.update(&self.said, now);
+        self.fusion.update(&self.statements, now);
         let first = self.fusion.disagreements().next();
         let disagreement = first.map(|Disagreement { chosen, chosen_value, other, other_value, .. }| {
             Contradiction { chosen: (chosen, word(chosen_value)), other: (other, word(other_value)) }
         });
         let (state, source) = self.choose(|_| true);
-        let stand_in = match self.said.first() {
-            Some(Statement::Doubt(doubt)) if source > 0 => Some(StandIn { by: source, doubt: *doubt }),
-            Some(Statement::Doubt(_) | Statement::Value(_) | Statement::Silent) | None => None,
+        let fallback = match self.statements.first() {
+            Some(Statement::Unavailable(reason)) if source > 0 => {
+                Some(Fallback { by: source, reason: *reason })
+            }
+            Some(Statement::Unavailable(_) | Statement::Value(_) | Statement::NotStated) | None => None,
         };
-        Told { state, source, remarks: Remarks { lamps: None, stand_in, disagreement } }
+        FusedState { state, source, warnings: Warnings { lamps: None, fallback, disagreement } }
     }
 
     /// What the sources that `count` come to.
-    fn told_by(&self, counts: impl Fn(&R) -> bool) -> Judged<T> {
+    fn state_of(&self, counts: impl Fn(&R) -> bool) -> Judged<T> {
         self.choose(counts).0
     }
 
     fn choose(&self, counts: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
-        let said = self.said.iter().copied().enumerate().filter(|(source, _)| counts(&self.readers[*source]));
-        match self.fusion.choose(said) {
-            None => (Err(Doubt::Unbound), 0),
+        let statements =
+            self.statements.iter().copied().enumerate().filter(|(source, _)| counts(&self.readers[*source]));
+        match self.fusion.choose(statements) {
+            None => (Err(UnavailableReason::Unbound), 0),
             Some(fused) => (fused.state.map(|value| (value, self.received[fused.source])), fused.source),
         }
     }
@@ -256,59 +262,59 @@ impl TurnReader {
         Self { shows_both: source.shows_both(), kind }
     }
 
-    fn says(&mut self, view: View<'_>) -> Judged<TurnCode> {
-        let now = view.now.mono;
+    fn evaluate(&mut self, context: LightsContext<'_>) -> Judged<TurnCode> {
+        let now = context.now.mono;
         match &mut self.kind {
-            TurnKind::Enumerated(role) => view.judge(role),
+            TurnKind::Enumerated(role) => context.judge(role),
             TurnKind::Pair(pair) => {
-                let ((left, right), received) = sides(view, pair)?;
+                let ((left, right), received) = sides(context, pair)?;
                 let code = match (left, right) {
                     (false, false) => TurnCode::Off,
                     (true, false) => TurnCode::Left,
                     (false, true) => TurnCode::Right,
                     (true, true) => TurnCode::Both,
                 };
-                defined(view, pair, code, received)
+                defined(context, pair, code, received)
             }
-            TurnKind::Lamps(pair, lamp) => match sides(view, pair) {
+            TurnKind::Lamps(pair, lamp) => match sides(context, pair) {
                 Ok(((left, right), received)) => {
-                    if view.is_new(received) {
+                    if context.is_new(received) {
                         lamp.observe(Some(left), Some(right), now);
                     } else {
                         lamp.advance(now);
                     }
-                    let watching = Doubt::WatchingLamps([pair.left.signal, pair.right.signal]);
-                    defined(view, pair, lamp.state().ok_or(watching)?, received)
+                    let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
+                    defined(context, pair, lamp.state().ok_or(watching)?, received)
                 }
-                Err(doubt) => {
+                Err(reason) => {
                     lamp.observe(None, None, now);
-                    Err(doubt)
+                    Err(reason)
                 }
             },
-            TurnKind::Stalk(role, stalk) => match view.judge(role) {
+            TurnKind::Stalk(role, stalk) => match context.judge(role) {
                 Ok((position, received)) => {
-                    if view.is_new(received) {
+                    if context.is_new(received) {
                         stalk.observe(Some(position), now);
                     } else {
                         stalk.advance(now);
                     }
-                    stalk.state().map(|code| (code, received)).ok_or(Doubt::Settling(role.signal))
+                    stalk.state().map(|code| (code, received)).ok_or(UnavailableReason::Settling(role.signal))
                 }
-                Err(doubt) => {
+                Err(reason) => {
                     stalk.observe(None, now);
-                    Err(doubt)
+                    Err(reason)
                 }
             },
         }
     }
 
-    fn remark(&self) -> Option<LampRemark> {
+    fn warning(&self) -> Option<LampWarning> {
         match &self.kind {
             TurnKind::Enumerated(_) | TurnKind::Pair(_) | TurnKind::Stalk(..) => None,
             TurnKind::Lamps(pair, lamp) => {
                 let findings = lamp.findings();
                 let lamps = [pair.left.signal, pair.right.signal];
-                (findings != LampFindings::default()).then_some(LampRemark { lamps, findings })
+                (findings != LampFindings::default()).then_some(LampWarning { lamps, findings })
             }
         }
     }
@@ -322,30 +328,40 @@ impl TurnReader {
     }
 }
 
-fn sides(view: View<'_>, pair: &SidePair) -> Judged<(bool, bool)> {
-    match (view.judge(&pair.left), view.judge(&pair.right)) {
+fn sides(context: LightsContext<'_>, pair: &SidePair) -> Judged<(bool, bool)> {
+    match (context.judge(&pair.left), context.judge(&pair.right)) {
         (Ok((left, since)), Ok((right, received))) => Ok(((left, right), since.newest(received))),
-        (Err(doubt), Ok(_)) | (Ok(_), Err(doubt)) => Err(doubt),
+        (Err(reason), Ok(_)) | (Ok(_), Err(reason)) => Err(reason),
         (Err(first), Err(second)) => Err(graver(first, second)),
     }
 }
 
 /// Both sides on at once may be something the vehicle never sends.
-fn defined(view: View<'_>, pair: &SidePair, code: TurnCode, received: Received) -> Judged<TurnCode> {
+fn defined(
+    context: LightsContext<'_>,
+    pair: &SidePair,
+    code: TurnCode,
+    received: Received,
+) -> Judged<TurnCode> {
     if code == TurnCode::Both && pair.both == BothOn::Undefined {
-        let raw = |signal| view.seen.last(signal).map_or(0, |last| last.raw);
-        return Err(Doubt::BothOn([pair.left.signal, pair.right.signal].map(|signal| (signal, raw(signal)))));
+        let raw = |signal| context.observations.last(signal).map_or(0, |last| last.raw);
+        return Err(UnavailableReason::BothOn(
+            [pair.left.signal, pair.right.signal].map(|signal| (signal, raw(signal))),
+        ));
     }
     Ok((code, received))
 }
 
-/// Of two doubts the one an operator should hear first: fault, invalid, then unknown.
-fn graver(first: Doubt, second: Doubt) -> Doubt {
-    let gravity = |doubt| match doubt {
-        Doubt::Fault(..) => 3,
-        Doubt::Undefined(..) | Doubt::BothOn(..) => 2,
-        Doubt::NotAvailable(..) => 1,
-        Doubt::Absent(..) | Doubt::Unbound | Doubt::WatchingLamps(_) | Doubt::Settling(_) => 0,
+/// Of two reasons the one an operator should hear first: fault, invalid, then unknown.
+fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
+    let gravity = |reason| match reason {
+        UnavailableReason::Fault(..) => 3,
+        UnavailableReason::Undefined(..) | UnavailableReason::BothOn(..) => 2,
+        UnavailableReason::NotAvailable(..) => 1,
+        UnavailableReason::Absent(..)
+        | UnavailableReason::Unbound
+        | UnavailableReason::WatchingLamps(_)
+        | UnavailableReason::Settling(_) => 0,
     };
     if gravity(second) > gravity(first) { second } else { first }
 }
@@ -363,29 +379,32 @@ impl HazardReader {
         match source {
             HazardSource::BothSides => Self::BothSides,
             HazardSource::Signal { role, .. } => Self::Signal(role.clone()),
-            HazardSource::Button { role, blind, settle } => {
-                Self::Button(role.clone(), HazardToggle::new(*blind, *settle))
+            HazardSource::Button { role, max_gap, startup_delay } => {
+                Self::Button(role.clone(), HazardToggle::new(*max_gap, *startup_delay))
             }
         }
     }
 
-    fn says(&mut self, view: View<'_>, sides: Judged<TurnCode>) -> Judged<HazardCode> {
+    fn evaluate(&mut self, context: LightsContext<'_>, sides: Judged<TurnCode>) -> Judged<HazardCode> {
         let code = |active| HazardCode { active, reason: None };
         match self {
             Self::BothSides => sides.map(|(sides, received)| (code(sides == TurnCode::Both), received)),
-            Self::Signal(role) => view.judge(role),
-            Self::Button(role, toggle) => match view.judge(role) {
+            Self::Signal(role) => context.judge(role),
+            Self::Button(role, toggle) => match context.judge(role) {
                 Ok((pressed, received)) => {
-                    if view.is_new(received) {
-                        toggle.observe(Some(pressed), view.now.mono);
+                    if context.is_new(received) {
+                        toggle.observe(Some(pressed), context.now.mono);
                     } else {
-                        toggle.advance(view.now.mono);
+                        toggle.advance(context.now.mono);
                     }
-                    toggle.state().map(|on| (code(on), received)).ok_or(Doubt::Settling(role.signal))
+                    toggle
+                        .state()
+                        .map(|on| (code(on), received))
+                        .ok_or(UnavailableReason::Settling(role.signal))
                 }
-                Err(doubt) => {
-                    toggle.observe(None, view.now.mono);
-                    Err(doubt)
+                Err(reason) => {
+                    toggle.observe(None, context.now.mono);
+                    Err(reason)
                 }
             },
         }

@@ -9,7 +9,7 @@
 //! could have hidden, nothing is taken to be on, and the state is unknown for a while.
 
 pub mod button;
-mod sight;
+mod visibility;
 
 #[cfg(test)]
 mod cases;
@@ -18,10 +18,9 @@ mod properties;
 
 use std::time::Duration;
 
-use super::binding::TurnCode;
-use crate::core::bus::past;
-use crate::core::time::MonoTime;
-use sight::{Gap, Sight};
+use super::state::TurnCode;
+use crate::core::time::{MonoTime, deadline_after};
+use visibility::{Gap, Visibility};
 
 /// Where the stalk is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -114,10 +113,10 @@ pub struct StalkSettings {
     /// steering wheel is mechanical and shows in no position.
     pub max_on: Option<Duration>,
     /// Longest time of unknown positions that cannot hide a press.
-    pub blind: Duration,
+    pub max_gap: Duration,
     /// How long the stalk must be watched, at start and after longer blindness, before what was on
     /// unseen is taken to be over and the state to be known.
-    pub settle: Duration,
+    pub startup_delay: Duration,
 }
 
 impl Default for StalkSettings {
@@ -131,8 +130,8 @@ impl Default for StalkSettings {
             opposite_full: OppositePress::Switches,
             repeat: RepeatedPress::Cancels,
             max_on: None,
-            blind: Duration::from_millis(100),
-            settle: Duration::from_secs(4),
+            max_gap: Duration::from_millis(100),
+            startup_delay: Duration::from_secs(4),
         }
     }
 }
@@ -141,9 +140,9 @@ impl Default for StalkSettings {
 #[derive(Debug, Clone)]
 pub struct MomentaryStalk {
     settings: StalkSettings,
-    sight: Sight,
+    visibility: Visibility,
     press: Option<Press>,
-    asked: Option<Asked>,
+    requested: Option<RequestedSide>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,7 +159,7 @@ enum Detent {
 
 /// What is on. `until` is `None` while it lasts for ever.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Asked {
+struct RequestedSide {
     side: Side,
     detent: Detent,
     /// Comfort: last instant, or the release if later. Latched: last instant once let go.
@@ -172,7 +171,7 @@ struct Press {
     side: Side,
     deepest: Detent,
     since: MonoTime,
-    before: Option<Asked>,
+    before: Option<RequestedSide>,
 }
 
 impl Side {
@@ -187,7 +186,12 @@ impl Side {
 impl MomentaryStalk {
     /// Nothing seen yet.
     pub fn new(settings: StalkSettings) -> Self {
-        Self { settings, sight: Sight::new(settings.blind, settings.settle), press: None, asked: None }
+        Self {
+            settings,
+            visibility: Visibility::new(settings.max_gap, settings.startup_delay),
+            press: None,
+            requested: None,
+        }
     }
 
     /// Takes a frame; `None` = unknown, also when the last frame is no longer believed. A `now` before
@@ -195,12 +199,12 @@ impl MomentaryStalk {
     pub fn observe(&mut self, position: Option<StalkPosition>, now: MonoTime) {
         self.advance(now);
         let Some(position) = position else {
-            self.sight.lose();
+            self.visibility.mark_unseen();
             return;
         };
-        if self.sight.regain() == Gap::CouldHideAPress {
+        if self.visibility.mark_seen() == Gap::CouldHideAPress {
             self.press = None;
-            self.asked = None;
+            self.requested = None;
         }
         match position.detent() {
             Some((side, detent)) => self.pressed(side, detent),
@@ -210,53 +214,57 @@ impl MomentaryStalk {
 
     /// Lets time pass without a frame.
     pub fn advance(&mut self, now: MonoTime) {
-        self.sight.advance(now);
-        if self.deadline_of_asked().is_some_and(|end| end <= self.sight.now()) {
-            self.asked = None;
+        self.visibility.advance(now);
+        if self.deadline_of_asked().is_some_and(|end| end <= self.visibility.now()) {
+            self.requested = None;
         }
     }
 
     /// What was asked for last and still stands; `None` while that cannot be known.
     pub fn state(&self) -> Option<TurnCode> {
-        self.sight.is_known().then(|| self.asked.map_or(TurnCode::Off, |asked| asked.side.code()))
+        self.visibility
+            .is_known()
+            .then(|| self.requested.map_or(TurnCode::Off, |requested| requested.side.code()))
     }
 
     /// When to call [`Self::advance`] with no frame coming.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        [self.deadline_of_asked(), self.sight.next_deadline()].into_iter().flatten().min()
+        [self.deadline_of_asked(), self.visibility.next_deadline()].into_iter().flatten().min()
     }
 
     fn pressed(&mut self, side: Side, detent: Detent) {
-        let now = self.sight.now();
+        let now = self.visibility.now();
         let press = match self.press.filter(|press| press.side == side) {
             Some(press) => Press { deepest: press.deepest.max(detent), ..press },
-            None => Press { side, deepest: detent, since: now, before: self.asked },
+            None => Press { side, deepest: detent, since: now, before: self.requested },
         };
         self.press = Some(press);
-        self.asked = self.outcome(press);
+        self.requested = self.outcome(press);
     }
 
     fn released(&mut self) {
         if self.press.take().is_some() {
             // The longest stay of a full press runs from here.
-            let now = self.sight.now();
+            let now = self.visibility.now();
             let max_on = self.settings.max_on;
-            if let Some(asked) = self.asked.as_mut().filter(|asked| asked.detent == Detent::Full) {
-                asked.until = max_on.map(|limit| now.after(limit));
+            if let Some(requested) =
+                self.requested.as_mut().filter(|requested| requested.detent == Detent::Full)
+            {
+                requested.until = max_on.map(|limit| now.after(limit));
             }
             self.advance(now);
         }
     }
 
-    fn outcome(&self, press: Press) -> Option<Asked> {
+    fn outcome(&self, press: Press) -> Option<RequestedSide> {
         let settings = &self.settings;
         let fresh = Some(match press.deepest {
-            Detent::Half => Asked {
+            Detent::Half => RequestedSide {
                 side: press.side,
                 detent: Detent::Half,
                 until: Some(press.since.after(settings.comfort.duration())),
             },
-            Detent::Full => Asked { side: press.side, detent: Detent::Full, until: None },
+            Detent::Full => RequestedSide { side: press.side, detent: Detent::Full, until: None },
         });
         match press.before {
             None => fresh,
@@ -277,7 +285,7 @@ impl MomentaryStalk {
 
     /// The first instant at which nothing is asked any more; `None` while the stalk is held.
     fn deadline_of_asked(&self) -> Option<MonoTime> {
-        let until = self.asked.filter(|_| self.press.is_none())?.until?;
-        Some(past(until, Duration::ZERO))
+        let until = self.requested.filter(|_| self.press.is_none())?.until?;
+        Some(deadline_after(until, Duration::ZERO))
     }
 }

@@ -5,14 +5,15 @@ mod tests;
 
 use super::VehicleLights;
 use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, TurnBinding};
-use super::remark::Remarks;
-use super::verdict::{ActiveFault, Doubt, Reason, Verdict};
-use crate::core::bus::Bus;
+use super::state::UnavailableReason;
+use super::verdict::{ActiveFault, Reason, Verdict};
+use super::warning::Warnings;
+use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::time::MonoTime;
-use crate::core::trust::integrity::GuardCounts;
-use crate::core::trust::table::{MessageIndex, SignalIndex};
-use crate::core::trust::words::{absence_text, raw_text};
+use crate::core::validation::display::{missing_reason_text, raw_text};
+use crate::core::validation::integrity::IntegrityCounts;
+use crate::core::validation::table::{MessageIndex, SignalIndex};
 
 /// One of the two diagnostic tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -36,46 +37,49 @@ impl Task {
 /// What diagnostics should hear: nothing wrong, a doubt, a fault, or both; and what is odd.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LightsFinding {
-    doubt: Option<Doubt>,
+    reason: Option<UnavailableReason>,
     fault: Option<ActiveFault>,
     withheld: bool,
-    remarks: Remarks,
+    warnings: Warnings,
 }
 
 impl LightsFinding {
     /// What a verdict amounts to.
     pub fn of<T>(verdict: &Verdict<T>) -> Self {
         Self {
-            doubt: verdict.state.as_ref().err().copied(),
+            reason: verdict.state.as_ref().err().copied(),
             fault: verdict.fault,
             withheld: verdict.publish.is_none(),
-            remarks: verdict.remarks,
+            warnings: verdict.warnings,
         }
     }
 
     /// In one word.
-    fn kind(self) -> Option<Trouble> {
-        match (self.fault, self.doubt) {
-            (Some(_), _) | (None, Some(Doubt::Fault(..))) => Some(Trouble::HardwareFault),
-            (None, Some(Doubt::Undefined(..) | Doubt::BothOn(..))) => Some(Trouble::Invalid),
+    fn kind(self) -> Option<FaultKind> {
+        match (self.fault, self.reason) {
+            (Some(_), _) | (None, Some(UnavailableReason::Fault(..))) => Some(FaultKind::HardwareFault),
+            (None, Some(UnavailableReason::Undefined(..) | UnavailableReason::BothOn(..))) => {
+                Some(FaultKind::Invalid)
+            }
             (
                 None,
                 Some(
-                    Doubt::Absent(..)
-                    | Doubt::NotAvailable(..)
-                    | Doubt::Unbound
-                    | Doubt::WatchingLamps(_)
-                    | Doubt::Settling(_),
+                    UnavailableReason::Absent(..)
+                    | UnavailableReason::NotAvailable(..)
+                    | UnavailableReason::Unbound
+                    | UnavailableReason::WatchingLamps(_)
+                    | UnavailableReason::Settling(_),
                 ),
-            ) => Some(Trouble::Unknown),
+            ) => Some(FaultKind::Unknown),
             (None, None) => None,
         }
     }
 }
 
-/// What is wrong with a report, in one word (vehicle-interface section 1.3).
+/// What is wrong with a report, in one word
+/// (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Trouble {
+pub enum FaultKind {
     /// No value that can be believed.
     Unknown,
     /// A value that the profile gives no meaning.
@@ -131,9 +135,9 @@ impl LightsTask {
         let kind = finding.kind();
         if kind != before {
             match kind {
-                Some(Trouble::Unknown) => self.unknown += 1,
-                Some(Trouble::Invalid) => self.invalid += 1,
-                Some(Trouble::HardwareFault) => self.faults += 1,
+                Some(FaultKind::Unknown) => self.unknown += 1,
+                Some(FaultKind::Invalid) => self.invalid += 1,
+                Some(FaultKind::HardwareFault) => self.faults += 1,
                 None => {}
             }
         }
@@ -153,7 +157,7 @@ impl VehicleLights {
         };
         let finding = task.finding.unwrap_or_default();
         let bad = finding.kind().is_some();
-        let level = if finding.remarks.any() { Level::Warn } else { Level::Ok };
+        let level = if finding.warnings.any() { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
         let source = source_name(&self.binding, which, task.source);
         if !source.is_empty() {
@@ -185,7 +189,7 @@ impl VehicleLights {
     }
 
     /// What is wrong with a report now, and whether it is published all the same.
-    pub fn trouble(&self, which: Task) -> (Option<Trouble>, bool) {
+    pub fn trouble(&self, which: Task) -> (Option<FaultKind>, bool) {
         let (task, published) = match which {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().is_some()),
             Task::HazardLights => (&self.hazard_task, self.hazard.current().is_some()),
@@ -207,16 +211,23 @@ impl VehicleLights {
         let joined = |text: &dyn Fn(SignalIndex) -> String| {
             task.signals.iter().map(|signal| text(*signal)).collect::<Vec<_>>().join(", ")
         };
-        let age = |signal: SignalIndex| self.seen.last(signal).map(|seen| now.since(seen.received.at));
+        let age = |signal: SignalIndex| {
+            self.observations.last(signal).map(|observations| now.since(observations.received.at))
+        };
         let oldest = task.signals.iter().map(|signal| age(*signal)).max().flatten();
         let any_never = task.signals.iter().any(|signal| age(*signal).is_none());
         let frames = self.frames(task);
-        let too_short: u64 = self.messages_of(task).iter().map(|m| self.seen.counts(*m).too_short).sum();
+        let too_short: u64 =
+            self.messages_of(task).iter().map(|m| self.observations.counts(*m).too_short).sum();
         values.extend([
             ("signal", joined(&|signal| self.binding.table.signals[signal.0].name.clone())),
             (
                 "raw_value",
-                joined(&|signal| self.seen.last(signal).map_or("none".into(), |seen| raw_text(seen.raw))),
+                joined(&|signal| {
+                    self.observations
+                        .last(signal)
+                        .map_or("none".into(), |observations| raw_text(observations.raw))
+                }),
             ),
             (
                 "age_ms",
@@ -232,17 +243,18 @@ impl VehicleLights {
     /// What the guards of a task's messages say, where there are any.
     fn integrity_values(&self, task: &LightsTask, values: &mut Vec<(&'static str, String)>) {
         let messages = self.messages_of(task);
-        let counts: Vec<_> = messages.iter().filter_map(|message| self.seen.guard_counts(*message)).collect();
+        let counts: Vec<_> =
+            messages.iter().filter_map(|message| self.observations.integrity_counts(*message)).collect();
         if counts.is_empty() {
             return;
         }
         let last = messages.iter().filter_map(|message| {
             let name = &self.binding.table.messages[message.0].name;
-            self.seen.last_reject(*message).map(|reject| format!("{name}: {reject}"))
+            self.observations.last_reject(*message).map(|reject| format!("{name}: {reject}"))
         });
         let last = last.collect::<Vec<_>>().join("; ");
         values.extend([
-            ("rejected_frames", counts.iter().map(GuardCounts::rejected).sum::<u64>().to_string()),
+            ("rejected_frames", counts.iter().map(IntegrityCounts::rejected).sum::<u64>().to_string()),
             ("wrong_checksums", counts.iter().map(|counts| counts.wrong_checksum).sum::<u64>().to_string()),
             ("lost_frames", counts.iter().map(|counts| counts.lost).sum::<u64>().to_string()),
             ("last_reject", if last.is_empty() { "none".to_owned() } else { last }),
@@ -258,7 +270,7 @@ impl VehicleLights {
     }
 
     fn frames(&self, task: &LightsTask) -> u64 {
-        self.messages_of(task).iter().map(|message| self.seen.counts(*message).frames).sum()
+        self.messages_of(task).iter().map(|message| self.observations.counts(*message).frames).sum()
     }
 }
 
@@ -267,11 +279,11 @@ fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsF
         Task::TurnIndicators => &binding.turn_faults,
         Task::HazardLights => &binding.hazard_faults,
     };
-    let doubt = finding.doubt.map(|doubt| doubt_text(binding, buses, doubt));
+    let reason = finding.reason.map(|reason| unavailable_text(binding, buses, reason));
     let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
     let source = |position| source_name(binding, task, position);
-    let remarks = finding.remarks.texts(binding, source, |doubt| doubt_text(binding, buses, doubt));
-    match fault.into_iter().chain(doubt).chain(remarks).collect::<Vec<_>>() {
+    let warnings = finding.warnings.texts(binding, source, |reason| unavailable_text(binding, buses, reason));
+    match fault.into_iter().chain(reason).chain(warnings).collect::<Vec<_>>() {
         texts if texts.is_empty() => "publishing".to_owned(),
         texts => texts.join("; "),
     }
@@ -312,30 +324,30 @@ fn fault_text(
     format!("hardware fault: {text} ({signal} = {}), {effect}", raw_text(fault.raw))
 }
 
-fn doubt_text(binding: &LightsBinding, buses: &[Bus], doubt: Doubt) -> String {
+fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableReason) -> String {
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
-    match doubt {
-        Doubt::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
-        Doubt::Absent(signal, why) => {
-            format!("unknown: {}", absence_text(&binding.table, buses, signal, why))
+    match reason {
+        UnavailableReason::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
+        UnavailableReason::Absent(signal, why) => {
+            format!("unknown: {}", missing_reason_text(&binding.table, buses, signal, why))
         }
-        Doubt::NotAvailable(signal, raw) => {
+        UnavailableReason::NotAvailable(signal, raw) => {
             format!("unknown: {} = {} means not available", name(signal), raw_text(raw))
         }
-        Doubt::Undefined(signal, raw) => {
+        UnavailableReason::Undefined(signal, raw) => {
             format!("invalid: {} = {} is not a defined value", name(signal), raw_text(raw))
         }
-        Doubt::BothOn(sides) => {
+        UnavailableReason::BothOn(sides) => {
             let [left, right] = sides.map(|(signal, raw)| format!("{} = {}", name(signal), raw_text(raw)));
             format!("invalid: {left} and {right} at once is not defined")
         }
-        Doubt::Fault(signal, raw) => {
+        UnavailableReason::Fault(signal, raw) => {
             format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))
         }
-        Doubt::WatchingLamps([left, right]) => {
+        UnavailableReason::WatchingLamps([left, right]) => {
             format!("unknown: watching the lamps {} and {}", name(left), name(right))
         }
-        Doubt::Settling(signal) => {
+        UnavailableReason::Settling(signal) => {
             format!("unknown: watching {}, which may have been pressed before", name(signal))
         }
     }

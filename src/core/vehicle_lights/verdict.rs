@@ -1,15 +1,16 @@
 //! From readings to one verdict a report: publish this state, or withhold it for that reason.
 //!
 //! This is the one place where the four fates of a value collapse into a report
-//! (vehicle-interface sections 1.3 and 4.2).
+//! (docs/spec/vehicle-interface.md, "The four fates of a value" and "Report rules").
 
-use super::binding::{FaultBinding, HazardCode, OnFault, TurnCode, TurnWhileHazard};
-use super::remark::Remarks;
-use super::sources::{Heard, Memory, View};
-use crate::core::bus::Received;
-use crate::core::trust::meaning::Meaning;
-use crate::core::trust::observation::{Absence, Reading};
-use crate::core::trust::table::{FaultSignal, SignalIndex};
+use super::binding::{FaultBinding, OnFault, TurnWhileHazard};
+use super::sources::{LightsContext, SourceMemory, SourceStates};
+use super::state::{HazardCode, Judged, TurnCode};
+use super::warning::Warnings;
+use crate::core::can::bus::Received;
+use crate::core::validation::meaning::Meaning;
+use crate::core::validation::observation::Reading;
+use crate::core::validation::table::{FaultSignal, SignalIndex};
 
 /// `TurnIndicatorsReport.report`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -52,27 +53,6 @@ impl HazardLights {
     }
 }
 
-/// Why a state is not published.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Doubt {
-    /// The profile binds no signal that could tell.
-    Unbound,
-    /// Unknown: no believable value of this signal.
-    Absent(SignalIndex, Absence),
-    /// Unknown: the vehicle says "not available", with this raw value.
-    NotAvailable(SignalIndex, i128),
-    /// Invalid: the profile gives this raw value no meaning.
-    Undefined(SignalIndex, i128),
-    /// Invalid: left and right are on at once, which the profile calls undefined.
-    BothOn([(SignalIndex, i128); 2]),
-    /// The value itself says "fault".
-    Fault(SignalIndex, i128),
-    /// Unknown: lamps that are dark may be between two flashes.
-    WatchingLamps([SignalIndex; 2]),
-    /// Unknown: what this stalk or button was used for before it came into sight.
-    Settling(SignalIndex),
-}
-
 /// A fault signal that is on: the signal and its position in the [`FaultBinding`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActiveFault {
@@ -96,13 +76,10 @@ pub struct Verdict<T> {
     /// Why the hazard lights are on, for diagnostics.
     pub reason: Option<Reason>,
     /// What is odd, though it changes nothing.
-    pub remarks: Remarks,
+    pub warnings: Warnings,
     /// The source that decided the state, by position in the profile.
     pub source: usize,
 }
-
-/// A state and when it was received, or why there is none.
-pub type Judged<T> = Result<(T, Received), Doubt>;
 
 /// Why the hazard lights are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,9 +100,9 @@ pub struct Verdicts {
 }
 
 /// Judges both reports now, and moves on what their sources remember.
-pub fn judge(memory: &mut Memory, view: View<'_>) -> Verdicts {
-    let binding = view.binding;
-    let Heard { turn, hazard } = memory.hear(view);
+pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts {
+    let binding = context.binding;
+    let SourceStates { turn, hazard } = memory.evaluate(context);
     let hazard_state = hazard.state.map(|(code, received)| (lights_of(code), received));
     let turn_state = turn.state.map(|(code, received)| {
         let hazard_on = match hazard_state {
@@ -139,11 +116,11 @@ pub fn judge(memory: &mut Memory, view: View<'_>) -> Verdicts {
     });
     let reason = hazard.state.ok().and_then(|(code, _)| code.reason);
     let reason = reason.map(|index| Reason { source: hazard.source, index });
-    let turn_verdict = with_faults(view, turn_state, &binding.turn_faults);
-    let hazard_verdict = with_faults(view, hazard_state, &binding.hazard_faults);
+    let turn_verdict = with_faults(context, turn_state, &binding.turn_faults);
+    let hazard_verdict = with_faults(context, hazard_state, &binding.hazard_faults);
     Verdicts {
-        turn: Verdict { remarks: turn.remarks, source: turn.source, ..turn_verdict },
-        hazard: Verdict { remarks: hazard.remarks, source: hazard.source, reason, ..hazard_verdict },
+        turn: Verdict { warnings: turn.warnings, source: turn.source, ..turn_verdict },
+        hazard: Verdict { warnings: hazard.warnings, source: hazard.source, reason, ..hazard_verdict },
     }
 }
 
@@ -160,15 +137,15 @@ fn turn_of(code: TurnCode) -> TurnIndicators {
     }
 }
 
-fn with_faults<T: Copy>(view: View<'_>, state: Judged<T>, faults: &FaultBinding) -> Verdict<T> {
-    let is_on = |(index, fault): (usize, &FaultSignal)| match view.read(&fault.role) {
-        Reading::Seen { meaning: Meaning::Defined(true) | Meaning::Fault, raw, .. } => {
+fn with_faults<T: Copy>(context: LightsContext<'_>, state: Judged<T>, faults: &FaultBinding) -> Verdict<T> {
+    let is_on = |(index, fault): (usize, &FaultSignal)| match context.read(&fault.role) {
+        Reading::Observed { meaning: Meaning::Defined(true) | Meaning::Fault, raw, .. } => {
             Some(ActiveFault { signal: fault.role.signal, raw, index })
         }
-        Reading::Seen { .. } | Reading::Absent(_) => None,
+        Reading::Observed { .. } | Reading::Missing(_) => None,
     };
     let fault = faults.signals.iter().enumerate().find_map(is_on);
     let withheld = fault.is_some() && faults.on_fault == OnFault::Withhold;
     let publish = state.ok().filter(|_| !withheld);
-    Verdict { state, fault, publish, reason: None, remarks: Remarks::default(), source: 0 }
+    Verdict { state, fault, publish, reason: None, warnings: Warnings::default(), source: 0 }
 }

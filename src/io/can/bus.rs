@@ -12,9 +12,10 @@ use super::controller::{self, ControllerWatch};
 use super::link::{Link, LinkWatch};
 use super::socket::{BATCH, CanSocket};
 use super::transmit::Transmitter;
-use crate::core::controller::ControllerReport;
-use crate::core::event::{BusIndex, Input, LinkState};
-use crate::core::frame::CanId;
+use crate::core::can::controller::ControllerReport;
+use crate::core::can::frame::CanId;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::{BusIndex, LinkState};
 
 /// Frames closer together than this are taken in batches this far apart.
 const TICK: Duration = Duration::from_millis(5);
@@ -46,7 +47,7 @@ pub struct BusSocketSettings {
 /// that went down or away is taken up again under its name when it comes back, without the frames
 /// queued before: `ENETDOWN` and `ENODEV` are told by asking for the name again. While the interface is
 /// open, frames can be sent through the settings' transmitter.
-pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<Input>>) {
+pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>) {
     let consumer = inputs.clone();
     let reception = Reception { settings, inputs, reported: None };
     tokio::select! {
@@ -78,7 +79,7 @@ impl From<LinkState> for Lost {
 
 struct Reception {
     settings: BusSocketSettings,
-    inputs: Sender<Vec<Input>>,
+    inputs: Sender<Vec<CanInput>>,
     reported: Option<LinkState>,
 }
 
@@ -112,14 +113,14 @@ impl Reception {
         let opened = self.open(index);
         // One that cannot be opened may have gone away just now.
         let mut socket = opened.map_err(|error| watch.look().err().unwrap_or(failed(&error)))?;
-        let way_out = self.settings.transmitter.clone();
-        let _open_until_lost = way_out.open(&socket).map_err(|error| failed(&error))?;
+        let transmitter = self.settings.transmitter.clone();
+        let _open_until_lost = transmitter.open(&socket).map_err(|error| failed(&error))?;
         self.report(LinkState::Up).await?;
         let controller = ControllerWatch::new(&self.settings.interface);
-        let mut lookout = Lookout { index, link: watch, controller, way_out: &way_out };
+        let mut monitor = LinkMonitor { index, link: watch, controller, transmitter: &transmitter };
         loop {
-            let (busy, next) = self.frame_by_frame(socket, &mut lookout).await?;
-            socket = self.batch_by_batch(busy, next, &mut lookout).await?;
+            let (busy, next) = self.frame_by_frame(socket, &mut monitor).await?;
+            socket = self.batch_by_batch(busy, next, &mut monitor).await?;
         }
     }
 
@@ -147,13 +148,13 @@ impl Reception {
     async fn frame_by_frame(
         &self,
         socket: CanSocket,
-        lookout: &mut Lookout<'_>,
+        monitor: &mut LinkMonitor<'_>,
     ) -> Result<(CanSocket, Instant), Lost> {
         let mut socket = socket.watched().map_err(|error| failed(&error))?;
         let mut next = Instant::now();
         loop {
             tokio::select! {
-                news = lookout.news() => self.tell(news?).await?,
+                news = monitor.news() => self.tell(news?).await?,
                 ready = socket.ready_mut(CanSocket::INTEREST) => {
                     let mut ready = ready.map_err(|error| failed(&error))?;
                     if Instant::now() < next {
@@ -161,7 +162,7 @@ impl Reception {
                         return Ok((socket.into_inner(), next));
                     }
                     ready.clear_ready(); // what comes from here on makes it ready again
-                    let count = self.take(ready.get_inner_mut(), lookout).await?;
+                    let count = self.take(ready.get_inner_mut(), monitor).await?;
                     if count == BATCH {
                         drop(ready);
                         return Ok((socket.into_inner(), next));
@@ -178,12 +179,12 @@ impl Reception {
         &self,
         mut socket: CanSocket,
         mut next: Instant,
-        lookout: &mut Lookout<'_>,
+        monitor: &mut LinkMonitor<'_>,
     ) -> Result<CanSocket, Lost> {
         loop {
             tokio::select! {
-                news = lookout.news() => self.tell(news?).await?,
-                () = sleep_until(next) => match self.take(&mut socket, lookout).await? {
+                news = monitor.news() => self.tell(news?).await?,
+                () = sleep_until(next) => match self.take(&mut socket, monitor).await? {
                     0 => return Ok(socket),
                     BATCH => {} // and there may be more
                     _ => next = Instant::now() + TICK,
@@ -193,15 +194,15 @@ impl Reception {
     }
 
     /// Hands on what is queued, at most [`BATCH`] messages, and says how many those were.
-    async fn take(&self, socket: &mut CanSocket, lookout: &mut Lookout<'_>) -> Result<usize, Lost> {
+    async fn take(&self, socket: &mut CanSocket, monitor: &mut LinkMonitor<'_>) -> Result<usize, Lost> {
         let mut batch = Vec::new();
         let count = match socket.receive(self.settings.bus, &mut batch) {
             Ok(count) => count,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
-            Err(error) => return Err(Lost::Link(lookout.link.look().err().unwrap_or(lost(&error)))),
+            Err(error) => return Err(Lost::Link(monitor.link.look().err().unwrap_or(lost(&error)))),
         };
-        if batch.iter().any(|input| matches!(input, Input::ErrorFrame { .. })) {
-            lookout.controller.hurry();
+        if batch.iter().any(|input| matches!(input, CanInput::ErrorFrame { .. })) {
+            monitor.controller.hurry();
         }
         if !batch.is_empty() {
             self.send(batch).await?;
@@ -211,7 +212,7 @@ impl Reception {
 
     async fn tell(&self, news: Option<ControllerReport>) -> Result<(), ConsumerGone> {
         let Some(report) = news else { return Ok(()) };
-        self.send(vec![Input::Controller { bus: self.settings.bus, report }]).await
+        self.send(vec![CanInput::Controller { bus: self.settings.bus, report }]).await
     }
 
     /// Hands on a link state, unless it is the one handed on last.
@@ -232,24 +233,24 @@ impl Reception {
                 tracing::error!(interface, %error, "CAN interface cannot be used; trying again");
             }
         }
-        self.send(vec![Input::Link { bus: *bus, state }]).await
+        self.send(vec![CanInput::Link { bus: *bus, state }]).await
     }
 
-    async fn send(&self, inputs: Vec<Input>) -> Result<(), ConsumerGone> {
+    async fn send(&self, inputs: Vec<CanInput>) -> Result<(), ConsumerGone> {
         self.inputs.send(inputs).await.map_err(|_| ConsumerGone)
     }
 }
 
 /// What is watched while frames are received.
-struct Lookout<'a> {
+struct LinkMonitor<'a> {
     /// The interface the socket is bound to.
     index: c_int,
     link: &'a mut LinkWatch,
     controller: ControllerWatch,
-    way_out: &'a Transmitter,
+    transmitter: &'a Transmitter,
 }
 
-impl Lookout<'_> {
+impl LinkMonitor<'_> {
     /// Waits until something may have happened to some link or it is time to ask for the controller,
     /// and says what the controller's state is, or that ours is no longer the link the socket is
     /// bound to.
@@ -263,7 +264,7 @@ impl Lookout<'_> {
                 Ok(None)
             }
             () = self.controller.due() => Ok(self.controller.look()),
-            () = self.way_out.lost() => Err(self.link.look().err().unwrap_or(LinkState::Down)),
+            () = self.transmitter.lost() => Err(self.link.look().err().unwrap_or(LinkState::Down)),
         }
     }
 }
@@ -300,7 +301,7 @@ mod tests {
         let task = tokio::spawn(receive(settings("lo"), sender));
         let first = inputs.recv().await.unwrap();
         let state = LinkState::Failed(raw_can_error());
-        assert_eq!(first, [Input::Link { bus: BusIndex(2), state }]);
+        assert_eq!(first, [CanInput::Link { bus: BusIndex(2), state }]);
         let more = timeout(Duration::from_secs(600), inputs.recv()).await;
         assert!(more.is_err(), "{more:?}");
         assert!(!task.is_finished());
@@ -318,7 +319,7 @@ mod tests {
     async fn a_missing_interface_is_reported_at_the_start_and_waited_for_until_nobody_listens() {
         let (sender, mut inputs) = channel(8);
         let task = tokio::spawn(receive(settings("no-such-can"), sender));
-        let missing = Input::Link { bus: BusIndex(2), state: LinkState::Missing };
+        let missing = CanInput::Link { bus: BusIndex(2), state: LinkState::Missing };
         assert_eq!(inputs.recv().await, Some(vec![missing]));
         drop(inputs);
         task.await.unwrap();

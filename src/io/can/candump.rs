@@ -6,12 +6,12 @@
 
 use std::fmt;
 
-use crate::core::error_frame::ErrorFrame;
-use crate::core::frame::{CanId, Frame, MAX_DATA};
-use crate::core::note::Note;
+use crate::core::can::error_frame::ErrorFrame;
+use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::note::Note;
 use crate::core::time::WallStamp;
 
-/// Longer lines are no candump lines (a CAN FD frame needs 200 bytes).
+/// Longer lines are not candump lines (a CAN FD frame needs 200 bytes).
 pub const MAX_LINE: usize = 512;
 
 /// A line that could be read.

@@ -8,14 +8,14 @@ use socketcan::nl::{CanState, InterfaceCanParams};
 use tokio::time::{Instant, sleep_until};
 
 use super::link;
-use crate::core::controller::ControllerReport;
-use crate::core::error_frame::{ControllerState, ErrorCounters};
+use crate::core::can::controller::ControllerReport;
+use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 
 /// How often the kernel is asked although nothing happened.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// How often it is asked at most, however many error frames come.
-const SHORTEST_INTERVAL: Duration = Duration::from_millis(100);
+const MIN_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Asks for one controller's state again and again.
 pub(super) struct ControllerWatch {
@@ -42,7 +42,7 @@ impl ControllerWatch {
 
     /// Something has happened: look again soon.
     pub(super) fn hurry(&mut self) {
-        let soon = self.last_look + SHORTEST_INTERVAL;
+        let soon = self.last_look + MIN_INTERVAL;
         self.next_look = self.next_look.map(|at| at.min(soon));
     }
 
@@ -156,9 +156,9 @@ mod tests {
             watch.hurry();
         }
         watch.due().await;
-        assert_eq!(start.elapsed(), LOOK_INTERVAL + SHORTEST_INTERVAL);
+        assert_eq!(start.elapsed(), LOOK_INTERVAL + MIN_INTERVAL);
         watch.look();
         watch.due().await;
-        assert_eq!(start.elapsed(), LOOK_INTERVAL * 2 + SHORTEST_INTERVAL);
+        assert_eq!(start.elapsed(), LOOK_INTERVAL * 2 + MIN_INTERVAL);
     }
 }

@@ -9,7 +9,7 @@ use libc::c_int;
 use tokio::io::unix::AsyncFd;
 use tokio::time::{Instant, sleep_until};
 
-use crate::core::event::LinkState;
+use crate::core::can::link::LinkState;
 
 /// How often the state is read although nothing was announced.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
@@ -172,19 +172,5 @@ mod tests {
         let before = Instant::now();
         watch.event().await;
         assert_eq!(before.elapsed(), LOOK_INTERVAL);
-    }
-
-    #[tokio::test]
-    async fn an_interface_that_appears_is_announced_without_waiting_for_the_next_look() {
-        if !std::path::Path::new("/sys/class/net/vcan0").exists() {
-            let skipped = b"skipped: announcements: no vcan0 (run it under tests/with-vcan)\n";
-            return io::Write::write_all(&mut io::stderr(), skipped).unwrap();
-        }
-        let mut watch = LinkWatch::new("vcan-told");
-        watch.next_look += Duration::from_secs(3600);
-        let made = socketcan::CanInterface::create_vcan("vcan-told", None).unwrap();
-        let told = tokio::time::timeout(Duration::from_secs(30), watch.event()).await;
-        made.delete().unwrap();
-        told.expect("an announcement");
     }
 }

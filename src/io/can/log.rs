@@ -10,7 +10,7 @@ use flate2::read::MultiGzDecoder;
 use super::candump::{BadLine, Content};
 use super::formats::blf::Blf;
 use super::formats::{
-    Entry, Format, HEAD, Interface, LONGEST_LINE, Lines, not_supported, without_byte_order_mark,
+    Entry, Format, HEAD, Interface, Lines, MAX_LINE, not_supported, without_byte_order_mark,
 };
 use crate::core::time::WallStamp;
 
@@ -42,7 +42,7 @@ const LOOK_AHEAD: usize = 20_000;
 const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 const BUFFER: usize = 64 << 10;
 /// More names than this are a sign of garbage; the rest counts as bad lines.
-const MOST_INTERFACES: usize = 64;
+const MAX_INTERFACES: usize = 64;
 
 /// What a log is read with.
 enum Reader {
@@ -136,7 +136,7 @@ impl Log {
 fn position(names: &mut Vec<String>, interface: Interface<'_>) -> Result<InterfaceIndex, BadLine> {
     let known = names.iter().position(|name| interface.is(name));
     if known.is_none() {
-        if names.len() == MOST_INTERFACES {
+        if names.len() == MAX_INTERFACES {
             return Err(BadLine::NoInterface);
         }
         names.push(interface.to_string());
@@ -173,10 +173,10 @@ impl Reader {
         };
         head.set_position(text as u64);
         let source = Box::new(BufReader::with_capacity(BUFFER, head.chain(source)));
-        Ok(Self::Lines { source, format: lines, line: Vec::with_capacity(LONGEST_LINE), number: 0 })
+        Ok(Self::Lines { source, format: lines, line: Vec::with_capacity(MAX_LINE), number: 0 })
     }
 
-    /// Number of the next line or object, and what it holds: `None` if it is no frame and need not be.
+    /// Number of the next line or object, and what it holds: `None` if it is not a frame and need not be.
     fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
         match self {
             Self::Blf(blf) => Ok(blf.next_entry()?.map(|entry| (blf.count(), entry))),
@@ -186,7 +186,7 @@ impl Reader {
                 }
                 *number += 1;
                 let entry = match line.trim_ascii() {
-                    _ if line.len() > LONGEST_LINE => Err(BadLine::TooLong),
+                    _ if line.len() > MAX_LINE => Err(BadLine::TooLong),
                     [] => Ok(None),
                     text => format.read(text),
                 };
@@ -196,14 +196,14 @@ impl Reader {
     }
 }
 
-/// Reads one line of at most [`LONGEST_LINE`] + 1 bytes; what a longer one has beyond is skipped.
+/// Reads one line of at most [`MAX_LINE`] + 1 bytes; what a longer one has beyond is skipped.
 fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<bool> {
     line.clear();
-    let limit = LONGEST_LINE as u64 + 1;
+    let limit = MAX_LINE as u64 + 1;
     if source.take(limit).read_until(b'\n', line)? == 0 {
         return Ok(false);
     }
-    if line.len() > LONGEST_LINE && line.last() != Some(&b'\n') {
+    if line.len() > MAX_LINE && line.last() != Some(&b'\n') {
         source.skip_until(b'\n')?;
     }
     Ok(true)
@@ -268,6 +268,6 @@ mod tests {
         let (log, records) = read_all(bytes);
         assert_eq!((records.len(), log.bad_lines()), (1, 1));
         let Reader::Lines { line, .. } = log.reader else { panic!("these are lines") };
-        assert!(line.capacity() < 4 * LONGEST_LINE);
+        assert!(line.capacity() < 4 * MAX_LINE);
     }
 }

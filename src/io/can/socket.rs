@@ -11,8 +11,9 @@ use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 use super::wire::{self, CONTROL_SPACE, LossCount, Message};
-use crate::core::event::{BusIndex, Input};
-use crate::core::frame::CanId;
+use crate::core::can::frame::CanId;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::BusIndex;
 use crate::core::time::WallStamp;
 
 /// Messages one call can bring.
@@ -75,20 +76,20 @@ impl CanSocket {
     ///
     /// `WouldBlock` when nothing is queued, `ENETDOWN` and `ENODEV` once when the interface went
     /// down or away.
-    pub(super) fn receive(&mut self, bus: BusIndex, inputs: &mut Vec<Input>) -> io::Result<usize> {
+    pub(super) fn receive(&mut self, bus: BusIndex, inputs: &mut Vec<CanInput>) -> io::Result<usize> {
         let lengths = receive_batch(&self.fd, &mut self.buffers)?;
         for (buffer, length) in self.buffers.iter().zip(lengths.iter().flatten()) {
             let controls = wire::controls(buffer.control.get(..length.control).unwrap_or_default());
             let lost = controls.lost.map_or(0, |count| self.losses.advance(count));
             if lost > 0 {
-                inputs.push(Input::Drops { bus, lost });
+                inputs.push(CanInput::Drops { bus, lost });
             }
             match wire::message(buffer.message.get(..length.message).unwrap_or_default()) {
                 Some(Message::Data(frame)) => {
                     let stamp = controls.stamp.unwrap_or_else(wall_now);
-                    inputs.push(Input::Frame { bus, frame, stamp });
+                    inputs.push(CanInput::Frame { bus, frame, stamp });
                 }
-                Some(Message::Error(error)) => inputs.push(Input::ErrorFrame { bus, error }),
+                Some(Message::Error(error)) => inputs.push(CanInput::ErrorFrame { bus, error }),
                 None => {}
             }
         }

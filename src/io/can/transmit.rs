@@ -11,9 +11,9 @@ use tokio::sync::Notify;
 
 use super::socket::CanSocket;
 use super::wire;
+use crate::core::can::error_frame::ErrorFrame;
+use crate::core::can::frame::Frame;
 use crate::core::command::sender::SendFailure;
-use crate::core::error_frame::ErrorFrame;
-use crate::core::frame::Frame;
 
 /// The way out to one interface, shared by the task that receives on it and whoever sends.
 #[derive(Debug, Clone, Default)]
@@ -21,13 +21,13 @@ pub struct Transmitter(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
-    way: Mutex<Way>,
+    target: Mutex<Target>,
     lost: Notify,
 }
 
 /// Where frames go.
 #[derive(Debug, Default)]
-enum Way {
+enum Target {
     /// Nowhere: the interface is not open.
     #[default]
     Closed,
@@ -57,13 +57,13 @@ impl Transmitter {
     }
 
     fn send_bytes(&self, bytes: &[u8]) -> Result<(), SendFailure> {
-        let mut way = self.way();
-        let Way::Open(socket) = &*way else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
+        let mut target = self.target();
+        let Target::Open(socket) = &*target else { return Err(SendFailure::Refused(libc::ENETDOWN)) };
         let Err(error) = write(socket, bytes) else { return Ok(()) };
         let errno = error.raw_os_error().unwrap_or(libc::EIO);
         if matches!(errno, libc::ENETDOWN | libc::ENODEV | libc::ENXIO) {
             // The receiver, which would have been told the same, is told by us.
-            *way = Way::Lost;
+            *target = Target::Lost;
             self.0.lost.notify_one();
         }
         Err(match errno {
@@ -74,20 +74,20 @@ impl Transmitter {
 
     /// Opens the way out over a socket, until the result is dropped.
     pub(super) fn open(&self, socket: &CanSocket) -> io::Result<Opened> {
-        *self.way() = Way::Open(socket.as_fd().try_clone_to_owned()?);
+        *self.target() = Target::Open(socket.as_fd().try_clone_to_owned()?);
         Ok(Opened(self.clone()))
     }
 
     /// Waits until sending has shown that the link is lost.
     pub(super) async fn lost(&self) {
-        while !matches!(*self.way(), Way::Lost) {
+        while !matches!(*self.target(), Target::Lost) {
             self.0.lost.notified().await;
         }
     }
 
     /// Nothing behind this lock can be left half done by a panic.
-    fn way(&self) -> MutexGuard<'_, Way> {
-        self.0.way.lock().unwrap_or_else(PoisonError::into_inner)
+    fn target(&self) -> MutexGuard<'_, Target> {
+        self.0.target.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -96,7 +96,7 @@ pub(super) struct Opened(Transmitter);
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        *self.0.way() = Way::Closed;
+        *self.0.target() = Target::Closed;
     }
 }
 
@@ -111,7 +111,7 @@ fn write(socket: &OwnedFd, bytes: &[u8]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::frame::CanId;
+    use crate::core::can::frame::CanId;
 
     fn frame() -> Frame {
         Frame::classic(CanId::Standard(0x130), &[1]).unwrap()

@@ -2,8 +2,8 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::core::error_frame::ErrorFrame;
-use crate::core::frame::{CanId, Frame};
+use crate::core::can::error_frame::ErrorFrame;
+use crate::core::can::frame::{CanId, Frame};
 use crate::core::time::WallStamp;
 
 /// The filter that lets data frames of `id` pass and nothing else.
@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn error_bits_are_those_of_the_kernel() {
-        use crate::core::error_frame::{class, controller};
+        use crate::core::can::error_frame::{class, controller};
         for (ours, kernels) in [
             (class::TX_TIMEOUT, libc::CAN_ERR_TX_TIMEOUT),
             (class::LOST_ARBITRATION, libc::CAN_ERR_LOSTARB),

@@ -1,6 +1,6 @@
 //! ROS 2: the messages, the topics, and the session that sends and receives them over DDS.
 
-pub mod incoming;
+pub mod inbox;
 pub mod messages;
 pub mod reading;
 #[cfg(feature = "ros")]

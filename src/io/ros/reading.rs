@@ -1,16 +1,18 @@
-//! A sample's bytes as what its subscription is for. Any bytes are safe to try.
+//! A sample's bytes as the gateway's input that its subscription is for. Any bytes are safe to try.
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-use super::incoming::Incoming;
 use super::messages::{
     ControlModeReport, HazardLightsCommand, LaneletRoute, Odometry, OperationModeState, PathWithLaneId,
     PlanningFactorArray, ReceivedGroups, Scenario, Text, TrafficLightGroupArray, TurnIndicatorsCommand,
 };
 use super::topics::SubscriptionKind;
-use crate::core::turn_signal::told::Told;
+use crate::core::command::input::CommandInput;
+use crate::core::gateway::event::Input;
+use crate::core::traffic_light::input::TrafficLightInput;
+use crate::core::turn_signal::planner_input::PlannerInput;
 
 /// Byte order of CDR, as the sample's header tells it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,47 +38,47 @@ pub enum Unreadable {
         length: usize,
     },
     /// A command that does not exist.
-    #[error("{0} is no hazard command")]
+    #[error("{0} is not a hazard command")]
     Hazard(u8),
 }
 
 /// Reads a sample of a kind, without its encapsulation header.
-pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Incoming, Unreadable> {
+pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Input, Unreadable> {
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
         SubscriptionKind::Groups(store) => {
             let message: TrafficLightGroupArray = bytes.whole()?;
-            Incoming::Groups { store, groups: ReceivedGroups::from(&message) }
+            ReceivedGroups::from(&message).for_store(store).into()
         }
-        SubscriptionKind::Command => Incoming::Command(bytes.whole::<Text>()?.data),
-        SubscriptionKind::Odometry => Incoming::Told(bytes.whole::<Odometry>()?.into()),
-        SubscriptionKind::Route => Incoming::Told(bytes.whole::<LaneletRoute>()?.into()),
-        SubscriptionKind::PlannedPath => Incoming::Told(bytes.whole::<PathWithLaneId>()?.into()),
-        SubscriptionKind::Factors(topic) => Incoming::Told(bytes.whole::<PlanningFactorArray>()?.told(topic)),
-        SubscriptionKind::OperationMode => Incoming::Told(bytes.whole::<OperationModeState>()?.into()),
-        SubscriptionKind::Scenario => Incoming::Told(bytes.whole::<Scenario>()?.into()),
+        SubscriptionKind::Command => TrafficLightInput::Command(bytes.whole::<Text>()?.data).into(),
+        SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
+        SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),
+        SubscriptionKind::PlannedPath => Input::Planner(bytes.whole::<PathWithLaneId>()?.into()),
+        SubscriptionKind::Factors(topic) => Input::Planner(bytes.whole::<PlanningFactorArray>()?.told(topic)),
+        SubscriptionKind::OperationMode => Input::Planner(bytes.whole::<OperationModeState>()?.into()),
+        SubscriptionKind::Scenario => Input::Planner(bytes.whole::<Scenario>()?.into()),
         SubscriptionKind::HazardRequest => {
             let message: HazardLightsCommand = bytes.whole()?;
             let request = message.hazard().ok_or(Unreadable::Hazard(message.command))?;
-            Incoming::Told(Told::HazardRequest(request))
+            Input::Planner(PlannerInput::HazardRequest(request))
         }
         SubscriptionKind::OwnTurnCommand => {
-            Incoming::Told(Told::OwnTurnCommand(bytes.whole::<TurnIndicatorsCommand>()?.command))
+            Input::Planner(PlannerInput::OwnTurnCommand(bytes.whole::<TurnIndicatorsCommand>()?.command))
         }
         SubscriptionKind::OwnHazardCommand => {
-            Incoming::Told(Told::OwnHazardCommand(bytes.whole::<HazardLightsCommand>()?.command))
+            Input::Planner(PlannerInput::OwnHazardCommand(bytes.whole::<HazardLightsCommand>()?.command))
         }
         SubscriptionKind::TurnCommand => {
             let message: TurnIndicatorsCommand = bytes.whole()?;
-            Incoming::TurnCommand { raw: message.command, stamp: message.stamp.into() }
+            CommandInput::Turn { raw: message.command, stamp: message.stamp.into() }.into()
         }
         SubscriptionKind::HazardCommand => {
             let message: HazardLightsCommand = bytes.whole()?;
-            Incoming::HazardCommand { raw: message.command, stamp: message.stamp.into() }
+            CommandInput::Hazard { raw: message.command, stamp: message.stamp.into() }.into()
         }
         SubscriptionKind::ControlMode => {
             let message: ControlModeReport = bytes.whole()?;
-            Incoming::ControlMode { raw: message.mode, stamp: message.stamp.into() }
+            CommandInput::ControlMode { raw: message.mode, stamp: message.stamp.into() }.into()
         }
     })
 }
@@ -107,13 +109,13 @@ impl Bytes<'_> {
 mod tests {
     use super::*;
 
-    fn command(bytes: &[u8], endian: Endian) -> Option<Incoming> {
+    fn command(bytes: &[u8], endian: Endian) -> Option<Input> {
         read(SubscriptionKind::Command, bytes, endian).ok()
     }
 
     #[test]
     fn text_is_read_in_both_byte_orders_and_with_what_fills_up() {
-        let text = Some(Incoming::Command("ab".to_owned()));
+        let text = Some(TrafficLightInput::Command("ab".to_owned()).into());
         assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0], Endian::Little), text);
         assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0, 0], Endian::Little), text);
         assert_eq!(command(&[0, 0, 0, 3, b'a', b'b', 0], Endian::Big), text);

@@ -1,6 +1,7 @@
 //! What a ROS 2 session needs to know.
 
 use std::net::IpAddr;
+use std::time::Duration;
 
 use super::topics::{Durability, Subscription, Topics};
 
@@ -23,6 +24,23 @@ pub struct RosSettings {
     pub subscriptions: Vec<Subscription>,
     /// `hardware_id` of every diagnostic status; `none` when there is no hardware to name.
     pub hardware_id: String,
+    /// How soon lost peers and new addresses are acted on.
+    pub recovery: Recovery,
+}
+
+/// Intervals of a session that watches its network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Recovery {
+    /// How often interfaces, missing peers and acknowledgements are looked at; 1 s by default.
+    pub check_interval: Duration,
+    /// The shortest time between two participants of ours, the first included; 3 s by default.
+    pub min_rebuild_interval: Duration,
+}
+
+impl Default for Recovery {
+    fn default() -> Self {
+        Self { check_interval: Duration::from_secs(1), min_rebuild_interval: Duration::from_secs(3) }
+    }
 }
 
 impl Default for RosSettings {
@@ -36,6 +54,7 @@ impl Default for RosSettings {
             topics: Topics::default(),
             subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),
+            recovery: Recovery::default(),
         }
     }
 }

@@ -1,15 +1,15 @@
 //! Where the messages go and come from: topic names, type names and quality of service.
 //!
 //! Reports are reliable with depth 1, diagnostics reliable, volatile, with depth 10
-//! (vehicle-interface sections 1.1 and 1.7); traffic lights reliable, transient local, with depth 10,
-//! markers with depth 1 (traffic-lights section 5.3); commands reliable, volatile, with depth 1
-//! (turn-signal-decider section 5.2).
+//! (docs/spec/vehicle-interface.md, "Topics and quality of service"); traffic lights reliable,
+//! transient local, with depth 10, markers with depth 1
+//! (docs/spec/traffic-lights.md, "Messages and topics"); commands reliable, volatile, with depth 1.
 
 use super::messages::LightsType;
-use crate::core::traffic_light::compat::Compat;
+use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::target::StoreId;
-use crate::core::turn_signal::told::FactorTopic;
+use crate::core::turn_signal::planner_input::FactorTopic;
 
 /// The topics we write, by absolute names (`/…`).
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub struct Topics {
     /// `diagnostic_msgs/msg/DiagnosticArray`.
     pub diagnostics: String,
     /// Traffic lights; none unless configured.
-    pub lights: Vec<LightsOutlet>,
+    pub lights: Vec<LightsTopicSettings>,
     /// `autoware_vehicle_msgs/msg/TurnIndicatorsCommand`; none unless configured.
     pub turn_command: Option<String>,
     /// `autoware_vehicle_msgs/msg/HazardLightsCommand`; none unless configured.
@@ -45,7 +45,7 @@ impl Default for Topics {
 /// A topic with traffic lights. Several can show the same emissions, as the V2I topic and its legacy
 /// name do.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LightsOutlet {
+pub struct LightsTopicSettings {
     /// Whose emissions go there.
     pub topic: LightsTopic,
     /// Its name.
@@ -112,7 +112,7 @@ pub enum SubscriptionKind {
     /// `std_msgs/msg/String`: commands, of which each counts.
     Command,
     /// `Odometry` for the decider, `/localization/kinematic_state`. The newest counts, of this and of all
-    /// that follow (turn-signal-decider section 7.1).
+    /// that follow (docs/spec/turn-signal-decider.md, "Manoeuvres from planning factors").
     Odometry,
     /// `LaneletRoute` for the decider, `/planning/mission_planning/route`.
     Route,
@@ -156,8 +156,8 @@ impl SubscriptionKind {
         }
     }
 
-    /// What to ask of writers. What is said only when it changes is said once more to who comes later
-    /// (turn-signal-decider section 7.1); of the rest, what was said before we came may no longer hold.
+    /// What to ask of writers. What is said only when it changes is said once more to who comes later;
+    /// of the rest, what was said before we came may no longer hold.
     pub const fn durability(self) -> Durability {
         match self {
             Self::Route | Self::OperationMode => Durability::TransientLocal,

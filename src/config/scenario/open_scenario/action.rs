@@ -1,8 +1,8 @@
 //! Actions on traffic lights.
 
-use super::super::element::Element;
-use super::Document;
-use crate::config::values::fields::Given;
+use super::document::Document;
+use crate::config::reading::element::Element;
+use crate::config::reading::fields::LocatedText;
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
@@ -50,9 +50,9 @@ impl Document<'_> {
         element.is_seen.set(true);
         let (name, state) = (self.required(element, "name"), self.required(element, "state"));
         self.no_others(element);
-        let target = self.reading.upstream_plain_target(&name?);
+        let target = self.reader.upstream_plain_target(&name?);
         let (target, state) = (target?, state?);
-        let state = self.reading.state(target.store, &state, Writer::Action)?;
+        let state = self.reader.state(target.store, &state, Writer::Action)?;
         Some(Action::SetState { target, state })
     }
 
@@ -61,30 +61,32 @@ impl Document<'_> {
         let name = self.required(element, "trafficSignalControllerRef");
         let phase = self.required(element, "phase");
         self.no_others(element);
-        let (controller, phase) = self.reading.phase_of(&self.controllers, &name?, &phase?)?;
+        let (controller, phase) = self.reader.phase_of(&self.controllers, &name?, &phase?)?;
         Some(Action::EnterPhase { controller, phase })
     }
 
     /// The command in `type`; its arguments may stand between the tags instead. False when it is not
     /// ours.
     fn command(&mut self, element: &Element) -> (Option<Action>, bool) {
-        let Some(Given { text: name, spot }) = self.required(element, "type") else { return (None, true) };
+        let Some(LocatedText { text: name, location }) = self.required(element, "type") else {
+            return (None, true);
+        };
         let content = element.text();
         let text = if name.contains('(') || content.is_empty() { name } else { format!("{name}({content})") };
-        match parse_command(&text, &self.controllers, self.reading.compat) {
+        match parse_command(&text, &self.controllers, self.reader.compat) {
             Ok(action) => {
-                self.reading.use_ids_of(&action, &spot);
+                self.reader.use_ids_of(&action, &location);
                 (Some(action), true)
             }
             Err(error @ CommandError::NotOurs { .. }) => {
                 element.see_all();
-                self.reading.leave_out(&spot, &error.to_string());
+                self.reader.leave_out(&location, &error.to_string());
                 (None, false)
             }
             Err(error) => {
                 let is_form = matches!(error, CommandError::Form { .. } | CommandError::Count { .. });
                 let remedy = if is_form { "write it as Name(argument, \"long argument\")" } else { "" };
-                self.reading.refuse(&spot, error.to_string(), remedy);
+                self.reader.refuse(&location, error.to_string(), remedy);
                 (None, true)
             }
         }

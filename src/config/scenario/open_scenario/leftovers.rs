@@ -2,53 +2,53 @@
 
 use std::collections::BTreeMap;
 
-use super::super::element::Element;
-use super::super::reading::Reading;
-use crate::config::values::place::Spot;
+use super::super::reader::Reader;
+use crate::config::reading::element::Element;
+use crate::config::reading::location::Location;
 
 /// Lists every element and attribute that was not seen, those of one kind together.
-pub(super) fn list(root: &Element, reading: &mut Reading) {
+pub(super) fn list(root: &Element, reader: &mut Reader) {
     let mut kinds = BTreeMap::new();
     collect(root, &mut kinds);
-    for Leftover { spot, times, elements, .. } in kinds.into_values() {
+    for Leftover { location, times, elements, .. } in kinds.into_values() {
         let times = if times == 1 { "once".to_owned() } else { format!("{times} times") };
         let what = match elements {
             0 => times,
             1 => format!("{times}, 1 element"),
             _ => format!("{times}, {elements} elements"),
         };
-        reading.leave_out(&spot, &what);
+        reader.leave_out(&location, &what);
     }
 }
 
 /// Things of one kind.
 struct Leftover {
     /// Of the first.
-    spot: Spot,
+    location: Location,
     times: usize,
     elements: usize,
 }
 
 fn collect(element: &Element, kinds: &mut BTreeMap<String, Leftover>) {
     for attribute in element.attributes.iter().filter(|attribute| !attribute.is_seen.get()) {
-        add(kinds, &attribute.spot, 0);
+        add(kinds, &attribute.location, 0);
     }
     if !element.content.is_seen.get() && !element.content.text.is_empty() {
-        add(kinds, &element.spot, 0);
+        add(kinds, &element.location, 0);
     }
     for child in &element.children {
         if child.is_seen.get() {
             collect(child, kinds);
         } else if !child.says_nothing() {
-            add(kinds, &child.spot, child.count());
+            add(kinds, &child.location, child.count());
         }
     }
 }
 
-fn add(kinds: &mut BTreeMap<String, Leftover>, spot: &Spot, elements: usize) {
-    let kind = without_numbers(&spot.key.to_string());
+fn add(kinds: &mut BTreeMap<String, Leftover>, location: &Location, elements: usize) {
+    let kind = without_numbers(&location.key.to_string());
     let leftover =
-        kinds.entry(kind).or_insert_with(|| Leftover { spot: spot.clone(), times: 0, elements: 0 });
+        kinds.entry(kind).or_insert_with(|| Leftover { location: location.clone(), times: 0, elements: 0 });
     leftover.times += 1;
     leftover.elements += elements;
 }

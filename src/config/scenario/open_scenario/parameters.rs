@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::element::Element;
-use super::super::reading::listed;
-use super::Document;
+use super::super::reader::listed;
 
 /// The parameters that are known, the innermost scope last.
 #[derive(Debug, Default)]
@@ -13,6 +11,23 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
+    /// Opens a scope; [`Self::leave`] closes it.
+    pub(super) fn enter(&mut self) {
+        self.scopes.push(BTreeMap::new());
+    }
+
+    /// Closes the innermost scope.
+    pub(super) fn leave(&mut self) {
+        self.scopes.pop();
+    }
+
+    /// Adds a parameter to the innermost scope.
+    pub(super) fn declare(&mut self, name: String, value: String) {
+        if let Some(scope) = self.scopes.last_mut() {
+            scope.insert(name, value);
+        }
+    }
+
     /// The text itself, or the value of the parameter it refers to: `$name`, `${name}`, `${$name}`.
     ///
     /// # Errors
@@ -38,27 +53,6 @@ impl Parameters {
         }
         let known = listed(self.scopes.iter().flat_map(BTreeMap::keys).map(String::as_str));
         Err((format!("no parameter is called {name}"), known))
-    }
-}
-
-impl Document<'_> {
-    /// Opens the scope of an element; [`Self::leave`] closes it.
-    pub(super) fn enter(&mut self, element: &Element) {
-        self.parameters.scopes.push(BTreeMap::new());
-        let Some(declarations) = element.child("ParameterDeclarations") else { return };
-        for declaration in declarations.all("ParameterDeclaration") {
-            // Its type says nothing that the place of use does not.
-            let _ = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
-            let (name, value) = (self.required(declaration, "name"), self.required(declaration, "value"));
-            let (Some(name), Some(value)) = (name, value) else { continue };
-            if let Some(scope) = self.parameters.scopes.last_mut() {
-                scope.insert(name.text, value.text);
-            }
-        }
-    }
-
-    pub(super) fn leave(&mut self) {
-        self.parameters.scopes.pop();
     }
 }
 

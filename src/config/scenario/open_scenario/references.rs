@@ -5,12 +5,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::element::Element;
 use super::super::naming::{Names, action_path, event_path};
-use super::super::reading::Reading;
-use super::storyboard::{ActDraft, EventDraft};
-use super::trigger::{ConditionDraft, TestDraft, TriggerDraft};
-use crate::config::values::fields::Given;
+use super::super::reader::Reader;
+use super::draft::{ActDraft, ConditionDraft, EventDraft, TestDraft, TriggerDraft};
+use crate::config::reading::element::Element;
+use crate::config::reading::fields::LocatedText;
 use crate::core::traffic_light::scenario::{Act, Condition, Event, Test, Trigger};
 
 /// An act, one of its events, one of its actions.
@@ -23,15 +22,15 @@ struct At {
 
 /// Gives the acts that can run and the stop trigger, and lists what was left out.
 pub(super) fn resolve(
-    reading: &mut Reading,
+    reader: &mut Reader,
     acts: Vec<ActDraft<'_>>,
     stop: Option<(&Element, TriggerDraft)>,
 ) -> (Vec<Act>, Option<Trigger>) {
-    let mut board = Board::new(reading, &acts, stop.as_ref().map(|(_, groups)| groups));
+    let mut board = Board::new(reader, &acts, stop.as_ref().map(|(_, groups)| groups));
     board.leave_out_undecidable(&acts);
-    let stop = stop.map(|(storyboard, groups)| board.stop(reading, storyboard, groups));
+    let stop = stop.map(|(storyboard, groups)| board.stop(reader, storyboard, groups));
     let names = names(&acts);
-    board.list(reading, &acts);
+    board.list(reader, &acts);
     let finish = Finish { board: &board, names: &names };
     let stop = stop.map(|groups| finish.trigger(groups));
     (finish.acts(acts), stop)
@@ -48,13 +47,13 @@ struct Board {
 }
 
 impl Board {
-    fn new(reading: &mut Reading, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
+    fn new(reader: &mut Reader, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
         let mut board = Self { meant: BTreeMap::new(), left_out: BTreeMap::new(), untold: BTreeSet::new() };
         let known = known(acts);
         let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
         for condition in triggers.flatten().flatten() {
             let TestDraft::Element { number, kind, reference, .. } = &condition.test else { continue };
-            if let Some(at) = find(reading, &known, kind, reference) {
+            if let Some(at) = find(reader, &known, kind, reference) {
                 board.meant.insert(*number, at);
             }
         }
@@ -111,13 +110,13 @@ impl Board {
     fn obstacle(&self, condition: &ConditionDraft) -> Option<String> {
         match &condition.test {
             TestDraft::Ready(_) => None,
-            TestDraft::Undecidable { what, spot } => {
-                Some(format!("its trigger needs {what} (line {})", spot.position.0))
+            TestDraft::Undecidable { what, location } => {
+                Some(format!("its trigger needs {what} (line {})", location.position.0))
             }
             TestDraft::Element { number, reference, .. } => {
                 let at = *self.meant.get(number)?;
                 (self.is_left_out(at) || self.untold.contains(&at)).then(|| {
-                    let line = reference.spot.position.0;
+                    let line = reference.location.position.0;
                     format!(
                         "its trigger waits for {:?}, which is not interpreted (line {line})",
                         reference.text
@@ -128,7 +127,7 @@ impl Board {
     }
 
     /// The groups of the stop trigger that can be decided; the others are never true, and are listed.
-    fn stop(&self, reading: &mut Reading, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
+    fn stop(&self, reader: &mut Reader, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
         let elements: Vec<_> =
             storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup")).collect();
         let mut decidable = Vec::new();
@@ -136,7 +135,7 @@ impl Board {
             match group.iter().find_map(|condition| self.obstacle(condition)) {
                 Some(reason) => {
                     element.see_all();
-                    reading.leave_out(&element.spot, &reason);
+                    reader.leave_out(&element.location, &reason);
                 }
                 None => decidable.push(group),
             }
@@ -144,7 +143,7 @@ impl Board {
         decidable
     }
 
-    fn list(&self, reading: &mut Reading, acts: &[ActDraft<'_>]) {
+    fn list(&self, reader: &mut Reader, acts: &[ActDraft<'_>]) {
         for (at, reason) in &self.left_out {
             let Some(act) = acts.get(at.act) else { continue };
             let event = at.event.and_then(|event| act.events.get(event));
@@ -154,7 +153,7 @@ impl Board {
             element.see_all();
             if !is_within {
                 let name = path.last().map_or("", String::as_str);
-                reading.leave_out(&element.spot, &format!("{name:?}: {reason}"));
+                reader.leave_out(&element.location, &format!("{name:?}: {reason}"));
             }
         }
     }
@@ -183,7 +182,7 @@ fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
 }
 
 /// `name`, or as much of the path in front of it as is needed: `Act::Event`.
-fn find(reading: &mut Reading, known: &Known<'_>, kind: &'static str, given: &Given) -> Option<At> {
+fn find(reader: &mut Reader, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
     let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
     let name = steps.pop().unwrap_or_default();
     let named = known.get(&(kind, name)).map(Vec::as_slice).unwrap_or_default();
@@ -196,12 +195,12 @@ fn find(reading: &mut Reading, known: &Known<'_>, kind: &'static str, given: &Gi
         [at] => Some(*at),
         [] => {
             let reason = format!("there is no {kind} {:?}", given.text);
-            reading.refuse(&given.spot, reason, "name one of this storyboard");
+            reader.refuse(&given.location, reason, "name one of this storyboard");
             None
         }
         [_, _, ..] => {
             let reason = format!("{} {kind}s are called {:?}", found.len(), given.text);
-            reading.refuse(&given.spot, reason, "name the act in front of it: Act::Name");
+            reader.refuse(&given.location, reason, "name the act in front of it: Act::Name");
             None
         }
     }

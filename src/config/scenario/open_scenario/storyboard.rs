@@ -1,39 +1,10 @@
 //! Stories, acts and events.
 
-use super::super::element::Element;
-use super::Document;
+use super::document::Document;
+use super::draft::{ActDraft, ActionDraft, EventDraft};
 use super::references::resolve;
-use super::trigger::TriggerDraft;
-use crate::core::traffic_light::scenario::{Action, Scenario};
-
-/// An act as it was read.
-pub(super) struct ActDraft<'e> {
-    pub(super) element: &'e Element,
-    /// Names from the story to itself.
-    pub(super) path: Vec<String>,
-    pub(super) start: Option<TriggerDraft>,
-    pub(super) stop: Option<TriggerDraft>,
-    pub(super) events: Vec<EventDraft<'e>>,
-}
-
-/// An event as it was read.
-pub(super) struct EventDraft<'e> {
-    pub(super) element: &'e Element,
-    /// Names from the story to itself.
-    pub(super) path: Vec<String>,
-    pub(super) start: Option<TriggerDraft>,
-    pub(super) most_executions: u32,
-    pub(super) actions: Vec<ActionDraft>,
-}
-
-/// An `Action` element as it was read.
-pub(super) struct ActionDraft {
-    /// Names from the story to itself.
-    pub(super) path: Vec<String>,
-    pub(super) actions: Vec<Action>,
-    /// It does nothing but what `actions` do.
-    pub(super) is_whole: bool,
-}
+use crate::config::reading::element::Element;
+use crate::core::traffic_light::scenario::Scenario;
 
 impl Document<'_> {
     /// Reads the storyboard into the scenario.
@@ -52,7 +23,7 @@ impl Document<'_> {
         }
         let stop = self.trigger(storyboard, "StopTrigger");
         let stop = stop.map(|groups| (storyboard, groups));
-        (scenario.acts, scenario.stop) = resolve(self.reading, acts, stop);
+        (scenario.acts, scenario.stop) = resolve(self.reader, acts, stop);
     }
 
     fn act<'e>(&mut self, act: &'e Element, story: &[String]) -> ActDraft<'e> {
@@ -65,7 +36,7 @@ impl Document<'_> {
             if let Some(count) = self.given(group, "maximumExecutionCount").filter(|count| count.text != "1")
             {
                 let what = format!("its events run as often as they say, not {} times over", count.text);
-                self.reading.leave_out(&count.spot, &what);
+                self.reader.leave_out(&count.location, &what);
             }
             for maneuver in group.all("Maneuver") {
                 self.enter(maneuver);
@@ -96,7 +67,7 @@ impl Document<'_> {
         let Some(given) = self.given(event, "maximumExecutionCount") else { return 1 };
         let count = given.text.parse().ok().filter(|count| *count > 0);
         if count.is_none() {
-            self.reading.refuse(&given.spot, format!("{:?} is no count", given.text), "give 1 or more");
+            self.reader.refuse(&given.location, format!("{:?} is not a count", given.text), "give 1 or more");
         }
         count.unwrap_or(1)
     }

@@ -2,44 +2,11 @@
 
 use std::time::Duration;
 
-use super::super::element::Element;
-use super::Document;
-use crate::config::values::fields::Given;
-use crate::config::values::place::Spot;
-use crate::core::traffic_light::compat::Compat;
+use super::document::Document;
+use super::draft::{ConditionDraft, TestDraft, TriggerDraft};
+use crate::config::reading::element::Element;
+use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
-
-/// Groups of conditions as they were read.
-pub(super) type TriggerDraft = Vec<Vec<ConditionDraft>>;
-
-/// A condition as it was read.
-#[derive(Debug)]
-pub(super) struct ConditionDraft {
-    pub(super) name: String,
-    pub(super) edge: Edge,
-    pub(super) delay: Duration,
-    pub(super) test: TestDraft,
-}
-
-/// What a condition looks at.
-#[derive(Debug)]
-pub(super) enum TestDraft {
-    Ready(Test),
-    /// An element of the storyboard, to be found when all are known.
-    Element {
-        /// Of the reference, within the document.
-        number: usize,
-        /// `act`, `event` or `action`.
-        kind: &'static str,
-        reference: Given,
-        state: ElementState,
-    },
-    /// Nothing that is known here; what, and where.
-    Undecidable {
-        what: String,
-        spot: Spot,
-    },
-}
 
 const EDGES: &[(&str, Edge)] = &[
     ("none", Edge::None),
@@ -86,11 +53,11 @@ impl Document<'_> {
     fn condition(&mut self, element: &Element) -> Option<ConditionDraft> {
         let name = self.name(element);
         let delay = match self.given(element, "delay") {
-            Some(given) => self.reading.seconds(&given),
+            Some(given) => self.reader.seconds(&given),
             None => Some(Duration::ZERO),
         };
         let edge = match self.given(element, "conditionEdge") {
-            Some(given) => self.word(&given, EDGES),
+            Some(given) => self.reader.keyword(&given, EDGES),
             None => Some(Edge::None),
         };
         self.no_others(element);
@@ -112,7 +79,7 @@ impl Document<'_> {
     fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
         let [child] = element.children.as_slice() else {
             let reason = format!("{} holds {} elements", element.name, element.children.len());
-            self.reading.refuse(&element.spot, reason, "give exactly one");
+            self.reader.refuse(&element.location, reason, "give exactly one");
             return None;
         };
         child.is_seen.set(true);
@@ -127,7 +94,7 @@ impl Document<'_> {
             "TrafficSignalControllerCondition" => {
                 let name = self.required(element, "trafficSignalControllerRef");
                 let phase = self.required(element, "phase");
-                let found = self.reading.phase_of(&self.controllers, &name?, &phase?);
+                let found = self.reader.phase_of(&self.controllers, &name?, &phase?);
                 found.map(|(controller, phase)| TestDraft::Ready(Test::Phase { controller, phase }))
             }
             "StoryboardElementStateCondition" => self.element_state(element),
@@ -140,13 +107,13 @@ impl Document<'_> {
     fn simulation_time(&mut self, element: &Element) -> Option<Test> {
         let value = self.required(element, "value");
         let rule = self.required(element, "rule");
-        let rule = self.word(&rule?, RULES);
+        let rule = self.reader.keyword(&rule?, RULES);
         let value = value?;
-        let is_past = self.reading.number(&value)? < 0.0;
-        match self.reading.compat {
+        let is_past = self.reader.number(&value)? < 0.0;
+        match self.reader.compat {
             Compat::Upstream if is_past => Some(since_ever(rule?)),
             Compat::Improved | Compat::Upstream => {
-                let value = self.reading.seconds(&value)?;
+                let value = self.reader.seconds(&value)?;
                 Some(Test::SimulationTime { rule: rule?, value })
             }
         }
@@ -154,15 +121,15 @@ impl Document<'_> {
 
     fn signal_state(&mut self, element: &Element) -> Option<Test> {
         let (name, state) = (self.required(element, "name"), self.required(element, "state"));
-        let target = self.reading.upstream_plain_target(&name?);
-        self.reading.state_test(target?, &state?, false)
+        let target = self.reader.upstream_plain_target(&name?);
+        self.reader.state_test(target?, &state?, false)
     }
 
     fn element_state(&mut self, element: &Element) -> Option<TestDraft> {
         let kind = self.required(element, "storyboardElementType");
         let reference = self.required(element, "storyboardElementRef");
         let state = self.required(element, "state");
-        let (kind, state) = (self.word(&kind?, KINDS), self.word(&state?, STATES));
+        let (kind, state) = (self.reader.keyword(&kind?, KINDS), self.reader.keyword(&state?, STATES));
         let (kind, reference, state) = (kind?, reference?, state?);
         self.references += 1;
         let number = self.references;
@@ -171,20 +138,10 @@ impl Document<'_> {
             (None, _) | (_, None) => undecidable(element),
         })
     }
-
-    fn word<T: Copy>(&mut self, given: &Given, words: &[(&str, T)]) -> Option<T> {
-        let found = words.iter().find(|(word, _)| *word == given.text);
-        if found.is_none() {
-            let known: Vec<_> = words.iter().map(|(word, _)| *word).collect();
-            let reason = format!("{:?} is unknown here", given.text);
-            self.reading.refuse(&given.spot, reason, &format!("give {}", known.join(", ")));
-        }
-        found.map(|(_, value)| *value)
-    }
 }
 
 fn undecidable(element: &Element) -> TestDraft {
-    TestDraft::Undecidable { what: element.name.clone(), spot: element.spot.clone() }
+    TestDraft::Undecidable { what: element.name.clone(), location: element.location.clone() }
 }
 
 /// How time compares with one before the start, which is always over.

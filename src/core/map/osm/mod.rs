@@ -1,4 +1,4 @@
-//! The primitives of an OSM XML file, before they mean anything (traffic-lights section 2.1).
+//! The primitives of an OSM XML file, before they mean anything.
 //!
 //! Only what a lanelet2 map needs is kept. Elements that an editor marked as deleted are left out.
 

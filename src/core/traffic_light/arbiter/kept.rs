@@ -15,13 +15,13 @@ pub(super) struct Perceived(Vec<Arc<GroupState>>);
 #[derive(Debug, Clone, Default)]
 pub(super) struct Network {
     /// Ascending by relation id, once each.
-    told: Vec<Told>,
+    told: Vec<LatestGroup>,
     /// The oldest and the newest of their stamps.
     stamps: Option<(ArbiterStamp, ArbiterStamp)>,
 }
 
 #[derive(Debug, Clone)]
-struct Told {
+struct LatestGroup {
     stamp: ArbiterStamp,
     group: Arc<GroupState>,
 }
@@ -74,7 +74,7 @@ impl Network {
                 continue;
             }
             changed.insert(id_of(group));
-            let told = Told { stamp, group: Arc::clone(group) };
+            let told = LatestGroup { stamp, group: Arc::clone(group) };
             match self.find(id_of(group)).and_then(|place| self.told.get_mut(place)) {
                 Some(before) => *before = told,
                 None => drop(added.insert(id_of(group), told)),

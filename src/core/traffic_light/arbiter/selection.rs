@@ -1,4 +1,5 @@
-//! Which elements of two reports of one group count (traffic-lights sections 8.5 and 8.6).
+//! Which elements of two reports of one group count
+//! (docs/spec/traffic-lights.md, "Priority mode" and "Matching mode").
 
 use std::sync::Arc;
 

@@ -152,7 +152,8 @@ fn controllers_and_phases_are_the_first_of_their_name() {
     assert!(parse_command("TrafficSignalControllerAction(south, go)", &[], Compat::Upstream).is_err());
 }
 
-/// Sections 2.4, 3.2 and 4.4: what only one of the two behaviours takes.
+/// docs/spec/traffic-lights.md, "Signal ids", "The word unknown" and "Actions and commands":
+/// what only one of the two behaviours takes.
 #[test]
 fn upstream_takes_other_texts_than_we_do() {
     let cases = [

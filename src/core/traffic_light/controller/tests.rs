@@ -5,7 +5,7 @@ use proptest::option;
 use proptest::prelude::*;
 
 use super::*;
-use crate::core::traffic_light::cadence::{FrameClock, Rate};
+use crate::core::traffic_light::periodic_timer::{FrameClock, Rate};
 use crate::core::traffic_light::scenario::{Phase, Reference};
 
 fn controller(durations_s: &[f64]) -> Controller {

@@ -11,11 +11,11 @@ use proptest::sample::select;
 use super::*;
 use crate::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
 use crate::core::time::{MonoTime, Now};
-use crate::core::traffic_light::engine::{LightsSettings, Sight, TrafficLights};
+use crate::core::traffic_light::bulb_counts::BulbCounts;
+use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
 use crate::core::traffic_light::scenario::{
     Action, Controller, ControllerIndex, Phase, PhaseEntry, Scenario, StateText,
 };
-use crate::core::traffic_light::tally::Tally;
 use crate::core::traffic_light::target::{Layer, StoreId, Target};
 use crate::core::traffic_light::text::parse_bulbs;
 
@@ -102,8 +102,8 @@ fn now(millis: u64) -> Now {
     Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() }
 }
 
-fn sight(state: &str, quarters: u8) -> Sight {
-    Sight { bulbs: parse_bulbs(state).unwrap(), confidence: f64::from(quarters) / 4.0 }
+fn sight(state: &str, quarters: u8) -> LightObservation {
+    LightObservation { bulbs: parse_bulbs(state).unwrap(), confidence: f64::from(quarters) / 4.0 }
 }
 
 fn take(lights: &mut TrafficLights, step: Step, now: Now) {
@@ -126,7 +126,7 @@ fn take(lights: &mut TrafficLights, step: Step, now: Now) {
 /// All topics, by somebody who has never sent anything.
 fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, Arc<Content>> {
     let (mut outbox, stamp) = (Outbox::new(false), WallStamp::default());
-    let (stores, predictions) = (lights.stores(), &lights.stage.predictions);
+    let (stores, predictions) = (lights.stores(), &lights.scenario_state.predictions);
     outbox.send_ground_truth(stores, stamp);
     outbox.send_camera(stores, stamp);
     outbox.send_v2i(stores, predictions, stamp);
@@ -134,8 +134,8 @@ fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, Arc<Content>> {
     outbox.waiting.into_iter().map(|emission| (emission.topic, emission.content)).collect()
 }
 
-fn counted(lights: impl Iterator<Item = Tally>) -> Tally {
-    lights.fold(Tally::default(), |sum, light| Tally {
+fn counted(lights: impl Iterator<Item = BulbCounts>) -> BulbCounts {
+    lights.fold(BulbCounts::default(), |sum, light| BulbCounts {
         lights: sum.lights + light.lights,
         dark: sum.dark + light.dark,
         unknown: sum.unknown + light.unknown,
@@ -162,10 +162,10 @@ proptest! {
             }
             for channel in Channel::ALL {
                 let (truth, detected) = (lights.stores().truth(channel), lights.stores().detected(channel));
-                let looks = truth.lights().iter().map(|light| Tally::of(light.bulbs));
-                prop_assert_eq!(truth.tally(), counted(looks));
-                let looks = detected.entries().map(|(_, entry)| Tally::of(entry.light.bulbs));
-                prop_assert_eq!(detected.tally(), counted(looks));
+                let looks = truth.lights().iter().map(|light| BulbCounts::of(light.bulbs));
+                prop_assert_eq!(truth.counts(), counted(looks));
+                let looks = detected.entries().map(|(_, entry)| BulbCounts::of(entry.light.bulbs));
+                prop_assert_eq!(detected.counts(), counted(looks));
             }
         }
         for (shared, then) in held {

@@ -5,8 +5,8 @@
 use std::time::Duration;
 
 use crate::core::traffic_light::bulb::BulbSet;
-use crate::core::trust::meaning::Meaning;
-use crate::core::trust::table::{MessageIndex, Role, SignalIndex, SignalTable};
+use crate::core::validation::meaning::Meaning;
+use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 
 /// Everything the profile binds for the v2i channel; by default nothing.
 #[derive(Debug, Clone, Default)]
@@ -35,7 +35,8 @@ pub struct V2iSource {
     /// The states.
     pub states: V2iStates,
     /// `true` = the states can be used. All of them must say so: one that is not known makes the states
-    /// unknown, since the unit that sends them may have failed (traffic-lights section 9.2).
+    /// unknown, since the unit that sends them may have failed
+    /// (docs/spec/traffic-lights.md, "V2X unit on CAN").
     pub status: Vec<Role<bool>>,
 }
 

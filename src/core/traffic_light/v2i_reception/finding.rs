@@ -1,12 +1,12 @@
 //! What diagnostics say of received traffic-light states.
 
-use super::{Believed, Doubt, V2iReception, bound};
-use crate::core::bus::Bus;
+use super::{InvalidReason, V2iReception, ValidState, bound};
+use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
-use crate::core::trust::integrity::GuardCounts;
-use crate::core::trust::table::{MessageIndex, SignalIndex};
-use crate::core::trust::words::{absence_text, raw_text};
+use crate::core::validation::display::{missing_reason_text, raw_text};
+use crate::core::validation::integrity::IntegrityCounts;
+use crate::core::validation::table::{MessageIndex, SignalIndex};
 
 /// The diagnostic task's name after `<node>: `.
 pub const TASK_NAME: &str = "v2i_traffic_lights";
@@ -17,15 +17,15 @@ pub struct GroupFinding {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
     /// Its state, or why there is none.
-    pub state: Result<Believed, Doubt>,
+    pub state: Result<ValidState, InvalidReason>,
 }
 
-impl Doubt {
+impl InvalidReason {
     /// Away from an intersection nothing is told, and that is as it should be. A value without meaning, a
     /// fault and a unit that is silent are not.
     pub fn level(self) -> Level {
         match self {
-            Self::NotTold | Self::NotToldAgain | Self::NotAvailable(..) => Level::Ok,
+            Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => Level::Ok,
             Self::Absent(..) | Self::Unusable(..) | Self::Fault(..) | Self::Undefined(..) => Level::Warn,
         }
     }
@@ -43,8 +43,8 @@ impl V2iReception {
     /// A finding in words, e.g. `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
     pub fn finding_text(&self, finding: GroupFinding, buses: &[Bus]) -> String {
         let text = match finding.state {
-            Ok(Believed { bulbs, .. }) => bulbs.to_string(),
-            Err(doubt) => self.doubt_text(doubt, buses),
+            Ok(ValidState { bulbs, .. }) => bulbs.to_string(),
+            Err(reason) => self.invalid_text(reason, buses),
         };
         format!("{}: {text}", finding.id)
     }
@@ -54,7 +54,7 @@ impl V2iReception {
         let findings: Vec<_> = self.findings().collect();
         let known = findings.iter().filter(|finding| finding.state.is_ok()).count();
         let doubts = findings.iter().filter_map(|finding| Some((finding, finding.state.err()?)));
-        let worst = doubts.filter(|(_, doubt)| doubt.level() > Level::Ok).map(|(finding, _)| *finding);
+        let worst = doubts.filter(|(_, reason)| reason.level() > Level::Ok).map(|(finding, _)| *finding);
         let bad: Vec<_> = worst.collect();
         let message = match bad.first() {
             None => format!("{known} of {} known", findings.len()),
@@ -69,8 +69,8 @@ impl V2iReception {
         let messages = (0..self.binding.table.messages.len()).map(MessageIndex);
         let frames: u64 = messages.clone().map(|message| self.seen.counts(message).frames).sum();
         let too_short: u64 = messages.clone().map(|message| self.seen.counts(message).too_short).sum();
-        let guards = messages.filter_map(|message| self.seen.guard_counts(message));
-        let newest = self.believed().map(|(_, state)| now.since(state.received.at)).min();
+        let checkers = messages.filter_map(|message| self.seen.integrity_counts(message));
+        let newest = self.valid_states().map(|(_, state)| now.since(state.received.at)).min();
         let all: Vec<_> = findings.iter().map(|finding| self.finding_text(*finding, buses)).collect();
         Status {
             name: format!("{node}: {TASK_NAME}"),
@@ -84,7 +84,7 @@ impl V2iReception {
                 ("too_short_frames", too_short.to_string()),
                 (
                     "rejected_frames",
-                    guards.map(|counts| GuardCounts::rejected(&counts)).sum::<u64>().to_string(),
+                    checkers.map(|counts| IntegrityCounts::rejected(&counts)).sum::<u64>().to_string(),
                 ),
                 ("unmapped_count", self.counts.unmapped.to_string()),
                 ("undefined_count", self.counts.undefined.to_string()),
@@ -92,18 +92,20 @@ impl V2iReception {
         }
     }
 
-    fn doubt_text(&self, doubt: Doubt, buses: &[Bus]) -> String {
+    fn invalid_text(&self, reason: InvalidReason, buses: &[Bus]) -> String {
         let table = &self.binding.table;
         let value =
             |signal: SignalIndex, raw| format!("{} = {}", table.signals[signal.0].name, raw_text(raw));
-        match doubt {
-            Doubt::Absent(signal, why) => absence_text(table, buses, signal, why),
-            Doubt::NotTold => "not told of yet".to_owned(),
-            Doubt::NotToldAgain => "not told of again".to_owned(),
-            Doubt::Unusable(signal, raw) => format!("{} says that states cannot be used", value(signal, raw)),
-            Doubt::NotAvailable(signal, raw) => format!("{} means not available", value(signal, raw)),
-            Doubt::Fault(signal, raw) => format!("{} means fault", value(signal, raw)),
-            Doubt::Undefined(signal, raw) => format!("{} is not a defined value", value(signal, raw)),
+        match reason {
+            InvalidReason::Absent(signal, why) => missing_reason_text(table, buses, signal, why),
+            InvalidReason::NotReceived => "not told of yet".to_owned(),
+            InvalidReason::NotReceivedAgain => "not told of again".to_owned(),
+            InvalidReason::Unusable(signal, raw) => {
+                format!("{} says that states cannot be used", value(signal, raw))
+            }
+            InvalidReason::NotAvailable(signal, raw) => format!("{} means not available", value(signal, raw)),
+            InvalidReason::Fault(signal, raw) => format!("{} means fault", value(signal, raw)),
+            InvalidReason::Undefined(signal, raw) => format!("{} is not a defined value", value(signal, raw)),
         }
     }
 }

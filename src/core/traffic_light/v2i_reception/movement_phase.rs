@@ -1,7 +1,8 @@
-//! `MovementPhaseState` of SAE J2735 and ETSI TS 103 301 as bulbs (traffic-lights section 9.2, item 4).
+//! `MovementPhaseState` of SAE J2735 and ETSI TS 103 301 as bulbs
+//! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
-use crate::core::trust::meaning::Meaning;
+use crate::core::validation::meaning::Meaning;
 
 /// The standard's numbers, 0 to 9, and what they mean. The shape, an arrow or else a circle, is that of
 /// a movement that has the way to itself (protected): the number does not say where it leads.

@@ -3,17 +3,17 @@
 //! crosses is exact to the spacing of the path. The length that the planner keeps for a lane change
 //! before its lane ends is not told either: the length of the change stands for it.
 
-use super::course::{Course, crossing};
-use super::{Behaviour, Stretch, View};
+use super::path_offsets::{PathOffsets, crossing};
+use super::{Behaviour, FactorContext, Interval};
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
 use crate::core::turn_signal::signal::Side;
-use crate::core::turn_signal::told::{FactorTopic, PlanningFactor};
 
 /// The lane change of a factor. `refuse` hears why there is none.
 pub(super) fn sideways(
-    view: &View<'_>,
-    course: Option<&Course>,
+    context: &FactorContext<'_>,
+    path_offsets: Option<&PathOffsets>,
     topic: FactorTopic,
     factor: &PlanningFactor,
     refuse: &mut impl FnMut(FactorFlaw),
@@ -21,17 +21,17 @@ pub(super) fn sideways(
     if factor.is_about_speed() {
         return None;
     }
-    let Some(stretch) = factor.stretch() else {
+    let Some(interval) = factor.interval() else {
         refuse(FactorFlaw::NoStretch);
         return None;
     };
-    let Some(side) = side(topic, factor, &stretch) else {
+    let Some(side) = side(topic, factor, &interval) else {
         refuse(FactorFlaw::NoSide);
         return None;
     };
-    let crossing = course.zip(view.path).and_then(|(course, path)| {
-        let index = |place| course.nearest_index(place);
-        crossing(view.road, path, (index(stretch.start().position), index(stretch.end().position)))
+    let crossing = path_offsets.zip(context.path).and_then(|(path_offsets, path)| {
+        let index = |place| path_offsets.nearest_index(place);
+        crossing(context.road, path, (index(interval.start().position), index(interval.end().position)))
     });
     let phase = match (crossing, topic) {
         (Some(_), _) => LaneChangePhase::Running,
@@ -42,16 +42,16 @@ pub(super) fn sideways(
     Some(LaneChange {
         side,
         phase,
-        start: Some(stretch.start()),
+        start: Some(interval.start()),
         crossing,
-        end: Some(stretch.end()),
-        previous_path: course.map(|course| course.poses().to_vec()).unwrap_or_default(),
-        minimum_length_m: stretch.start().position.distance_m(stretch.end().position),
+        end: Some(interval.end()),
+        previous_path: path_offsets.map(|path_offsets| path_offsets.poses().to_vec()).unwrap_or_default(),
+        minimum_length_m: interval.start().position.distance_m(interval.end().position),
     })
 }
 
 /// As the factor says; else as its module is called, else by its offsets.
-fn side(topic: FactorTopic, factor: &PlanningFactor, stretch: &Stretch) -> Option<Side> {
+fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &Interval) -> Option<Side> {
     let told = match factor.behaviour() {
         Behaviour::ShiftLeft => Some(Side::Left),
         Behaviour::ShiftRight => Some(Side::Right),
@@ -65,7 +65,7 @@ fn side(topic: FactorTopic, factor: &PlanningFactor, stretch: &Stretch) -> Optio
         | FactorTopic::StaticObstacleAvoidance
         | FactorTopic::GoalPlanner => None,
     };
-    let by_offset = || match stretch.shift_m() {
+    let by_offset = || match interval.shift_m() {
         shift_m if shift_m > 0.0 => Some(Side::Left),
         shift_m if shift_m < 0.0 => Some(Side::Right),
         _ => None,

@@ -4,17 +4,17 @@
 //! before its way to the roadside is decided is told only as a factor to stop or slow down; without
 //! one it is where the planned speed begins to be what is left to the stop in the search time.
 
-use super::course::{Course, Ramp};
-use super::{Behaviour, Made, Stretch, View};
+use super::path_offsets::{PathOffsets, Ramp};
+use super::{Behaviour, FactorContext, Interval, Made};
+use crate::core::turn_signal::decision_context::STOP_SPEED_MPS;
 use crate::core::turn_signal::geometry::{Point, Pose};
 use crate::core::turn_signal::inputs::FactorFlaw;
+use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
 use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
 use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
-use crate::core::turn_signal::road::LaneId;
-use crate::core::turn_signal::scene::STOP_SPEED_MPS;
+use crate::core::turn_signal::planner_input::PlanningFactor;
 use crate::core::turn_signal::shift::ShiftedPath;
-use crate::core::turn_signal::told::PlanningFactor;
 
 /// Nearer to its start the vehicle has not departed, metres.
 const DEPARTED_M: f64 = 1.0;
@@ -23,14 +23,14 @@ const AT_LIMIT: f64 = 0.95;
 
 /// The pull-out of a factor. Its `behavior` comes from upstream's own signal and is not looked at.
 pub(super) fn out(
-    view: &View<'_>,
-    course: Option<&Course>,
+    context: &FactorContext<'_>,
+    path_offsets: Option<&PathOffsets>,
     factor: &PlanningFactor,
     refuse: &mut impl FnMut(FactorFlaw),
 ) -> Option<Manoeuvre> {
-    let ego = view.odometry.pose;
-    let lanes = course.map(|course| course.lanes.clone()).filter(|lanes| !lanes.is_empty());
-    let lanes: Vec<LaneId> = lanes.unwrap_or_else(|| view.route.lanes().collect());
+    let ego = context.odometry.pose;
+    let lanes = path_offsets.map(|path_offsets| path_offsets.lanes.clone()).filter(|lanes| !lanes.is_empty());
+    let lanes: Vec<LaneId> = lanes.unwrap_or_else(|| context.route.lanes().collect());
     if !factor.is_driving_forward {
         // Backing up needs neither path nor offsets: hazard lights, wherever it leads.
         let ahead = Pose { position: ego.place(1.0, 0.0), yaw_rad: ego.yaw_rad };
@@ -50,19 +50,19 @@ pub(super) fn out(
     if factor.is_about_speed() {
         return None;
     }
-    let Some(stretch) = factor.stretch() else {
+    let Some(interval) = factor.interval() else {
         refuse(FactorFlaw::NoStretch);
         return None;
     };
-    let near_start = ego.position.distance_m(stretch.start().position) <= DEPARTED_M;
+    let near_start = ego.position.distance_m(interval.start().position) <= DEPARTED_M;
     Some(Manoeuvre::PullOut(PullOut {
-        path: course.and_then(|course| course.ramped(&[ramp(&stretch)])),
-        start: stretch.start(),
-        end: stretch.end(),
-        current_shift_m: course.map_or(0.0, |course| course.offset_m(ego.position)),
+        path: path_offsets.and_then(|path_offsets| path_offsets.ramped(&[ramp(&interval)])),
+        start: interval.start(),
+        end: interval.end(),
+        current_shift_m: path_offsets.map_or(0.0, |path_offsets| path_offsets.offset_m(ego.position)),
         forward: true,
         standing_counts: near_start,
-        before_start: near_start && (!view.is_engaged() || view.odometry.speed_mps < STOP_SPEED_MPS),
+        before_start: near_start && (!context.is_engaged() || context.odometry.speed_mps < STOP_SPEED_MPS),
         lanes,
     }))
 }
@@ -70,18 +70,18 @@ pub(super) fn out(
 /// The pull-over of the module's factors: decided when one of them shifts, else announced by those
 /// that stop or slow down.
 pub(super) fn over(
-    view: &View<'_>,
-    course: Option<&Course>,
+    context: &FactorContext<'_>,
+    path_offsets: Option<&PathOffsets>,
     factors: &[&PlanningFactor],
     refuse: &mut impl FnMut(FactorFlaw),
 ) -> Made {
     let Some(first) = factors.first() else { return Made::All(Vec::new()) };
-    let Some(course) = course else { return Made::NeedsPath(ManoeuvreKind::PullOver) };
+    let Some(path_offsets) = path_offsets else { return Made::NeedsPath(ManoeuvreKind::PullOver) };
     let pull_over = match factors.iter().find(|factor| !factor.is_about_speed()) {
         Some(shifting) => {
-            shifting.stretch().map(|stretch| PullOver::Decided(decided(view, course, &stretch)))
+            shifting.interval().map(|interval| PullOver::Decided(decided(context, path_offsets, &interval)))
         }
-        None => undecided(view, course, factors).map(PullOver::Undecided),
+        None => undecided(context, path_offsets, factors).map(PullOver::Undecided),
     };
     if pull_over.is_none() && !(first.control_points.len() == 1 && first.is_about_speed()) {
         refuse(FactorFlaw::NoStretch);
@@ -89,47 +89,51 @@ pub(super) fn over(
     pull_over.into_iter().map(Manoeuvre::PullOver).collect()
 }
 
-fn decided(view: &View<'_>, course: &Course, stretch: &Stretch) -> Decided {
+fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &Interval) -> Decided {
     Decided {
-        path: course.ramped(&[ramp(stretch)]),
-        start: stretch.start(),
-        goal: stretch.end(),
-        current_shift_m: course.offset_m(view.odometry.pose.position),
+        path: path_offsets.ramped(&[ramp(interval)]),
+        start: interval.start(),
+        goal: interval.end(),
+        current_shift_m: path_offsets.offset_m(context.odometry.pose.position),
         near_first_end: false,
-        lanes: course.lanes.clone(),
+        lanes: path_offsets.lanes.clone(),
     }
 }
 
-fn undecided(view: &View<'_>, course: &Course, factors: &[&PlanningFactor]) -> Option<Undecided> {
+fn undecided(
+    context: &FactorContext<'_>,
+    path_offsets: &PathOffsets,
+    factors: &[&PlanningFactor],
+) -> Option<Undecided> {
     let pose_of = |wanted: Behaviour| {
         let factor = factors.iter().find(|factor| factor.behaviour() == wanted)?;
         factor.control_points.first().map(|point| point.pose)
     };
     let (slow_down, stop) = (pose_of(Behaviour::SlowDown), pose_of(Behaviour::Stop));
-    let deceleration = slow_down.or_else(|| begins_to_brake(view, stop?.position));
+    let deceleration = slow_down.or_else(|| begins_to_brake(context, stop?.position));
     deceleration.map(|deceleration| Undecided {
-        stop_path: course.poses().to_vec(),
+        stop_path: path_offsets.poses().to_vec(),
         deceleration: Some(deceleration),
         stop,
     })
 }
 
 /// The first point whose planned speed is what is left to the stop in the search time.
-fn begins_to_brake(view: &View<'_>, stop: Point) -> Option<Pose> {
+fn begins_to_brake(context: &FactorContext<'_>, stop: Point) -> Option<Pose> {
     let at_limit = |speed_mps: f64, left_m: f64| {
-        let limit_mps = left_m / view.parameters.search_time_s;
+        let limit_mps = left_m / context.parameters.search_time_s;
         left_m > 0.0 && speed_mps >= limit_mps * AT_LIMIT
     };
     let braking =
-        view.path?.iter().find(|point| at_limit(point.speed_mps, point.pose.position.distance_m(stop)));
+        context.path?.iter().find(|point| at_limit(point.speed_mps, point.pose.position.distance_m(stop)));
     braking.map(|point| point.pose)
 }
 
-fn ramp(stretch: &Stretch) -> Ramp {
+fn ramp(interval: &Interval) -> Ramp {
     Ramp {
-        start: stretch.start(),
-        end: stretch.end(),
-        before_m: stretch.start.shift_length_m,
-        after_m: stretch.end.shift_length_m,
+        start: interval.start(),
+        end: interval.end(),
+        before_m: interval.start.shift_length_m,
+        after_m: interval.end.shift_length_m,
     }
 }

@@ -6,10 +6,10 @@
 use super::*;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::geometry::Point;
+use crate::core::turn_signal::lane_network::Lane;
 use crate::core::turn_signal::manoeuvre::avoidance::Avoidance;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_over::PullOver;
-use crate::core::turn_signal::road::Lane;
 use crate::core::turn_signal::signal::Side;
 
 /// A straight lane of 3.5 m.
@@ -26,14 +26,14 @@ fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lane {
 }
 
 /// Lanes 1 and 2 one behind the other, 11 and 12 to their left.
-fn road() -> Road {
+fn road() -> LaneNetwork {
     let lanes = [
         lane(1, 0.0, 60.0, 0.0, &[2]),
         lane(2, 60.0, 200.0, 0.0, &[]),
         lane(11, 0.0, 60.0, 3.5, &[12]),
         lane(12, 60.0, 200.0, 3.5, &[]),
     ];
-    Road::new(lanes, Vec::new())
+    LaneNetwork::new(lanes, Vec::new())
 }
 
 /// A path along x, a point each metre from 0 to 150, at these offsets, on these lanelets.
@@ -68,21 +68,31 @@ fn factor(behavior: u16, points: &[(f64, f64)]) -> PlanningFactor {
     }
 }
 
-struct Told {
+struct PlannerInput {
     manoeuvres: Vec<Manoeuvre>,
     findings: Vec<Finding>,
 }
 
-fn told(x_m: f64, path: Option<&[PathPoint]>, factors: &[(FactorTopic, Vec<PlanningFactor>)]) -> Told {
+fn told(
+    x_m: f64,
+    path: Option<&[PathPoint]>,
+    factors: &[(FactorTopic, Vec<PlanningFactor>)],
+) -> PlannerInput {
     let (road, parameters) = (road(), Parameters::DEPLOYED);
     let route = Route::single_file(1, Pose::default(), &[1, 2]).unwrap();
     let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps: 5.0 };
-    let view =
-        View { road: &road, route: &route, parameters: &parameters, odometry, path, operation_mode: None };
+    let context = FactorContext {
+        road: &road,
+        route: &route,
+        parameters: &parameters,
+        odometry,
+        path,
+        operation_mode: None,
+    };
     let timed = |factors: &Vec<PlanningFactor>| Timed { at: MonoTime::ZERO, value: factors.clone().into() };
     let factors = factors.iter().map(|(topic, factors)| (*topic, timed(factors))).collect();
-    let (manoeuvres, findings) = manoeuvres(&view, &factors);
-    Told { manoeuvres: manoeuvres.into_iter().map(|timed| timed.value).collect(), findings }
+    let (manoeuvres, findings) = manoeuvres(&context, &factors);
+    PlannerInput { manoeuvres: manoeuvres.into_iter().map(|timed| timed.value).collect(), findings }
 }
 
 fn only<T>(mut all: Vec<T>) -> T {
@@ -90,13 +100,13 @@ fn only<T>(mut all: Vec<T>) -> T {
     all.pop().unwrap()
 }
 
-fn lane_change(told: Told) -> LaneChange {
+fn lane_change(told: PlannerInput) -> LaneChange {
     assert_eq!(told.findings, []);
     let Manoeuvre::LaneChange(change) = only(told.manoeuvres) else { panic!("no lane change") };
     change
 }
 
-fn avoidance(told: Told) -> Avoidance {
+fn avoidance(told: PlannerInput) -> Avoidance {
     assert_eq!(told.findings, []);
     let Manoeuvre::Avoidance(avoidance) = only(told.manoeuvres) else { panic!("no avoidance") };
     avoidance
@@ -276,7 +286,7 @@ fn factors_that_cannot_be_used_are_left_out_and_told() {
         AvoidanceByLaneChange, GoalPlanner, LaneChangeLeft, StartPlanner, StaticObstacleAvoidance,
     };
     let straight = path(|_| 0.0, own_lanes);
-    let stretch = [(40.0, 0.0), (100.0, 0.0)];
+    let interval = [(40.0, 0.0), (100.0, 0.0)];
     let nowhere = [(f64::NAN, 0.0), (100.0, 0.0)];
     for (topic, bad, flaw) in [
         (LaneChangeLeft, factor(4, &nowhere), NotFinite),
@@ -285,7 +295,7 @@ fn factors_that_cannot_be_used_are_left_out_and_told() {
         (StaticObstacleAvoidance, factor(4, &[]), NoStretch),
         (StartPlanner, factor(1, &[(40.0, 0.0)]), NoStretch),
         (GoalPlanner, factor(4, &[(40.0, 0.0)]), NoStretch),
-        (AvoidanceByLaneChange, factor(1, &stretch), NoSide),
+        (AvoidanceByLaneChange, factor(1, &interval), NoSide),
     ] {
         let told = told(10.0, Some(&straight), &[(topic, vec![bad])]);
         assert_eq!(told.manoeuvres, [], "{topic:?}");

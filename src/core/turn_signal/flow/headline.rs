@@ -2,40 +2,41 @@
 
 use std::mem::{Discriminant, discriminant};
 
-use crate::core::turn_signal::decision::{Decision, Ground};
+use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
-use crate::core::turn_signal::manoeuvre::Remark;
-use crate::core::turn_signal::resolve::{Case, Fate};
+use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
+use crate::core::turn_signal::min_duration::Held;
+use crate::core::turn_signal::resolve::{CandidateOutcome, Case};
 use crate::core::turn_signal::signal::{Hazard, Signal};
-use crate::core::turn_signal::steady::Held;
 
 /// A decision without its distances and ages.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Headline {
     turn: Signal,
     hazard: Hazard,
-    ground: Discriminant<Ground>,
+    basis: Discriminant<Basis>,
     case: Option<Case>,
     /// What each candidate asks for, and what became of it.
-    candidates: Vec<(Signal, Fate)>,
+    candidates: Vec<(Signal, CandidateOutcome)>,
     held: Option<Held>,
-    remarks: Vec<Remark>,
+    remarks: Vec<ManoeuvreOutcome>,
     findings: Vec<Discriminant<Finding>>,
 }
 
 impl Headline {
     pub(super) fn of(decision: &Decision) -> Self {
-        let (case, candidates) = match &decision.ground {
-            Ground::Weighed(resolution) => {
-                let candidates = resolution.weighed.iter().map(|weighed| (weighed.turn, weighed.fate));
+        let (case, candidates) = match &decision.basis {
+            Basis::Candidates(resolution) => {
+                let candidates =
+                    resolution.evaluated.iter().map(|evaluated| (evaluated.turn, evaluated.outcome));
                 (resolution.case, candidates.collect())
             }
-            Ground::Blind | Ground::Hazard | Ground::BehaviourAlone(_) => (None, Vec::new()),
+            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => (None, Vec::new()),
         };
         Self {
             turn: decision.turn,
             hazard: decision.hazard,
-            ground: discriminant(&decision.ground),
+            basis: discriminant(&decision.basis),
             case,
             candidates,
             held: decision.held,

@@ -1,12 +1,12 @@
 //! What the decider says of itself: command, winner and rule, distances, why each other candidate lost,
 //! what is wrong with the inputs, how far it agrees with Autoware.
 
-use super::agreement::{Agreement, Disagreement};
+use super::shadow_comparison::{Disagreement, ShadowComparison};
 use super::{Role, TurnSignalFlow};
 use crate::core::diagnostics::Level;
 use crate::core::time::MonoTime;
-use crate::core::turn_signal::decision::{Decision, Ground};
-use crate::core::turn_signal::inputs::Weight;
+use crate::core::turn_signal::decision::{Basis, Decision};
+use crate::core::turn_signal::inputs::Impact;
 use crate::core::turn_signal::resolve::{Resolution, Source};
 
 type Value = (&'static str, String);
@@ -19,18 +19,20 @@ impl TurnSignalFlow {
     pub(super) fn summary(&self) -> (Level, String) {
         let Some(decision) = &self.decision else { return (Level::Ok, "nothing decided yet".to_owned()) };
         let (mut level, mut text) = (Level::Ok, by_whom(decision));
-        if let Some(worst) = decision.findings.iter().rev().max_by_key(|finding| finding.weight()) {
-            level = match worst.weight() {
-                Weight::Normal => Level::Ok,
-                Weight::Doubt => Level::Warn,
-                Weight::Failure => Level::Error,
+        if let Some(worst) = decision.findings.iter().rev().max_by_key(|finding| finding.impact()) {
+            level = match worst.impact() {
+                Impact::Normal => Level::Ok,
+                Impact::Degraded => Level::Warn,
+                Impact::Failure => Level::Error,
             };
-            if level > Level::Ok || decision.ground == Ground::Blind {
+            if level > Level::Ok || decision.basis == Basis::NoInputs {
                 text = worst.situation();
             }
         }
-        let differs = |agreement: &Agreement| agreement.present.is_some_and(|present| present.counts);
-        if level == Level::Ok && (differs(&self.turn_agreement) || differs(&self.hazard_agreement)) {
+        let differs = |shadow_comparison: &ShadowComparison| {
+            shadow_comparison.present.is_some_and(|present| present.counts)
+        };
+        if level == Level::Ok && (differs(&self.turn_comparison) || differs(&self.hazard_comparison)) {
             (level, text) = (Level::Warn, "Autoware commands something else".to_owned());
         }
         (level, format!("{}: {text}", decision.turn))
@@ -54,29 +56,29 @@ impl TurnSignalFlow {
             Some(Err(_)) => "refused".to_owned(),
         };
         values.push(("route", route));
-        let age_ms = self.heard.odometry.map(|odometry| now.since(odometry.at).as_millis());
+        let age_ms = self.latest.odometry.map(|odometry| now.since(odometry.at).as_millis());
         values.push(("odometry_age_ms", age_ms.map_or("none".to_owned(), |age| age.to_string())));
-        let mode = self.heard.operation_mode;
+        let mode = self.latest.operation_mode;
         values.push(("operation_mode", mode.map_or("unknown".to_owned(), |mode| mode.mode.to_string())));
         values.push(("cycles", self.cycles.to_string()));
         values.push(("changes", self.changes.to_string()));
         if matches!(self.settings.role, Role::Shadow { .. }) {
-            agreement(
-                &self.turn_agreement,
+            shadow_comparison(
+                &self.turn_comparison,
                 ["turn_agreement_percent", "turn_disagreement"],
                 &TURNS,
                 now,
                 &mut values,
             );
-            counts(&self.turn_agreement, "turn_compared", &mut values);
-            agreement(
-                &self.hazard_agreement,
+            counts(&self.turn_comparison, "turn_compared", &mut values);
+            shadow_comparison(
+                &self.hazard_comparison,
                 ["hazard_agreement_percent", "hazard_disagreement"],
                 &HAZARDS,
                 now,
                 &mut values,
             );
-            counts(&self.hazard_agreement, "hazard_compared", &mut values);
+            counts(&self.hazard_comparison, "hazard_compared", &mut values);
         }
         values
     }
@@ -84,11 +86,11 @@ impl TurnSignalFlow {
 
 /// Who has the say.
 fn by_whom(decision: &Decision) -> String {
-    let who = match &decision.ground {
-        Ground::Blind => "nothing to go by".to_owned(),
-        Ground::Hazard => "hazard lights".to_owned(),
-        Ground::BehaviourAlone(_) => "manoeuvres alone".to_owned(),
-        Ground::Weighed(resolution) => match resolution.winner {
+    let who = match &decision.basis {
+        Basis::NoInputs => "no inputs".to_owned(),
+        Basis::Hazard => "hazard lights".to_owned(),
+        Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
+        Basis::Candidates(resolution) => match resolution.winner {
             Some(winner) => winner.source.to_string(),
             None => "nothing to signal".to_owned(),
         },
@@ -104,9 +106,9 @@ fn decided(decision: &Decision, values: &mut Vec<Value>) {
     values.push(("hazard", decision.hazard.to_string()));
     let held = decision.held.map_or("no".to_owned(), |held| held.to_string());
     values.push(("held", held));
-    match &decision.ground {
-        Ground::Weighed(resolution) => weighed(resolution, values),
-        Ground::Blind | Ground::Hazard | Ground::BehaviourAlone(_) => {
+    match &decision.basis {
+        Basis::Candidates(resolution) => evaluated(resolution, values),
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => {
             values.push(("winner", "none".to_owned()));
         }
     }
@@ -114,7 +116,7 @@ fn decided(decision: &Decision, values: &mut Vec<Value>) {
     values.push(("findings", list(&decision.findings)));
 }
 
-fn weighed(resolution: &Resolution, values: &mut Vec<Value>) {
+fn evaluated(resolution: &Resolution, values: &mut Vec<Value>) {
     let winner = resolution.winner;
     values.push(("winner", winner.map_or("none".to_owned(), |winner| winner.source.to_string())));
     values.push(("rule", resolution.case.map_or("none".to_owned(), |case| case.to_string())));
@@ -125,13 +127,13 @@ fn weighed(resolution: &Resolution, values: &mut Vec<Value>) {
         values.push(("required_start_m", metres(winner.distances.required_start_m)));
         values.push(("required_end_m", metres(winner.distances.required_end_m)));
     }
-    for weighed in &resolution.weighed {
-        let key = match weighed.source {
+    for evaluated in &resolution.evaluated {
+        let key = match evaluated.source {
             Source::Intersection => "intersection",
             Source::Roundabout => "roundabout",
-            Source::Behaviour => "behaviour",
+            Source::Manoeuvre => "manoeuvre",
         };
-        let text = weighed.to_string();
+        let text = evaluated.to_string();
         let why = text.split_once(": ").map_or(text.as_str(), |(_, why)| why);
         values.push((key, why.to_owned()));
     }
@@ -144,26 +146,26 @@ fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-fn agreement(
-    agreement: &Agreement,
+fn shadow_comparison(
+    shadow_comparison: &ShadowComparison,
     [share, present]: [&'static str; 2],
     names: &[&str],
     now: MonoTime,
     values: &mut Vec<Value>,
 ) {
-    let percent = agreement.percent();
+    let percent = shadow_comparison.percent();
     values.push((share, percent.map_or("nothing compared".to_owned(), |percent| format!("{percent:.2}"))));
     let named =
         |number: u8| names.get(usize::from(number)).map_or(number.to_string(), |name| (*name).to_owned());
-    let text = agreement.present.map(|Disagreement { ours, autoware, since, .. }| {
+    let text = shadow_comparison.present.map(|Disagreement { ours, autoware, since, .. }| {
         let ms = now.since(since).as_millis();
         format!("{} here, {} of Autoware, for {ms} ms", named(ours), named(autoware))
     });
     values.push((present, text.unwrap_or("none".to_owned())));
 }
 
-fn counts(agreement: &Agreement, key: &'static str, values: &mut Vec<Value>) {
-    let Agreement { agreed, tolerated, disagreed, skipped, .. } = agreement;
+fn counts(shadow_comparison: &ShadowComparison, key: &'static str, values: &mut Vec<Value>) {
+    let ShadowComparison { agreed, tolerated, disagreed, skipped, .. } = shadow_comparison;
     let text = format!("{agreed} alike, {tolerated} tolerated, {disagreed} different, {skipped} skipped");
     values.push((key, text));
 }

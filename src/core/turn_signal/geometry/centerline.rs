@@ -1,4 +1,5 @@
-//! The middle of a lanelet, made of its bounds as upstream's map loader makes it (3.0.6).
+//! The middle of a lanelet, made of its bounds as upstream's map loader makes it
+//! (docs/spec/turn-signal-decider.md, "Lanelet centreline").
 
 use super::Point;
 
@@ -8,7 +9,7 @@ pub type BoundPoint = [f64; 3];
 /// Between two points of the middle lies at most this much of the longer bound, metres.
 pub const RESOLUTION_M: f64 = 5.0;
 /// More pieces than any lanelet has; bounds memory.
-const MOST_PIECES: f64 = 100_000.0;
+const MAX_PIECES: f64 = 100_000.0;
 
 /// Middles of points at equal fractions of both bounds. `None` when a bound is empty or not finite.
 pub fn centerline(left: &[BoundPoint], right: &[BoundPoint]) -> Option<Vec<Point>> {
@@ -16,7 +17,7 @@ pub fn centerline(left: &[BoundPoint], right: &[BoundPoint]) -> Option<Vec<Point
     if left.is_empty() || right.is_empty() || !finite(left) || !finite(right) {
         return None;
     }
-    let wanted = (total_m(left).max(total_m(right)) / RESOLUTION_M).ceil().clamp(1.0, MOST_PIECES);
+    let wanted = (total_m(left).max(total_m(right)) / RESOLUTION_M).ceil().clamp(1.0, MAX_PIECES);
     let mut middles = Vec::new();
     let mut done = 0.0;
     while done <= wanted {

@@ -1,5 +1,5 @@
 //! Plane geometry of the decider: poses, distances along a path, where a turn ends
-//! (turn-signal-decider section 3.0). Height plays no part.
+//! (docs/spec/turn-signal-decider.md, "Geometry"). Height plays no part.
 
 pub mod centerline;
 pub mod path;

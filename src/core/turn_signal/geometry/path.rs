@@ -1,5 +1,5 @@
-//! A path to measure on: the soft nearest point, and signed distances from the vehicle (3.0.1 to
-//! 3.0.3).
+//! A path to measure on: the soft nearest point, and signed distances from the vehicle
+//! (docs/spec/turn-signal-decider.md, "Nearest point" and "Distance along the path").
 
 use thiserror::Error;
 
@@ -65,7 +65,7 @@ impl Path {
         self.arcs_m.last().copied().unwrap_or_default()
     }
 
-    /// The soft nearest point (3.0.1): near and aligned if there is one, else near, else aligned,
+    /// The soft nearest point: near and aligned if there is one, else near, else aligned,
     /// else just the nearest. Of a path that comes by twice only the first visit counts.
     pub fn nearest_index(&self, query: Pose, limits: NearestLimits) -> usize {
         let squared = |pose: &Pose| pose.position.squared_distance(query.position);
@@ -78,7 +78,7 @@ impl Path {
             .unwrap_or_default()
     }
 
-    /// The piece of the path `query` belongs to (3.0.2), by the index of its first point.
+    /// The piece of the path `query` belongs to, by the index of its first point.
     pub fn segment_index(&self, query: Pose, limits: NearestLimits) -> usize {
         let nearest = self.nearest_index(query, limits);
         match nearest {
@@ -129,7 +129,7 @@ impl Path {
 
 /// Distances along a path, seen from the vehicle.
 #[derive(Debug, Clone, Copy)]
-pub struct Ruler<'a> {
+pub struct PathFrame<'a> {
     path: &'a Path,
     ego: Pose,
     ego_station_m: f64,
@@ -137,7 +137,7 @@ pub struct Ruler<'a> {
     limits: NearestLimits,
 }
 
-impl<'a> Ruler<'a> {
+impl<'a> PathFrame<'a> {
     /// A vehicle at `ego` (its rear axle), whose front is `front_m` before that. `limits` find both
     /// the vehicle and whatever is measured.
     pub fn new(path: &'a Path, ego: Pose, front_m: f64, limits: NearestLimits) -> Self {

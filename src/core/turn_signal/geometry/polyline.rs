@@ -40,13 +40,13 @@ pub fn without_near_earlier(points: &[Point], gap_m: f64) -> Vec<Point> {
     kept
 }
 
-/// The first point, facing the second (3.0.4). `None` below two points.
+/// The first point, facing the second. `None` below two points.
 pub fn front_pose(points: &[Point]) -> Option<Pose> {
     let [first, second, ..] = points else { return None };
     Some(Pose { position: *first, yaw_rad: first.heading_to_rad(*second) })
 }
 
-/// The last point, facing away from the last but one (3.0.4). `None` below two points.
+/// The last point, facing away from the last but one. `None` below two points.
 pub fn back_pose(points: &[Point]) -> Option<Pose> {
     let [.., before, last] = points else { return None };
     Some(Pose { position: *last, yaw_rad: before.heading_to_rad(*last) })
@@ -68,7 +68,7 @@ pub fn headed(points: &[Point]) -> Vec<Pose> {
 
 /// The place of a line nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foot {
+pub struct Projection {
     /// Arc length there, metres.
     pub arc_m: f64,
     /// Distance to it, metres.
@@ -78,10 +78,10 @@ pub struct Foot {
 }
 
 /// The nearest place of `points` to `query`; the first of equally near ones. `None` without points.
-pub fn nearest(points: &[Point], query: Point) -> Option<Foot> {
+pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = points.first()?;
     let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
-    let mut best = Foot { arc_m: 0.0, distance_m: first.distance_m(query), yaw_rad };
+    let mut best = Projection { arc_m: 0.0, distance_m: first.distance_m(query), yaw_rad };
     let mut start_m = 0.0;
     for piece in points.windows(2) {
         let [from, to] = piece else { continue };
@@ -90,7 +90,7 @@ pub fn nearest(points: &[Point], query: Point) -> Option<Foot> {
             let along_m = projection_m(*from, *to, query).clamp(0.0, length_m);
             let distance_m = from.toward(*to, along_m / length_m).distance_m(query);
             if distance_m < best.distance_m {
-                best = Foot { arc_m: start_m + along_m, distance_m, yaw_rad: from.heading_to_rad(*to) };
+                best = Projection { arc_m: start_m + along_m, distance_m, yaw_rad: from.heading_to_rad(*to) };
             }
         }
         start_m += length_m;

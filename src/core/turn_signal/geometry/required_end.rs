@@ -1,5 +1,5 @@
-//! Where a turn is as good as done: the end of its required section (3.0.5), as upstream does it and
-//! as its documentation says it.
+//! Where a turn is as good as done: the end of its required section, as upstream does it and as its
+//! documentation says it (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
 use super::polyline::{arc_lengths_m, back_pose, headed, length_m, without_repeats};
 use super::spline::akima;
@@ -10,9 +10,9 @@ const STEP_M: f64 = 1.0;
 /// A sample this near to the end becomes the end, metres.
 const MERGE_M: f64 = 0.1;
 /// A line with a piece shorter than this is not resampled, metres.
-const SHORTEST_PIECE_M: f64 = 1e-6;
+const MIN_PIECE_M: f64 = 1e-6;
 /// Longest line that is resampled, metres; no lanelet is near it, and it bounds memory.
-const LONGEST_M: f64 = 100_000.0;
+const MAX_M: f64 = 100_000.0;
 
 /// The last sample of the line that still faces `threshold_deg` or more away from its end; the end
 /// when none does. `None` without two different finite points.
@@ -24,7 +24,7 @@ pub fn required_end(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
 }
 
 /// The start of the first piece of the line that faces within `threshold_deg` of its end: the rule of
-/// upstream's path generator (5.5). `None` without two different finite points.
+/// upstream's path generator. `None` without two different finite points.
 pub fn first_aligned(centerline: &[Point], threshold_deg: f64) -> Option<Pose> {
     if !centerline.iter().all(|point| point.is_finite()) {
         return None;
@@ -47,7 +47,7 @@ fn resampled(centerline: &[Point]) -> Option<Vec<Point>> {
     let points = without_repeats(centerline);
     back_pose(&points)?;
     let arcs = arc_lengths_m(&points);
-    let too_short = arcs.windows(2).any(|pair| matches!(pair, [from, to] if to - from < SHORTEST_PIECE_M));
+    let too_short = arcs.windows(2).any(|pair| matches!(pair, [from, to] if to - from < MIN_PIECE_M));
     if queries.len() < 2 || too_short {
         return Some(points);
     }
@@ -62,7 +62,7 @@ fn resampled(centerline: &[Point]) -> Option<Vec<Point>> {
 
 fn queries_m(length_m: f64) -> Vec<f64> {
     let mut queries = Vec::new();
-    if length_m >= LONGEST_M {
+    if length_m >= MAX_M {
         return queries;
     }
     let mut at_m = 0.0;

@@ -1,7 +1,8 @@
-//! The modified Akima cubic (3.0.5): a smooth line through knots that does not overshoot as much.
+//! The modified Akima cubic: a smooth line through knots that does not overshoot as much
+//! (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
 /// Below this the weights of a node are noise and the mean of its slopes counts.
-const LEAST_WEIGHT: f64 = 1e-5;
+const MIN_WEIGHT: f64 = 1e-5;
 
 /// Values at `queries` of the cubic through (`knots`, `values`). Queries outside the knots continue
 /// the first or last piece. `None` when there are fewer than two knots, knots do not rise, or the
@@ -67,7 +68,7 @@ fn derivatives(slopes: &[f64]) -> Vec<f64> {
             node => {
                 let before = (slope(node + 1) - slope(node)).abs();
                 let after = (slope(node - 1) - slope(node - 2)).abs();
-                if before + after < LEAST_WEIGHT {
+                if before + after < MIN_WEIGHT {
                     f64::midpoint(slope(node - 1), slope(node))
                 } else {
                     (before * slope(node - 1) + after * slope(node)) / (before + after)

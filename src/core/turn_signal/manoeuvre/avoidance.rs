@@ -1,14 +1,14 @@
-//! Avoidance of static obstacles (turn-signal-decider section 3.3).
+//! Avoidance of static obstacles (docs/spec/turn-signal-decider.md, "Avoidance").
 
-use super::{ManoeuvreMemory, Why, overwritten, why};
+use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use crate::core::turn_signal::decision_context::DecisionContext;
+use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::parameters::CandidatePolicy;
-use crate::core::turn_signal::road::LaneId;
-use crate::core::turn_signal::scene::Scene;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
 /// Farther beside its path the vehicle is not avoiding, metres.
-const MOST_DEVIATION_M: f64 = 1.0;
+const MAX_DEVIATION_M: f64 = 1.0;
 
 /// An avoidance: shift lines out and back.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,17 +51,19 @@ impl AvoidanceLine {
 impl ManoeuvreMemory {
     pub(super) fn avoidance(
         &mut self,
-        scene: &Scene<'_>,
+        context: &DecisionContext<'_>,
         avoidance: &Avoidance,
         record: &mut Option<Section>,
-    ) -> Why {
-        if !avoidance.approved && !signalled_while_waiting(scene) {
-            return Why::Idle;
+    ) -> SignalReason {
+        if !avoidance.approved && !signalled_while_waiting(context) {
+            return SignalReason::Idle;
         }
-        let target = Some(avoidance).filter(|avoidance| avoidance.deviation_m.abs() <= MOST_DEVIATION_M);
-        let Some(line) = target.and_then(|avoidance| target_line(scene, avoidance)) else { return Why::Idle };
+        let target = Some(avoidance).filter(|avoidance| avoidance.deviation_m.abs() <= MAX_DEVIATION_M);
+        let Some(line) = target.and_then(|avoidance| target_line(context, avoidance)) else {
+            return SignalReason::Idle;
+        };
         if self.avoidance_ignored.contains(&line.id) {
-            return Why::Ignored;
+            return SignalReason::Ignored;
         }
         let shift = Shift {
             path: &avoidance.path,
@@ -73,33 +75,33 @@ impl ManoeuvreMemory {
             own_lane: true,
             stop_override: false,
         };
-        let outcome = judge(scene, &shift);
+        let outcome = judge(context, &shift);
         if outcome.ignore() {
             self.avoidance_ignored.insert(line.id);
         }
-        *record = overwritten(scene, *record, outcome.section);
+        *record = overwritten(context, *record, outcome.section);
         why(&outcome)
     }
 }
 
-fn signalled_while_waiting(scene: &Scene<'_>) -> bool {
-    match scene.parameters.avoidance_candidate {
+fn signalled_while_waiting(context: &DecisionContext<'_>) -> bool {
+    match context.parameters.avoidance_candidate {
         CandidatePolicy::None | CandidatePolicy::StopOnApproval => false,
-        CandidatePolicy::StoppedCandidate => scene.stands(),
+        CandidatePolicy::StoppedCandidate => context.stands(),
         CandidatePolicy::AllCandidate => true,
     }
 }
 
 /// The first shift that is left, or the first one back if that is near.
-fn target_line(scene: &Scene<'_>, avoidance: &Avoidance) -> Option<AvoidanceLine> {
+fn target_line(context: &DecisionContext<'_>, avoidance: &Avoidance) -> Option<AvoidanceLine> {
     let mut left = avoidance.lines.iter().filter(|line| line.line.end_index >= avoidance.ego_index);
     let first = left.next()?;
     let Some(back) = left.find(|line| line.shifts_left() != first.shifts_left()) else { return Some(*first) };
-    let ego = scene.ego().position;
+    let ego = context.ego().position;
     let ahead_m = |line: &AvoidanceLine| {
         avoidance.path.distance_to_m(ego, line.line.start_index).unwrap_or(f64::INFINITY)
     };
-    let near_m = scene.speed_mps * scene.parameters.avoidance_prepare_time_s;
+    let near_m = context.speed_mps * context.parameters.avoidance_prepare_time_s;
     let turns_back = ahead_m(first) <= 0.0 && ahead_m(back) < near_m;
     Some(if turns_back { *back } else { *first })
 }

@@ -1,11 +1,12 @@
-//! Lane changes (turn-signal-decider section 3.4). Upstream's has no start: it counts as begun from
+//! Lane changes
+//! (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as begun from
 //! the moment it is wanted (W9). By default it starts where it starts.
 
-use super::{ManoeuvreMemory, Why, overwritten};
+use super::{ManoeuvreMemory, SignalReason, overwritten};
+use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::geometry::path::Path;
 use crate::core::turn_signal::geometry::polyline::{at_arc, headed};
 use crate::core::turn_signal::geometry::{Point, Pose};
-use crate::core::turn_signal::scene::Scene;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::signal::Side;
 
@@ -50,10 +51,10 @@ pub(super) struct Announced {
 impl ManoeuvreMemory {
     pub(super) fn lane_change(
         &mut self,
-        scene: &Scene<'_>,
+        context: &DecisionContext<'_>,
         change: &LaneChange,
         record: &mut Option<Section>,
-    ) -> Why {
+    ) -> SignalReason {
         let signals_before = record.is_some_and(|record| record.turn.side().is_some());
         let last_of_path = change.previous_path.last().copied();
         let end = match change.phase {
@@ -62,36 +63,38 @@ impl ManoeuvreMemory {
             LaneChangePhase::Waiting if change.previous_path.is_empty() => None,
             LaneChangePhase::Waiting => change.end.or(last_of_path),
         };
-        let Some(end) = end else { return Why::Idle };
+        let Some(end) = end else { return SignalReason::Idle };
         let waits = change.phase == LaneChangePhase::Waiting;
-        let (start, required_end) = match (scene.is_compat(), change.start) {
+        let (start, required_end) = match (context.is_compat(), change.start) {
             (false, Some(start)) => {
-                let Some(from) = self.announced(scene, change, start) else { return Why::TooEarly };
+                let Some(from) = self.announced(context, change, start) else {
+                    return SignalReason::TooEarly;
+                };
                 let section =
                     Section::blinking(change.side, (from, end), (start, change.crossing.unwrap_or(end)));
-                *record = overwritten(scene, *record, section);
-                return Why::OwnRule;
+                *record = overwritten(context, *record, section);
+                return SignalReason::OwnRule;
             }
             _ if waits && signals_before => {
-                let Some(start) = terminal_start(scene, change) else { return Why::Idle };
+                let Some(start) = terminal_start(context, change) else { return SignalReason::Idle };
                 (start, end)
             }
-            _ => (scene.ego(), end),
+            _ => (context.ego(), end),
         };
         let section = Section::blinking(change.side, (start, end), (start, required_end));
-        *record = overwritten(scene, *record, section);
-        Why::OwnRule
+        *record = overwritten(context, *record, section);
+        SignalReason::OwnRule
     }
 
     /// Where the announcement of this lane change began; `None` while it is too far ahead. Once
     /// announced it stays so, however the vehicle slows down.
-    fn announced(&mut self, scene: &Scene<'_>, change: &LaneChange, start: Pose) -> Option<Pose> {
+    fn announced(&mut self, context: &DecisionContext<'_>, change: &LaneChange, start: Pose) -> Option<Pose> {
         let same = self.lane_change.filter(|announced| announced.side == change.side);
         if same.is_none() {
-            let ahead_m = scene.ruler.from_front_m(start);
-            let near = ahead_m <= scene.parameters.prepare_m(scene.speed_mps);
+            let ahead_m = context.path_frame.from_front_m(start);
+            let near = ahead_m <= context.parameters.prepare_m(context.speed_mps);
             // Already steering: the announcement begins where the lane change did.
-            let from = if ahead_m > 0.0 { scene.ego() } else { start };
+            let from = if ahead_m > 0.0 { context.ego() } else { start };
             self.lane_change = near.then_some(Announced { side: change.side, from });
         }
         self.lane_change.map(|announced| announced.from)
@@ -99,10 +102,11 @@ impl ManoeuvreMemory {
 }
 
 /// Where a lane change that waits must begin at the latest, on the path of the module before.
-fn terminal_start(scene: &Scene<'_>, change: &LaneChange) -> Option<Pose> {
+fn terminal_start(context: &DecisionContext<'_>, change: &LaneChange) -> Option<Pose> {
     let path = Path::new(change.previous_path.iter().copied()).ok()?;
-    let buffer_m =
-        change.minimum_length_m + scene.parameters.lane_change_activation_length_m + scene.vehicle.front_m();
+    let buffer_m = change.minimum_length_m
+        + context.parameters.lane_change_activation_length_m
+        + context.vehicle.front_m();
     let points: Vec<Point> = path.poses().iter().map(|pose| pose.position).collect();
     let position = at_arc(&points, (path.length_m() - buffer_m).max(0.0))?;
     let station_m = path.plain_station_m(position);

@@ -1,10 +1,10 @@
-//! Pulling out from the roadside (turn-signal-decider section 3.5).
+//! Pulling out from the roadside (docs/spec/turn-signal-decider.md, "Pull-out").
 
-use super::{ManoeuvreMemory, Why, overwritten, why};
+use super::{ManoeuvreMemory, SignalReason, overwritten, why};
 use crate::core::turn_signal::chain::{join_present, pairwise_prior};
+use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::road::LaneId;
-use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
@@ -33,15 +33,15 @@ pub struct PullOut {
 impl ManoeuvreMemory {
     pub(super) fn pull_out(
         &mut self,
-        scene: &Scene<'_>,
+        context: &DecisionContext<'_>,
         pull_out: &PullOut,
         record: &mut Option<Section>,
-    ) -> Why {
-        let Some(path) = &pull_out.path else { return Why::Idle };
-        let closest = scene.road.closest(pull_out.lanes.iter().copied(), scene.ego());
-        let Some(lane) = closest.map(|lane| lane.id) else { return Why::Idle };
+    ) -> SignalReason {
+        let Some(path) = &pull_out.path else { return SignalReason::Idle };
+        let closest = context.road.closest(pull_out.lanes.iter().copied(), context.ego());
+        let Some(lane) = closest.map(|lane| lane.id) else { return SignalReason::Idle };
         if self.pull_out_ignored == Some(lane) {
-            return Why::Ignored;
+            return SignalReason::Ignored;
         }
         let line = ShiftLine {
             start_index: path.nearest_index(pull_out.start.position),
@@ -49,8 +49,8 @@ impl ManoeuvreMemory {
             start: pull_out.start,
             end: pull_out.end,
         };
-        if starts_on_centerline(scene, pull_out, path, &line) {
-            return centerline_start(scene, pull_out, path, record);
+        if starts_on_centerline(context, pull_out, path, &line) {
+            return centerline_start(context, pull_out, path, record);
         }
         let shift = Shift {
             path,
@@ -62,10 +62,10 @@ impl ManoeuvreMemory {
             own_lane: true,
             stop_override: pull_out.standing_counts,
         };
-        let outcome = judge(scene, &shift);
+        let outcome = judge(context, &shift);
         self.pull_out_ignored = outcome.ignore().then_some(lane);
-        let prior = |previous, new| pairwise_prior(&scene.ruler, previous, new);
-        *record = if scene.is_compat() {
+        let prior = |previous, new| pairwise_prior(&context.path_frame, previous, new);
+        *record = if context.is_compat() {
             prior(record.unwrap_or_default(), outcome.section)
         } else {
             join_present(*record, Some(outcome.section), prior)
@@ -75,8 +75,13 @@ impl ManoeuvreMemory {
 }
 
 /// The start from the middle of a lane, without a shift worth the name.
-fn starts_on_centerline(scene: &Scene<'_>, pull_out: &PullOut, path: &ShiftedPath, line: &ShiftLine) -> bool {
-    let parameters = scene.parameters;
+fn starts_on_centerline(
+    context: &DecisionContext<'_>,
+    pull_out: &PullOut,
+    path: &ShiftedPath,
+    line: &ShiftLine,
+) -> bool {
+    let parameters = context.parameters;
     let shift_m = path.offset_between_m(line.start_index, line.end_index);
     shift_m.abs() < parameters.pull_out_minimum_shift_m
         && !parameters.pull_out_enable_back
@@ -87,18 +92,18 @@ fn starts_on_centerline(scene: &Scene<'_>, pull_out: &PullOut, path: &ShiftedPat
 /// Upstream only changes the command of the record before, whose points are usually at the origin of
 /// the map, so that nothing is signalled. By default the record lies where the start is.
 fn centerline_start(
-    scene: &Scene<'_>,
+    context: &DecisionContext<'_>,
     pull_out: &PullOut,
     path: &ShiftedPath,
     record: &mut Option<Section>,
-) -> Why {
-    let side = scene.parameters.centerline_start_side;
-    *record = if scene.is_compat() {
+) -> SignalReason {
+    let side = context.parameters.centerline_start_side;
+    *record = if context.is_compat() {
         Some(Section { turn: side.into(), ..record.unwrap_or_default() })
     } else {
         let end = path.poses().get(path.nearest_index(pull_out.end.position)).copied().unwrap_or_default();
-        let start = scene.ego();
-        overwritten(scene, *record, Section::blinking(side, (start, end), (start, end)))
+        let start = context.ego();
+        overwritten(context, *record, Section::blinking(side, (start, end), (start, end)))
     };
-    Why::OwnRule
+    SignalReason::OwnRule
 }

@@ -1,10 +1,11 @@
-//! Pulling over to the roadside (turn-signal-decider section 3.6), with the signal given before the
+//! Pulling over to the roadside
+//! (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before the
 //! path is decided.
 
-use super::{ManoeuvreMemory, Why, overwritten, why};
+use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::road::LaneId;
-use crate::core::turn_signal::scene::Scene;
+use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
@@ -48,25 +49,30 @@ pub struct Undecided {
 impl ManoeuvreMemory {
     pub(super) fn pull_over(
         &mut self,
-        scene: &Scene<'_>,
+        context: &DecisionContext<'_>,
         pull_over: &PullOver,
         record: &mut Option<Section>,
-    ) -> Why {
+    ) -> SignalReason {
         match pull_over {
-            PullOver::Decided(decided) => self.decided(scene, decided, record),
-            PullOver::Undecided(undecided) => self.undecided(scene, undecided, record),
+            PullOver::Decided(decided) => self.decided(context, decided, record),
+            PullOver::Undecided(undecided) => self.undecided(context, undecided, record),
         }
     }
 
-    fn decided(&mut self, scene: &Scene<'_>, decided: &Decided, record: &mut Option<Section>) -> Why {
+    fn decided(
+        &mut self,
+        context: &DecisionContext<'_>,
+        decided: &Decided,
+        record: &mut Option<Section>,
+    ) -> SignalReason {
         let Some(path) = &decided.path else {
-            *record = record.filter(|_| !scene.is_compat());
-            return Why::Idle;
+            *record = record.filter(|_| !context.is_compat());
+            return SignalReason::Idle;
         };
-        let closest = scene.road.closest(decided.lanes.iter().copied(), scene.ego());
-        let Some(lane) = closest.map(|lane| lane.id) else { return Why::Idle };
+        let closest = context.road.closest(decided.lanes.iter().copied(), context.ego());
+        let Some(lane) = closest.map(|lane| lane.id) else { return SignalReason::Idle };
         if self.pull_over_ignored == Some(lane) {
-            return Why::Ignored;
+            return SignalReason::Ignored;
         }
         let line = ShiftLine {
             start_index: path.nearest_index(decided.start.position),
@@ -84,27 +90,34 @@ impl ManoeuvreMemory {
             own_lane: true,
             stop_override: decided.near_first_end,
         };
-        let outcome = judge(scene, &shift);
+        let outcome = judge(context, &shift);
         self.pull_over_ignored = outcome.ignore().then_some(lane);
-        *record = overwritten(scene, *record, outcome.section);
+        *record = overwritten(context, *record, outcome.section);
         why(&outcome)
     }
 
-    fn undecided(&mut self, scene: &Scene<'_>, undecided: &Undecided, record: &mut Option<Section>) -> Why {
+    fn undecided(
+        &mut self,
+        context: &DecisionContext<'_>,
+        undecided: &Undecided,
+        record: &mut Option<Section>,
+    ) -> SignalReason {
         if self.pre_signal.is_none() {
             self.pre_signal = undecided.deceleration.map(|pose| (pose, undecided.stop));
         }
-        let Some((deceleration, stop)) = self.pre_signal else { return Why::Idle };
+        let Some((deceleration, stop)) = self.pre_signal else { return SignalReason::Idle };
         let shifts_m = Vec::new();
-        let Ok(path) = ShiftedPath::new(undecided.stop_path.clone(), shifts_m) else { return Why::Idle };
+        let Ok(path) = ShiftedPath::new(undecided.stop_path.clone(), shifts_m) else {
+            return SignalReason::Idle;
+        };
         let index = |pose: Pose| path.nearest_index(pose.position);
-        if index(scene.ego()) < index(deceleration) {
-            return Why::TooEarly;
+        if index(context.ego()) < index(deceleration) {
+            return SignalReason::TooEarly;
         }
-        let Some(end) = path.poses().last().copied() else { return Why::Idle };
-        let side = scene.parameters.parking_side;
+        let Some(end) = path.poses().last().copied() else { return SignalReason::Idle };
+        let side = context.parameters.parking_side;
         let section = Section::blinking(side, (deceleration, end), (stop.unwrap_or(deceleration), end));
-        *record = overwritten(scene, *record, section);
-        Why::OwnRule
+        *record = overwritten(context, *record, section);
+        SignalReason::OwnRule
     }
 }

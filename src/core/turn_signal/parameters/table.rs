@@ -21,13 +21,13 @@ enum Slot {
     /// Metres, above zero.
     Spacing(fn(&mut Parameters) -> &mut f64),
     Flag(fn(&mut Parameters) -> &mut bool),
-    /// Exactly `Left` or `Right`, anything else is no signal (3.2).
+    /// Exactly `Left` or `Right`, anything else is not a signal.
     RoundaboutSide(fn(&mut Parameters) -> &mut Option<Side>),
-    /// `LEFT`, or anything else for right (3.5).
+    /// `LEFT`, or anything else for right.
     StartSide(fn(&mut Parameters) -> &mut Side),
     /// `left_side` or `right_side`.
     ParkingSide(fn(&mut Parameters) -> &mut Side),
-    /// A count; negative is no limit.
+    /// A count; negative is not a limit.
     Depth(fn(&mut Parameters) -> &mut Option<u32>),
     Policy(fn(&mut Parameters) -> &mut CandidatePolicy),
 }

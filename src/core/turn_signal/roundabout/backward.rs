@@ -1,12 +1,12 @@
 //! How far the distance path reaches back inside a roundabout, so that it still holds the place where
-//! the entry came into view (3.2.5).
+//! the entry came into view (docs/spec/turn-signal-decider.md, "Backward search").
 
 use std::collections::BTreeSet;
 
 use super::RoundaboutMemory;
 use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::parameters::Parameters;
-use crate::core::turn_signal::road::{Lane, LaneId, Road};
 use crate::core::turn_signal::route::Route;
 
 /// Length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
@@ -14,7 +14,7 @@ use crate::core::turn_signal::route::Route;
 /// `is_compat` keeps upstream's search: a remembered place inside the entry itself, or met before the
 /// entry is, adds nothing.
 pub fn backward_length_m(
-    (road, route): (&Road, &Route),
+    (road, route): (&LaneNetwork, &Route),
     parameters: &Parameters,
     memory: &RoundaboutMemory,
     current: LaneId,
@@ -33,7 +33,7 @@ pub fn backward_length_m(
 }
 
 struct Search<'a> {
-    road: &'a Road,
+    road: &'a LaneNetwork,
     route: &'a Route,
     memory: &'a RoundaboutMemory,
     is_compat: bool,

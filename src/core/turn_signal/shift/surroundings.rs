@@ -1,12 +1,12 @@
 //! What the road says against signalling a shift: hatched sides, bounds not crossed, bounds near
-//! (3.7 steps 8 to 11).
+//! (docs/spec/turn-signal-decider.md, "Shift rule", steps 8 to 11).
 
 use super::{Offsets, Shift};
+use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::geometry::shape::{sideways_distance_m, touches};
 use crate::core::turn_signal::geometry::{Point, Pose};
+use crate::core::turn_signal::lane_network::{Lane, LaneId};
 use crate::core::turn_signal::parameters::Vehicle;
-use crate::core::turn_signal::road::{Lane, LaneId};
-use crate::core::turn_signal::scene::Scene;
 use crate::core::turn_signal::signal::Side;
 
 /// The shift leads over, or back from, a side with nothing but a hatched marking.
@@ -26,35 +26,36 @@ pub(super) fn hatched_forbids(lane: &Lane, offsets: Offsets, threshold_m: f64) -
 }
 
 /// The vehicle, driven along the shift, touches a bound of a current lanelet.
-pub(super) fn crosses_bound(scene: &Scene<'_>, shift: &Shift<'_>) -> bool {
+pub(super) fn crosses_bound(context: &DecisionContext<'_>, shift: &Shift<'_>) -> bool {
     let bounds: Vec<&[Point]> = shift
         .lanes
         .iter()
-        .filter_map(|id| scene.road.lane(*id))
+        .filter_map(|id| context.road.lane(*id))
         .flat_map(|lane| [lane.left_bound.as_slice(), lane.right_bound.as_slice()])
         .collect();
     let (start, end) = (shift.line.start_index, shift.line.end_index);
     let driven = shift.path.poses().get(start..end.max(start)).unwrap_or_default();
     driven.iter().any(|pose| {
-        let ring = footprint(scene.vehicle, *pose);
+        let ring = footprint(context.vehicle, *pose);
         bounds.iter().any(|bound| touches(&ring, bound))
     })
 }
 
 /// The vehicle is in one of `lanes`.
-pub(super) fn is_inside(scene: &Scene<'_>, lanes: &[LaneId]) -> bool {
-    lanes.iter().filter_map(|id| scene.road.lane(*id)).any(|lane| lane.contains(scene.ego().position))
+pub(super) fn is_inside(context: &DecisionContext<'_>, lanes: &[LaneId]) -> bool {
+    lanes.iter().filter_map(|id| context.road.lane(*id)).any(|lane| lane.contains(context.ego().position))
 }
 
 /// From the front corner on `side` across to the bound on that side of the lanelet below it, metres.
-pub(super) fn distance_to_bound_m(scene: &Scene<'_>, side: Side) -> Option<f64> {
-    let (vehicle, ego) = (scene.vehicle, scene.ego());
+pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> Option<f64> {
+    let (vehicle, ego) = (context.vehicle, context.ego());
     let aside_m = match side {
         Side::Left => vehicle.left_m,
         Side::Right => -vehicle.right_m,
     };
     let corner = ego.place(vehicle.front_m(), aside_m);
-    let lane = scene.road.closest(scene.route.lanes(), Pose { position: corner, yaw_rad: ego.yaw_rad })?;
+    let lane =
+        context.road.closest(context.route.lanes(), Pose { position: corner, yaw_rad: ego.yaw_rad })?;
     let bound = match side {
         Side::Left => &lane.left_bound,
         Side::Right => &lane.right_bound,

@@ -188,7 +188,7 @@ fn a_side_is_on_at_its_first_lit_frame_and_off_when_the_hold_has_passed() {
     watch.frame(DARK, 0);
     watch.frame(LEFT, 100);
     assert_eq!(watch.changes, [(100, Some(Left))]);
-    let end = past(at(100), ms(1030));
+    let end = deadline_after(at(100), ms(1030));
     assert_eq!(watch.lamp.next_deadline(), Some(end));
     watch.lamp.advance(just_before(end));
     assert_eq!(watch.lamp.state(), Some(Left), "as old as the hold");
@@ -386,7 +386,7 @@ fn dark_lamps_are_off_only_after_a_hold_of_watching() {
     assert_eq!((lamp.state(), lamp.next_deadline()), (None, None));
     lamp.observe(Some(false), Some(false), at(0));
     assert_eq!(lamp.state(), None, "may be the dark part of a flash");
-    let proven = past(at(0), ms(1030));
+    let proven = deadline_after(at(0), ms(1030));
     assert_eq!(lamp.next_deadline(), Some(proven));
     lamp.advance(proven);
     assert_eq!(lamp.state(), Some(Off));
@@ -410,5 +410,5 @@ fn a_clock_that_jumps_back_counts_as_standing_still() {
     let mut watch = Watch::cyclic(100);
     watch.frame(LEFT, 500);
     watch.lamp.observe(Some(true), Some(false), MonoTime::ZERO);
-    assert_eq!(watch.lamp.next_deadline(), Some(past(at(500), ms(1030))));
+    assert_eq!(watch.lamp.next_deadline(), Some(deadline_after(at(500), ms(1030))));
 }

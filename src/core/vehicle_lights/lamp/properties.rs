@@ -112,7 +112,7 @@ fn settings(lit_until_changed: bool) -> LampSettings {
         lit_until_changed,
         hold: Duration::from_millis(300),
         confirm: Duration::from_millis(100),
-        steady_limit: Duration::from_millis(700),
+        stuck_on_after: Duration::from_millis(700),
         fast_period: Duration::from_millis(444),
     }
 }
@@ -230,7 +230,7 @@ proptest! {
             lit_until_changed,
             hold: Duration::from_nanos(hold),
             confirm: Duration::from_nanos(confirm),
-            steady_limit: Duration::from_nanos(steady),
+            stuck_on_after: Duration::from_nanos(steady),
             fast_period: Duration::from_nanos(fast),
         });
         let mut latest = MonoTime::ZERO;

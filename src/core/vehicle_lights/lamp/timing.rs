@@ -10,17 +10,17 @@ use std::time::Duration;
 use thiserror::Error;
 
 /// Darkness between two flashes at 60 a minute and 30 % lit: the longest that is legal.
-pub const LONGEST_DARK: Duration = Duration::from_millis(700);
+pub const MAX_DARK: Duration = Duration::from_millis(700);
 /// A flash at 120 a minute and 30 % lit: the shortest that is legal.
-pub const SHORTEST_LIT: Duration = Duration::from_millis(150);
+pub const MIN_LIT: Duration = Duration::from_millis(150);
 /// Slowest cyclic message accepted: at 120 a minute a lamp lit 40 % of the time still shows in each
 /// flash. Ordinary flashers are lit about half the time.
-pub const SLOWEST_PERIOD: Duration = Duration::from_millis(200);
-/// Both lamps lit this long are no switch-over any more; shorter than [`SHORTEST_LIT`], so that the
+pub const MAX_PERIOD: Duration = Duration::from_millis(200);
+/// Both lamps lit this long are not a switch-over any more; shorter than [`MIN_LIT`], so that the
 /// first common flash is enough where frames are fast.
 const DEFAULT_CONFIRM: Duration = Duration::from_millis(100);
 /// First dark after the switch at the latest (UN R48); the longest legal flash is half of it.
-const DEFAULT_STEADY_LIMIT: Duration = Duration::from_millis(1500);
+const DEFAULT_STUCK_ON_AFTER: Duration = Duration::from_millis(1500);
 /// 135 flashes a minute: above the legal 120, below twice any rate from 68 on.
 const DEFAULT_FAST_PERIOD: Duration = Duration::from_millis(444);
 
@@ -62,8 +62,8 @@ impl Sampling {
     /// A hold must be at least this long.
     pub fn longest_unlit(self) -> Duration {
         let spacing = self.spacing();
-        let between = LONGEST_DARK.saturating_add(spacing.saturating_mul(2));
-        if spacing <= SHORTEST_LIT || matches!(self, Self::OnChange { .. }) {
+        let between = MAX_DARK.saturating_add(spacing.saturating_mul(2));
+        if spacing <= MIN_LIT || matches!(self, Self::OnChange { .. }) {
             return between;
         }
         // A flash shorter than the spacing can be missed. The slowest such lamp, 30 % lit, has a
@@ -79,7 +79,7 @@ impl Sampling {
     /// frames more than 75 ms apart, at 50 % lit more than 125 ms.
     pub fn default_hold(self) -> Duration {
         let one_lost = match self {
-            Self::Cyclic { .. } => LONGEST_DARK.saturating_add(self.spacing().saturating_mul(3)),
+            Self::Cyclic { .. } => MAX_DARK.saturating_add(self.spacing().saturating_mul(3)),
             Self::OnChange { .. } => Duration::ZERO,
         };
         self.longest_unlit().max(one_lost)
@@ -102,7 +102,7 @@ pub enum Resolution {
 pub enum Unresolvable {
     /// The message is too slow for any hold.
     #[error(
-        "a lamp in a message sent every {period:?} cannot be told from a dark one (at most {SLOWEST_PERIOD:?}): \
+        "a lamp in a message sent every {period:?} cannot be told from a dark one (at most {MAX_PERIOD:?}): \
          bind a logical or request signal, or a message sent at each change"
     )]
     TooSlow {
@@ -122,7 +122,7 @@ pub enum Unresolvable {
 /// Whether a lamp in this message can be turned into a logical state with this hold.
 pub fn resolvable(sampling: Sampling, hold: Duration) -> Result<Resolution, Unresolvable> {
     match sampling {
-        Sampling::Cyclic { period, .. } if period > SLOWEST_PERIOD => {
+        Sampling::Cyclic { period, .. } if period > MAX_PERIOD => {
             return Err(Unresolvable::TooSlow { period });
         }
         Sampling::Cyclic { .. } | Sampling::OnChange { .. } => {}
@@ -131,7 +131,7 @@ pub fn resolvable(sampling: Sampling, hold: Duration) -> Result<Resolution, Unre
     if hold < needed {
         return Err(Unresolvable::HoldTooShort { hold, needed });
     }
-    let every = sampling.spacing() <= SHORTEST_LIT || matches!(sampling, Sampling::OnChange { .. });
+    let every = sampling.spacing() <= MIN_LIT || matches!(sampling, Sampling::OnChange { .. });
     Ok(if every { Resolution::EveryFlash } else { Resolution::ShortFlashesMayFallBetween })
 }
 
@@ -145,7 +145,7 @@ pub struct LampSettings {
     /// How long both lamps must be lit together to mean hazard, and one alone to end it.
     pub confirm: Duration,
     /// Longest time a lamp may be lit without a dark frame.
-    pub steady_limit: Duration,
+    pub stuck_on_after: Duration,
     /// A mean flash cycle below this is too fast for an ordinary flasher.
     pub fast_period: Duration,
 }
@@ -157,7 +157,7 @@ impl LampSettings {
             lit_until_changed: matches!(sampling, Sampling::OnChange { .. }),
             hold: sampling.default_hold(),
             confirm: DEFAULT_CONFIRM,
-            steady_limit: DEFAULT_STEADY_LIMIT,
+            stuck_on_after: DEFAULT_STUCK_ON_AFTER,
             fast_period: DEFAULT_FAST_PERIOD,
         }
     }
@@ -210,8 +210,8 @@ mod tests {
     #[test]
     fn no_duration_makes_it_panic() {
         for sampling in [Sampling::cyclic(Duration::MAX), Sampling::OnChange { latency: Duration::MAX }] {
-            assert!(sampling.default_hold() >= LONGEST_DARK);
-            assert!(resolvable(sampling, Duration::MAX).is_ok() || sampling.spacing() > SLOWEST_PERIOD);
+            assert!(sampling.default_hold() >= MAX_DARK);
+            assert!(resolvable(sampling, Duration::MAX).is_ok() || sampling.spacing() > MAX_PERIOD);
         }
     }
 }

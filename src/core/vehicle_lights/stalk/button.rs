@@ -2,22 +2,22 @@
 
 use std::time::Duration;
 
-use super::sight::{Gap, Sight};
+use super::visibility::{Gap, Visibility};
 use crate::core::time::MonoTime;
 
 /// The button and what it has asked for.
 #[derive(Debug, Clone)]
 pub struct HazardToggle {
-    sight: Sight,
+    visibility: Visibility,
     pressed: bool,
     on: bool,
 }
 
 impl HazardToggle {
-    /// Nothing seen yet. `blind` and `settle` as in [`super::StalkSettings`]: the lights are taken to
+    /// Nothing seen yet. `max_gap` and `settle` as in [`super::StalkSettings`]: the lights are taken to
     /// be off at start and after blindness.
-    pub fn new(blind: Duration, settle: Duration) -> Self {
-        Self { sight: Sight::new(blind, settle), pressed: false, on: false }
+    pub fn new(max_gap: Duration, startup_delay: Duration) -> Self {
+        Self { visibility: Visibility::new(max_gap, startup_delay), pressed: false, on: false }
     }
 
     /// Takes a frame: `true` = pressed, `None` = unknown, also when the last frame is no longer
@@ -25,10 +25,10 @@ impl HazardToggle {
     pub fn observe(&mut self, pressed: Option<bool>, now: MonoTime) {
         self.advance(now);
         let Some(pressed) = pressed else {
-            self.sight.lose();
+            self.visibility.mark_unseen();
             return;
         };
-        if self.sight.regain() == Gap::CouldHideAPress {
+        if self.visibility.mark_seen() == Gap::CouldHideAPress {
             // A button already pressed at first sight was not seen being pressed.
             (self.pressed, self.on) = (pressed, false);
         }
@@ -38,17 +38,17 @@ impl HazardToggle {
 
     /// Lets time pass without a frame.
     pub fn advance(&mut self, now: MonoTime) {
-        self.sight.advance(now);
+        self.visibility.advance(now);
     }
 
     /// Whether the lights were last turned on; `None` while that cannot be known.
     pub fn state(&self) -> Option<bool> {
-        self.sight.is_known().then_some(self.on)
+        self.visibility.is_known().then_some(self.on)
     }
 
     /// When to call [`Self::advance`] with no frame coming.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        self.sight.next_deadline()
+        self.visibility.next_deadline()
     }
 }
 

@@ -47,7 +47,7 @@ fn play(settings: StalkSettings, frames: &[(u64, Option<StalkPosition>)]) -> Vec
 fn press(settings: StalkSettings, frames: &[(u64, StalkPosition)]) -> Vec<(u64, TurnCode)> {
     let known = frames.iter().map(|(millis, position)| (*millis, Some(*position)));
     let frames: Vec<_> = std::iter::once((0, Some(Idle))).chain(known).collect();
-    let changes = play(StalkSettings { settle: Duration::ZERO, ..settings }, &frames);
+    let changes = play(StalkSettings { startup_delay: Duration::ZERO, ..settings }, &frames);
     changes.into_iter().skip(1).map(|(millis, state)| (millis, state.unwrap())).collect()
 }
 
@@ -175,7 +175,7 @@ fn it_is_unknown_at_start_until_watched_for_the_settling_time() {
 
 #[test]
 fn a_short_blindness_is_bridged_and_a_long_one_forgets() {
-    let settings = StalkSettings { settle: ms(1000), ..StalkSettings::default() };
+    let settings = StalkSettings { startup_delay: ms(1000), ..StalkSettings::default() };
     let gap = |millis: u64| {
         let frames = [
             (0, Some(Idle)),

@@ -96,8 +96,8 @@ fn all_settings() -> impl Strategy<Value = StalkSettings> {
             opposite_full: full,
             repeat,
             max_on,
-            blind: Duration::from_millis(100),
-            settle: Duration::ZERO,
+            max_gap: Duration::from_millis(100),
+            startup_delay: Duration::ZERO,
         }
     })
 }

@@ -2,17 +2,18 @@
 
 use std::time::Duration;
 
-use super::super::binding::{Sources, TurnCode, TurnSource};
+use super::super::binding::{Sources, TurnSource};
 use super::super::report::Publish;
+use super::super::state::TurnCode;
 use super::*;
-use crate::core::bus::BusSettings;
+use crate::core::can::bus::BusSettings;
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::link::BusIndex;
+use crate::core::can::link::LinkState;
 use crate::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
-use crate::core::event::BusIndex;
-use crate::core::event::LinkState;
-use crate::core::frame::{CanId, Frame};
 use crate::core::time::{Now, WallStamp};
-use crate::core::trust::meaning::{Meaning, RawRange, ValueMap};
-use crate::core::trust::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};
+use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
+use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalTable, Timing};
 
 const TURN: Task = Task::TurnIndicators;
 
@@ -62,7 +63,7 @@ impl Bench {
         let settings = BusSettings {
             name: "body".into(),
             interface: "can0".into(),
-            alive_by: vec![],
+            heartbeat_messages: vec![],
             alive_timeout: Duration::from_secs(1),
             may_sleep: false,
         };

@@ -12,13 +12,13 @@
 //! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of
 //! the measurement, `relative` from the line before, whatever that held. The start is the date of
 //! the first trigger block, or that of the heading. Statistics, chip states, requests to send
-//! (`TxRq`) and other events are no frames and are passed over; what has a direction where a frame
+//! (`TxRq`) and other events are not frames and are passed over; what has a direction where a frame
 //! has it but is none counts as bad.
 
 use super::calendar::{days, month, nanos, time_of_day};
 use super::words::{bus_error, data_frame, decimal, id, number, text};
 use super::{Entry, Interface, Lines};
-use crate::core::frame::CanId;
+use crate::core::can::frame::CanId;
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
 
@@ -98,7 +98,7 @@ fn start(words: &[&str]) -> Option<i64> {
 }
 
 /// Reads one line that begins with a time; `radix` is that of identifiers and data. An event that
-/// is no frame has a time only.
+/// is not a frame has a time only.
 ///
 /// # Errors
 /// Why it cannot be read.

@@ -3,7 +3,7 @@
 //! A file begins with `LOGG`, its size and the start of the measurement. Objects follow, each
 //! `LOBJ`, sizes and a type; most are containers of further objects, packed with zlib or stored,
 //! and an object may begin in one container and end in the next. Here the containers' contents are
-//! one stream, so memory is one container (at most [`LARGEST`]) whatever the file's size.
+//! one stream, so memory is one container (at most [`MAX_BYTES`]) whatever the file's size.
 //!
 //! Read are CAN messages (types 1 and 86), CAN FD messages (100 and 101) and error frames (2, 73
 //! and 104); other objects are passed over. An object that cannot be read counts as a bad line, and
@@ -16,12 +16,12 @@ use flate2::read::ZlibDecoder;
 use super::calendar::{DAY, days, nanos};
 use super::words::{bus_error, fd_length, frame, id};
 use super::{Entry, Interface};
-use crate::core::frame::MAX_DATA;
+use crate::core::can::frame::MAX_DATA;
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
 
 /// A size above this is damaged. (Writers fill containers with 128 KiB, unpacked.)
-pub const LARGEST: u32 = 16 << 20;
+pub const MAX_BYTES: u32 = 16 << 20;
 
 const MAGIC: [u8; 4] = *b"LOBJ";
 const CONTAINER: u32 = 10;
@@ -32,7 +32,7 @@ const HEADER: usize = 32;
 /// The longest object that is looked into: a header, a CAN FD message and what lies around it.
 const LOOKED_INTO: usize = 256;
 
-/// What an object holds: an entry, nothing if it is no frame, or why it cannot be read.
+/// What an object holds: an entry, nothing if it is not a frame, or why it cannot be read.
 pub type Outcome = Result<Option<Entry<'static>>, BadLine>;
 
 /// A BLF file that is being read.
@@ -63,7 +63,7 @@ impl Blf {
         self.count
     }
 
-    /// The next object: an entry, nothing if it is no frame, or why it cannot be read. `None` at the
+    /// The next object: an entry, nothing if it is not a frame, or why it cannot be read. `None` at the
     /// end of the file.
     ///
     /// # Errors
@@ -86,7 +86,7 @@ impl Blf {
         self.objects.read_exact(&mut object[4..BASE])?;
         let size = u32_at(&object, 8);
         let looked_into = usize::try_from(size).unwrap_or(LOOKED_INTO).min(LOOKED_INTO);
-        if looked_into < BASE || size > LARGEST {
+        if looked_into < BASE || size > MAX_BYTES {
             return Ok(Some(Err(BadLine::BadLength)));
         }
         self.objects.read_exact(&mut object[BASE..looked_into])?;
@@ -100,7 +100,7 @@ impl Blf {
 }
 
 /// Reads one object, from its `LOBJ` on; `start` is that of the measurement, ns since 1970. `None`
-/// if it is no frame.
+/// if it is not a frame.
 ///
 /// # Errors
 /// Why it cannot be read.
@@ -212,7 +212,7 @@ impl Read for Contents {
                     let read = (&base[*done..]).read(buffer)?;
                     *done += read;
                     if *done == BASE {
-                        let body = Some(u32_at(base, 8)).filter(|size| *size <= LARGEST).unwrap_or(0);
+                        let body = Some(u32_at(base, 8)).filter(|size| *size <= MAX_BYTES).unwrap_or(0);
                         self.inside = Inside::Stored(u64::from(body).saturating_sub(BASE as u64));
                     }
                     read
@@ -247,7 +247,7 @@ impl Contents {
         self.source.read_exact(&mut container)?;
         // A damaged size is no reason to skip what follows.
         let packed =
-            size.checked_sub(32).filter(|packed| *packed <= LARGEST).ok_or(ErrorKind::InvalidData)?;
+            size.checked_sub(32).filter(|packed| *packed <= MAX_BYTES).ok_or(ErrorKind::InvalidData)?;
         match u16_at(&container, 0) {
             0 => self.inside = Inside::Stored(packed.into()),
             2 => {

@@ -38,7 +38,7 @@ use super::candump::{self, BadLine, Content};
 use crate::core::time::WallStamp;
 
 /// Longer lines belong to no format. (An ASC line of a CAN FD frame with a long name needs 500.)
-pub const LONGEST_LINE: usize = 1024;
+pub const MAX_LINE: usize = 1024;
 
 /// One entry of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

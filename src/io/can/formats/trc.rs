@@ -8,7 +8,7 @@
 //! ```
 //! Version 2 says which columns it has, versions 1 have fixed ones. The start is in days since
 //! 1899-12-30, offsets in milliseconds. An identifier of more than four digits has 29 bits. Changes
-//! of status and of error counters, warnings and events are no frames and are passed over.
+//! of status and of error counters, warnings and events are not frames and are passed over.
 
 use super::calendar::DAY;
 use super::words::{bus_error, data_frame, decimal, fd_length, id, nothing_more, number, text};
@@ -104,7 +104,7 @@ pub struct Line {
     pub offset: i64,
     /// Number of the bus, 0 if it is not written.
     pub bus: u32,
-    /// `None` if it is no frame.
+    /// `None` if it is not a frame.
     pub content: Option<Content>,
 }
 

@@ -1,7 +1,7 @@
 //! What the text formats have in common: numbers, identifiers and payloads written as words.
 
-use crate::core::error_frame::{ErrorFrame, class};
-use crate::core::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::error_frame::{ErrorFrame, class};
+use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 use crate::io::can::candump::{BadLine, Content};
 
 /// A controller saw the bus break a rule: all that a plain "error frame" says.

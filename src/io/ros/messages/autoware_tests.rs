@@ -6,15 +6,15 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use super::golden::{STAMP, Wire, cdr, with_stamp};
-use super::lanelet_route::MOST_SEGMENTS;
-use super::path_with_lane_id::{MOST_LANES, MOST_POINTS};
+use super::lanelet_route::MAX_SEGMENTS;
+use super::path_with_lane_id::{MAX_LANES, MAX_POINTS};
 use super::*;
+use crate::core::command::input::CommandInput;
+use crate::core::gateway::event::Input;
 use crate::core::turn_signal::geometry as plane;
-use crate::core::turn_signal::inputs;
+use crate::core::turn_signal::planner_input::{self, FactorTopic, OperationMode, PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::{Hazard, Signal};
-use crate::core::turn_signal::told::{self, FactorTopic, OperationMode, Told, ToldRoute};
-use crate::io::ros::incoming::Incoming;
 use crate::io::ros::reading::{Endian, Unreadable, read};
 use crate::io::ros::topics::SubscriptionKind as Kind;
 
@@ -34,9 +34,9 @@ fn pose() -> Pose {
 const POSE: [f64; 7] = [1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.0];
 const SEEN_POSE: plane::Pose = plane::Pose::new(1.0, 2.0, std::f64::consts::PI);
 
-fn told(kind: Kind, bytes: &[u8]) -> Told {
+fn told(kind: Kind, bytes: &[u8]) -> PlannerInput {
     match read(kind, bytes, Endian::Little) {
-        Ok(Incoming::Told(told)) => told,
+        Ok(Input::Planner(told)) => told,
         other => panic!("{kind:?}: {other:?}"),
     }
 }
@@ -93,8 +93,11 @@ fn odometry_has_its_bytes_and_says_pose_and_speed() {
         },
     };
     assert_eq!(cdr(&message), odometry());
-    let odometry_told = inputs::Odometry { pose: SEEN_POSE, speed_mps: -4.5 };
-    assert_eq!(told(Kind::Odometry, &odometry()), Told::Odometry { odometry: odometry_told, stamp: STAMP });
+    let odometry_told = planner_input::Odometry { pose: SEEN_POSE, speed_mps: -4.5 };
+    assert_eq!(
+        told(Kind::Odometry, &odometry()),
+        PlannerInput::Odometry { odometry: odometry_told, stamp: STAMP }
+    );
 }
 
 #[test]
@@ -116,13 +119,13 @@ fn a_route_has_its_bytes_and_says_its_lanes() {
     };
     assert_eq!(cdr(&message), route());
     let segment = |lane| Segment { preferred: lane, lanes: vec![lane] };
-    let expected = ToldRoute {
+    let expected = PlannerRoute {
         id: 0x0102_0304_0506_0708_090A_0B0C_0D0E_0F10,
         start: SEEN_POSE,
         goal: plane::Pose::new(7.0, 8.0, 0.0),
         segments: vec![segment(10), segment(12)],
     };
-    assert_eq!(told(Kind::Route, &route()), Told::Route(Arc::new(expected)));
+    assert_eq!(told(Kind::Route, &route()), PlannerInput::Route(Arc::new(expected)));
     // Before there were uuids.
     let old = &route()[..route().len() - 17];
     assert!(matches!(read(Kind::Route, old, Endian::Little), Err(Unreadable::Layout(_))));
@@ -149,10 +152,10 @@ fn a_path_has_its_bytes_and_says_its_points() {
     };
     assert_eq!(cdr(&message), path());
     let expected = [
-        told::PathPoint { pose: SEEN_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
-        told::PathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
+        planner_input::PathPoint { pose: SEEN_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
+        planner_input::PathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
     ];
-    assert_eq!(told(Kind::PlannedPath, &path()), Told::PlannedPath(expected.into()));
+    assert_eq!(told(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
 }
 
 #[test]
@@ -189,20 +192,20 @@ fn planning_factors_have_their_bytes_and_say_what_matters() {
         }],
     };
     assert_eq!(cdr(&message), factors());
-    let control = |speed_mps, shift_length_m, distance_m| told::ControlPoint {
+    let control = |speed_mps, shift_length_m, distance_m| planner_input::ControlPoint {
         pose: SEEN_POSE,
         distance_m,
         speed_mps,
         shift_length_m,
     };
-    let factor = told::PlanningFactor {
+    let factor = planner_input::PlanningFactor {
         behavior: 4,
         is_driving_forward: true,
         detail: "left shift".into(),
         control_points: vec![control(4.0, -0.5, 12.0), control(3.0, 1.5, 40.0)],
     };
     for topic in FactorTopic::ALL {
-        let expected = Told::Factors { topic, factors: [factor.clone()].into() };
+        let expected = PlannerInput::Factors { topic, factors: [factor.clone()].into() };
         assert_eq!(told(Kind::Factors(topic), &factors()), expected);
     }
 }
@@ -250,10 +253,10 @@ fn the_operation_mode_has_its_bytes() {
     let bytes = with_stamp(&[2, 1, 0, 1, 1, 0, 0]);
     assert_eq!(cdr(&message), bytes);
     let mode = OperationMode { mode: 2, is_autoware_control_enabled: true, is_in_transition: false };
-    assert_eq!(told(Kind::OperationMode, &bytes), Told::OperationMode(mode));
+    assert_eq!(told(Kind::OperationMode, &bytes), PlannerInput::OperationMode(mode));
     let other_flag = with_stamp(&[2, 0, 1, 0, 0, 1, 1]);
     let mode = OperationMode { mode: 2, is_autoware_control_enabled: false, is_in_transition: true };
-    assert_eq!(told(Kind::OperationMode, &other_flag), Told::OperationMode(mode));
+    assert_eq!(told(Kind::OperationMode, &other_flag), PlannerInput::OperationMode(mode));
 }
 
 #[test]
@@ -262,7 +265,7 @@ fn the_scenario_has_its_bytes_and_only_lane_driving_is_lane_driving() {
         let bytes = Wire::default().text(name).count(2).text("LaneDriving").text("Parking").done();
         let activating_scenarios = vec!["LaneDriving".to_owned(), "Parking".to_owned()];
         assert_eq!(cdr(&Scenario { current_scenario: name.to_owned(), activating_scenarios }), bytes);
-        assert_eq!(told(Kind::Scenario, &bytes), Told::LaneDriving(drives_lanes), "{name}");
+        assert_eq!(told(Kind::Scenario, &bytes), PlannerInput::LaneDriving(drives_lanes), "{name}");
     }
 }
 
@@ -274,7 +277,7 @@ fn every_command_has_its_bytes() {
     }
     for (command, byte) in [(Hazard::NoCommand, 0), (Hazard::Disable, 1), (Hazard::Enable, 2)] {
         assert_eq!(cdr(&HazardLightsCommand::new(command, STAMP)), with_stamp(&[byte]));
-        assert_eq!(told(Kind::HazardRequest, &with_stamp(&[byte])), Told::HazardRequest(command));
+        assert_eq!(told(Kind::HazardRequest, &with_stamp(&[byte])), PlannerInput::HazardRequest(command));
     }
     let unknown = read(Kind::HazardRequest, &with_stamp(&[3]), Endian::Little);
     assert_eq!(unknown, Err(Unreadable::Hazard(3)));
@@ -285,12 +288,12 @@ fn commands_and_modes_are_handed_on_as_sent() {
     for raw in [0, 3, 7, 255] {
         let bytes = with_stamp(&[raw]);
         let seen = |kind| read(kind, &bytes, Endian::Little);
-        assert_eq!(seen(Kind::TurnCommand), Ok(Incoming::TurnCommand { raw, stamp: STAMP }));
-        assert_eq!(seen(Kind::HazardCommand), Ok(Incoming::HazardCommand { raw, stamp: STAMP }));
+        assert_eq!(seen(Kind::TurnCommand), Ok(CommandInput::Turn { raw, stamp: STAMP }.into()));
+        assert_eq!(seen(Kind::HazardCommand), Ok(CommandInput::Hazard { raw, stamp: STAMP }.into()));
         assert_eq!(cdr(&ControlModeReport { stamp: STAMP.into(), mode: raw }), bytes);
-        assert_eq!(seen(Kind::ControlMode), Ok(Incoming::ControlMode { raw, stamp: STAMP }));
-        assert_eq!(seen(Kind::OwnTurnCommand), Ok(Incoming::Told(Told::OwnTurnCommand(raw))));
-        assert_eq!(seen(Kind::OwnHazardCommand), Ok(Incoming::Told(Told::OwnHazardCommand(raw))));
+        assert_eq!(seen(Kind::ControlMode), Ok(CommandInput::ControlMode { raw, stamp: STAMP }.into()));
+        assert_eq!(seen(Kind::OwnTurnCommand), Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw))));
+        assert_eq!(seen(Kind::OwnHazardCommand), Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw))));
     }
 }
 
@@ -308,9 +311,9 @@ fn sequences_have_a_greatest_length() {
         ..LaneletRoute::default()
     };
     let cases = [
-        (Kind::PlannedPath, cdr(&path(MOST_POINTS, 1)), cdr(&path(MOST_POINTS + 1, 1))),
-        (Kind::PlannedPath, cdr(&path(1, MOST_LANES)), cdr(&path(1, MOST_LANES + 1))),
-        (Kind::Route, cdr(&route(MOST_SEGMENTS)), cdr(&route(MOST_SEGMENTS + 1))),
+        (Kind::PlannedPath, cdr(&path(MAX_POINTS, 1)), cdr(&path(MAX_POINTS + 1, 1))),
+        (Kind::PlannedPath, cdr(&path(1, MAX_LANES)), cdr(&path(1, MAX_LANES + 1))),
+        (Kind::Route, cdr(&route(MAX_SEGMENTS)), cdr(&route(MAX_SEGMENTS + 1))),
     ];
     for (kind, longest, too_long) in cases {
         told(kind, &longest);

@@ -5,31 +5,31 @@ use std::marker::PhantomData;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
-/// Reads a sequence of at most `MOST` elements; a longer one is an error before it costs memory. For
+/// Reads a sequence of at most `MAX` elements; a longer one is an error before it costs memory. For
 /// `deserialize_with`.
-pub(super) fn at_most<'de, D, T, const MOST: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
+pub(super) fn at_most<'de, D, T, const MAX: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,
 {
-    deserializer.deserialize_seq(AtMost::<T, MOST>(PhantomData))
+    deserializer.deserialize_seq(AtMost::<T, MAX>(PhantomData))
 }
 
-struct AtMost<T, const MOST: usize>(PhantomData<T>);
+struct AtMost<T, const MAX: usize>(PhantomData<T>);
 
-impl<'de, T: Deserialize<'de>, const MOST: usize> Visitor<'de> for AtMost<T, MOST> {
+impl<'de, T: Deserialize<'de>, const MAX: usize> Visitor<'de> for AtMost<T, MAX> {
     type Value = Vec<T>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "at most {MOST} elements")
+        write!(f, "at most {MAX} elements")
     }
 
     /// Room is made for what is there, not for what is announced.
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Vec<T>, A::Error> {
         let mut elements = Vec::new();
         while let Some(element) = sequence.next_element()? {
-            if elements.len() == MOST {
-                return Err(A::Error::custom(format_args!("a sequence of more than {MOST} elements")));
+            if elements.len() == MAX {
+                return Err(A::Error::custom(format_args!("a sequence of more than {MAX} elements")));
             }
             elements.push(element);
         }

@@ -1,9 +1,10 @@
-//! One lit bulb as three messages carry it, and how ROS numbers it (traffic-lights section 1.2).
+//! One lit bulb as three messages carry it, and how ROS numbers it
+//! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 
 use serde::{Deserialize, Serialize};
 
+use crate::core::compat::Compat;
 use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
-use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::Element;
 
 /// `autoware_perception_msgs/msg/TrafficLightElement`; the legacy `TrafficSignalElement` has the same

@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 use super::bounded::at_most;
 use super::geometry::Pose;
 use super::stamp::Header;
+use crate::core::turn_signal::planner_input::{PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
-use crate::core::turn_signal::told::{Told, ToldRoute};
 
 /// Segments of a route.
-pub(super) const MOST_SEGMENTS: usize = 10_000;
+pub(super) const MAX_SEGMENTS: usize = 10_000;
 /// Primitives of a segment.
-pub(super) const MOST_PRIMITIVES: usize = 1_000;
+pub(super) const MAX_PRIMITIVES: usize = 1_000;
 
 /// `unique_identifier_msgs/msg/UUID`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ pub struct LaneletSegment {
     /// The one to be on.
     pub preferred_primitive: LaneletPrimitive,
     /// All side by side.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_PRIMITIVES>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_PRIMITIVES>")]
     pub primitives: Vec<LaneletPrimitive>,
 }
 
@@ -51,7 +51,7 @@ pub struct LaneletRoute {
     /// Where it ends.
     pub goal_pose: Pose,
     /// In the order of driving.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_SEGMENTS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_SEGMENTS>")]
     pub segments: Vec<LaneletSegment>,
     /// Another route has another one.
     pub uuid: Uuid,
@@ -82,9 +82,9 @@ impl LaneletSegment {
     }
 }
 
-impl From<LaneletRoute> for Told {
+impl From<LaneletRoute> for PlannerInput {
     fn from(message: LaneletRoute) -> Self {
-        Self::Route(Arc::new(ToldRoute {
+        Self::Route(Arc::new(PlannerRoute {
             id: u128::from_be_bytes(message.uuid.uuid),
             start: message.start_pose.into(),
             goal: message.goal_pose.into(),

@@ -6,8 +6,8 @@ use super::marker_array::MarkerArray;
 use super::traffic_light_array_v1::TrafficLightArrayV1;
 use super::traffic_light_group_array::TrafficLightGroupArray;
 use super::traffic_signal_array::TrafficSignalArray;
+use crate::core::compat::Compat;
 pub use crate::core::traffic_light::architecture::LightsType;
-use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::{Content, Emission};
 
 /// A message that shows traffic lights.

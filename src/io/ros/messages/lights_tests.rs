@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
 use super::*;
+use crate::core::compat::Compat;
 use crate::core::map::light_map::{Lamp, LampColor};
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
-use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::{
     Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic, Prediction,
 };

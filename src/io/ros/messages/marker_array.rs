@@ -1,14 +1,15 @@
-//! `visualization_msgs/msg/MarkerArray`: lamps as spheres for a viewer (traffic-lights section 5.7).
+//! `visualization_msgs/msg/MarkerArray`: lamps as spheres for a viewer
+//! (docs/spec/traffic-lights.md, "Markers").
 
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{Pose, Vector3};
 use super::marker::{ColorRgba, Marker};
 use super::stamp::Header;
+use crate::core::compat::Compat;
 use crate::core::map::light_map::LampColor;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::Color;
-use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::LampMarker;
 
 /// Frame of all markers.

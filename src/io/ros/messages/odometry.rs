@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::geometry::{PoseWithCovariance, TwistWithCovariance};
 use super::stamp::Header;
-use crate::core::turn_signal::inputs::Odometry as Motion;
-use crate::core::turn_signal::told::Told;
+use crate::core::turn_signal::planner_input::Odometry as Motion;
+use crate::core::turn_signal::planner_input::PlannerInput;
 
 /// `nav_msgs/msg/Odometry`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -20,7 +20,7 @@ pub struct Odometry {
     pub twist: TwistWithCovariance,
 }
 
-impl From<Odometry> for Told {
+impl From<Odometry> for PlannerInput {
     fn from(message: Odometry) -> Self {
         let odometry = Motion { pose: message.pose.pose.into(), speed_mps: message.twist.twist.linear.x };
         Self::Odometry { odometry, stamp: message.header.stamp.into() }

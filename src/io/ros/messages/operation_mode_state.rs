@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::stamp::Time;
-use crate::core::turn_signal::told::{OperationMode, Told};
+use crate::core::turn_signal::planner_input::{OperationMode, PlannerInput};
 
 /// `autoware_adapi_v1_msgs/msg/OperationModeState`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ pub struct OperationModeState {
     pub is_remote_mode_available: bool,
 }
 
-impl From<OperationModeState> for Told {
+impl From<OperationModeState> for PlannerInput {
     fn from(message: OperationModeState) -> Self {
         Self::OperationMode(OperationMode {
             mode: message.mode,

@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::bounded::at_most;
 use super::geometry::{Point, Pose};
 use super::stamp::Header;
-use crate::core::turn_signal::told::{self, Told};
+use crate::core::turn_signal::planner_input::{self, PlannerInput};
 
 /// Points of a path.
-pub(super) const MOST_POINTS: usize = 20_000;
+pub(super) const MAX_POINTS: usize = 20_000;
 /// Lanelets of a point.
-pub(super) const MOST_LANES: usize = 1_000;
+pub(super) const MAX_LANES: usize = 1_000;
 /// Points of a bound.
-pub(super) const MOST_BOUND_POINTS: usize = 100_000;
+pub(super) const MAX_BOUND_POINTS: usize = 100_000;
 
 /// `autoware_planning_msgs/msg/PathPoint`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ pub struct PathPointWithLaneId {
     /// The point.
     pub point: PathPoint,
     /// The lanelets it belongs to.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_LANES>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_LANES>")]
     pub lane_ids: Vec<i64>,
 }
 
@@ -45,19 +45,19 @@ pub struct PathWithLaneId {
     /// When it was made, and the frame of the points.
     pub header: Header,
     /// In the order of driving.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_POINTS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_POINTS>")]
     pub points: Vec<PathPointWithLaneId>,
     /// Where the drivable area ends on the left.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_BOUND_POINTS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_BOUND_POINTS>")]
     pub left_bound: Vec<Point>,
     /// Where the drivable area ends on the right.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_BOUND_POINTS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_BOUND_POINTS>")]
     pub right_bound: Vec<Point>,
 }
 
-impl From<PathWithLaneId> for Told {
+impl From<PathWithLaneId> for PlannerInput {
     fn from(message: PathWithLaneId) -> Self {
-        let point = |PathPointWithLaneId { point, lane_ids }| told::PathPoint {
+        let point = |PathPointWithLaneId { point, lane_ids }| planner_input::PathPoint {
             pose: point.pose.into(),
             speed_mps: point.longitudinal_velocity_mps.into(),
             lanes: lane_ids,

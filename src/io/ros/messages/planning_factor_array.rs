@@ -6,14 +6,14 @@ use super::bounded::at_most;
 use super::geometry::{Point, Pose};
 use super::lanelet_route::Uuid;
 use super::stamp::{Duration, Header};
-use crate::core::turn_signal::told::{self, FactorTopic, Told};
+use crate::core::turn_signal::planner_input::{self, FactorTopic, PlannerInput};
 
 /// Factors of a message, and control points of a factor.
-pub(super) const MOST_FACTORS: usize = 1_000;
+pub(super) const MAX_FACTORS: usize = 1_000;
 /// Objects of a factor.
-pub(super) const MOST_SAFETY_FACTORS: usize = 10_000;
+pub(super) const MAX_SAFETY_FACTORS: usize = 10_000;
 /// Points of an object, or of its path.
-pub(super) const MOST_OBJECT_POINTS: usize = 100_000;
+pub(super) const MAX_OBJECT_POINTS: usize = 100_000;
 
 /// `autoware_internal_planning_msgs/msg/ControlPoint`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ pub struct ControlPoint {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PredictedPath {
     /// Where an object will be.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_OBJECT_POINTS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_OBJECT_POINTS>")]
     pub path: Vec<Pose>,
     /// From one pose to the next.
     pub time_step: Duration,
@@ -54,7 +54,7 @@ pub struct SafetyFactor {
     /// Likewise, its end.
     pub ttc_end: f32,
     /// Where it is.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_OBJECT_POINTS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_OBJECT_POINTS>")]
     pub points: Vec<Point>,
     /// What the module thinks of it.
     pub is_safe: bool,
@@ -66,7 +66,7 @@ pub struct SafetyFactorArray {
     /// When.
     pub header: Header,
     /// What may be in the way.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_SAFETY_FACTORS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_SAFETY_FACTORS>")]
     pub factors: Vec<SafetyFactor>,
     /// All of it.
     pub is_safe: bool,
@@ -82,9 +82,9 @@ pub struct PlanningFactor {
     /// Not backing up.
     pub is_driving_forward: bool,
     /// Where it begins, and where it ends.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_FACTORS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_FACTORS>")]
     pub control_points: Vec<ControlPoint>,
-    /// See [`told::PlanningFactor::behavior`].
+    /// See [`planner_input::PlanningFactor::behavior`].
     pub behavior: u16,
     /// In words.
     pub detail: String,
@@ -98,18 +98,18 @@ pub struct PlanningFactorArray {
     /// When.
     pub header: Header,
     /// Of one module.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_FACTORS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_FACTORS>")]
     pub factors: Vec<PlanningFactor>,
 }
 
 impl PlanningFactorArray {
     /// What it says, on a topic.
-    pub fn told(self, topic: FactorTopic) -> Told {
-        Told::Factors { topic, factors: self.factors.into_iter().map(Into::into).collect() }
+    pub fn told(self, topic: FactorTopic) -> PlannerInput {
+        PlannerInput::Factors { topic, factors: self.factors.into_iter().map(Into::into).collect() }
     }
 }
 
-impl From<PlanningFactor> for told::PlanningFactor {
+impl From<PlanningFactor> for planner_input::PlanningFactor {
     fn from(factor: PlanningFactor) -> Self {
         Self {
             behavior: factor.behavior,
@@ -120,7 +120,7 @@ impl From<PlanningFactor> for told::PlanningFactor {
     }
 }
 
-impl From<ControlPoint> for told::ControlPoint {
+impl From<ControlPoint> for planner_input::ControlPoint {
     fn from(point: ControlPoint) -> Self {
         Self {
             pose: point.pose.into(),

@@ -4,6 +4,9 @@ use super::element::Unfit;
 use super::traffic_light_group_array::{TrafficLightGroup, TrafficLightGroupArray};
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::bulb::BulbSet;
+use crate::core::traffic_light::engine::LightObservation;
+use crate::core::traffic_light::input::TrafficLightInput;
+use crate::core::traffic_light::target::StoreId;
 
 /// A group as it was received.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +50,22 @@ impl From<&TrafficLightGroupArray> for ReceivedGroups {
             }
         }
         received
+    }
+}
+
+impl ReceivedGroups {
+    /// As an input of the gateway: dark groups have no state there, of the rejected ones there is the number.
+    pub fn for_store(&self, store: StoreId) -> TrafficLightInput {
+        let states = self.groups.iter().map(|group| {
+            let ReceivedGroup { relation_id, bulbs, confidence } = *group;
+            (relation_id, (!bulbs.is_empty()).then_some(LightObservation { bulbs, confidence }))
+        });
+        TrafficLightInput::States {
+            store,
+            stamp: self.stamp,
+            states: states.collect(),
+            rejected: u32::try_from(self.rejected.len()).unwrap_or(u32::MAX),
+        }
     }
 }
 

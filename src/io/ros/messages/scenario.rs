@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::bounded::at_most;
-use crate::core::turn_signal::told::Told;
+use crate::core::turn_signal::planner_input::PlannerInput;
 
 /// Scenarios of a message.
-pub(super) const MOST_SCENARIOS: usize = 100;
+pub(super) const MAX_SCENARIOS: usize = 100;
 
 /// `autoware_internal_planning_msgs/msg/Scenario`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -14,7 +14,7 @@ pub struct Scenario {
     /// `Empty`, `LaneDriving` or `Parking`.
     pub current_scenario: String,
     /// Those that are on.
-    #[serde(deserialize_with = "at_most::<_, _, MOST_SCENARIOS>")]
+    #[serde(deserialize_with = "at_most::<_, _, MAX_SCENARIOS>")]
     pub activating_scenarios: Vec<String>,
 }
 
@@ -23,7 +23,7 @@ impl Scenario {
     pub const LANEDRIVING: &'static str = "LaneDriving";
 }
 
-impl From<Scenario> for Told {
+impl From<Scenario> for PlannerInput {
     fn from(message: Scenario) -> Self {
         Self::LaneDriving(message.current_scenario == Scenario::LANEDRIVING)
     }

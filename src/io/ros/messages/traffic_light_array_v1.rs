@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
-use crate::core::traffic_light::compat::Compat;
+use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightState;
 
 /// `traffic_simulator_msgs/msg/TrafficLightBulbV1`; numbers as in [`TrafficLightElement`].

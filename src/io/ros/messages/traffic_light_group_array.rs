@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
 use super::stamp::Time;
+use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
-use crate::core::traffic_light::compat::Compat;
 use crate::core::traffic_light::emission::{GroupState, Prediction};
 
 /// `autoware_perception_msgs/msg/PredictedTrafficLightState`.

@@ -1,7 +1,7 @@
 //! What the caller hands to the session's thread, and what it sees of it.
 //!
 //! A report, command or emission waiting to be sent is overtaken by a newer one of the same topic. Diagnostics
-//! keep their order; when `MOST_DIAGNOSTICS` wait, the oldest is dropped and counted.
+//! keep their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped and counted.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -15,11 +15,11 @@ use crate::io::ros::messages::{
 };
 
 /// Diagnostics that may wait.
-const MOST_DIAGNOSTICS: usize = 64;
+const MAX_DIAGNOSTICS: usize = 64;
 
 /// What a report topic is to say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wish<M> {
+pub(super) enum Publication<M> {
     /// This.
     Publish(M),
     /// Nothing, not even to readers that come later.
@@ -28,11 +28,11 @@ pub(super) enum Wish<M> {
 
 /// One thing to do.
 #[derive(Debug)]
-pub(super) enum Letter {
+pub(super) enum OutgoingMessage {
     /// Publish, or withdraw.
-    Turn(Wish<TurnIndicatorsReport>),
+    Turn(Publication<TurnIndicatorsReport>),
     /// Publish, or withdraw.
-    Hazard(Wish<HazardLightsReport>),
+    Hazard(Publication<HazardLightsReport>),
     /// Publish.
     Diagnostics(DiagnosticArray),
     /// Publish; made into messages by the thread.
@@ -47,11 +47,11 @@ pub(super) enum Letter {
 
 /// Everything that waits.
 #[derive(Debug, Default)]
-pub(super) struct Letters {
+pub(super) struct OutgoingMessages {
     /// `None` = nothing new.
-    pub(super) turn: Option<Wish<TurnIndicatorsReport>>,
+    pub(super) turn: Option<Publication<TurnIndicatorsReport>>,
     /// `None` = nothing new.
-    pub(super) hazard: Option<Wish<HazardLightsReport>>,
+    pub(super) hazard: Option<Publication<HazardLightsReport>>,
     /// Oldest first.
     pub(super) diagnostics: VecDeque<DiagnosticArray>,
     /// The newest of each topic.
@@ -66,7 +66,7 @@ pub(super) struct Letters {
     pub(super) stop: bool,
 }
 
-impl Letters {
+impl OutgoingMessages {
     fn is_empty(&self) -> bool {
         self.turn.is_none()
             && self.hazard.is_none()
@@ -82,43 +82,43 @@ impl Letters {
 /// Between the caller and the thread; locks are held for moments only.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
-    letters: Mutex<Letters>,
+    messages: Mutex<OutgoingMessages>,
     arrived: Condvar,
     status: Mutex<RosStatus>,
 }
 
 impl Mailbox {
     /// Puts a letter in.
-    pub(super) fn put(&self, letter: Letter) {
-        let mut letters = lock(&self.letters);
+    pub(super) fn put(&self, letter: OutgoingMessage) {
+        let mut messages = lock(&self.messages);
         match letter {
-            Letter::Turn(wish) => letters.turn = Some(wish),
-            Letter::Hazard(wish) => letters.hazard = Some(wish),
-            Letter::Diagnostics(array) => {
-                if letters.diagnostics.len() >= MOST_DIAGNOSTICS {
-                    letters.diagnostics.pop_front();
+            OutgoingMessage::Turn(publication) => messages.turn = Some(publication),
+            OutgoingMessage::Hazard(publication) => messages.hazard = Some(publication),
+            OutgoingMessage::Diagnostics(array) => {
+                if messages.diagnostics.len() >= MAX_DIAGNOSTICS {
+                    messages.diagnostics.pop_front();
                     lock(&self.status).dropped_diagnostics += 1;
                 }
-                letters.diagnostics.push_back(array);
+                messages.diagnostics.push_back(array);
             }
-            Letter::Lights(emission) => {
-                if letters.lights.insert(emission.topic, emission).is_some() {
+            OutgoingMessage::Lights(emission) => {
+                if messages.lights.insert(emission.topic, emission).is_some() {
                     lock(&self.status).overtaken_lights += 1;
                 }
             }
-            Letter::TurnCommand(command) => letters.turn_command = Some(command),
-            Letter::HazardCommand(command) => letters.hazard_command = Some(command),
-            Letter::Stop => letters.stop = true,
+            OutgoingMessage::TurnCommand(command) => messages.turn_command = Some(command),
+            OutgoingMessage::HazardCommand(command) => messages.hazard_command = Some(command),
+            OutgoingMessage::Stop => messages.stop = true,
         }
         self.arrived.notify_one();
     }
 
     /// Takes everything out; waits at most `patience` for something to arrive.
-    pub(super) fn take(&self, patience: Duration) -> Letters {
-        let letters = lock(&self.letters);
-        let waited = self.arrived.wait_timeout_while(letters, patience, |letters| letters.is_empty());
-        let (mut letters, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        std::mem::take(&mut letters)
+    pub(super) fn take(&self, patience: Duration) -> OutgoingMessages {
+        let messages = lock(&self.messages);
+        let waited = self.arrived.wait_timeout_while(messages, patience, |messages| messages.is_empty());
+        let (mut messages, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        std::mem::take(&mut messages)
     }
 
     /// What the session is doing.
@@ -139,7 +139,7 @@ impl Wake for Mailbox {
     }
 
     fn wake_by_ref(self: &Arc<Self>) {
-        lock(&self.letters).rung = true;
+        lock(&self.messages).rung = true;
         self.arrived.notify_one();
     }
 }
@@ -159,23 +159,23 @@ mod tests {
     use crate::core::traffic_light::emission::Content;
     use crate::core::vehicle_lights::verdict::TurnIndicators;
 
-    fn diagnostics(number: i64) -> Letter {
+    fn diagnostics(number: i64) -> OutgoingMessage {
         let nothing = Diagnostics { statuses: vec![], refresh: true };
-        Letter::Diagnostics(DiagnosticArray::new(&nothing, WallStamp::from_nanos(number), ""))
+        OutgoingMessage::Diagnostics(DiagnosticArray::new(&nothing, WallStamp::from_nanos(number), ""))
     }
 
     #[test]
     fn the_newest_report_wins_and_a_withdrawal_is_news() {
         let mailbox = Mailbox::default();
         let report = |state| TurnIndicatorsReport::new(state, WallStamp::default());
-        mailbox.put(Letter::Turn(Wish::Publish(report(TurnIndicators::EnableLeft))));
-        mailbox.put(Letter::Turn(Wish::Publish(report(TurnIndicators::EnableRight))));
+        mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
+        mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableRight))));
         let taken = mailbox.take(Duration::ZERO);
-        assert_eq!(taken.turn, Some(Wish::Publish(report(TurnIndicators::EnableRight))));
+        assert_eq!(taken.turn, Some(Publication::Publish(report(TurnIndicators::EnableRight))));
         assert_eq!(taken.hazard, None);
-        mailbox.put(Letter::Turn(Wish::Publish(report(TurnIndicators::EnableLeft))));
-        mailbox.put(Letter::Turn(Wish::Withdraw));
-        assert_eq!(mailbox.take(Duration::ZERO).turn, Some(Wish::Withdraw));
+        mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
+        mailbox.put(OutgoingMessage::Turn(Publication::Withdraw));
+        assert_eq!(mailbox.take(Duration::ZERO).turn, Some(Publication::Withdraw));
         assert!(mailbox.take(Duration::ZERO).is_empty());
     }
 
@@ -187,7 +187,7 @@ mod tests {
             Emission { topic, stamp: WallStamp::from_nanos(nanos), content }
         };
         for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
-            mailbox.put(Letter::Lights(emission(topic, nanos)));
+            mailbox.put(OutgoingMessage::Lights(emission(topic, nanos)));
         }
         let taken = mailbox.take(Duration::ZERO).lights;
         let stamps: Vec<_> = taken.values().map(|emission| emission.stamp.as_nanos()).collect();
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn diagnostics_keep_their_order_and_the_oldest_are_dropped_and_counted() {
         let mailbox = Mailbox::default();
-        let most = u32::try_from(MOST_DIAGNOSTICS).unwrap();
+        let most = u32::try_from(MAX_DIAGNOSTICS).unwrap();
         for number in 0..most + 2 {
             mailbox.put(diagnostics(number.into()));
         }

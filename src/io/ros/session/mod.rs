@@ -26,11 +26,11 @@
 //!
 //! * A peer that leaves orderly, or that we never met, needs nothing.
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
-//!   `Lookout`. It has never heard of the peer, so it can find it.
+//!   `DiscoveryProbe`. It has never heard of the peer, so it can find it.
 //! * When it does, and only then, the lookout becomes our participant: it gets writers with what is
 //!   current on them, and readers, and the old participant leaves when all its peers have found the
 //!   new one. Nobody else misses a sample; some get one twice. What we receive twice is told by its
-//!   number (`repetition.rs`).
+//!   number (`duplicate_filter.rs`).
 //! * A peer that was killed costs the lookout's two idle threads until it is given up after a day.
 //! * An interface or address that was not there when the participant was made replaces the
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only
@@ -39,20 +39,20 @@
 //! * Where hosts have no multicast between them, Cyclone must know our address (`Peers`) and not
 //!   forget it (`PruneDelay="inf"`): RustDDS cannot be given addresses, and a new participant has a
 //!   new port. Cyclone asks such ports every 30 s. Within one host this is not needed.
-//! * A peer that forgot us while we still know it stops acknowledging; see `deafness.rs`.
+//! * A peer that forgot us while we still know it stops acknowledging; see `ack_timeout.rs`.
 
-mod deafness;
+mod ack_timeout;
+mod discovery_probe;
+mod duplicate_filter;
 mod graph;
 mod history;
-mod inlet;
 mod interfaces;
-mod lookout;
 mod mailbox;
 mod outgoing;
-mod outlet;
-mod presence;
-mod repetition;
+mod participant;
 mod sample;
+mod topic_reader;
+mod topic_writer;
 mod worker;
 
 use std::sync::Arc;
@@ -62,14 +62,19 @@ use std::time::Duration;
 
 use ros2_client::names::{Name, NameError};
 
-use super::incoming::Inbox;
+use super::inbox::Inbox;
 use super::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
 };
-pub use super::settings::RosSettings;
-pub use super::topics::{Durability, LightsOutlet, Reliability, Subscription, SubscriptionKind, Topics};
-use crate::core::event::Output;
-use mailbox::{Letter, Mailbox, Wish};
+pub use super::settings::{Recovery, RosSettings};
+pub use super::topics::{
+    Durability, LightsTopicSettings, Reliability, Subscription, SubscriptionKind, Topics,
+};
+use crate::core::gateway::event::Output;
+use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
+use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use mailbox::{Mailbox, OutgoingMessage, Publication};
 use outgoing::Outgoing;
 use worker::Worker;
 
@@ -141,6 +146,8 @@ pub struct RosStatus {
     pub incoming: Vec<IncomingStatus>,
     /// Participants of the network that fell silent and were not found again yet.
     pub missing_peers: usize,
+    /// Whether a second participant listens for them.
+    pub has_lookout: bool,
     /// Times our own participant was replaced.
     pub rebuilds: u32,
     /// Diagnostics dropped because DDS did not keep up.
@@ -209,11 +216,11 @@ impl RosSession {
         let (end_sender, ended) = channel();
         let (ready_sender, ready) = channel();
         let inbox = Arc::new(Inbox::default());
-        let (letters, received) = (Arc::clone(&mailbox), Arc::clone(&inbox));
+        let (messages, received) = (Arc::clone(&mailbox), Arc::clone(&inbox));
         thread::Builder::new().name("ros".to_owned()).spawn(move || {
             // Dropped last, also by a panic: whoever waits for the end hears of it.
             let _end = end_sender;
-            match Worker::new(settings, letters, received) {
+            match Worker::new(settings, messages, received) {
                 Ok(worker) => {
                     let _ = ready_sender.send(Ok(()));
                     worker.run();
@@ -233,27 +240,34 @@ impl RosSession {
     /// Publishes. Never blocks: reports, commands and traffic lights not yet sent are overtaken by newer
     /// ones, diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
-        self.mailbox.put(match output {
-            Output::TurnIndicators { report, stamp } => {
-                Letter::Turn(Wish::Publish(TurnIndicatorsReport::new(*report, *stamp)))
-            }
-            Output::HazardLights { report, stamp } => {
-                Letter::Hazard(Wish::Publish(HazardLightsReport::new(*report, *stamp)))
-            }
-            Output::WithdrawTurnIndicators => Letter::Turn(Wish::Withdraw),
-            Output::WithdrawHazardLights => Letter::Hazard(Wish::Withdraw),
+        let letter = match output {
+            Output::VehicleLights(output) => match output {
+                VehicleLightsOutput::TurnIndicators { report, stamp } => {
+                    OutgoingMessage::Turn(Publication::Publish(TurnIndicatorsReport::new(*report, *stamp)))
+                }
+                VehicleLightsOutput::HazardLights { report, stamp } => {
+                    OutgoingMessage::Hazard(Publication::Publish(HazardLightsReport::new(*report, *stamp)))
+                }
+                VehicleLightsOutput::WithdrawTurnIndicators => OutgoingMessage::Turn(Publication::Withdraw),
+                VehicleLightsOutput::WithdrawHazardLights => OutgoingMessage::Hazard(Publication::Withdraw),
+            },
             Output::Diagnostics { diagnostics, stamp } => {
-                Letter::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))
+                OutgoingMessage::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))
             }
-            Output::TrafficLights(emission) => Letter::Lights(emission.clone()),
-            Output::TurnCommand { command, stamp } => {
-                Letter::TurnCommand(TurnIndicatorsCommand::new(*command, *stamp))
+            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => {
+                OutgoingMessage::Lights(emission.clone())
             }
-            Output::HazardCommand { command, stamp } => {
-                Letter::HazardCommand(HazardLightsCommand::new(*command, *stamp))
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) => {
+                OutgoingMessage::TurnCommand(TurnIndicatorsCommand::new(*command, *stamp))
             }
-            Output::Decision(_) | Output::Transmit { .. } | Output::WouldTransmit { .. } => return,
-        });
+            Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
+                OutgoingMessage::HazardCommand(HazardLightsCommand::new(*command, *stamp))
+            }
+            Output::TurnSignal(TurnSignalOutput::Decision(_))
+            | Output::TrafficLights(TrafficLightOutput::CommandRefused(_))
+            | Output::Command(_) => return,
+        };
+        self.mailbox.put(letter);
     }
 
     /// Where what is received waits.
@@ -269,7 +283,7 @@ impl RosSession {
     /// Sends what is still in the mailbox and leaves the graph, within half a second. When DDS
     /// takes longer, it is left to end by itself.
     pub fn stop(self) {
-        self.mailbox.put(Letter::Stop);
+        self.mailbox.put(OutgoingMessage::Stop);
         // Either way it is over: the sender is gone, or patience is.
         let _ = self.ended.recv_timeout(STOP_PATIENCE);
     }
@@ -277,7 +291,7 @@ impl RosSession {
 
 impl Drop for RosSession {
     fn drop(&mut self) {
-        self.mailbox.put(Letter::Stop);
+        self.mailbox.put(OutgoingMessage::Stop);
     }
 }
 

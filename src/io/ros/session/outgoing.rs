@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::mailbox::{Letters, Wish};
+use super::mailbox::{OutgoingMessages, Publication};
 use super::sample::Sample;
 use super::{Durability, RosSettings};
-use crate::core::traffic_light::compat::Compat;
+use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
 use crate::io::ros::messages::{LightsMessage, LightsType};
 use crate::io::ros::topics::{
@@ -96,13 +96,13 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Once,
         source: Source::Diagnostics,
     });
-    table.extend(topics.lights.iter().map(|outlet| Outgoing {
-        name: outlet.name.clone(),
-        type_name: outlet.lights.type_name(),
+    table.extend(topics.lights.iter().map(|lights_topic| Outgoing {
+        name: lights_topic.name.clone(),
+        type_name: lights_topic.lights.type_name(),
         durability: Durability::TransientLocal,
-        depth: outlet.lights.depth(),
+        depth: lights_topic.lights.depth(),
         delivery: Delivery::Stream,
-        source: Source::Lights(outlet.topic, outlet.lights, outlet.compat),
+        source: Source::Lights(lights_topic.topic, lights_topic.lights, lights_topic.compat),
     }));
     // A command is not repeated: to whoever comes later it is of the past.
     let command = |name: &String, type_name, source| Outgoing {
@@ -132,20 +132,24 @@ pub(super) enum Order {
 
 /// What the letters mean for each topic of the table: the topic's position, and what it is to do.
 /// A message that several topics send is made once. An error is the text of the encoder.
-pub(super) fn orders(table: &[Outgoing], letters: &Letters) -> Vec<(usize, Result<Order, String>)> {
+pub(super) fn orders(table: &[Outgoing], messages: &OutgoingMessages) -> Vec<(usize, Result<Order, String>)> {
     let mut orders = Vec::new();
     let mut made: Vec<(Source, Result<Vec<Sample>, String>)> = Vec::new();
     for (position, outgoing) in table.iter().enumerate() {
         match outgoing.source {
-            Source::Turn => orders.extend(letters.turn.as_ref().map(|wish| (position, order(wish)))),
-            Source::Hazard => orders.extend(letters.hazard.as_ref().map(|wish| (position, order(wish)))),
-            Source::Diagnostics if letters.diagnostics.is_empty() => {}
+            Source::Turn => {
+                orders.extend(messages.turn.as_ref().map(|publication| (position, order(publication))));
+            }
+            Source::Hazard => {
+                orders.extend(messages.hazard.as_ref().map(|publication| (position, order(publication))));
+            }
+            Source::Diagnostics if messages.diagnostics.is_empty() => {}
             Source::Diagnostics => {
-                let samples = letters.diagnostics.iter().map(Sample::encode).collect::<Result<_, _>>();
+                let samples = messages.diagnostics.iter().map(Sample::encode).collect::<Result<_, _>>();
                 orders.push((position, samples.map(Order::Publish)));
             }
             source @ Source::Lights(topic, lights, compat) => {
-                let Some(emission) = letters.lights.get(&topic) else { continue };
+                let Some(emission) = messages.lights.get(&topic) else { continue };
                 let known =
                     made.iter().find(|(known, _)| *known == source).map(|(_, samples)| samples.clone());
                 let samples = known.unwrap_or_else(|| {
@@ -156,10 +160,10 @@ pub(super) fn orders(table: &[Outgoing], letters: &Letters) -> Vec<(usize, Resul
                 orders.push((position, samples.map(Order::Publish)));
             }
             Source::TurnCommand => {
-                orders.extend(letters.turn_command.map(|command| (position, once(&command))));
+                orders.extend(messages.turn_command.map(|command| (position, once(&command))));
             }
             Source::HazardCommand => {
-                orders.extend(letters.hazard_command.map(|command| (position, once(&command))));
+                orders.extend(messages.hazard_command.map(|command| (position, once(&command))));
             }
         }
     }
@@ -170,10 +174,10 @@ fn once(message: &impl Serialize) -> Result<Order, String> {
     Ok(Order::Publish(vec![Sample::encode(message)?]))
 }
 
-fn order(wish: &Wish<impl Serialize>) -> Result<Order, String> {
-    match wish {
-        Wish::Publish(message) => once(message),
-        Wish::Withdraw => Ok(Order::Withdraw),
+fn order(publication: &Publication<impl Serialize>) -> Result<Order, String> {
+    match publication {
+        Publication::Publish(message) => once(message),
+        Publication::Withdraw => Ok(Order::Withdraw),
     }
 }
 
@@ -185,24 +189,24 @@ fn shown(emission: &Emission, lights: LightsType, compat: Compat) -> Result<Vec<
 mod tests {
     use std::sync::Arc;
 
-    use super::super::LightsOutlet;
+    use super::super::LightsTopicSettings;
     use super::*;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::Content;
 
     fn settings() -> RosSettings {
         let mut settings = RosSettings { durability: Durability::Volatile, ..RosSettings::default() };
-        let outlet = |topic, name: &str, lights| LightsOutlet {
+        let lights_topic = |topic, name: &str, lights| LightsTopicSettings {
             topic,
             name: name.to_owned(),
             lights,
             compat: Compat::Improved,
         };
         settings.topics.lights = vec![
-            outlet(LightsTopic::V2i, "/a", LightsType::GroupArray),
-            outlet(LightsTopic::V2i, "/b", LightsType::GroupArray),
-            outlet(LightsTopic::V2i, "/c", LightsType::SignalArray),
-            outlet(LightsTopic::Markers, "/d", LightsType::MarkerArray),
+            lights_topic(LightsTopic::V2i, "/a", LightsType::GroupArray),
+            lights_topic(LightsTopic::V2i, "/b", LightsType::GroupArray),
+            lights_topic(LightsTopic::V2i, "/c", LightsType::SignalArray),
+            lights_topic(LightsTopic::Markers, "/d", LightsType::MarkerArray),
         ];
         settings.topics.turn_command = Some("/e".to_owned());
         settings.topics.hazard_command = Some("/f".to_owned());
@@ -235,11 +239,11 @@ mod tests {
 
     #[test]
     fn an_emission_goes_to_its_topics_only_and_each_message_is_made_once() {
-        let mut letters = Letters::default();
+        let mut messages = OutgoingMessages::default();
         let content = Arc::new(Content::Groups(vec![]));
         let emission = Emission { topic: LightsTopic::V2i, stamp: WallStamp::default(), content };
-        letters.lights.insert(LightsTopic::V2i, emission);
-        let orders = orders(&table(&settings()), &letters);
+        messages.lights.insert(LightsTopic::V2i, emission);
+        let orders = orders(&table(&settings()), &messages);
         let positions: Vec<_> = orders.iter().map(|(position, _)| *position).collect();
         assert_eq!(positions, [3, 4, 5]);
         let sample = |index: usize| match &orders[index].1 {

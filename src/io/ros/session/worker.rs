@@ -7,33 +7,31 @@ use std::time::{Duration, Instant};
 
 use rustdds::RTPSEntity;
 
-use super::deafness::Deafness;
-use super::inlet::Taken;
+use super::ack_timeout::AckTimeout;
+use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, Sighting, prefix};
+use super::duplicate_filter::DuplicateFilter;
 use super::interfaces::Interfaces;
-use super::lookout::{Lookout, Missing, Prefix, Sighting, prefix};
-use super::mailbox::{Letters, Mailbox};
+use super::mailbox::{Mailbox, OutgoingMessages};
 use super::outgoing::{Delivery, Order, Outgoing, orders, table};
-use super::presence::{Presence, participant};
-use super::repetition::Repetition;
+use super::participant::{Participant, participant};
+use super::topic_reader::Taken;
 use super::{IncomingStatus, OutgoingStatus, RosError, RosSettings};
-use crate::io::ros::incoming::{Arrival, Inbox, Incoming};
+use crate::core::gateway::event::Input;
+use crate::core::traffic_light::input::TrafficLightInput;
+use crate::io::ros::inbox::Inbox;
 
 /// The longest sleep; events of DDS are looked at this often.
 const TICK: Duration = Duration::from_millis(100);
-/// How often interfaces and missing peers are looked at.
-const SLOW_TICK: Duration = Duration::from_secs(1);
 /// How long a replaced participant stays beside its successor at least.
 const OVERLAP: Duration = Duration::from_secs(1);
 /// And at most, when some of its readers have not found the successor: without multicast Cyclone
 /// asks a port that was silent every 30 s.
-const MOST_OVERLAP: Duration = Duration::from_secs(35);
-/// Participants are not made more often than this, the first included.
-const MIN_INTERVAL: Duration = Duration::from_secs(3);
+const MAX_OVERLAP: Duration = Duration::from_secs(35);
 /// A round that took longer: the process was stopped meanwhile. Peers may have given its participant up,
 /// and it does not find them again.
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
-const MOST_OWN: usize = 32;
+const MAX_OWN: usize = 32;
 
 /// The thread's state.
 pub(super) struct Worker {
@@ -43,11 +41,11 @@ pub(super) struct Worker {
     inbox: Arc<Inbox>,
     /// Rings the mailbox's bell.
     waker: Waker,
-    presence: Presence,
+    participant: Participant,
     /// With the time it was replaced.
-    predecessor: Option<(Presence, Instant)>,
+    predecessor: Option<(Participant, Instant)>,
     /// With the interfaces it was made with.
-    lookout: Option<(Lookout, Interfaces)>,
+    probe: Option<(DiscoveryProbe, Interfaces)>,
     missing: Missing,
     /// Our own participants, gone or not; nobody to look for.
     own: Vec<Prefix>,
@@ -57,14 +55,14 @@ pub(super) struct Worker {
     last_interfaces: Interfaces,
     last_slow: Instant,
     last_made: Instant,
-    deafness: Deafness,
+    ack_timeout: AckTimeout,
     last_round: Instant,
     stood_still: bool,
     write_failed: bool,
     /// What each topic of the table is to say, but for what is said once.
     current: Vec<Order>,
     /// Of each subscription.
-    repetitions: Vec<Repetition>,
+    duplicate_filters: Vec<DuplicateFilter>,
 }
 
 impl Worker {
@@ -77,7 +75,7 @@ impl Worker {
         let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
         let table = table(&settings);
         let participant = participant(&settings).map_err(|error| RosError::Dds(error.to_string()))?;
-        let presence = Presence::new(&settings, &table, participant)?;
+        let participant = Participant::new(&settings, &table, participant)?;
         mailbox.update_status(|status| {
             status.running = true;
             status.outgoing = table.iter().map(OutgoingStatus::new).collect();
@@ -89,20 +87,20 @@ impl Worker {
             mailbox,
             inbox,
             predecessor: None,
-            lookout: None,
+            probe: None,
             missing: Missing::default(),
-            own: vec![presence.prefix()],
-            presence,
+            own: vec![participant.prefix()],
+            participant,
             last_interfaces: interfaces.clone(),
             interfaces,
             last_slow: now,
             last_made: now,
-            deafness: Deafness::default(),
+            ack_timeout: AckTimeout::default(),
             last_round: now,
             stood_still: false,
             write_failed: false,
             current: table.iter().map(|_| Order::Withdraw).collect(),
-            repetitions: settings.subscriptions.iter().map(|_| Repetition::default()).collect(),
+            duplicate_filters: settings.subscriptions.iter().map(|_| DuplicateFilter::default()).collect(),
             table,
             settings,
         })
@@ -111,22 +109,22 @@ impl Worker {
     /// Works until it is told to stop.
     pub(super) fn run(mut self) {
         loop {
-            let letters = self.mailbox.take(TICK);
+            let messages = self.mailbox.take(TICK);
             let now = Instant::now();
             // Making a participant may take as long.
             let made_one = self.last_made >= self.last_round;
             self.stood_still |= !made_one && now.duration_since(self.last_round) > STANDSTILL;
             self.last_round = now;
-            self.deliver(&letters);
-            if letters.stop {
+            self.deliver(&messages);
+            if messages.stop {
                 return;
             }
             self.receive();
-            let settled = self.presence.settle();
+            let settled = self.participant.settle();
             self.note(settled);
-            self.presence.observe(&mut self.missing, &self.own);
-            self.look_out();
-            if self.last_slow.elapsed() >= SLOW_TICK {
+            self.participant.observe(&mut self.missing, &self.own);
+            self.probe_discovery();
+            if self.last_slow.elapsed() >= self.settings.recovery.check_interval {
                 self.last_slow = Instant::now();
                 self.look_around();
             }
@@ -138,19 +136,19 @@ impl Worker {
     /// Lets the predecessor go once everybody who reads it reads the successor too.
     fn retire(&mut self) {
         let Some((predecessor, since)) = &mut self.predecessor else { return };
-        // Whom it loses is no news: the successor has met them or never will have.
+        // Whom it loses is not news: the successor has met them or never will have.
         predecessor.observe(&mut Missing::default(), &self.own);
         let overlap = since.elapsed();
-        if overlap >= MOST_OVERLAP || (overlap >= OVERLAP && self.presence.serves_all_of(predecessor)) {
+        if overlap >= MAX_OVERLAP || (overlap >= OVERLAP && self.participant.serves_all_of(predecessor)) {
             self.predecessor = None;
         }
     }
 
-    fn deliver(&mut self, letters: &Letters) {
-        for (position, order) in orders(&self.table, letters) {
+    fn deliver(&mut self, messages: &OutgoingMessages) {
+        for (position, order) in orders(&self.table, messages) {
             match order {
                 Ok(order) => {
-                    self.each(|presence| presence.carry_out(position, &order));
+                    self.each(|participant| participant.carry_out(position, &order));
                     self.remember(position, order);
                 }
                 Err(error) => self.note(Err(error)),
@@ -168,16 +166,17 @@ impl Worker {
 
     /// Hands on what was received. The predecessor first: it reads on until its successor has met all.
     fn receive(&mut self) {
-        let Self { repetitions, inbox, mailbox, waker, .. } = self;
+        let Self { duplicate_filters, inbox, mailbox, waker, .. } = self;
         let mut hand_over = |subscription: usize, taken: Taken| match taken {
-            Taken::Sample(writer, number, incoming) => {
-                let repetition = repetitions.get_mut(subscription);
-                if repetition.is_some_and(|repetition| repetition.is_first(writer, number)) {
+            Taken::Sample(writer, number, input) => {
+                let duplicate_filter = duplicate_filters.get_mut(subscription);
+                if duplicate_filter.is_some_and(|duplicate_filter| duplicate_filter.is_first(writer, number))
+                {
                     count(mailbox, subscription, |status| {
                         status.received += 1;
-                        status.rejected_groups += rejected(&incoming);
+                        status.rejected_groups += rejected(&input);
                     });
-                    inbox.put(Arrival { subscription, incoming });
+                    inbox.put(subscription, input);
                 }
             }
             Taken::Undecodable(error) => count(mailbox, subscription, |status| {
@@ -191,18 +190,18 @@ impl Worker {
         if let Some((predecessor, _)) = &self.predecessor {
             is_more |= predecessor.take(waker, &mut hand_over);
         }
-        is_more |= self.presence.take(waker, &mut hand_over);
+        is_more |= self.participant.take(waker, &mut hand_over);
         if is_more {
             self.waker.wake_by_ref();
         }
     }
 
     /// While a participant is being replaced, both speak: some readers know only one of them.
-    fn each(&mut self, mut say: impl FnMut(&mut Presence) -> Result<(), String>) {
+    fn each(&mut self, mut say: impl FnMut(&mut Participant) -> Result<(), String>) {
         if let Some((predecessor, _)) = &mut self.predecessor {
             let _ = say(predecessor);
         }
-        let said = say(&mut self.presence);
+        let said = say(&mut self.participant);
         self.note(said);
     }
 
@@ -217,15 +216,15 @@ impl Worker {
     }
 
     /// Looks for missing peers, and moves to the lookout when it found one.
-    fn look_out(&mut self) {
-        let Some((lookout, _)) = &self.lookout else { return };
-        match lookout.look(&self.missing) {
+    fn probe_discovery(&mut self) {
+        let Some((probe, _)) = &self.probe else { return };
+        match probe.look(&self.missing) {
             Sighting::Nobody => {}
-            Sighting::Blind => self.lookout = None,
+            Sighting::Blind => self.probe = None,
             Sighting::Found => {
-                if let Some((lookout, interfaces)) = self.lookout.take() {
+                if let Some((probe, interfaces)) = self.probe.take() {
                     tracing::info!("a DDS peer is back after an outage: continuing with a new participant");
-                    self.replace(lookout.into_participant(), interfaces);
+                    self.replace(probe.into_participant(), interfaces);
                 }
             }
         }
@@ -241,14 +240,14 @@ impl Worker {
         let settled = now == self.last_interfaces;
         self.last_interfaces = now;
         if self.missing.len() == 0 || link_came_up {
-            self.lookout = None;
+            self.probe = None;
         }
-        if self.last_made.elapsed() < MIN_INTERVAL {
+        if self.last_made.elapsed() < self.settings.recovery.min_rebuild_interval {
             return;
         }
         let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
-        let readers = self.presence.readers().sum();
-        let deaf = self.deafness.observe(self.presence.is_acknowledged(), readers, Instant::now());
+        let readers = self.participant.readers().sum();
+        let deaf = self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
         let (write_failed, stood_still) = (self.write_failed, self.stood_still);
         if new_place || deaf || write_failed || stood_still {
             if let Some(participant) = self.make() {
@@ -261,9 +260,10 @@ impl Worker {
                 );
                 self.replace(participant, self.last_interfaces.clone());
             }
-        } else if self.missing.len() > 0 && self.lookout.is_none() {
-            self.lookout =
-                self.make().map(|participant| (Lookout::new(participant), self.last_interfaces.clone()));
+        } else if self.missing.len() > 0 && self.probe.is_none() {
+            self.probe = self
+                .make()
+                .map(|participant| (DiscoveryProbe::new(participant), self.last_interfaces.clone()));
         }
     }
 
@@ -271,7 +271,7 @@ impl Worker {
         self.last_made = Instant::now();
         let made = participant(&self.settings);
         if let Ok(participant) = &made {
-            if self.own.len() >= MOST_OWN {
+            if self.own.len() >= MAX_OWN {
                 self.own.remove(0);
             }
             self.own.push(prefix(&participant.guid().to_bytes()));
@@ -281,7 +281,7 @@ impl Worker {
 
     /// Moves to another participant and says there what is current.
     fn replace(&mut self, participant: rustdds::DomainParticipant, interfaces: Interfaces) {
-        let mut successor = match Presence::new(&self.settings, &self.table, participant) {
+        let mut successor = match Participant::new(&self.settings, &self.table, participant) {
             Ok(successor) => successor,
             Err(error) => {
                 tracing::warn!("no new participant: {error}");
@@ -290,10 +290,10 @@ impl Worker {
         };
         let say = |(position, order)| successor.carry_out(position, order);
         let said = self.current.iter().enumerate().map(say).fold(Ok(()), Result::and);
-        let predecessor = std::mem::replace(&mut self.presence, successor);
+        let predecessor = std::mem::replace(&mut self.participant, successor);
         self.predecessor = Some((predecessor, Instant::now()));
         self.interfaces = interfaces;
-        self.lookout = None;
+        self.probe = None;
         self.missing.clear();
         (self.write_failed, self.stood_still) = (false, false);
         self.note(said);
@@ -301,15 +301,16 @@ impl Worker {
     }
 
     fn show(&self) {
-        let missing = self.missing.len();
+        let (missing, has_lookout) = (self.missing.len(), self.probe.is_some());
         self.mailbox.update_status(|status| {
-            for (outgoing, readers) in status.outgoing.iter_mut().zip(self.presence.readers()) {
+            for (outgoing, readers) in status.outgoing.iter_mut().zip(self.participant.readers()) {
                 outgoing.readers = readers;
             }
-            for (incoming, writers) in status.incoming.iter_mut().zip(self.presence.writers()) {
+            for (incoming, writers) in status.incoming.iter_mut().zip(self.participant.writers()) {
                 incoming.writers = writers;
             }
             status.missing_peers = missing;
+            status.has_lookout = has_lookout;
         });
     }
 }
@@ -325,13 +326,15 @@ fn count(mailbox: &Mailbox, subscription: usize, change: impl FnOnce(&mut Incomi
     mailbox.update_status(|status| status.incoming.get_mut(subscription).map(change).unwrap_or_default());
 }
 
-fn rejected(incoming: &Incoming) -> u64 {
-    match incoming {
-        Incoming::Groups { groups, .. } => groups.rejected.len() as u64,
-        Incoming::Command(_)
-        | Incoming::Told(_)
-        | Incoming::TurnCommand { .. }
-        | Incoming::HazardCommand { .. }
-        | Incoming::ControlMode { .. } => 0,
+/// Groups left out because of what they say.
+fn rejected(input: &Input) -> u64 {
+    match input {
+        Input::TrafficLight(TrafficLightInput::States { rejected, .. }) => u64::from(*rejected),
+        Input::TrafficLight(TrafficLightInput::Command(_))
+        | Input::Can(_)
+        | Input::Planner(_)
+        | Input::Command(_)
+        | Input::Tick
+        | Input::Stop => 0,
     }
 }

@@ -1,0 +1,93 @@
+//! The elements of an OpenSCENARIO document, whichever form it was written in.
+//!
+//! Whoever reads an element or attribute marks it as seen. What nobody has seen in the end was not
+//! interpreted, and is told.
+
+use std::cell::Cell;
+
+use super::location::Location;
+
+/// An element with what stands in it.
+#[derive(Debug)]
+pub(in crate::config) struct Element {
+    /// Without namespace.
+    pub(in crate::config) name: String,
+    pub(in crate::config) location: Location,
+    pub(in crate::config) attributes: Vec<Attribute>,
+    pub(in crate::config) children: Vec<Element>,
+    /// Text between the tags, trimmed.
+    pub(in crate::config) content: Content,
+    pub(in crate::config) is_seen: Cell<bool>,
+}
+
+/// Text between tags.
+#[derive(Debug, Default)]
+pub(in crate::config) struct Content {
+    pub(in crate::config) text: String,
+    pub(in crate::config) is_seen: Cell<bool>,
+}
+
+/// An attribute of an element.
+#[derive(Debug)]
+pub(in crate::config) struct Attribute {
+    pub(in crate::config) name: String,
+    pub(in crate::config) value: String,
+    /// Of the value.
+    pub(in crate::config) location: Location,
+    pub(in crate::config) is_seen: Cell<bool>,
+}
+
+impl Element {
+    /// The first child of that name. Others are left unseen.
+    pub(in crate::config) fn child(&self, name: &str) -> Option<&Element> {
+        let found = self.children.iter().find(|child| child.name == name)?;
+        found.is_seen.set(true);
+        Some(found)
+    }
+
+    /// All children of that name.
+    pub(in crate::config) fn all<'e>(&'e self, name: &'e str) -> impl Iterator<Item = &'e Element> {
+        let named = self.children.iter().filter(move |child| child.name == name);
+        named.inspect(|child| child.is_seen.set(true))
+    }
+
+    /// The attribute of that name.
+    pub(in crate::config) fn attribute(&self, name: &str) -> Option<&Attribute> {
+        let found = self.attributes.iter().find(|attribute| attribute.name == name)?;
+        found.is_seen.set(true);
+        Some(found)
+    }
+
+    /// The text between the tags.
+    pub(in crate::config) fn text(&self) -> &str {
+        self.content.is_seen.set(true);
+        &self.content.text
+    }
+
+    /// Marks it and all that stands in it as seen.
+    pub(in crate::config) fn see_all(&self) {
+        self.is_seen.set(true);
+        self.content.is_seen.set(true);
+        self.attributes.iter().for_each(|attribute| attribute.is_seen.set(true));
+        self.children.iter().for_each(Element::see_all);
+    }
+
+    /// Whether all of it was seen, but for elements that say nothing.
+    pub(in crate::config) fn is_all_seen(&self) -> bool {
+        self.says_nothing()
+            || self.is_seen.get()
+                && (self.content.is_seen.get() || self.content.text.is_empty())
+                && self.attributes.iter().all(|attribute| attribute.is_seen.get())
+                && self.children.iter().all(Element::is_all_seen)
+    }
+
+    /// It has neither attributes nor text nor children.
+    pub(in crate::config) fn says_nothing(&self) -> bool {
+        self.attributes.is_empty() && self.children.is_empty() && self.content.text.is_empty()
+    }
+
+    /// How many elements it is, itself included.
+    pub(in crate::config) fn count(&self) -> usize {
+        1 + self.children.iter().map(Element::count).sum::<usize>()
+    }
+}

@@ -1,0 +1,240 @@
+//! Where things stand in a scenario file: line, column, and the path of keys or elements to them.
+
+use std::fmt;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::problem::Problem;
+
+/// Longer files are not scenarios, bytes.
+const MAX_BYTES: usize = 4 << 20;
+/// Deeper nesting is refused, levels.
+pub(in crate::config) const MAX_DEPTH: usize = 64;
+/// More elements or values, aliases written out, are refused.
+pub(in crate::config) const MAX_NODES: usize = 100_000;
+/// Of a key longer than this, only the beginning is named, characters.
+const MAX_NAME: usize = 60;
+
+/// How far apart the places are that know how many characters are before them, bytes.
+const STRIDE: usize = 256;
+
+/// The rest of longer reasons is cut, characters.
+const MAX_REASON: usize = 600;
+
+/// A place in a scenario file, for people.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceLocation {
+    /// The file.
+    pub file: Arc<Path>,
+    /// Line and column (characters), both from 1.
+    pub position: (usize, usize),
+    /// Path of elements (`OpenSCENARIO/Storyboard/…/@name`) or of keys (`event[2].do[1].set`).
+    pub key: String,
+}
+
+impl SourceLocation {
+    /// A problem at this place.
+    pub fn problem(&self, reason: impl Into<String>, remedy: impl Into<String>) -> Problem {
+        Problem {
+            file: self.file.to_path_buf(),
+            position: Some(self.position),
+            key: self.key.clone(),
+            reason: reason.into(),
+            remedy: remedy.into(),
+        }
+    }
+}
+
+/// `file:line:column: key`
+impl fmt::Display for SourceLocation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (line, column) = self.position;
+        write!(f, "{}:{line}:{column}: {}", self.file.display(), self.key)
+    }
+}
+
+/// A path of keys that shares its beginning with its neighbours, so that a deep file stays small.
+#[derive(Debug)]
+pub(in crate::config) struct Key {
+    parent: Option<Rc<Key>>,
+    /// With its separator in front.
+    segment: String,
+}
+
+impl Key {
+    /// The start of every path.
+    pub(in crate::config) fn root() -> Rc<Self> {
+        Rc::new(Self { parent: None, segment: String::new() })
+    }
+
+    /// `parent` and `separator` and `name`, the name kept short and on one line.
+    pub(in crate::config) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
+        let plain = |char: char| !char.is_control();
+        let mut segment = separator.to_owned();
+        if name.chars().all(plain) && name.chars().nth(MAX_NAME).is_none() {
+            segment.push_str(name);
+        } else {
+            segment.extend(name.chars().take(MAX_NAME).map(|char| if plain(char) { char } else { ' ' }));
+            segment.push('…');
+        }
+        Rc::new(Self { parent: Some(Rc::clone(parent)), segment })
+    }
+
+    /// The path of the child element with this number: `Phase`, `Phase[2]`, …
+    pub(in crate::config) fn numbered(parent: &Rc<Self>, name: &str, count: usize) -> Rc<Self> {
+        let key = Self::below(parent, "/", name);
+        if count == 1 { key } else { Self::below(&key, "", &format!("[{count}]")) }
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut segments = Vec::new();
+        let mut key = Some(self);
+        while let Some(Self { parent, segment }) = key {
+            segments.push(segment.as_str());
+            key = parent.as_deref();
+        }
+        segments.reverse();
+        f.write_str(segments.concat().trim_start_matches(['/', '.']))
+    }
+}
+
+/// A place within the file being read.
+#[derive(Debug, Clone)]
+pub(in crate::config) struct Location {
+    pub(in crate::config) position: (usize, usize),
+    pub(in crate::config) key: Rc<Key>,
+}
+
+impl Location {
+    /// The place for people.
+    pub(in crate::config) fn in_file(&self, file: &Arc<Path>) -> SourceLocation {
+        SourceLocation { file: Arc::clone(file), position: self.position, key: self.key.to_string() }
+    }
+}
+
+/// The text of a file, without byte-order mark, with the starts of its lines.
+#[derive(Debug)]
+pub(in crate::config) struct Text {
+    pub(in crate::config) file: Arc<Path>,
+    pub(in crate::config) body: String,
+    /// Byte at which each line begins.
+    starts: Vec<usize>,
+    /// How many characters begin before each stretch of [`STRIDE`] bytes: all of a file may stand on
+    /// one line.
+    before: Vec<usize>,
+}
+
+impl Text {
+    /// The text of a file's bytes.
+    pub(in crate::config) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
+        let whole = |reason: String, remedy: &str| Problem {
+            file: path.to_owned(),
+            position: Some((1, 1)),
+            key: String::new(),
+            reason,
+            remedy: remedy.to_owned(),
+        };
+        if bytes.len() > MAX_BYTES {
+            let reason = format!("{} bytes are too many for a scenario", bytes.len());
+            return Err(whole(reason, "split it: up to 4 MiB are read"));
+        }
+        let body = String::from_utf8(bytes).map_err(|error| {
+            let good = error.utf8_error().valid_up_to();
+            let before = String::from_utf8_lossy(error.as_bytes().get(..good).unwrap_or_default());
+            let text = Self::of(path, before.into_owned());
+            let position = text.position(text.body.len());
+            Problem {
+                position: Some(position),
+                ..whole("this is not UTF-8".into(), "save the file as UTF-8")
+            }
+        })?;
+        let text = Self::of(path, body.strip_prefix('\u{FEFF}').map_or(body.clone(), str::to_owned));
+        if text.body.trim().is_empty() {
+            return Err(whole("the file is empty".into(), "write a scenario into it"));
+        }
+        Ok(text)
+    }
+
+    fn of(path: &Path, body: String) -> Self {
+        let ends = body.match_indices('\n').map(|(at, _)| at + 1);
+        let starts = std::iter::once(0).chain(ends).collect();
+        let stretches = body.as_bytes().chunks(STRIDE).scan(0, |sum, stretch| {
+            *sum += characters(stretch);
+            Some(*sum)
+        });
+        let before = std::iter::once(0).chain(stretches).collect();
+        Self { file: path.into(), body, starts, before }
+    }
+
+    /// How many characters begin before a byte.
+    fn characters_before(&self, offset: usize) -> usize {
+        let stretch = offset / STRIDE;
+        let rest = self.body.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
+        self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
+    }
+
+    /// Line and column of a byte.
+    pub(in crate::config) fn position(&self, offset: usize) -> (usize, usize) {
+        let line = self.starts.partition_point(|start| *start <= offset).max(1);
+        let start = self.starts.get(line - 1).copied().unwrap_or(0);
+        let offset = offset.min(self.body.len());
+        (line, self.characters_before(offset) - self.characters_before(start.min(offset)) + 1)
+    }
+
+    /// A problem that belongs to no key.
+    pub(in crate::config) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
+        let location = SourceLocation { file: Arc::clone(&self.file), position, key: String::new() };
+        location.problem(line(reason), remedy)
+    }
+}
+
+/// How many characters of UTF-8 begin here.
+fn characters(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
+}
+
+/// On one line, and not endless, whatever names are in it.
+pub(in crate::config) fn line(text: &str) -> String {
+    text.chars().take(MAX_REASON).map(|char| if char.is_control() { ' ' } else { char }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_count_lines_and_characters_from_one() {
+        let text = Text::new(Path::new("a"), "\u{FEFF}ä=1\nöb\n".into()).unwrap();
+        let at = |part: &str| text.position(text.body.find(part).unwrap());
+        assert_eq!((at("ä"), at("="), at("ö"), at("b")), ((1, 1), (1, 2), (2, 1), (2, 2)));
+    }
+
+    #[test]
+    fn positions_on_an_endless_line_are_counted_in_characters() {
+        let text = Text::new(Path::new("a"), "äb日".repeat(1_000).into()).unwrap();
+        for character in [0, 1, 2, 84, 85, 86, 127, 128, 129, 1_500, 2_999] {
+            let offset = text.body.char_indices().nth(character).unwrap().0;
+            assert_eq!(text.position(offset), (1, character + 1));
+        }
+        assert_eq!(text.position(text.body.len() + 1), (1, 3_001));
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused_with_its_place() {
+        let refused = |bytes: &[u8]| Text::new(Path::new("a"), bytes.to_vec()).unwrap_err().to_string();
+        assert_eq!(refused(b"a\nb\xFF"), "a:2:2: this is not UTF-8; save the file as UTF-8");
+        assert!(refused(b"\xEF\xBB\xBF \n").contains("a:1:1: the file is empty"));
+        assert!(refused(&vec![b' '; MAX_BYTES + 1]).contains("4194305 bytes"));
+    }
+
+    #[test]
+    fn long_and_broken_names_stay_short_and_on_one_line() {
+        let key = Key::below(&Key::root(), ".", &format!("a\nb{}", "c".repeat(100)));
+        let shown = Key::below(&key, "", "[2]").to_string();
+        assert!(shown.starts_with("a bccc") && shown.ends_with("…[2]"), "{shown}");
+        assert!(shown.chars().count() < 70);
+    }
+}

@@ -1,0 +1,64 @@
+//! Why a configuration is refused: file, line, column, key, reason and what to do.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// One reason to refuse a configuration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// The file it stands in.
+    pub file: PathBuf,
+    /// Line and column (characters), both from 1; `None` when the file cannot be read at all.
+    pub position: Option<(usize, usize)>,
+    /// Dotted path of the key, e.g. `turn.left`; empty when it belongs to no key.
+    pub key: String,
+    /// What is wrong.
+    pub reason: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl Problem {
+    /// A problem with a whole file, at no place in it.
+    pub(in crate::config) fn whole_file(
+        file: &Path,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        let (file, reason, remedy) = (file.to_owned(), reason.into(), remedy.into());
+        Self { file, position: None, key: String::new(), reason, remedy }
+    }
+
+    /// A problem with a file that cannot be read.
+    pub(in crate::config) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
+        Self::whole_file(file, format!("cannot read it: {error}"), remedy)
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some((line, column)) = self.position {
+            write!(f, ":{line}:{column}")?;
+        }
+        write!(f, ": ")?;
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        write!(f, "{}", self.reason)?;
+        if !self.remedy.is_empty() {
+            write!(f, "; {}", self.remedy)?;
+        }
+        Ok(())
+    }
+}
+
+/// A configuration that cannot be used, with every reason found.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", list(.0))]
+pub struct Refused(pub Vec<Problem>);
+
+fn list(problems: &[Problem]) -> String {
+    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,84 @@
+//! TOML as values.
+
+use std::rc::Rc;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::location::{Key, Location, MAX_DEPTH, Text};
+use super::problem::Problem;
+use super::value::{Entry, Kind, Value};
+
+/// Reads a TOML document; `see` is where its keys are explained.
+///
+/// # Errors
+/// The first thing that is not TOML, or nested too deeply.
+pub(in crate::config) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
+    let table = DeTable::parse(&text.body).map_err(|error| {
+        let position = text.position(error.span().map_or(0, |span| span.start));
+        text.problem(position, error.message(), &format!("see {see} for every key"))
+    })?;
+    let key = Key::root();
+    let kind = map(text, table.get_ref(), &key, 1)?;
+    Ok(Value { location: Location { position: (1, 1), key }, kind })
+}
+
+fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<Kind, Problem> {
+    let mut pairs: Vec<_> = table.iter().collect();
+    // The table is sorted by name; phases are set in the order they were written.
+    pairs.sort_by_key(|(name, _)| name.span().start);
+    let mut entries = Vec::new();
+    for (name, content) in pairs {
+        let key = Key::below(key, ".", name.get_ref());
+        let location = Location { position: text.position(name.span().start), key: Rc::clone(&key) };
+        let value = value(text, content, key, depth)?;
+        entries.push(Entry { key: name.get_ref().to_string(), location, value });
+    }
+    Ok(Kind::Map(entries))
+}
+
+fn value(text: &Text, given: &Spanned<DeValue<'_>>, key: Rc<Key>, depth: usize) -> Result<Value, Problem> {
+    let position = text.position(given.span().start);
+    if depth >= MAX_DEPTH {
+        return Err(text.problem(position, "nested too deeply", "no scenario needs this"));
+    }
+    let plain = |text: &str| Kind::Scalar { text: text.to_owned(), is_quoted: false };
+    let kind = match given.get_ref() {
+        DeValue::String(content) => Kind::Scalar { text: content.to_string(), is_quoted: true },
+        DeValue::Integer(number) => {
+            let decimal = i128::from_str_radix(number.as_str(), number.radix());
+            plain(&decimal.map_or_else(|_| number.as_str().to_owned(), |decimal| decimal.to_string()))
+        }
+        DeValue::Float(number) => plain(number.as_str()),
+        DeValue::Boolean(truth) => plain(if *truth { "true" } else { "false" }),
+        DeValue::Datetime(time) => plain(&time.to_string()),
+        DeValue::Array(items) => {
+            let item = |(index, item): (usize, &Spanned<DeValue<'_>>)| {
+                value(text, item, Key::below(&key, "", &format!("[{}]", index + 1)), depth + 1)
+            };
+            Kind::List(items.iter().enumerate().map(item).collect::<Result<_, _>>()?)
+        }
+        DeValue::Table(table) => map(text, table, &key, depth + 1)?,
+    };
+    Ok(Value { location: Location { position, key }, kind })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn keys_keep_their_order_and_places() {
+        let text =
+            Text::new(Path::new("a"), b"z = 0x1F\n[b]\na = [1.5, \"x\"]\n[[c]]\n[[c]]\nd = true".to_vec());
+        let Kind::Map(entries) = from_toml(&text.unwrap(), "b").unwrap().kind else { panic!() };
+        let keys: Vec<_> = entries.iter().map(|entry| entry.key.as_str()).collect();
+        assert_eq!(keys, ["z", "b", "c"]);
+        assert!(matches!(&entries[0].value.kind, Kind::Scalar { text, is_quoted: false } if text == "31"));
+        let Kind::List(items) = &entries[2].value.kind else { panic!() };
+        let Kind::Map(second) = &items[1].kind else { panic!() };
+        assert_eq!(second[0].location.key.to_string(), "c[2].d");
+        assert_eq!((second[0].location.position, second[0].value.location.position), ((6, 1), (6, 5)));
+    }
+}

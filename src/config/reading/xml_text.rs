@@ -1,0 +1,116 @@
+//! XML as elements.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use roxmltree::{Document, Error, Node, ParsingOptions};
+
+use super::element::{Attribute, Content, Element};
+use super::location::{Key, Location, MAX_DEPTH, MAX_NODES, Text};
+use super::problem::Problem;
+
+/// Reads an XML document.
+///
+/// # Errors
+/// The first thing that is not XML, or nested too deeply, or too much. A document type is refused,
+/// and so are entities of its own.
+pub(in crate::config) fn from_xml(text: &Text) -> Result<Element, Problem> {
+    let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(&text.body, options).map_err(|error| {
+        let position = error.pos();
+        let position = (position.row as usize, position.col as usize);
+        let (reason, remedy) = describe(&error);
+        text.problem(position, &reason, remedy)
+    })?;
+    let root = document.root_element();
+    element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
+}
+
+/// The reader's own words without the place, which some of its errors lack, and what to do.
+fn describe(error: &Error) -> (String, &'static str) {
+    if matches!(error, Error::DtdDetected) {
+        return ("a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
+    }
+    let text = error.to_string();
+    let place = format!(" at {}", error.pos());
+    (text.replacen(&place, "", 1), "this is not plain XML here")
+}
+
+fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Result<Element, Problem> {
+    let position = text.position(node.range().start);
+    if depth > MAX_DEPTH {
+        return Err(text.problem(position, "nested too deeply", "no scenario needs this"));
+    }
+    // Those with a namespace speak to XML tools.
+    let own = node.attributes().filter(|attribute| attribute.namespace().is_none());
+    let attributes = own.map(|attribute| Attribute {
+        name: attribute.name().to_owned(),
+        value: attribute.value().to_owned(),
+        location: Location {
+            position: text.position(attribute.range_value().start),
+            key: Key::below(&key, "/@", attribute.name()),
+        },
+        is_seen: Cell::new(false),
+    });
+    let attributes = attributes.collect();
+    let mut children = Vec::new();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for child in node.children().filter(Node::is_element) {
+        let name = child.tag_name().name();
+        let count = counts.entry(name).and_modify(|count| *count += 1).or_insert(1);
+        let key = Key::numbered(&key, name, *count);
+        children.push(element(text, child, key, depth + 1)?);
+    }
+    let content: String = node.children().filter(Node::is_text).filter_map(|text| text.text()).collect();
+    Ok(Element {
+        name: node.tag_name().name().to_owned(),
+        location: Location { position, key },
+        attributes,
+        children,
+        content: Content { text: content.trim().to_owned(), is_seen: Cell::new(false) },
+        is_seen: Cell::new(false),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn read(text: &str) -> Result<Element, String> {
+        from_xml(&Text::new(Path::new("a"), text.into()).unwrap()).map_err(|problem| problem.to_string())
+    }
+
+    #[test]
+    fn elements_and_attributes_have_places() {
+        let root = read("<o:A xmlns:o='u'>\n <B o:c='1' d='2'/><B d='3'> x <!-- y -->z</B></o:A>").unwrap();
+        assert_eq!((root.name.as_str(), root.children.len()), ("A", 2));
+        let second = &root.children[1];
+        assert_eq!((second.location.key.to_string(), second.location.position), ("A/B[2]".into(), (2, 20)));
+        assert_eq!(second.attributes[0].location.key.to_string(), "A/B[2]/@d");
+        assert_eq!(second.attributes[0].location.position, (2, 26));
+        assert_eq!(second.text(), "x z");
+        assert_eq!(root.children[0].attributes.len(), 1);
+    }
+
+    #[test]
+    fn what_is_no_plain_xml_is_refused_at_its_place() {
+        let deep = "<a>".repeat(100) + &"</a>".repeat(100);
+        let deeper = "<a>".repeat(200_000) + &"</a>".repeat(200_000);
+        let laughs = "<!DOCTYPE a [<!ENTITY b 'x'><!ENTITY c '&b;&b;'>]>\n<a>&c;</a>";
+        let rows = [
+            (deep.as_str(), "a:1:193: nested too deeply"),
+            (deeper.as_str(), "nested too deeply"),
+            (laughs, "a:1:1: a document type cannot be read here; remove the <!DOCTYPE …>"),
+            ("<a>\n<b></a>", "a:2:4: expected 'b' tag, not 'a'; this is not plain XML here"),
+            ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; this is not plain XML here"),
+            ("<a>&b;</a>", "a:1:4: "),
+        ];
+        for (text, words) in rows {
+            let refused = read(text).unwrap_err();
+            assert!(refused.contains(words), "{text:.40}: {refused}");
+        }
+    }
+}

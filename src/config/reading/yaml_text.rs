@@ -1,0 +1,244 @@
+//! YAML as values: anchors are written out, within bounds.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use saphyr_parser::{Event, Parser, ScalarStyle, Span};
+
+use super::location::{Key, Location, MAX_DEPTH, MAX_NODES, Text};
+use super::problem::Problem;
+use super::value::{Entry, Kind, Value};
+
+/// Reads the one document of a YAML text.
+///
+/// # Errors
+/// The first thing that is not YAML, not plain data, nested too deeply or too much.
+pub(in crate::config) fn from_yaml(text: &Text) -> Result<Value, Problem> {
+    let mut builder = Builder { text, root: None, open: Vec::new(), anchors: BTreeMap::new(), nodes: 0 };
+    for event in Parser::new_from_str(&text.body) {
+        let (event, span) = event.map_err(|error| {
+            let position = (error.marker().line(), error.marker().col() + 1);
+            text.problem(position, error.info(), "this is not YAML here")
+        })?;
+        builder.take(event, position(span))?;
+    }
+    builder.root.ok_or_else(|| text.problem((1, 1), "the file is empty", "write a scenario into it"))
+}
+
+fn position(span: Span) -> (usize, usize) {
+    (span.start.line(), span.start.col() + 1)
+}
+
+struct Builder<'a> {
+    text: &'a Text,
+    root: Option<Value>,
+    /// Collections that have not ended, the outermost first.
+    open: Vec<Open>,
+    /// Values that can be referred to, with how many nodes they are.
+    anchors: BTreeMap<usize, (Value, usize)>,
+    nodes: usize,
+}
+
+/// A collection that has not ended.
+struct Open {
+    location: Location,
+    content: Content,
+    /// Its anchor, 0 = none, and the number of nodes in front of it.
+    anchor: (usize, usize),
+}
+
+enum Content {
+    List(Vec<Value>),
+    Map { entries: Vec<Entry>, keys: BTreeSet<String>, pending: Option<(String, Location)> },
+}
+
+impl Builder<'_> {
+    fn take(&mut self, event: Event<'_>, position: (usize, usize)) -> Result<(), Problem> {
+        match event {
+            Event::DocumentStart(_) if self.root.is_some() => {
+                self.refuse(position, "a second document", "keep one scenario in a file")
+            }
+            Event::Nothing
+            | Event::StreamStart
+            | Event::StreamEnd
+            | Event::DocumentStart(_)
+            | Event::DocumentEnd => Ok(()),
+            Event::Scalar(_, _, _, Some(_))
+            | Event::SequenceStart(_, Some(_))
+            | Event::MappingStart(_, Some(_)) => self.refuse(position, "a tag (`!…`)", "remove it"),
+            Event::Scalar(content, style, anchor, None) => {
+                let is_quoted = style != ScalarStyle::Plain;
+                let is_null = !is_quoted && ["", "~", "null", "Null", "NULL"].contains(&&*content);
+                let kind = if is_null && !self.awaits_key() {
+                    Kind::Null
+                } else {
+                    Kind::Scalar { text: content.into_owned(), is_quoted }
+                };
+                self.count(1, position)?;
+                let value = Value { location: Location { position, key: self.key() }, kind };
+                self.remember(anchor, &value, 1);
+                self.put(value)
+            }
+            Event::SequenceStart(anchor, None) => self.start(Content::List(Vec::new()), anchor, position),
+            Event::MappingStart(anchor, None) => {
+                let content = Content::Map { entries: Vec::new(), keys: BTreeSet::new(), pending: None };
+                self.start(content, anchor, position)
+            }
+            Event::SequenceEnd | Event::MappingEnd => self.end(),
+            Event::Alias(anchor) => {
+                let Some((value, nodes)) = self.anchors.get(&anchor).cloned() else {
+                    return self.refuse(position, "an alias within what it stands for", "write it out");
+                };
+                self.count(nodes, position)?;
+                self.put(value)
+            }
+        }
+    }
+
+    fn refuse(&self, position: (usize, usize), what: &str, remedy: &str) -> Result<(), Problem> {
+        Err(self.text.problem(position, &format!("{what} cannot be read here"), remedy))
+    }
+
+    fn count(&mut self, nodes: usize, position: (usize, usize)) -> Result<(), Problem> {
+        self.nodes = self.nodes.saturating_add(nodes);
+        if self.nodes > MAX_NODES {
+            let reason = format!("more than {MAX_NODES} values, aliases written out");
+            return Err(self.text.problem(position, &reason, "no scenario needs so many"));
+        }
+        Ok(())
+    }
+
+    fn awaits_key(&self) -> bool {
+        self.open.last().is_some_and(|open| matches!(open.content, Content::Map { pending: None, .. }))
+    }
+
+    /// The path of the value that comes next.
+    fn key(&self) -> Rc<Key> {
+        match self.open.last() {
+            None => Key::root(),
+            Some(Open { location, content: Content::List(items), .. }) => {
+                Key::below(&location.key, "", &format!("[{}]", items.len() + 1))
+            }
+            Some(Open { location, content: Content::Map { pending, .. }, .. }) => {
+                Rc::clone(&pending.as_ref().map_or(location, |(_, location)| location).key)
+            }
+        }
+    }
+
+    fn start(&mut self, content: Content, anchor: usize, position: (usize, usize)) -> Result<(), Problem> {
+        if self.open.len() >= MAX_DEPTH {
+            return Err(self.text.problem(position, "nested too deeply", "no scenario needs this"));
+        }
+        if self.awaits_key() {
+            return self.refuse(position, "a key that is a list or a table", "use a word");
+        }
+        let before = self.nodes;
+        self.count(1, position)?;
+        let location = Location { position, key: self.key() };
+        self.open.push(Open { location, content, anchor: (anchor, before) });
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), Problem> {
+        let Some(Open { location, content, anchor: (anchor, before) }) = self.open.pop() else {
+            return Ok(());
+        };
+        let kind = match content {
+            Content::List(items) => Kind::List(items),
+            Content::Map { entries, .. } => Kind::Map(entries),
+        };
+        let value = Value { location, kind };
+        self.remember(anchor, &value, self.nodes - before);
+        self.put(value)
+    }
+
+    fn remember(&mut self, anchor: usize, value: &Value, nodes: usize) {
+        if anchor != 0 {
+            self.anchors.insert(anchor, (value.clone(), nodes));
+        }
+    }
+
+    /// Puts a value where it belongs.
+    fn put(&mut self, value: Value) -> Result<(), Problem> {
+        let Some(Open { location, content, .. }) = self.open.last_mut() else {
+            self.root = Some(value);
+            return Ok(());
+        };
+        match content {
+            Content::List(items) => items.push(value),
+            Content::Map { entries, pending, .. } if pending.is_some() => {
+                if let Some((key, location)) = pending.take() {
+                    entries.push(Entry { key, location, value });
+                }
+            }
+            Content::Map { keys, pending, .. } => {
+                let position = value.location.position;
+                let Kind::Scalar { text, .. } = value.kind else {
+                    return self.refuse(position, "a key that is a list or a table", "use a word");
+                };
+                if text == "<<" {
+                    return self.refuse(position, "a merge key (`<<`)", "write the keys out");
+                }
+                if !keys.insert(text.clone()) {
+                    let reason = format!("the key {text:?} stands here twice");
+                    return Err(self.text.problem(position, &reason, "keep one"));
+                }
+                let key = Key::below(&location.key, ".", &text);
+                *pending = Some((text, Location { position, key }));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn read(text: &str) -> Result<Value, String> {
+        from_yaml(&Text::new(Path::new("a"), text.into()).unwrap()).map_err(|problem| problem.to_string())
+    }
+
+    #[test]
+    fn keys_keep_their_order_and_places() {
+        let Kind::Map(entries) = read("z: 1\nb:\n  - c: ~\n  - c: '1'\n").unwrap().kind else { panic!() };
+        assert_eq!(entries[0].key, "z");
+        let Kind::List(items) = &entries[1].value.kind else { panic!() };
+        let Kind::Map(second) = &items[1].kind else { panic!() };
+        assert_eq!(second[0].value.location.key.to_string(), "b[2].c");
+        assert_eq!((second[0].location.position, second[0].value.location.position), ((4, 5), (4, 8)));
+        assert!(matches!(&second[0].value.kind, Kind::Scalar { text, is_quoted: true } if text == "1"));
+        let Kind::Map(first) = &items[0].kind else { panic!() };
+        assert!(matches!(first[0].value.kind, Kind::Null));
+    }
+
+    #[test]
+    fn an_alias_is_what_its_anchor_says() {
+        let Kind::Map(entries) = read("a: &x [1, 2]\nb: *x\n").unwrap().kind else { panic!() };
+        assert!(matches!(&entries[1].value.kind, Kind::List(items) if items.len() == 2));
+    }
+
+    #[test]
+    fn what_is_no_plain_data_is_refused_at_its_place() {
+        let laughs: String = (1..30).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}]\n", n - 1)).collect();
+        let laughs = format!("a0: &a0 [x]\n{laughs}");
+        let deep = "[".repeat(70) + &"]".repeat(70);
+        let rows = [
+            (laughs.as_str(), "more than 100000 values"),
+            (deep.as_str(), "a:1:65: nested too deeply"),
+            ("a: &a [*a]", "a:1:8: an alias within"),
+            ("a: 1\na: 2", "a:2:1: the key \"a\" stands here twice"),
+            ("a: !x 1", "a tag"),
+            ("? [a]\n: 1", "a key that is a list"),
+            ("a: {b: 1}\nc:\n  <<: 1", "a:3:3: a merge key"),
+            ("a: 1\n---\nb: 1", "a second document"),
+            ("a: [1", "this is not YAML here"),
+            ("a: *none", "this is not YAML here"),
+        ];
+        for (text, words) in rows {
+            let refused = read(text).unwrap_err();
+            assert!(refused.contains(words), "{text:.40}: {refused}");
+        }
+    }
+}

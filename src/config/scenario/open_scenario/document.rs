@@ -1,0 +1,71 @@
+//! An OpenSCENARIO document while it is read: attributes with parameters put in.
+
+use super::super::reader::Reader;
+use super::parameters::Parameters;
+use crate::config::reading::element::Element;
+use crate::config::reading::fields::LocatedText;
+use crate::core::traffic_light::scenario::Controller;
+
+/// A document while it is read.
+pub(super) struct Document<'r> {
+    pub(super) reader: &'r mut Reader,
+    pub(super) parameters: Parameters,
+    /// Known before the storyboard is read.
+    pub(super) controllers: Vec<Controller>,
+    /// How many conditions so far refer to elements of the storyboard.
+    pub(super) references: usize,
+}
+
+impl Document<'_> {
+    /// Opens the scope of an element; [`Self::leave`] closes it.
+    pub(super) fn enter(&mut self, element: &Element) {
+        self.parameters.enter();
+        let Some(declarations) = element.child("ParameterDeclarations") else { return };
+        for declaration in declarations.all("ParameterDeclaration") {
+            // Its type says nothing that the place of use does not.
+            let _ = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
+            let (name, value) = (self.required(declaration, "name"), self.required(declaration, "value"));
+            let (Some(name), Some(value)) = (name, value) else { continue };
+            self.parameters.declare(name.text, value.text);
+        }
+    }
+
+    pub(super) fn leave(&mut self) {
+        self.parameters.leave();
+    }
+
+    /// The attribute, parameters put in; none when it is missing or refused.
+    pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
+        let attribute = element.attribute(name)?;
+        match self.parameters.value(&attribute.value) {
+            Ok(text) => Some(LocatedText { text, location: attribute.location.clone() }),
+            Err((reason, remedy)) => {
+                self.reader.refuse(&attribute.location, reason, &remedy);
+                None
+            }
+        }
+    }
+
+    /// As [`Self::given`], refusing when it is missing.
+    pub(super) fn required(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
+        if element.attribute(name).is_none() {
+            let reason = format!("the attribute {name} is missing");
+            self.reader.refuse(&element.location, reason, "OpenSCENARIO wants it");
+        }
+        self.given(element, name)
+    }
+
+    /// The attribute as a name, empty when it is missing.
+    pub(super) fn name(&mut self, element: &Element) -> String {
+        self.given(element, "name").map(|given| given.text).unwrap_or_default()
+    }
+
+    /// Attributes of a light's element that nobody knows are mistakes, not something to leave out.
+    pub(super) fn no_others(&mut self, element: &Element) {
+        for attribute in element.attributes.iter().filter(|attribute| !attribute.is_seen.get()) {
+            attribute.is_seen.set(true);
+            let reason = format!("{} has no attribute {}", element.name, attribute.name);
+            self.reader.refuse(&attribute.location, reason, "remove it, or mend its name");
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The road network: the map, and the controllers of its traffic lights.
+
+use std::path::PathBuf;
+
+use super::super::controllers::{ControllerDraft, PhaseDraft, resolve};
+use super::document::Document;
+use crate::config::reading::element::Element;
+use crate::core::traffic_light::scenario::PhaseEntry;
+use crate::core::traffic_light::state_check::Writer;
+
+impl Document<'_> {
+    /// The map, unless its path needs the launch system.
+    pub(super) fn map(&mut self, network: &Element) -> Option<PathBuf> {
+        let logic = network.child("LogicFile")?;
+        let attribute = logic.attribute("filepath").or_else(|| logic.attribute("filePath"))?;
+        if attribute.value.contains("$(") {
+            let what = "the map's path is put together by the launch system";
+            self.reader.leave_out(&attribute.location, what);
+            return None;
+        }
+        let named = self.given(logic, &attribute.name)?.text;
+        (!named.is_empty()).then(|| self.reader.beside(&named))
+    }
+
+    /// The controllers, with their references resolved.
+    pub(super) fn controllers(&mut self, network: &Element) {
+        let Some(signals) = network.child("TrafficSignals") else { return };
+        let drafts = signals.all("TrafficSignalController").filter_map(|element| self.controller(element));
+        let drafts = drafts.collect();
+        self.controllers = resolve(self.reader, drafts);
+    }
+
+    fn controller(&mut self, element: &Element) -> Option<ControllerDraft> {
+        let name = self.required(element, "name").map(|given| given.text);
+        let reference = self.given(element, "reference");
+        let delay = self.given(element, "delay");
+        self.no_others(element);
+        let phases = element.all("Phase").filter_map(|phase| self.phase(phase)).collect();
+        Some(ControllerDraft { name: name?, location: element.location.clone(), reference, delay, phases })
+    }
+
+    fn phase(&mut self, element: &Element) -> Option<PhaseDraft> {
+        let name = self.required(element, "name").map(|given| given.text);
+        let seconds = match self.given(element, "duration") {
+            Some(given) => self.reader.phase_seconds(&given),
+            None => Some(f64::INFINITY),
+        };
+        self.no_others(element);
+        let entries = element.all("TrafficSignalState").filter_map(|state| self.entry(state)).collect();
+        Some(PhaseDraft { name: name?, seconds: seconds?, entries })
+    }
+
+    fn entry(&mut self, element: &Element) -> Option<PhaseEntry> {
+        let target = self.required(element, "trafficSignalId");
+        let state = self.required(element, "state");
+        self.no_others(element);
+        let target = self.reader.target(&target?);
+        let (target, state) = (target?, state?);
+        let state = self.reader.state(target.store, &state, Writer::PhaseEntry)?;
+        Some(PhaseEntry { target, state })
+    }
+}

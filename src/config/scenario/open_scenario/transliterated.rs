@@ -1,0 +1,109 @@
+//! YAML as elements, the way TIER IV writes OpenSCENARIO: a key with a single value is an attribute,
+//! a key with a table is a child element, a key with a list is that child several times.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use crate::config::reading::element::{Attribute, Content, Element};
+use crate::config::reading::location::{Key, Location, Text};
+use crate::config::reading::problem::Problem;
+use crate::config::reading::value::{Entry, Kind, Value};
+
+/// The root element, from the table that stands under its name.
+///
+/// # Errors
+/// Lists within lists, which are not elements.
+pub(in crate::config::scenario) fn from_values(text: &Text, root: &Entry) -> Result<Element, Problem> {
+    let key = Key::below(&Key::root(), "/", &root.key);
+    element(text, &root.key, Location { position: root.location.position, key }, &root.value)
+}
+
+fn element(text: &Text, name: &str, location: Location, value: &Value) -> Result<Element, Problem> {
+    let mut element = Element {
+        name: name.to_owned(),
+        location,
+        attributes: Vec::new(),
+        children: Vec::new(),
+        content: Content::default(),
+        is_seen: Cell::new(false),
+    };
+    match &value.kind {
+        Kind::Null => {}
+        Kind::Scalar { text, .. } => text.trim().clone_into(&mut element.content.text),
+        Kind::List(_) => {
+            let reason = format!("{name} is a list within a list");
+            return Err(text.problem(value.location.position, &reason, "write a table for each element"));
+        }
+        Kind::Map(entries) => {
+            let key = Rc::clone(&element.location.key);
+            for entry in entries {
+                add(text, &mut element, &key, entry)?;
+            }
+        }
+    }
+    Ok(element)
+}
+
+fn add(text: &Text, parent: &mut Element, key: &Rc<Key>, entry: &Entry) -> Result<(), Problem> {
+    let name = &entry.key;
+    match &entry.value.kind {
+        Kind::Scalar { text, .. } => parent.attributes.push(Attribute {
+            name: name.clone(),
+            value: text.clone(),
+            location: Location { position: entry.value.location.position, key: Key::below(key, "/@", name) },
+            is_seen: Cell::new(false),
+        }),
+        Kind::List(items) => {
+            for (index, item) in items.iter().enumerate() {
+                let key = Key::numbered(key, name, index + 1);
+                let location = Location { position: item.location.position, key };
+                parent.children.push(element(text, name, location, item)?);
+            }
+        }
+        Kind::Null | Kind::Map(_) => {
+            let location = Location { position: entry.location.position, key: Key::below(key, "/", name) };
+            parent.children.push(element(text, name, location, &entry.value)?);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::reading::xml_text::from_xml;
+    use crate::config::reading::yaml_text::from_yaml;
+    use std::path::Path;
+
+    fn text(body: &str) -> Text {
+        Text::new(Path::new("a"), body.into()).unwrap()
+    }
+
+    fn shape(element: &Element) -> String {
+        let attributes: String = element
+            .attributes
+            .iter()
+            .map(|given| format!(" {}={:?} {}", given.name, given.value, given.location.key))
+            .collect();
+        let children: String = element.children.iter().map(shape).collect();
+        format!("({} {}{attributes} {children}{})", element.name, element.location.key, element.content.text)
+    }
+
+    #[test]
+    fn both_forms_give_the_same_elements() {
+        let yaml = text("A:\n  n: 1.0\n  B:\n    - { m: x }\n    - m: 'y'\n      C: {}\n  D:\n  E: []\n");
+        let Kind::Map(entries) = from_yaml(&yaml).unwrap().kind else { panic!() };
+        let xml = text("<A n='1.0'><B m='x'/><B m='y'><C/></B><D/></A>");
+        let element = from_values(&yaml, &entries[0]).unwrap();
+        assert_eq!(shape(&element), shape(&from_xml(&xml).unwrap()));
+        assert_eq!(element.children[1].attributes[0].location.position, (5, 10));
+    }
+
+    #[test]
+    fn a_list_within_a_list_is_refused() {
+        let yaml = text("A:\n  B:\n    - [1]\n");
+        let Kind::Map(entries) = from_yaml(&yaml).unwrap().kind else { panic!() };
+        let refused = from_values(&yaml, &entries[0]).unwrap_err();
+        assert!(refused.to_string().contains("a:3:7: B is a list within a list"), "{refused}");
+    }
+}

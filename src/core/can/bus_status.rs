@@ -1,0 +1,138 @@
+//! What diagnostics say of one bus.
+
+use crate::core::can::bus::{Bus, BusFinding, Reception};
+use crate::core::can::error_frame::{ControllerState, class_name};
+use crate::core::can::link::LinkState;
+use crate::core::diagnostics::{Level, Status};
+use crate::core::time::MonoTime;
+
+/// The status of a bus now. `node` is the name before the colon.
+pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime) -> Status {
+    let settings = bus.settings();
+    let counts = &bus.counts;
+    let (level, message) = verdict(bus, now);
+    let mut values = vec![("bus", settings.name.clone()), ("link", link_name(bus.link()))];
+    controller_values(bus, now, &mut values);
+    values.extend([
+        ("frames", counts.frames.to_string()),
+        ("rate_hz", format!("{rate_hz:.1}")),
+        ("silence_ms", bus.silence(now).map_or("never".into(), |for_| for_.as_millis().to_string())),
+        ("drops", counts.drops.to_string()),
+        ("error_frames", counts.error_frames.to_string()),
+    ]);
+    if !counts.error_classes.is_empty() {
+        let classes = counts.error_classes.iter().map(|(bit, n)| format!("{} {n}", class_name(*bit)));
+        values.push(("error_classes", classes.collect::<Vec<_>>().join(", ")));
+    }
+    if let Some((error, at)) = bus.controller().last_error {
+        values.push(("last_error", format!("{error} ({} s ago)", now.since(at).as_secs())));
+    }
+    values.push(("link_losses", counts.link_losses.to_string()));
+    if counts.bad_records > 0 {
+        values.push(("bad_lines", counts.bad_records.to_string()));
+    }
+    Status { name: format!("{node}: {}", settings.interface), level, message, values }
+}
+
+/// What is wrong with a link, for people.
+pub(in crate::core) fn link_text(interface: &str, state: LinkState) -> String {
+    match state {
+        LinkState::Up => format!("{interface} is up"),
+        LinkState::Down => format!("{interface} is down"),
+        LinkState::Missing => format!("{interface} is missing"),
+        LinkState::Failed(errno) => format!("{interface} cannot be opened (errno {errno})"),
+        LinkState::Ended => format!("the recording of {interface} has ended"),
+    }
+}
+
+/// Level and message: cause before consequence, and nothing that is a matter of course beside it.
+fn verdict(bus: &Bus, now: MonoTime) -> (Level, String) {
+    match bus.finding(now) {
+        BusFinding::BusOff { restart_ms } => (Level::Error, bus_off_text(bus, restart_ms)),
+        BusFinding::Stopped => (Level::Error, "the controller has stopped: receives nothing".to_owned()),
+        BusFinding::Sound(reception) => reception_text(bus, reception),
+        BusFinding::Disturbed(state, reception) => match reception_text(bus, reception) {
+            (Level::Ok, _) => (Level::Warn, disturbed_text(state).to_owned()),
+            (level, text) => (level.max(Level::Warn), format!("{}; {text}", disturbed_text(state))),
+        },
+    }
+}
+
+fn reception_text(bus: &Bus, reception: Reception) -> (Level, String) {
+    let limit = bus.settings().alive_timeout.as_millis();
+    match reception {
+        Reception::Link(state) => (Level::Error, link_text(&bus.settings().interface, state)),
+        Reception::NothingYet => (Level::Warn, "up, but no frame of the vehicle profile yet".to_owned()),
+        Reception::Silent => (Level::Warn, format!("up, but silent for more than {limit} ms")),
+        Reception::Asleep => (Level::Ok, "asleep".to_owned()),
+        Reception::Losing => {
+            (Level::Warn, "receiving, with recent drops, error frames or bad lines".to_owned())
+        }
+        Reception::Receiving => (Level::Ok, "receiving".to_owned()),
+    }
+}
+
+fn bus_off_text(bus: &Bus, restart_ms: Option<u32>) -> String {
+    let interface = &bus.settings().interface;
+    match restart_ms {
+        Some(0) => {
+            format!(
+                "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart"
+            )
+        }
+        Some(ms) => format!("bus-off: receives nothing, restarts by itself after {ms} ms"),
+        None => "bus-off: receives nothing until it is restarted".to_owned(),
+    }
+}
+
+fn disturbed_text(state: ControllerState) -> &'static str {
+    match state {
+        ControllerState::Warning => "error-warning: the bus is disturbed",
+        ControllerState::Passive => "error-passive: the bus is heavily disturbed",
+        ControllerState::Restarted => "restarted after bus-off",
+        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => {
+            state_name(state)
+        }
+    }
+}
+
+/// Nothing for a bus without a controller, such as a virtual one.
+fn controller_values(bus: &Bus, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
+    let controller = bus.controller();
+    if let Some((state, time)) = controller.state().zip(controller.time_in_state(now)) {
+        values.push(("controller", state_name(state).to_owned()));
+        values.push(("controller_state_s", time.as_secs().to_string()));
+        let (tx, rx) = controller.counters.map_or_else(
+            || ("unknown".to_owned(), "unknown".to_owned()),
+            |counters| (counters.tx.to_string(), counters.rx.to_string()),
+        );
+        values.extend([("tx_errors", tx), ("rx_errors", rx)]);
+    }
+    if controller.state().is_some() || controller.bus_offs > 0 {
+        values.push(("bus_off_count", controller.bus_offs.to_string()));
+    }
+    if let Some(ms) = controller.restart_ms {
+        values.push(("restart_ms", ms.to_string()));
+    }
+}
+
+fn state_name(state: ControllerState) -> &'static str {
+    match state {
+        ControllerState::ErrorActive => "error-active",
+        ControllerState::Warning => "error-warning",
+        ControllerState::Passive => "error-passive",
+        ControllerState::BusOff => "bus-off",
+        ControllerState::Restarted => "restarted",
+        ControllerState::Stopped => "stopped",
+    }
+}
+
+fn link_name(state: LinkState) -> String {
+    match state {
+        LinkState::Up => "up".to_owned(),
+        LinkState::Down => "down".to_owned(),
+        LinkState::Missing => "missing".to_owned(),
+        LinkState::Failed(errno) => format!("failed, errno {errno}"),
+        LinkState::Ended => "ended".to_owned(),
+    }
+}

@@ -1,0 +1,10 @@
+//! One CAN bus: its frames, its link, the controller below it, and whether it can be relied on.
+
+pub mod bus;
+pub mod bus_status;
+pub mod controller;
+pub mod error_frame;
+pub mod frame;
+pub mod input;
+pub mod link;
+pub mod note;

@@ -1,0 +1,162 @@
+//! A hazard button that springs back: each press toggles the lights, so it is pressed until the report
+//! shows what is wanted, and not for ever.
+
+use std::time::Duration;
+
+use crate::core::time::MonoTime;
+
+/// How the button is pressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PushButtonSettings {
+    /// How long it is held down.
+    pub press: Duration,
+    /// How long to wait for the report afterwards; longer than the report takes, or a second press takes
+    /// the first one back.
+    pub wait: Duration,
+    /// Presses for one request.
+    pub attempts: u8,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ButtonState {
+    Released,
+    Pressed { until: MonoTime },
+    AwaitingFeedback { until: MonoTime },
+}
+
+/// A button that springs back, with its timing and what came of the presses.
+#[derive(Debug, Clone)]
+pub struct PushButton {
+    rules: PushButtonSettings,
+    state: ButtonState,
+    wanted: Option<bool>,
+    /// Whether the report has shown /// Whether the report has shown  request: what happens afterwards is somebody
+    /// else's doing.
+    done: bool,
+    presses: u8,
+}
+
+impl PushButton {
+    /// Not pressed.
+    pub fn new(rules: PushButtonSettings) -> Self {
+        Self { rules, state: ButtonState::Released, wanted: None, done: false, presses: 0 }
+    }
+
+    /// Whether it is pressed now. An unknown report presses nothing.
+    pub fn update(&mut self, wanted: Option<bool>, reported: Option<bool>, now: MonoTime) -> bool {
+        if wanted != self.wanted {
+            (self.wanted, self.done, self.presses) = (wanted, false, 0);
+        }
+        match self.state {
+            ButtonState::Pressed { until } if now >= until => {
+                self.state = ButtonState::AwaitingFeedback { until: now.after(self.rules.wait) };
+            }
+            ButtonState::AwaitingFeedback { until } if now >= until => self.state = ButtonState::Released,
+            ButtonState::Released | ButtonState::Pressed { .. } | ButtonState::AwaitingFeedback { .. } => {}
+        }
+        if wanted.is_none() {
+            // Without authority the button is released; a press that was cut short is waited for.
+            if matches!(self.state, ButtonState::Pressed { .. }) {
+                self.state = ButtonState::AwaitingFeedback { until: now.after(self.rules.wait) };
+            }
+        } else if wanted == reported {
+            // A press for // A press for  request before may still show.
+            self.done |= self.presses > 0 || self.state == ButtonState::Released;
+        } else if self.state == ButtonState::Released
+            && reported.is_some()
+            && !self.done
+            && !self.is_exhausted()
+        {
+            self.presses += 1;
+            self.state = ButtonState::Pressed { until: now.after(self.rules.press) };
+        }
+        matches!(self.state, ButtonState::Pressed { .. })
+    }
+
+    /// Whether all attempts for /// Whether all attempts for  request were without response.
+    pub fn has_given_up(&self) -> bool {
+        self.state == ButtonState::Released && !self.done && self.is_exhausted()
+    }
+
+    fn is_exhausted(&self) -> bool {
+        self.presses >= self.rules.attempts
+    }
+
+    /// Releases the button and begins anew with the attempts: the vehicle cannot be reached. What the report
+    /// has shown stays shown.
+    pub fn forget(&mut self) {
+        (self.state, self.presses) = (ButtonState::Released, 0);
+    }
+
+    /// When it changes with nothing happening.
+    pub fn next_deadline(&self) -> Option<MonoTime> {
+        match self.state {
+            ButtonState::Released => None,
+            ButtonState::Pressed { until } | ButtonState::AwaitingFeedback { until } => Some(until),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RULES: PushButtonSettings = PushButtonSettings {
+        press: Duration::from_millis(200),
+        wait: Duration::from_millis(800),
+        attempts: 3,
+    };
+
+    /// When the button goes down on a vehicle whose report follows a press after `delay_ms`, or never.
+    fn presses(wanted: bool, delay_ms: Option<u64>) -> Vec<u64> {
+        let mut button = PushButton::new(RULES);
+        let (mut down, mut lit, mut flips) = (false, false, Vec::new());
+        let mut pressed_at = Vec::new();
+        for ms in (0..10_000).step_by(50) {
+            lit ^= flips.contains(&ms);
+            let now = button.update(Some(wanted), Some(lit), MonoTime::from_millis(ms));
+            if now && !down {
+                pressed_at.push(ms);
+                flips.extend(delay_ms.map(|delay| ms + delay));
+            }
+            down = now;
+        }
+        assert_eq!(lit, wanted && delay_ms.is_some());
+        pressed_at
+    }
+
+    #[test]
+    fn it_is_pressed_until_the_report_shows_it_and_then_no_more() {
+        assert_eq!(presses(true, Some(100)), [0]);
+        assert_eq!(presses(true, Some(950)), [0]);
+        assert_eq!(presses(false, Some(100)), [0; 0]);
+        assert_eq!(presses(true, None), [0, 1000, 2000], "three attempts");
+    }
+
+    #[test]
+    fn what_the_driver_switches_off_afterwards_is_not_pressed_on_again() {
+        let mut button = PushButton::new(RULES);
+        let at = MonoTime::from_millis;
+        assert!(button.update(Some(true), Some(false), at(0)));
+        assert!(button.update(Some(true), Some(true), at(100)), "a press is never cut short by its success");
+        assert!(!button.update(Some(true), Some(true), at(200)));
+        assert!((300..9000).step_by(100).all(|ms| !button.update(Some(true), Some(false), at(ms))));
+        assert!(!button.update(Some(false), Some(false), at(9000)));
+        assert!(button.update(Some(true), Some(false), at(9100)), "a new request is a new press");
+        assert!(button.update(Some(true), Some(true), at(9200)));
+        button.forget();
+        assert!(!button.update(Some(true), Some(false), at(9300)), "nor because the link was lost meanwhile");
+    }
+
+    #[test]
+    fn an_unknown_report_presses_nothing_and_lost_authority_lifts_the_finger() {
+        let mut button = PushButton::new(RULES);
+        let at = MonoTime::from_millis;
+        assert!(!button.update(Some(true), None, at(0)));
+        assert!(button.update(Some(true), Some(false), at(10)));
+        assert!(!button.update(None, Some(false), at(20)));
+        assert!(!button.update(Some(true), Some(false), at(30)), "the press may still show");
+        assert!(button.update(Some(true), Some(false), at(820)));
+        assert!(!button.has_given_up());
+    }
+}

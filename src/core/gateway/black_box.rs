@@ -1,0 +1,244 @@
+//! The last inputs and decisions, kept so that a fault on the road can be replayed on a desk.
+//!
+//! A change to ERROR opens a window; some time later everything from before it until then is handed
+//! out as a candump log with the decisions beside it. A replay of the log takes the same decisions,
+//! once it has seen as much of the bus as the gateway had.
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
+use crate::core::can::note::Note;
+use crate::core::time::{MonoTime, Now};
+
+/// How much is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlackBoxSettings {
+    /// Time before the change to ERROR.
+    pub before: Duration,
+    /// Time after it.
+    pub after: Duration,
+    /// Most inputs kept, whatever time they cover; one needs about 100 bytes.
+    pub most_inputs: usize,
+}
+
+/// What is kept.
+#[derive(Debug, Clone)]
+pub struct BlackBox {
+    settings: BlackBoxSettings,
+    interfaces: Vec<String>,
+    inputs: VecDeque<(CanInput, Now)>,
+    /// Link of each bus before the first kept input.
+    links: Vec<LinkState>,
+    decisions: VecDeque<(MonoTime, String)>,
+    /// The change to ERROR that opened the window.
+    fault: Option<Now>,
+}
+
+/// A window that has closed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recording {
+    /// When the change to ERROR was that it is about.
+    pub fault: Now,
+    /// A candump log. Lines that begin with `#` tell what candump has no line for.
+    pub log: String,
+    /// A decision a line, as `replay` prints them.
+    pub decisions: String,
+}
+
+impl BlackBox {
+    /// An empty box for buses on these interfaces, with their links.
+    pub fn new(settings: BlackBoxSettings, interfaces: Vec<String>, links: Vec<LinkState>) -> Self {
+        let (inputs, decisions) = (VecDeque::new(), VecDeque::new());
+        Self { settings, interfaces, inputs, links, decisions, fault: None }
+    }
+
+    /// Keeps an input at the time it is handled.
+    pub fn keep(&mut self, input: CanInput, at: Now) {
+        self.inputs.push_back((input, at));
+        self.forget_before(at.mono);
+    }
+
+    /// Keeps a decision, as a line without its time; `fault` says that it is a change to ERROR.
+    pub fn decided(&mut self, line: String, fault: bool, at: Now) {
+        if fault && self.fault.is_none() {
+            self.fault = Some(at);
+        }
+        self.decisions.push_back((at.mono, line));
+        self.forget_before(at.mono);
+    }
+
+    /// The window that closes now, if one does. `line` writes a decision with its time.
+    pub fn take(&mut self, now: Now, line: impl Fn(MonoTime, &str) -> String) -> Option<Recording> {
+        let fault = self.fault.take_if(|fault| now.mono >= fault.mono.after(self.settings.after))?;
+        self.forget_before(now.mono);
+        let start = self.inputs.front().map_or(fault, |(_, at)| *at);
+        let mut log = String::new();
+        for (interface, link) in self.interfaces.iter().zip(&self.links) {
+            if *link != LinkState::Up {
+                write_note(&mut log, start, start, interface, Note::Link(*link));
+            }
+        }
+        for (input, at) in &self.inputs {
+            self.write_input(&mut log, start, input, *at);
+        }
+        let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.mono.as_nanos()));
+        let covered = self.decisions.iter().filter(|(at, _)| *at >= start.mono);
+        let decisions = covered.map(|(at, text)| line(since(*at), text) + "\n").collect();
+        Some(Recording { fault, log, decisions })
+    }
+
+    /// Drops what no window that is open at `now` or later can cover, inputs and decisions alike.
+    fn forget_before(&mut self, now: MonoTime) {
+        let (kept, most) = (self.settings.before + self.settings.after, self.settings.most_inputs);
+        let is_old = |at: MonoTime| now.since(at) > kept;
+        while self.inputs.len() > most || self.inputs.front().is_some_and(|(_, at)| is_old(at.mono)) {
+            self.drop_first();
+        }
+        while self.decisions.len() > most || self.decisions.front().is_some_and(|(at, _)| is_old(*at)) {
+            self.decisions.pop_front();
+        }
+    }
+
+    fn drop_first(&mut self) {
+        if let Some((CanInput::Link { bus, state }, _)) = self.inputs.pop_front()
+            && let Some(link) = self.links.get_mut(usize::from(bus.0))
+        {
+            *link = state;
+        }
+    }
+
+    fn write_input(&self, log: &mut String, start: Now, input: &CanInput, at: Now) {
+        let interface = |bus: &crate::core::can::link::BusIndex| {
+            self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str)
+        };
+        match input {
+            CanInput::Frame { bus, frame, .. } => {
+                // Writing to a String cannot fail.
+                let _ = writeln!(log, "({}) {} {frame}", stamp(start, at), interface(bus));
+            }
+            CanInput::ErrorFrame { bus, error } => {
+                let _ = writeln!(log, "({}) {} {}", stamp(start, at), interface(bus), error.log_text());
+            }
+            CanInput::Link { .. } | CanInput::Controller { .. } | CanInput::Drops { .. } => {
+                if let Some((bus, note)) = Note::of(input) {
+                    write_note(log, start, at, interface(&bus), note);
+                }
+            }
+            CanInput::BadRecords { .. } => {}
+        }
+    }
+}
+
+fn write_note(log: &mut String, start: Now, at: Now, interface: &str, note: Note) {
+    let _ = writeln!(log, "# ({}) {interface} {note}", stamp(start, at));
+}
+
+/// Seconds and microseconds of the time line that decided, which the wall clock's steps leave alone.
+fn stamp(start: Now, at: Now) -> String {
+    let at = start.wall.after(at.mono.since(start.mono));
+    format!("{}.{:06}", at.sec(), at.nanosec() / 1000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::can::frame::{CanId, Frame};
+    use crate::core::can::link::BusIndex;
+    use crate::core::time::WallStamp;
+
+    const BUS: BusIndex = BusIndex(0);
+
+    fn at(millis: u64) -> Now {
+        let wall =
+            WallStamp::from_nanos(1_700_000_000_000_000_000 + i64::try_from(millis).unwrap() * 1_000_000);
+        Now { mono: MonoTime::from_millis(5_000 + millis), wall }
+    }
+
+    fn frame(byte: u8, millis: u64) -> CanInput {
+        let frame = Frame::classic(CanId::Standard(0x123), &[byte]).unwrap();
+        CanInput::Frame { bus: BUS, frame, stamp: at(millis).wall }
+    }
+
+    fn black_box(most_inputs: usize) -> BlackBox {
+        let settings = BlackBoxSettings {
+            before: Duration::from_millis(100),
+            after: Duration::from_millis(50),
+            most_inputs,
+        };
+        BlackBox::new(settings, vec!["can0".into()], vec![LinkState::Up])
+    }
+
+    fn line(at: MonoTime, text: &str) -> String {
+        format!("{} {text}", at.as_nanos() / 1_000_000)
+    }
+
+    #[test]
+    fn a_fault_hands_out_what_was_before_and_after_it() {
+        let mut black_box = black_box(1000);
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Down }, at(0));
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Up }, at(10));
+        for step in 0..40_u8 {
+            let millis = u64::from(step) * 10;
+            black_box.keep(frame(step, millis), at(millis));
+            if step == 30 {
+                black_box.decided("ERROR turn".into(), true, at(millis));
+                black_box.decided("ERROR hazard".into(), true, at(millis + 1));
+            }
+            assert_eq!(black_box.take(at(millis), line).is_some(), step == 35, "{step}");
+            if step == 34 {
+                let mut early = black_box.clone();
+                let recording = early.take(at(350), line).unwrap();
+                assert_eq!(recording.log.lines().next(), Some("(1700000000.200000) can0 123#14"));
+                assert_eq!(recording.log.lines().count(), 15);
+                assert_eq!(recording.decisions, "100 ERROR turn\n101 ERROR hazard\n");
+            }
+        }
+    }
+
+    #[test]
+    fn what_candump_has_no_line_for_stands_behind_a_hash() {
+        let mut black_box = black_box(2);
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Down }, at(0));
+        black_box.keep(CanInput::Drops { bus: BUS, lost: 3 }, at(1));
+        black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Up }, at(2));
+        black_box.decided("ERROR".into(), true, at(2));
+        let recording = black_box.take(at(60), line).unwrap();
+        assert_eq!(
+            recording.log,
+            "# (1700000000.001000) can0 link down\n# (1700000000.001000) can0 drops 3\n\
+             # (1700000000.002000) can0 link up\n",
+            "the link before the first kept input is told first"
+        );
+    }
+
+    #[test]
+    fn log_and_decisions_cover_the_same_time_however_long_no_frame_came() {
+        let mut black_box = black_box(1000);
+        for millis in [0, 90] {
+            black_box.keep(frame(1, millis), at(millis));
+            black_box.decided(format!("seen at {millis}"), false, at(millis));
+        }
+        black_box.decided("ERROR stale".into(), true, at(150));
+        let recording = black_box.take(at(200), line).unwrap();
+        assert_eq!(recording.log, "(1700000000.090000) can0 123#01\n");
+        assert_eq!(recording.decisions, "0 seen at 90\n60 ERROR stale\n");
+        assert_eq!(recording.fault, at(150));
+        black_box.decided("ERROR again".into(), true, at(900));
+        let silent = black_box.take(at(960), line).unwrap();
+        assert_eq!((silent.log.as_str(), silent.decisions.as_str()), ("", "0 ERROR again\n"));
+    }
+
+    #[test]
+    fn memory_is_bounded_by_count_as_well() {
+        let mut black_box = black_box(5);
+        for step in 0..50 {
+            black_box.keep(frame(0, 0), at(0));
+            black_box.decided(step.to_string(), false, at(0));
+        }
+        assert_eq!((black_box.inputs.len(), black_box.decisions.len()), (5, 5));
+        assert_eq!(black_box.take(at(1000), line), None, "nothing without a fault");
+    }
+}

@@ -1,0 +1,86 @@
+//! The alphabet of the gateway: everything that can go in, everything that can come out.
+//!
+//! Each flow has its own inputs and outputs; here they are joined. The daemon turns sockets into
+//! [`Input`]s and [`Output`]s into sockets; a replay turns a file into the same `Input`s.
+
+use crate::core::can::input::CanInput;
+use crate::core::command::input::CommandInput;
+use crate::core::command::output::CommandOutput;
+use crate::core::diagnostics::Diagnostics;
+use crate::core::time::WallStamp;
+use crate::core::traffic_light::input::TrafficLightInput;
+use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
+use crate::core::turn_signal::planner_input::PlannerInput;
+use crate::core::vehicle_lights::output::VehicleLightsOutput;
+
+/// One thing that happened outside.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    /// On a CAN bus, for every flow that reads some of its messages.
+    Can(CanInput),
+    /// For the traffic lights.
+    TrafficLight(TrafficLightInput),
+    /// For the turn signal decider.
+    Planner(PlannerInput),
+    /// For the command flow.
+    Command(CommandInput),
+    /// Nothing happened, but the deadline asked for has come.
+    Tick,
+    /// The gateway is about to end: last frames to the vehicle, then none.
+    Stop,
+}
+
+/// One thing to do outside.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Output {
+    /// Of the vehicle's lights.
+    VehicleLights(VehicleLightsOutput),
+    /// Of the traffic lights.
+    TrafficLights(TrafficLightOutput),
+    /// Of the turn signal decider.
+    TurnSignal(TurnSignalOutput),
+    /// Of the command flow.
+    Command(CommandOutput),
+    /// Publish `DiagnosticArray`.
+    Diagnostics {
+        /// What it says.
+        diagnostics: Diagnostics,
+        /// Header stamp: now.
+        stamp: WallStamp,
+    },
+}
+
+impl Input {
+    /// When the kernel or the recorder received it; `None` for what happened when it was read.
+    pub fn stamp(&self) -> Option<WallStamp> {
+        match self {
+            Self::Can(input) => input.stamp(),
+            Self::TrafficLight(_) | Self::Planner(_) | Self::Command(_) | Self::Tick | Self::Stop => None,
+        }
+    }
+}
+
+impl From<CanInput> for Input {
+    fn from(input: CanInput) -> Self {
+        Self::Can(input)
+    }
+}
+
+impl From<TrafficLightInput> for Input {
+    fn from(input: TrafficLightInput) -> Self {
+        Self::TrafficLight(input)
+    }
+}
+
+impl From<PlannerInput> for Input {
+    fn from(input: PlannerInput) -> Self {
+        Self::Planner(input)
+    }
+}
+
+impl From<CommandInput> for Input {
+    fn from(input: CommandInput) -> Self {
+        Self::Command(input)
+    }
+}

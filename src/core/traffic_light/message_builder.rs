@@ -1,0 +1,254 @@
+//! From stores to what is sent: truth, detections over truth, groups, markers
+//! (docs/spec/traffic-lights.md, "Message building" and "Markers").
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use super::emission::{Element, GroupState, LampMarker, LightState, Prediction};
+use super::prediction::{Predicted, Predictions, add};
+use super::store::Stores;
+use super::target::Channel;
+use crate::core::compat::Compat;
+use crate::core::map::light_map::{Group, Head, HeadIndex, Lamp, LampColor};
+
+/// `PredictedTrafficLightState::INFORMATION_SOURCE_SIMULATION`
+const SOURCE: &str = "SIMULATION";
+
+/// How one head is reported.
+#[derive(Debug, Clone, Copy)]
+struct Report<'a> {
+    head: HeadIndex,
+    relation_ids: &'a [i64],
+    bulbs: BulbSet,
+    confidence: f64,
+}
+
+/// Ground truth of a channel, of the heads that were ever touched.
+pub(super) fn lights(stores: &Stores, channel: Channel) -> Vec<LightState> {
+    (0..).map(HeadIndex).zip(stores.map().heads()).filter_map(|head| light(stores, channel, head)).collect()
+}
+
+/// Those of these heads, by id; as [`lights`] of ours has them.
+pub(super) fn lights_of(
+    stores: &Stores,
+    channel: Channel,
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<LightState>)> {
+    let light = |head: KnownHead<'_>| (head.1.way_id, light(stores, channel, head).into_iter().collect());
+    known(stores, heads).map(light).collect()
+}
+
+/// What the pipeline of a channel reports; dark heads are left out.
+pub(super) fn groups(
+    stores: &Stores,
+    channel: Channel,
+    predictions: Option<&Predictions>,
+    one_group_per_head: bool,
+) -> Vec<Arc<GroupState>> {
+    let reports = match stores.compat() {
+        Compat::Improved if !one_group_per_head => {
+            let groups = stores.map().groups();
+            return groups
+                .filter_map(|(id, group)| merged(stores, channel, predictions, id, group))
+                .map(Arc::new)
+                .collect();
+        }
+        Compat::Improved => {
+            let heads = (0..).map(HeadIndex).zip(stores.map().heads());
+            heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
+        }
+        Compat::Upstream => upstream_reports(stores, channel),
+    };
+    let mut groups = Vec::new();
+    for Report { head, relation_ids, bulbs, confidence } in
+        reports.into_iter().filter(|report| !report.bulbs.is_empty())
+    {
+        let predictions = predictions.map_or(&[][..], |predictions| predictions.of(head));
+        for relation_id in relation_ids {
+            groups.push(GroupState {
+                relation_id: sent_id(*relation_id, stores.compat()),
+                elements: bulbs.iter().map(|bulb| Element { bulb, confidence }).collect(),
+                predictions: predictions.iter().map(prediction).collect(),
+            });
+        }
+    }
+    if stores.compat() == Compat::Upstream {
+        forget_upper_diagonals(&mut groups);
+    }
+    groups.into_iter().map(Arc::new).collect()
+}
+
+/// The groups that refer to any of these heads, by id; as [`groups`] of ours has them, one for each
+/// relation.
+pub(super) fn groups_of(
+    stores: &Stores,
+    channel: Channel,
+    predictions: Option<&Predictions>,
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<Arc<GroupState>>)> {
+    let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
+    let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
+    ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
+}
+
+/// Upstream has no number for them, so they are sent as unknown shapes (Q7).
+fn forget_upper_diagonals(groups: &mut [GroupState]) {
+    for GroupState { elements, predictions, .. } in groups {
+        let announced = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
+        for Element { bulb, .. } in elements.iter_mut().chain(announced) {
+            if matches!(bulb.shape, Shape::UpperLeft | Shape::UpperRight) {
+                bulb.shape = Shape::Unknown;
+            }
+        }
+    }
+}
+
+/// A marker for each lamp with a place, of the heads that were ever touched: as they truly are, on
+/// the first of the channels that knows.
+pub(super) fn markers(stores: &Stores, channels: &[Channel]) -> Vec<LampMarker> {
+    (0..).map(HeadIndex).zip(stores.map().heads()).flat_map(|head| lamps(stores, channels, head)).collect()
+}
+
+/// Those of these heads, by id; as [`markers`] of ours has them.
+pub(super) fn markers_of(
+    stores: &Stores,
+    channels: &[Channel],
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<LampMarker>)> {
+    let lamps = |head: KnownHead<'_>| (head.1.way_id, lamps(stores, channels, head).collect());
+    known(stores, heads).map(lamps).collect()
+}
+
+/// A head, by position and as the map has it.
+type KnownHead<'a> = (HeadIndex, &'a Head);
+
+fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterator<Item = KnownHead<'a>> {
+    heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
+}
+
+fn light(stores: &Stores, channel: Channel, (index, head): KnownHead<'_>) -> Option<LightState> {
+    let light = stores.truth(channel).light(index)?;
+    let way_id = sent_id(head.way_id, stores.compat());
+    light.bulbs.map(|bulbs| LightState { way_id, bulbs, confidence: light.confidence })
+}
+
+fn lamps<'a>(
+    stores: &Stores,
+    channels: &[Channel],
+    (index, head): KnownHead<'a>,
+) -> impl Iterator<Item = LampMarker> + use<'a> {
+    let bulbs = channels.iter().find_map(|channel| stores.truth(*channel).light(index)?.bulbs);
+    let way_id = sent_id(head.way_id, stores.compat());
+    bulbs.into_iter().flat_map(move |bulbs| {
+        let marker =
+            move |lamp: &Lamp| LampMarker { way_id, lamp: *lamp, is_on: shows_circle(&bulbs, lamp.color) };
+        head.lamps.iter().map(marker)
+    })
+}
+
+/// The group of a relation: the bulbs of all its heads, each as sure as the surest head. None when it
+/// is dark.
+fn merged(
+    stores: &Stores,
+    channel: Channel,
+    predictions: Option<&Predictions>,
+    relation_id: i64,
+    group: &Group,
+) -> Option<GroupState> {
+    let reports = group.heads.iter().filter_map(|index| {
+        let report = report(stores, channel, *index, stores.map().at(*index)?)?;
+        (!report.bulbs.is_empty()).then_some(report)
+    });
+    let reports: Vec<_> = reports.collect();
+    let bulbs = reports.iter().fold(BulbSet::EMPTY, |all, report| all.union(report.bulbs));
+    if bulbs.is_empty() {
+        return None;
+    }
+    let confidence = |bulb| {
+        let of_bulb = reports.iter().filter(|report| report.bulbs.contains(bulb));
+        of_bulb.map(|report| report.confidence).fold(0.0, f64::max)
+    };
+    let elements = bulbs.iter().map(|bulb| Element { bulb, confidence: confidence(bulb) }).collect();
+    let of_head = |report: &Report<'_>| predictions.map_or(&[][..], |known| known.of(report.head));
+    let mut announced = reports.iter().map(of_head).filter(|list| !list.is_empty());
+    let first = announced.next().unwrap_or_default();
+    let predictions = match announced.next() {
+        None => first.iter().map(prediction).collect(),
+        Some(second) => union([first, second].into_iter().chain(announced)),
+    };
+    Some(GroupState { relation_id, elements, predictions })
+}
+
+/// The predictions of several heads as those of one: ascending, each bulb once at a time.
+fn union<'a>(lists: impl Iterator<Item = &'a [Predicted]>) -> Vec<Prediction> {
+    let mut all = Vec::new();
+    for predicted in lists.flatten() {
+        add(&mut all, predicted.at, predicted.bulbs.iter().copied());
+    }
+    all.sort_by_key(|predicted| predicted.at.as_nanos());
+    for predicted in &mut all {
+        predicted.bulbs = predicted.bulbs.drain(..).collect::<BulbSet>().iter().collect();
+    }
+    all.iter().map(prediction).collect()
+}
+
+fn prediction(predicted: &Predicted) -> Prediction {
+    let elements = predicted.bulbs.iter().map(|bulb| Element { bulb: *bulb, confidence: 1.0 });
+    Prediction { at: predicted.at, elements: elements.collect(), reliability: 1.0, source: SOURCE }
+}
+
+/// What is detected of a head, else what is so.
+fn report<'a>(stores: &Stores, channel: Channel, index: HeadIndex, head: &'a Head) -> Option<Report<'a>> {
+    let seen = stores.detected(channel).light(head.way_id);
+    let light = if seen.bulbs.is_some() { &seen } else { stores.truth(channel).light(index)? };
+    let confidence = light.confidence;
+    light.bulbs.map(|bulbs| Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
+}
+
+/// Upstream: all truth, then each detection in the place of the entry whose way id is its key, else
+/// at the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
+fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
+    let mut reports = Vec::new();
+    let mut places = BTreeMap::new();
+    let heads = stores.map().heads();
+    for (index, (head, light)) in (0..).map(HeadIndex).zip(heads.iter().zip(stores.truth(channel).lights())) {
+        if let Some(bulbs) = light.bulbs {
+            places.entry(sent_id(head.way_id, Compat::Upstream)).or_insert(reports.len());
+            let confidence = light.confidence;
+            reports.push(Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence });
+        }
+    }
+    for (key, entry) in stores.detected(channel).entries() {
+        let (bulbs, confidence) = (entry.light.bulbs.unwrap_or_default(), entry.light.confidence);
+        if let Some(report) = places.get(&key).and_then(|place: &usize| reports.get_mut(*place)) {
+            (report.bulbs, report.confidence) = (bulbs, confidence);
+        } else if let Some(head) = heads.get(entry.head.0 as usize) {
+            places.entry(sent_id(head.way_id, Compat::Upstream)).or_insert(reports.len());
+            reports.push(Report { head: entry.head, relation_ids: &head.relation_ids, bulbs, confidence });
+        }
+    }
+    reports
+}
+
+/// Upstream's ids travel in 32 bits and are cut (Q6).
+#[allow(clippy::cast_possible_truncation)] // that is what is reproduced
+fn sent_id(id: i64, compat: Compat) -> i64 {
+    match compat {
+        Compat::Improved => id,
+        Compat::Upstream => i64::from(id as i32),
+    }
+}
+
+/// Whatever its status: `solidOff` is drawn as on.
+fn shows_circle(bulbs: &BulbSet, color: LampColor) -> bool {
+    let color = match color {
+        LampColor::Green => Color::Green,
+        LampColor::Yellow => Color::Yellow,
+        LampColor::Red => Color::Red,
+    };
+    Status::ALL.into_iter().any(|status| bulbs.contains(Bulb { color, status, shape: Shape::Circle }))
+}
+
+#[cfg(test)]
+mod tests;

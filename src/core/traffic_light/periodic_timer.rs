@@ -1,0 +1,236 @@
+//! Exact rhythms: when frames and publications are due (docs/spec/traffic-lights.md, "Frames and rates").
+//!
+//! Times here are nanoseconds since the start of the scenario. Each is computed from its number, so
+//! no error adds up.
+
+use std::time::Duration;
+
+use crate::core::compat::Compat;
+
+/// How many frames or ticks are made up for after a gap; older ones are skipped.
+const CATCH_UP: u64 = 256;
+const MICRO_HZ_NANOS: u128 = 1_000_000_000_000_000;
+
+/// How often something happens, kept exactly to a millionth of a hertz.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Rate {
+    micro_hz: u64,
+}
+
+impl Rate {
+    /// 10 Hz, what V2I is published at by default.
+    pub const TEN_HZ: Self = Self { micro_hz: 10_000_000 };
+    /// 30 Hz, of frames and of the ground truth by default.
+    pub const THIRTY_HZ: Self = Self { micro_hz: 30_000_000 };
+
+    /// From 0.001 to 1000 Hz; `None` for anything else.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // the range was checked
+    pub fn from_hz(hz: f64) -> Option<Self> {
+        (0.001..=1_000.0).contains(&hz).then(|| Self { micro_hz: (hz * 1e6).round() as u64 })
+    }
+
+    /// In hertz.
+    #[allow(clippy::cast_precision_loss)] // at most 10^9
+    pub fn as_hz(self) -> f64 {
+        self.micro_hz as f64 / 1e6
+    }
+
+    /// When tick `number` is due, nanoseconds after tick 0, to the nearest; saturates.
+    pub fn nanos(self, number: u64) -> u64 {
+        let rate = u128::from(self.micro_hz);
+        u64::try_from((u128::from(number) * MICRO_HZ_NANOS + rate / 2) / rate).unwrap_or(u64::MAX)
+    }
+
+    /// The last tick due by then.
+    fn number_at(self, nanos: u64) -> u64 {
+        let number = u128::from(nanos) * u128::from(self.micro_hz) / MICRO_HZ_NANOS;
+        let number = u64::try_from(number).unwrap_or(u64::MAX);
+        // Rounding may have put the next one at or before this time.
+        if self.nanos(number.saturating_add(1)) <= nanos { number + 1 } else { number }
+    }
+
+    /// The tick to go on with when `next` is due and it is `nanos`: `next`, or a later one after a gap.
+    fn caught_up(self, next: u64, nanos: u64) -> u64 {
+        next.max(self.number_at(nanos).saturating_add(1).saturating_sub(CATCH_UP))
+    }
+}
+
+/// A publication timer: stands still until it is started, first ticks one period later.
+#[derive(Debug, Clone)]
+pub(super) struct PeriodicTimer {
+    rate: Rate,
+    run: Option<Run>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    origin: u64,
+    next: u64,
+}
+
+impl PeriodicTimer {
+    pub(super) fn new(rate: Rate) -> Self {
+        Self { rate, run: None }
+    }
+
+    pub(super) fn rate(&self) -> Rate {
+        self.rate
+    }
+
+    /// Starts it unless it runs.
+    pub(super) fn start(&mut self, at: u64) {
+        self.run.get_or_insert(Run { origin: at, next: 1 });
+    }
+
+    /// Starts it anew at another rate, whether it ran or not.
+    pub(super) fn restart(&mut self, rate: Rate, at: u64) {
+        *self = Self { rate, run: Some(Run { origin: at, next: 1 }) };
+    }
+
+    /// When the next tick is due.
+    pub(super) fn next(&self) -> Option<u64> {
+        self.run.map(|run| run.origin.saturating_add(self.rate.nanos(run.next)))
+    }
+
+    /// The tick that was due has been seen to.
+    pub(super) fn tick(&mut self) {
+        if let Some(run) = &mut self.run {
+            run.next = run.next.saturating_add(1);
+        }
+    }
+
+    /// Leaves out ticks too long ago; how many.
+    pub(super) fn skip(&mut self, now: u64) -> u64 {
+        let Some(run) = &mut self.run else { return 0 };
+        let next = self.rate.caught_up(run.next, now.saturating_sub(run.origin));
+        let skipped = next - run.next;
+        run.next = next;
+        skipped
+    }
+}
+
+/// A moment of the scenario, in the two ways it is told.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Moment {
+    /// Exact.
+    pub(super) nanos: u64,
+    /// Upstream's clock: one frame step after the other, added up in float64.
+    pub(super) seconds: f64,
+}
+
+impl Moment {
+    /// Whether `span` has gone by since then.
+    pub(super) fn has_lasted(self, span: Duration, now: Self, compat: Compat) -> bool {
+        match compat {
+            Compat::Improved => self.after(span).nanos <= now.nanos,
+            Compat::Upstream => span.as_secs_f64() <= now.seconds - self.seconds,
+        }
+    }
+
+    /// Whether it lies strictly before `now`.
+    pub(super) fn is_past(self, now: Self, compat: Compat) -> bool {
+        match compat {
+            Compat::Improved => self.nanos < now.nanos,
+            Compat::Upstream => self.seconds < now.seconds,
+        }
+    }
+
+    /// This long after it.
+    pub(super) fn after(self, span: Duration) -> Self {
+        let nanos = u64::try_from(span.as_nanos()).unwrap_or(u64::MAX);
+        Self { nanos: self.nanos.saturating_add(nanos), seconds: self.seconds + span.as_secs_f64() }
+    }
+}
+
+/// Counts the frames of a scenario.
+#[derive(Debug, Clone)]
+pub(super) struct FrameClock {
+    rate: Rate,
+    next: u64,
+    next_seconds: f64,
+}
+
+impl FrameClock {
+    /// `first` is the number of the first frame; frame 0 would be at the start of the scenario.
+    pub(super) fn new(rate: Rate, first: u8) -> Self {
+        let next_seconds = (0..first).fold(0.0, |seconds, _| seconds + 1.0 / rate.as_hz());
+        Self { rate, next: u64::from(first), next_seconds }
+    }
+
+    /// When the next frame is due.
+    pub(super) fn next(&self) -> u64 {
+        self.rate.nanos(self.next)
+    }
+
+    /// Takes the frame that is due.
+    pub(super) fn tick(&mut self) -> Moment {
+        let moment = Moment { nanos: self.next(), seconds: self.next_seconds };
+        self.next = self.next.saturating_add(1);
+        self.next_seconds += 1.0 / self.rate.as_hz();
+        moment
+    }
+
+    /// Leaves out frames too long ago; how many. Upstream's clock stands still meanwhile.
+    pub(super) fn skip(&mut self, now: u64) -> u64 {
+        let next = self.rate.caught_up(self.next, now);
+        let skipped = next - self.next;
+        self.next = next;
+        skipped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_exact_after_a_year() {
+        let rate = Rate::THIRTY_HZ;
+        assert_eq!([0, 1, 2, 3].map(|k| rate.nanos(k)), [0, 33_333_333, 66_666_667, 100_000_000]);
+        assert_eq!(rate.nanos(30 * 31_536_000 + 1), 31_536_000_000_000_000 + 33_333_333);
+        let ntsc = Rate::from_hz(29.97).unwrap();
+        assert_eq!(ntsc.nanos(2_997), 100_000_000_000);
+    }
+
+    #[test]
+    fn what_is_no_rate_is_refused() {
+        for hz in [0.0, -1.0, f64::NAN, f64::INFINITY, 1_000.1, 0.000_9] {
+            assert_eq!(Rate::from_hz(hz), None, "{hz}");
+        }
+    }
+
+    #[test]
+    fn a_running_timer_is_not_started_again_but_restarted() {
+        let mut periodic_timer = PeriodicTimer::new(Rate::TEN_HZ);
+        assert_eq!(periodic_timer.next(), None);
+        periodic_timer.start(5);
+        periodic_timer.start(1_000);
+        assert_eq!(periodic_timer.next(), Some(100_000_005));
+        periodic_timer.tick();
+        assert_eq!(periodic_timer.next(), Some(200_000_005));
+        periodic_timer.restart(Rate::from_hz(20.0).unwrap(), 200_000_000);
+        periodic_timer.start(0);
+        assert_eq!((periodic_timer.next(), periodic_timer.rate().as_hz()), (Some(250_000_000), 20.0));
+    }
+
+    #[test]
+    fn a_gap_is_made_up_for_within_bounds() {
+        let mut periodic_timer = PeriodicTimer::new(Rate::TEN_HZ);
+        periodic_timer.start(0);
+        assert_eq!(periodic_timer.skip(25_600_000_000), 0, "256 ticks are due");
+        assert_eq!(periodic_timer.skip(25_700_000_000), 1);
+        assert_eq!(periodic_timer.next(), Some(200_000_000));
+        assert!(periodic_timer.skip(u64::MAX) > 1_000_000);
+        let mut clock = FrameClock::new(Rate::THIRTY_HZ, 0);
+        assert_eq!((clock.skip(1_000_000_000_000), clock.next() > 990_000_000_000), (30_001 - 256, true));
+    }
+
+    #[test]
+    fn upstreams_clock_adds_up_its_own_error() {
+        let mut clock = FrameClock::new(Rate::THIRTY_HZ, 1);
+        let ninety: Vec<_> = (0..90).map(|_| clock.tick()).collect();
+        assert_eq!(ninety[89].nanos, 3_000_000_000);
+        assert!(ninety[89].seconds < 3.0 && (ninety[89].seconds - 3.0).abs() < 1e-9);
+        assert!((FrameClock::new(Rate::THIRTY_HZ, 0).tick().seconds).abs() < f64::EPSILON);
+    }
+}

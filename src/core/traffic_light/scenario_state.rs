@@ -1,0 +1,242 @@
+//! What actions and phases act on: lights, controllers, predictions, the rate of V2I.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::time::Duration;
+
+use super::controller::{Controllers, Frame, Transition};
+use super::event_log::{ActionSource, Note, ScenarioEvent, ScenarioOutcome};
+use super::periodic_timer::{Moment, PeriodicTimer, Rate};
+use super::prediction::Predictions;
+use super::refusal::Refusal;
+use super::scenario::{Action, ControllerIndex, Phase, PhaseEntry, Scenario, StateText};
+use super::store::{Change, heads_of};
+use super::sync::SyncedStores;
+use super::target::{Channel, Layer, StoreId, Target};
+use crate::core::compat::Compat;
+use crate::core::map::light_map::HeadIndex;
+use crate::core::time::WallStamp;
+
+const V2I_TRUTH: StoreId = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+/// Notes kept until they are asked for; older ones are lost.
+const MAX_NOTES: usize = 16_384;
+
+/// All that a scenario can change.
+#[derive(Debug, Clone)]
+pub(super) struct ScenarioState {
+    pub(super) compat: Compat,
+    pub(super) copy_on_enable: bool,
+    pub(super) lights: SyncedStores,
+    pub(super) controllers: Controllers,
+    pub(super) predictions: Predictions,
+    pub(super) v2i: PeriodicTimer,
+    pub(super) verdict: Option<ScenarioOutcome>,
+    pub(super) notes: VecDeque<Note>,
+    /// The moment at hand.
+    pub(super) now: Moment,
+    /// The same on the wall.
+    pub(super) wall: WallStamp,
+}
+
+impl ScenarioState {
+    /// Lets each controller do what is due in this frame.
+    pub(super) fn run_controllers(&mut self, scenario: &Scenario, frame: Frame) -> Result<(), Refusal> {
+        let mut from = 0;
+        while let Some(index) = self.controllers.next_awake(from, frame) {
+            let Some(controller) = scenario.controllers.get(index) else { break };
+            if let Some(to) = self.controllers.due(index, controller, frame) {
+                self.enter(scenario, index, to)?;
+            }
+            from = index + 1;
+        }
+        Ok(())
+    }
+
+    /// Does what an action says. Ours does nothing at all when it is refused.
+    pub(super) fn perform(
+        &mut self,
+        scenario: &Scenario,
+        action: &Action,
+        source: ActionSource,
+    ) -> Result<(), Refusal> {
+        match action {
+            Action::SetState { target, state } => self.set(*target, state)?,
+            Action::Clear { target } => {
+                self.lights.write(*target, Change::Clear)?;
+            }
+            Action::EnterPhase { controller, phase } => self.jump(scenario, *controller, phase)?,
+            Action::SetV2iState { id, state, rate_hz } => {
+                let rate = rate_hz.map(|hz| Rate::from_hz(hz).ok_or(Refusal::Rate(hz))).transpose()?;
+                let target = Target { id: *id, store: V2I_TRUTH };
+                if self.compat == Compat::Improved {
+                    self.set(target, state)?;
+                }
+                if let Some(rate) = rate {
+                    self.v2i.restart(rate, self.now.nanos);
+                }
+                if self.compat == Compat::Upstream {
+                    self.set(target, state)?;
+                }
+            }
+            Action::SetV2iRate { rate_hz } => {
+                let rate = Rate::from_hz(*rate_hz).ok_or(Refusal::Rate(*rate_hz))?;
+                self.v2i.restart(rate, self.now.nanos);
+            }
+            Action::EnableV2i { ids } => self.enable_v2i(scenario, ids)?,
+            Action::DisableV2i { ids } => {
+                if !self.lights.enable(ids, false)?.is_empty() {
+                    self.renew_predictions(scenario)?;
+                }
+            }
+            Action::SetConfidence { target, confidence } => {
+                if self.compat == Compat::Improved && !(0.0..=1.0).contains(confidence) {
+                    return Err(Refusal::Confidence(*confidence));
+                }
+                self.lights.write(*target, Change::Confidence(*confidence))?;
+            }
+            Action::End { .. } => {}
+        }
+        self.note(ScenarioEvent::ActionDone(source));
+        if let Action::End { success } = action {
+            self.end(if *success { ScenarioOutcome::Success } else { ScenarioOutcome::Failure });
+        }
+        Ok(())
+    }
+
+    /// The scenario is over; the first verdict counts.
+    pub(super) fn end(&mut self, verdict: ScenarioOutcome) {
+        if self.verdict.is_none() {
+            self.verdict = Some(verdict.clone());
+            self.note(ScenarioEvent::Ended(verdict));
+            // What was announced will not come; upstream goes on announcing it.
+            if self.compat == Compat::Improved {
+                self.predictions.clear();
+            }
+        }
+    }
+
+    pub(super) fn note(&mut self, what: ScenarioEvent) {
+        if self.notes.len() >= MAX_NOTES {
+            self.notes.pop_front();
+        }
+        self.notes.push_back(Note { at: Duration::from_nanos(self.now.nanos), what });
+    }
+
+    fn set(&mut self, target: Target, state: &StateText) -> Result<(), Refusal> {
+        match self.compat {
+            Compat::Improved => {
+                readable(state)?;
+                self.lights.write(target, Change::Set(state.bulbs)).map(drop)
+            }
+            // Bulb by bulb, up to the mistake (Q20).
+            Compat::Upstream => {
+                self.lights.write(target, Change::Set(state.bulbs))?;
+                readable(state)
+            }
+        }
+    }
+
+    fn jump(&mut self, scenario: &Scenario, index: ControllerIndex, phase: &str) -> Result<(), Refusal> {
+        let controller = scenario.controllers.get(index.0).ok_or(Refusal::UnknownController(index.0))?;
+        let to = controller.phases.iter().position(|known| known.name == phase).ok_or_else(|| {
+            Refusal::UnknownPhase { controller: controller.name.clone(), phase: phase.to_owned() }
+        })?;
+        self.enter(scenario, index.0, Transition { phase: to, start: self.now })
+    }
+
+    fn enable_v2i(&mut self, scenario: &Scenario, ids: &[i64]) -> Result<(), Refusal> {
+        let heads = self.lights.enable(ids, true)?;
+        if heads.is_empty() {
+            return Ok(());
+        }
+        if self.copy_on_enable {
+            let told = self.told_by_phases(scenario)?;
+            heads.difference(&told).for_each(|head| self.lights.copy_now(*head));
+        }
+        self.renew_predictions(scenario)
+    }
+
+    /// Heads whose V2I state a running phase says itself.
+    fn told_by_phases(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, Refusal> {
+        let mut told = BTreeSet::new();
+        for (index, controller) in scenario.controllers.iter().enumerate() {
+            let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
+            let entries = phase.and_then(|phase| controller.phases.get(phase)).map(|phase| &phase.entries);
+            for entry in entries.into_iter().flatten().filter(|entry| is_v2i_truth(entry)) {
+                told.extend(heads_of(self.lights.stores().map(), entry.target.id)?);
+            }
+        }
+        Ok(told)
+    }
+
+    /// Ours announces anew when other heads are copied; upstream waits for the next phase (Q5).
+    fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), Refusal> {
+        if self.compat == Compat::Improved && self.verdict.is_none() {
+            for (index, controller) in scenario.controllers.iter().enumerate() {
+                if let Some(state) = self.controllers.state(ControllerIndex(index)) {
+                    self.predictions.renew(index, controller, state, &self.lights)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn enter(&mut self, scenario: &Scenario, index: usize, to: Transition) -> Result<(), Refusal> {
+        let Some(controller) = scenario.controllers.get(index) else { return Ok(()) };
+        let Some(entered) = controller.phases.get(to.phase) else { return Ok(()) };
+        let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
+        if let Some(left) = phase.and_then(|phase| controller.phases.get(phase)) {
+            self.clear(left.entries.iter())?;
+        }
+        let late = self.now.nanos.saturating_sub(to.start.nanos);
+        let late = i64::try_from(late).unwrap_or(i64::MAX);
+        let start_wall = WallStamp::from_nanos(self.wall.as_nanos().saturating_sub(late));
+        self.controllers.enter(index, to, start_wall);
+        self.note(ScenarioEvent::PhaseEntered { controller: ControllerIndex(index), phase: to.phase });
+        if let Some(state) = self.controllers.state(ControllerIndex(index)) {
+            self.predictions.renew(index, controller, state, &self.lights)?;
+        }
+        self.fill(entered)
+    }
+
+    fn clear<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), Refusal> {
+        for entry in entries {
+            self.lights.write(entry.target, Change::Clear)?;
+        }
+        Ok(())
+    }
+
+    /// Clears all that a phase names, then adds its states.
+    fn fill(&mut self, phase: &Phase) -> Result<(), Refusal> {
+        self.clear(phase.entries.iter())?;
+        match self.compat {
+            // What the phase says of V2I itself comes last and takes the place of copies (Q4).
+            Compat::Improved => {
+                let (told, others): (Vec<_>, Vec<_>) =
+                    phase.entries.iter().partition(|entry| is_v2i_truth(entry));
+                self.add(others.into_iter())?;
+                self.clear(told.iter().copied())?;
+                self.add(told.into_iter())
+            }
+            Compat::Upstream => self.add(phase.entries.iter()),
+        }
+    }
+
+    fn add<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), Refusal> {
+        for entry in entries {
+            self.lights.write(entry.target, Change::Add(entry.state.bulbs))?;
+            readable(&entry.state)?;
+        }
+        Ok(())
+    }
+}
+
+fn is_v2i_truth(entry: &PhaseEntry) -> bool {
+    entry.target.store == V2I_TRUTH
+}
+
+fn readable(state: &StateText) -> Result<(), Refusal> {
+    match &state.mistake {
+        None => Ok(()),
+        Some(mistake) => Err(Refusal::State { text: state.text.clone(), mistake: mistake.clone() }),
+    }
+}

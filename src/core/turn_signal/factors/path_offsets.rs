@@ -1,0 +1,227 @@
+//! The planned path beside the middle of its lanelets: how far it is off, where it crosses a bound.
+
+use super::FactorContext;
+use crate::core::turn_signal::geometry::polyline::{at_arc, nearest};
+use crate::core::turn_signal::geometry::{Point, Pose};
+use crate::core::turn_signal::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::turn_signal::planner_input::PathPoint;
+use crate::core::turn_signal::shift::ShiftedPath;
+
+/// Offsets nearer than this are one offset, metres: planned paths are smoothed, not drawn with a ruler.
+const SAME_OFFSET_M: f64 = 0.05;
+/// So many short lanelets can lie between two points of a path.
+const MAX_LANES_BETWEEN: u32 = 4;
+
+/// A planned path, measured against the lanelets it follows.
+#[derive(Debug, Clone)]
+pub(super) struct PathOffsets {
+    poses: Vec<Pose>,
+    /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
+    /// is in, also while the path leads beside it.
+    pub(super) lanes: Vec<LaneId>,
+    /// Their middle.
+    middle: Vec<Point>,
+    /// Offset of each point of the path to the left of that, metres.
+    offsets_m: Vec<f64>,
+}
+
+/// A change of offset along a course.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Ramp {
+    pub(super) start: Pose,
+    pub(super) end: Pose,
+    pub(super) before_m: f64,
+    pub(super) after_m: f64,
+}
+
+impl PathOffsets {
+    /// The course of the planned path; `None` when there is none to use.
+    pub(super) fn new(context: &FactorContext<'_>) -> Option<Self> {
+        let path = context.path.filter(|path| path.len() > 1)?;
+        let poses: Vec<Pose> = path.iter().map(|point| point.pose).collect();
+        // A path that is not a line is of no use for anything.
+        ShiftedPath::new(poses.clone(), Vec::new()).ok()?;
+        let lanes = lanes(context, path);
+        let middle: Vec<Point> = lanes
+            .iter()
+            .filter_map(|id| context.road.lane(*id))
+            .flat_map(|lane| lane.centerline.clone())
+            .collect();
+        let offsets_m = poses.iter().map(|pose| offset_m(&middle, pose.position)).collect();
+        Some(Self { poses, lanes, middle, offsets_m })
+    }
+
+    /// Its points.
+    pub(super) fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// How far a place is to the left of the middle, metres; 0 where there is no lane.
+    pub(super) fn offset_m(&self, place: Point) -> f64 {
+        offset_m(&self.middle, place)
+    }
+
+    /// Likewise for the point of the path next to a place.
+    pub(super) fn path_offset_m(&self, place: Point) -> f64 {
+        self.offsets_m.get(self.nearest_index(place)).copied().unwrap_or_default()
+    }
+
+    /// The path's point next to a place.
+    pub(super) fn nearest_index(&self, place: Point) -> usize {
+        let far = |pose: &Pose| pose.position.squared_distance(place);
+        let nearest =
+            self.poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
+        nearest.map_or(0, |(index, _)| index)
+    }
+
+    /// How far a place is to the left of the path, metres.
+    pub(super) fn beside_m(&self, place: Point) -> f64 {
+        let line: Vec<Point> = self.poses.iter().map(|pose| pose.position).collect();
+        offset_m(&line, place)
+    }
+
+    /// The path with the offsets that these ramps, in order, make: linear within a ramp.
+    pub(super) fn ramped(&self, ramps: &[Ramp]) -> Option<ShiftedPath> {
+        let spans: Vec<(usize, usize, &Ramp)> = ramps
+            .iter()
+            .map(|ramp| {
+                let index = |pose: Pose| self.nearest_index(pose.position);
+                (index(ramp.start), index(ramp.end), ramp)
+            })
+            .collect();
+        let first_m = ramps.first().map_or(0.0, |ramp| ramp.before_m);
+        let shift_m = |at: usize| {
+            let begun = spans.iter().rfind(|(start, ..)| *start <= at);
+            begun.map_or(first_m, |(start, end, ramp)| {
+                let share = if at >= *end { 1.0 } else { share(at - start, end - start) };
+                ramp.before_m + (ramp.after_m - ramp.before_m) * share
+            })
+        };
+        let shifts_m = (0..self.poses.len()).map(shift_m).collect();
+        ShiftedPath::new(self.poses.clone(), shifts_m).ok()
+    }
+
+    /// The ramps of the path itself between two places: its offset changes by `threshold_m` or more in
+    /// one direction. A smooth path hardly moves at the ends of a ramp, so that these begin a little
+    /// later and end a little earlier than they were planned.
+    pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
+        let (first, last) = (self.nearest_index(from.position), self.nearest_index(to.position));
+        let within = self.offsets_m.get(first..=last).unwrap_or_default();
+        let pose = |index: usize| self.poses.get(first + index).copied();
+        let ramp = |(start, end): (usize, usize)| {
+            Some(Ramp {
+                start: pose(start)?,
+                end: pose(end)?,
+                before_m: *within.get(start)?,
+                after_m: *within.get(end)?,
+            })
+        };
+        swings(within, threshold_m).into_iter().filter_map(ramp).collect()
+    }
+
+    /// The path is where a ramp leads.
+    pub(super) fn follows(&self, ramp: &Ramp) -> bool {
+        let gone_m = self.path_offset_m(ramp.end.position) - ramp.before_m;
+        let wanted_m = ramp.after_m - ramp.before_m;
+        gone_m / wanted_m > 0.5
+    }
+}
+
+/// The first point of the path, between two places, that has left its lane sideways.
+pub(super) fn crossing(road: &LaneNetwork, path: &[PathPoint], (from, to): (usize, usize)) -> Option<Pose> {
+    let mut within: Option<&Lane> = None;
+    for point in path.get(from..=to).unwrap_or_default() {
+        let place = point.pose.position;
+        within = match within {
+            None => point.lanes.iter().filter_map(|id| road.lane(*id)).find(|lane| lane.contains(place)),
+            Some(lane) => Some(match onward(road, lane, place, MAX_LANES_BETWEEN) {
+                Some(lane) => lane,
+                None => return Some(point.pose),
+            }),
+        };
+    }
+    None
+}
+
+/// The lanelet that holds a place: this one, or one that goes on from it.
+fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lane, place: Point, most: u32) -> Option<&'a Lane> {
+    if lane.contains(place) {
+        return Some(lane);
+    }
+    let next = road.followers(lane.id).iter().filter_map(|id| road.lane(*id)).filter(|_| most > 0);
+    next.into_iter().find_map(|next| onward(road, next, place, most - 1))
+}
+
+/// The lanelets of the path that follow each other. Without a name for the first one, the lanelet of
+/// the route next to the vehicle stands for it.
+fn lanes(context: &FactorContext<'_>, path: &[PathPoint]) -> Vec<LaneId> {
+    let known = |id: &LaneId| context.road.lane(*id).is_some();
+    let named = path.first().map_or(&[][..], |point| &point.lanes);
+    let holds = |id: &&LaneId| {
+        let start = path.first().map(|point| point.pose.position);
+        context.road.lane(**id).zip(start).is_some_and(|(lane, start)| lane.contains(start))
+    };
+    let first = named.iter().find(holds).or_else(|| named.iter().find(|id| known(id))).copied();
+    let nearest = || context.road.closest(context.route.lanes(), context.odometry.pose).map(|lane| lane.id);
+    let mut chain: Vec<LaneId> = first.or_else(nearest).into_iter().collect();
+    for id in path.iter().flat_map(|point| &point.lanes) {
+        let goes_on = chain.last().is_some_and(|last| context.road.followers(*last).contains(id));
+        if goes_on && known(id) && !chain.contains(id) {
+            chain.push(*id);
+        }
+    }
+    chain
+}
+
+fn offset_m(line: &[Point], place: Point) -> f64 {
+    let Some(foot) = nearest(line, place) else { return 0.0 };
+    let Some(on) = at_arc(line, foot.arc_m) else { return 0.0 };
+    let (sin, cos) = foot.yaw_rad.sin_cos();
+    (place.y_m - on.y_m) * cos - (place.x_m - on.x_m) * sin
+}
+
+/// First and last index of every change in one direction of at least `threshold_m`.
+fn swings(offsets_m: &[f64], threshold_m: f64) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let Some(first) = offsets_m.first() else { return Vec::new() };
+    let (mut pivot, mut extreme) = ((0, *first), (0, *first));
+    for (index, offset_m) in offsets_m.iter().copied().enumerate() {
+        let way_m = extreme.1 - pivot.1;
+        let turned = (offset_m - extreme.1) * way_m < 0.0;
+        if turned && (offset_m - extreme.1).abs() > SAME_OFFSET_M {
+            found.push((pivot, extreme));
+            (pivot, extreme) = (extreme, (index, offset_m));
+        } else if !turned && (offset_m - extreme.1).abs() > 0.0 {
+            extreme = (index, offset_m);
+        }
+    }
+    found.push((pivot, extreme));
+    found.retain(|((_, from_m), (_, to_m))| (to_m - from_m).abs() >= threshold_m);
+    let near = |one: f64, other: f64| (one - other).abs() <= SAME_OFFSET_M;
+    let trimmed = |((from, from_m), (to, to_m)): ((usize, f64), (usize, f64))| {
+        let mut run = offsets_m.iter().enumerate().skip(from).take(to + 1 - from);
+        let begins = run.clone().take_while(|(_, offset_m)| near(**offset_m, from_m)).last();
+        let ends = run.find(|(_, offset_m)| near(**offset_m, to_m));
+        (begins.map_or(from, |(index, _)| index), ends.map_or(to, |(index, _)| index))
+    };
+    found.into_iter().map(trimmed).collect()
+}
+
+#[allow(clippy::cast_precision_loss)] // points of a path
+fn share(part: usize, whole: usize) -> f64 {
+    part as f64 / whole as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_profile_is_cut_into_its_swings() {
+        let out_and_back = [0.0, 0.0, 0.02, 0.5, 1.0, 1.48, 1.5, 1.5, 1.49, 1.0, 0.4, 0.03, 0.0, 0.0];
+        assert_eq!(swings(&out_and_back, 0.3), [(2, 5), (8, 11)]);
+        assert_eq!(swings(&[0.0, 0.29, 0.29], 0.3), [], "too little");
+        assert_eq!(swings(&[0.0, -0.2, -0.17, -0.4], 0.3), [(0, 3)], "a ripple is none");
+        assert_eq!(swings(&[], 0.3), []);
+    }
+}

@@ -1,0 +1,81 @@
+//! The latest message of each kind that Autoware sent, and when it came.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::core::time::{MonoTime, WallStamp};
+use crate::core::turn_signal::factors::Factors;
+use crate::core::turn_signal::inputs::{Finding, Timed};
+use crate::core::turn_signal::planner_input::Odometry;
+use crate::core::turn_signal::planner_input::{OperationMode, PathPoint, PlannerInput};
+use crate::core::turn_signal::signal::Hazard;
+
+/// The latest inputs of the decider, but for the route.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LatestInputs {
+    pub(super) odometry: Option<Timed<Odometry>>,
+    odometry_stamp: Option<WallStamp>,
+    path: Option<Timed<Arc<[PathPoint]>>>,
+    pub(super) factors: Factors,
+    pub(super) operation_mode: Option<OperationMode>,
+    lane_driving: Option<Timed<bool>>,
+    pub(super) hazard_request: Option<Timed<Hazard>>,
+    pub(super) own_turn: Option<Timed<u8>>,
+    pub(super) own_hazard: Option<Timed<u8>>,
+}
+
+impl LatestInputs {
+    /// Keeps a message that came at `at`. A route is not kept here.
+    pub(super) fn update(&mut self, input: PlannerInput, at: MonoTime) {
+        match input {
+            PlannerInput::Odometry { odometry, stamp } => {
+                // The same measurement once more makes it no younger. Who sets no stamp is believed.
+                let is_repeated = self.odometry_stamp == Some(stamp) && stamp != WallStamp::default();
+                if !is_repeated {
+                    self.odometry = Some(Timed { at, value: odometry });
+                }
+                self.odometry_stamp = Some(stamp);
+            }
+            PlannerInput::PlannedPath(value) => self.path = Some(Timed { at, value }),
+            PlannerInput::Factors { topic, factors } => {
+                self.factors.insert(topic, Timed { at, value: factors });
+            }
+            PlannerInput::OperationMode(mode) => self.operation_mode = Some(mode),
+            PlannerInput::LaneDriving(value) => self.lane_driving = Some(Timed { at, value }),
+            PlannerInput::HazardRequest(value) => self.hazard_request = Some(Timed { at, value }),
+            PlannerInput::OwnTurnCommand(value) => self.own_turn = Some(Timed { at, value }),
+            PlannerInput::OwnHazardCommand(value) => self.own_hazard = Some(Timed { at, value }),
+            PlannerInput::Route(_) => {}
+        }
+    }
+
+    /// How many points the planned path has.
+    pub(super) fn planned_path_length(&self) -> Option<Timed<usize>> {
+        self.path.as_ref().map(|path| Timed { at: path.at, value: path.value.len() })
+    }
+
+    /// The planned path, if it can be used; its age is told by the decider.
+    pub(super) fn planned_path(
+        &self,
+        limit: Duration,
+        now: MonoTime,
+        findings: &mut Vec<Finding>,
+    ) -> Option<&[PathPoint]> {
+        let path = self.path.as_ref().filter(|path| now.since(path.at) <= limit)?;
+        if path.value.iter().all(|point| point.pose.is_finite()) {
+            return Some(&path.value);
+        }
+        findings.push(Finding::PlannedPathNotFinite);
+        None
+    }
+
+    /// Lanes are driven, as far as anybody said. Who said so and is silent now is not believed.
+    pub(super) fn lane_driving(&self, limit: Duration, now: MonoTime, findings: &mut Vec<Finding>) -> bool {
+        let Some(scenario) = self.lane_driving else { return true };
+        let age = now.since(scenario.at);
+        if age > limit {
+            findings.push(Finding::OldScenario { age });
+        }
+        scenario.value && age <= limit
+    }
+}

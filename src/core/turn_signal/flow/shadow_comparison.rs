@@ -1,0 +1,80 @@
+//! How often the decider commands what Autoware's own commands.
+
+use std::time::Duration;
+
+use crate::core::time::MonoTime;
+
+/// Two commands that differ, numbers as in the messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Disagreement {
+    pub(super) ours: u8,
+    pub(super) autoware: u8,
+    /// When they began to differ, from whatever they were.
+    pub(super) since: MonoTime,
+    /// It has lasted longer than is tolerated.
+    pub(super) counts: bool,
+}
+
+/// What was compared so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct ShadowComparison {
+    /// Cycles with the same command.
+    pub(super) agreed: u64,
+    /// Cycles with different ones, but not for longer than is tolerated.
+    pub(super) tolerated: u64,
+    /// Cycles with different ones for longer.
+    pub(super) disagreed: u64,
+    /// Cycles without two commands to compare.
+    pub(super) skipped: u64,
+    pub(super) present: Option<Disagreement>,
+}
+
+impl ShadowComparison {
+    /// Compares the commands of one cycle.
+    pub(super) fn compare(&mut self, ours: u8, autoware: Option<u8>, tolerance: Duration, now: MonoTime) {
+        let before = self.present.take();
+        match autoware {
+            None => self.skipped += 1,
+            Some(autoware) if autoware == ours => self.agreed += 1,
+            Some(autoware) => {
+                let since = before.map_or(now, |before| before.since);
+                let counts = now.since(since) > tolerance;
+                *(if counts { &mut self.disagreed } else { &mut self.tolerated }) += 1;
+                self.present = Some(Disagreement { ours, autoware, since, counts });
+            }
+        }
+    }
+
+    /// Share of the compared cycles without a disagreement that counts, percent; `None` when nothing
+    /// was compared.
+    #[allow(clippy::cast_precision_loss)] // cycles of a year stay far below 2^52
+    pub(super) fn percent(&self) -> Option<f64> {
+        let alike = self.agreed + self.tolerated;
+        let compared = alike + self.disagreed;
+        (compared > 0).then(|| alike as f64 * 100.0 / compared as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_count_once_they_last() {
+        let mut shadow_comparison = ShadowComparison::default();
+        let mut at = |ms: u64, ours, autoware| {
+            shadow_comparison.compare(ours, autoware, Duration::from_millis(200), MonoTime::from_millis(ms));
+            shadow_comparison
+        };
+        assert_eq!(at(0, 1, None).percent(), None);
+        at(100, 1, Some(1));
+        at(200, 2, Some(1));
+        assert_eq!(at(400, 2, Some(1)).tolerated, 2, "as long as tolerated");
+        let late = at(500, 3, Some(1));
+        assert_eq!((late.disagreed, late.present.unwrap().since), (1, MonoTime::from_millis(200)));
+        assert_eq!(late.percent(), Some(75.0));
+        let alike = at(600, 3, Some(3));
+        assert_eq!((alike.agreed, alike.present, alike.skipped), (2, None, 1));
+        assert!(!at(700, 3, Some(1)).present.unwrap().counts, "begins anew");
+    }
+}

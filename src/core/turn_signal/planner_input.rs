@@ -1,0 +1,166 @@
+//! What Autoware tells the decider, message by message
+//! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
+//! Plain values as they were sent, so that whatever is wrong with them becomes a finding and not a lost
+//! message.
+
+use std::sync::Arc;
+
+use super::geometry::Pose;
+use super::lane_network::LaneId;
+use super::route::Segment;
+use super::signal::Hazard;
+use crate::core::time::WallStamp;
+
+/// One message for the decider.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlannerInput {
+    /// `nav_msgs/Odometry`.
+    Odometry {
+        /// Pose and speed; numbers may be none.
+        odometry: Odometry,
+        /// When it was measured.
+        stamp: WallStamp,
+    },
+    /// `autoware_planning_msgs/LaneletRoute`.
+    Route(Arc<PlannerRoute>),
+    /// `autoware_internal_planning_msgs/PathWithLaneId`.
+    PlannedPath(Arc<[PathPoint]>),
+    /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
+    Factors {
+        /// Which topic it came on.
+        topic: FactorTopic,
+        /// Its factors.
+        factors: Arc<[PlanningFactor]>,
+    },
+    /// `autoware_adapi_v1_msgs/OperationModeState`.
+    OperationMode(OperationMode),
+    /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.
+    LaneDriving(bool),
+    /// `HazardLightsCommand` of the system: what it asks for.
+    HazardRequest(Hazard),
+    /// `TurnIndicatorsCommand` of Autoware's own decider, as sent.
+    OwnTurnCommand(u8),
+    /// `HazardLightsCommand` of Autoware's own decider, as sent.
+    OwnHazardCommand(u8),
+}
+
+/// Where the vehicle is and how fast it goes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Odometry {
+    /// Its rear axle, map frame.
+    pub pose: Pose,
+    /// Its speed, m/s, negative backwards.
+    pub speed_mps: f64,
+}
+
+/// A route as sent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannerRoute {
+    /// Its `uuid`, first byte highest.
+    pub id: u128,
+    /// Where it starts.
+    pub start: Pose,
+    /// Where it ends.
+    pub goal: Pose,
+    /// Its segments; primitives that are areas are left out.
+    pub segments: Vec<Segment>,
+}
+
+/// A point of the planned path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathPoint {
+    /// Where, and which way it faces.
+    pub pose: Pose,
+    /// Planned speed, m/s.
+    pub speed_mps: f64,
+    /// The lanelets it belongs to.
+    pub lanes: Vec<LaneId>,
+}
+
+/// Modules of the planner whose factors matter, by the last part of their topic
+/// (`/planning/planning_factors/…`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FactorTopic {
+    /// `start_planner`
+    StartPlanner,
+    /// `static_obstacle_avoidance`
+    StaticObstacleAvoidance,
+    /// `avoidance_by_lane_change`
+    AvoidanceByLaneChange,
+    /// `lane_change_left`
+    LaneChangeLeft,
+    /// `lane_change_right`
+    LaneChangeRight,
+    /// `external_request_lane_change_left`
+    ExternalLaneChangeLeft,
+    /// `external_request_lane_change_right`
+    ExternalLaneChangeRight,
+    /// `goal_planner`
+    GoalPlanner,
+}
+
+/// A planning factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanningFactor {
+    /// `UNKNOWN` 0, `NONE` 1, `SLOW_DOWN` 2, `STOP` 3, `SHIFT_LEFT` 4, `SHIFT_RIGHT` 5, `TURN_LEFT` 6,
+    /// `TURN_RIGHT` 7; as sent.
+    pub behavior: u16,
+    /// Not backing up.
+    pub is_driving_forward: bool,
+    /// In words, such as `left shift` or `backward`.
+    pub detail: Box<str>,
+    /// Where it begins, and where it ends.
+    pub control_points: Vec<ControlPoint>,
+}
+
+/// A control point of a planning factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlPoint {
+    /// Where.
+    pub pose: Pose,
+    /// Distance from the vehicle along its path, metres.
+    pub distance_m: f64,
+    /// Planned speed there, m/s.
+    pub speed_mps: f64,
+    /// Offset to the left of the reference path, metres.
+    pub shift_length_m: f64,
+}
+
+/// Who drives, and whether Autoware's control is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperationMode {
+    /// `STOP` 1, `AUTONOMOUS` 2, `LOCAL` 3, `REMOTE` 4; as sent.
+    pub mode: u8,
+    /// Autoware controls the vehicle.
+    pub is_autoware_control_enabled: bool,
+    /// The mode is changing.
+    pub is_in_transition: bool,
+}
+
+impl FactorTopic {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::StartPlanner,
+        Self::StaticObstacleAvoidance,
+        Self::AvoidanceByLaneChange,
+        Self::LaneChangeLeft,
+        Self::LaneChangeRight,
+        Self::ExternalLaneChangeLeft,
+        Self::ExternalLaneChangeRight,
+        Self::GoalPlanner,
+    ];
+
+    /// The last part of the topic's name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::StartPlanner => "start_planner",
+            Self::StaticObstacleAvoidance => "static_obstacle_avoidance",
+            Self::AvoidanceByLaneChange => "avoidance_by_lane_change",
+            Self::LaneChangeLeft => "lane_change_left",
+            Self::LaneChangeRight => "lane_change_right",
+            Self::ExternalLaneChangeLeft => "external_request_lane_change_left",
+            Self::ExternalLaneChangeRight => "external_request_lane_change_right",
+            Self::GoalPlanner => "goal_planner",
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Sums of bytes and nibbles.
+
+use crate::core::can::frame::{CanId, MAX_DATA};
+
+/// Which bytes are added up, modulo 256.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sum {
+    /// Start value.
+    pub start: u8,
+    /// Whether the bytes of the identifier are added as well.
+    pub identifier: bool,
+    /// Whether the length of the data is added as well.
+    pub length: bool,
+    /// Whether the result is inverted (255 less the sum).
+    pub inverted: bool,
+    /// Bytes of the data to add up, counted from the first; `None` = all of them.
+    pub bytes: Option<usize>,
+}
+
+impl Sum {
+    /// The bytes of the data alone.
+    pub const PLAIN: Self = Self { start: 0, identifier: false, length: false, inverted: false, bytes: None };
+    /// Toyota: length, identifier and data.
+    pub const TOYOTA: Self = Self { identifier: true, length: true, ..Self::PLAIN };
+    /// Tesla and Subaru Global: identifier and data.
+    pub const IDENTIFIER: Self = Self { identifier: true, ..Self::PLAIN };
+    /// Mazda's turn switch (0x091): 255 less the first four bytes.
+    pub const MAZDA: Self = Self { inverted: true, bytes: Some(4), ..Self::PLAIN };
+
+    /// The sum; `bytes` is `data` with zeros in place of the checksum.
+    pub(super) fn of(self, id: CanId, data: &[u8], bytes: &[u8]) -> u8 {
+        let add = |sum: u8, byte: &u8| sum.wrapping_add(*byte);
+        let mut sum = bytes.iter().take(self.bytes.unwrap_or(MAX_DATA)).fold(self.start, add);
+        if self.identifier {
+            sum = id.number().to_be_bytes().iter().fold(sum, add);
+        }
+        if self.length {
+            // A frame has 64 bytes at most.
+            sum = sum.wrapping_add(u8::try_from(data.len()).unwrap_or(u8::MAX));
+        }
+        if self.inverted { !sum } else { sum }
+    }
+}
+
+/// See [`super::Rule::Honda`].
+pub(super) fn honda(id: CanId, data: [u8; MAX_DATA]) -> u16 {
+    let start: u8 = match id {
+        CanId::Standard(_) => 8,
+        CanId::Extended(_) => 8 + 3,
+    };
+    let sum = nibbles(&id.number().to_be_bytes()).wrapping_add(nibbles(&data));
+    u16::from(start.wrapping_sub(sum) & 0xF)
+}
+
+/// See [`super::Rule::Psa`].
+pub(super) fn psa(start: u8, data: [u8; MAX_DATA]) -> u16 {
+    let sum = nibbles(&data).wrapping_add(start);
+    u16::from(15_u8.wrapping_sub(sum) & 0xF)
+}
+
+/// Only its lowest four bits mean something.
+fn nibbles(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0, |sum: u8, byte| sum.wrapping_add(byte & 0xF).wrapping_add(byte >> 4))
+}

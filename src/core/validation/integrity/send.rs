@@ -1,0 +1,43 @@
+//! The sender's side: the counter values in their order, and frames sealed with them.
+
+use super::Protection;
+use crate::core::can::frame::{CanId, MAX_DATA};
+
+impl Protection {
+    /// The counter value to begin with; 0 where there is no counter.
+    pub fn first_counter(&self) -> u32 {
+        match self {
+            Self::Fields { counter: Some(counter), .. } => counter.rule().range().0,
+            Self::E2e { counter, .. } => counter.range().0,
+            Self::Fields { counter: None, .. } => 0,
+        }
+    }
+
+    /// The counter value that follows `value`.
+    pub fn next_counter(&self, value: u32) -> u32 {
+        match self {
+            Self::Fields { counter: Some(counter), .. } => counter.rule().next(value),
+            Self::E2e { counter, .. } => counter.next(value),
+            Self::Fields { counter: None, .. } => value,
+        }
+    }
+
+    /// Puts counter and checksum into the first `length` bytes of `data`; `false` when they do not fit
+    /// there.
+    #[must_use]
+    pub fn protect(&self, id: CanId, counter_value: u32, data: &mut [u8; MAX_DATA], length: usize) -> bool {
+        match self {
+            Self::Fields { checksum, counter } => {
+                let counted = counter
+                    .as_ref()
+                    .is_none_or(|counter| counter.signal().write(counter_value.into(), data).is_ok());
+                let sealed =
+                    |data: &mut [u8]| checksum.as_ref().is_none_or(|checksum| checksum.protect(id, data));
+                counted && data.get_mut(..length).is_some_and(sealed)
+            }
+            Self::E2e { profile, .. } => {
+                data.get_mut(..length).is_some_and(|data| profile.protect(counter_value, data))
+            }
+        }
+    }
+}

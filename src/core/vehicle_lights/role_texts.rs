@@ -1,0 +1,83 @@
+//! Words for what raw values mean, for people who look at a bus or check a profile.
+
+use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnSource};
+use super::stalk::StalkPosition;
+use super::state::TurnCode;
+use crate::core::validation::display::{RoleTexts, ValueText, role_texts};
+use crate::core::validation::table::SignalIndex;
+
+/// What `raw` of `signal` means, once for each role the signal has.
+pub fn texts(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
+    roles(binding).into_iter().filter(|role| role.signal == signal).map(|role| role.value_text(raw)).collect()
+}
+
+/// Every use of every signal, in the order turn, hazard, faults.
+pub fn roles(binding: &LightsBinding) -> Vec<RoleTexts> {
+    let mut roles = Vec::new();
+    if let TurnBinding::From(sources) = &binding.turn {
+        sources.list.iter().for_each(|named| turn_roles(&named.source, &mut roles));
+    }
+    if let HazardBinding::From(sources) = &binding.hazard {
+        sources.list.iter().for_each(|named| hazard_role(&named.source, &mut roles));
+    }
+    for faults in [&binding.turn_faults, &binding.hazard_faults] {
+        roles.extend(fault_roles(faults));
+    }
+    roles
+}
+
+fn on_off(on: bool) -> String {
+    if on { "on" } else { "off" }.to_owned()
+}
+
+fn turn_roles(source: &TurnSource, roles: &mut Vec<RoleTexts>) {
+    let code = |code| {
+        match code {
+            TurnCode::Off => "off",
+            TurnCode::Left => "left",
+            TurnCode::Right => "right",
+            TurnCode::Both => "both",
+        }
+        .to_owned()
+    };
+    let position = |position| {
+        match position {
+            StalkPosition::Idle => "idle",
+            StalkPosition::LeftHalf => "left half",
+            StalkPosition::LeftFull => "left full",
+            StalkPosition::RightHalf => "right half",
+            StalkPosition::RightFull => "right full",
+        }
+        .to_owned()
+    };
+    match source {
+        TurnSource::Enumerated(role) => roles.push(role_texts(role, "turn".into(), code)),
+        TurnSource::Pair(pair) => {
+            roles.push(role_texts(&pair.left, "left".into(), on_off));
+            roles.push(role_texts(&pair.right, "right".into(), on_off));
+        }
+        TurnSource::Lamps { pair, .. } => {
+            roles.push(role_texts(&pair.left, "left lamp".into(), on_off));
+            roles.push(role_texts(&pair.right, "right lamp".into(), on_off));
+        }
+        TurnSource::Stalk { role, .. } => roles.push(role_texts(role, "stalk".into(), position)),
+    }
+}
+
+fn hazard_role(source: &HazardSource, roles: &mut Vec<RoleTexts>) {
+    let pressed = |pressed| if pressed { "pressed" } else { "released" }.to_owned();
+    match source {
+        HazardSource::BothSides => {}
+        HazardSource::Signal { role, reasons } => roles.push(role_texts(role, "hazard".into(), |code| {
+            match code.reason.and_then(|reason| reasons.get(usize::from(reason))) {
+                Some(reason) => format!("on ({reason})"),
+                None => on_off(code.active),
+            }
+        })),
+        HazardSource::Button { role, .. } => roles.push(role_texts(role, "hazard button".into(), pressed)),
+    }
+}
+
+fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleTexts> {
+    faults.signals.iter().map(|fault| role_texts(&fault.role, format!("fault of {}", fault.text), on_off))
+}

@@ -1,0 +1,201 @@
+//! Everything the outputs go to, and what a process owes its supervisor.
+
+use std::future::pending;
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
+
+use super::DaemonError;
+use super::fault_recorder::FaultRecorder;
+use crate::config::Settings;
+use crate::core::can::link::LinkState;
+use crate::core::command::output::CommandOutput;
+use crate::core::command::sender::SendFailure;
+use crate::core::gateway::event::{Input, Output};
+use crate::core::time::Now;
+use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::io::can::transmit::Transmitter;
+use crate::io::clock::Clock;
+use crate::io::ros::inbox::Inbox;
+use crate::io::systemd::Supervisor;
+use crate::live::Live;
+use crate::publisher::Publisher;
+use crate::timeline::JsonTimeline;
+use crate::view::View;
+
+/// Everything the outputs go to, and the request to stop.
+pub(super) struct GatewayIo {
+    publisher: Publisher,
+    view: View,
+    json: Option<JsonTimeline>,
+    pub(super) supervisor: Supervisor,
+    pub(super) watchdog: Watchdog,
+    pub(super) stop: StopSignals,
+    faults: Option<FaultRecorder>,
+}
+
+impl GatewayIo {
+    pub(super) fn open(
+        settings: &Settings,
+        view: View,
+        json: Option<JsonTimeline>,
+    ) -> Result<Self, DaemonError> {
+        // Signals first: from here on a stop is an orderly one.
+        let stop = StopSignals::listen()?;
+        let supervisor = Supervisor::from_env()?;
+        let watchdog = Watchdog::new(supervisor.watchdog_period());
+        let publisher = Publisher::start(settings)?;
+        tracing::info!("{}: {}", settings.vehicle, publisher.graph());
+        Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None })
+    }
+
+    /// Keeps a black box from now on, if the configuration says where.
+    pub(super) fn keep_black_box(&mut self, settings: &Settings, links: &[LinkState]) -> io::Result<()> {
+        self.faults = FaultRecorder::start(settings, links)?;
+        Ok(())
+    }
+
+    /// Where what is received over ROS 2 waits.
+    pub(super) fn inbox(&self) -> Option<Arc<Inbox>> {
+        self.publisher.inbox()
+    }
+
+    /// Takes the steps that are due and hands on what they give, frames to the vehicle over `transmitters`, one
+    /// for each bus.
+    pub(super) fn emit_live(
+        &mut self,
+        live: &mut Live,
+        transmitters: &[Transmitter],
+        clock: &Clock,
+    ) -> Result<(), DaemonError> {
+        let read = clock.now();
+        self.emit(|| sent_output(live, transmitters, clock), read)?;
+        while let Some(at) = live.step(read.mono, |input, at| {
+            if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
+                faults.keep(*input, at);
+            }
+        }) {
+            if let Some(faults) = &mut self.faults {
+                faults.save_if_over(at);
+            }
+            self.emit(|| sent_output(live, transmitters, clock), at)?;
+        }
+        live.settle_commands(read);
+        self.emit(|| sent_output(live, transmitters, clock), read)
+    }
+
+    pub(super) fn emit(
+        &mut self,
+        mut poll: impl FnMut() -> Option<Output>,
+        now: Now,
+    ) -> Result<(), DaemonError> {
+        while let Some(output) = poll() {
+            self.publisher.send(&output);
+            if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
+                tracing::warn!("a command was not understood: {error}");
+            }
+            if let Some(faults) = &mut self.faults {
+                faults.decided(&output, now);
+            }
+            match &self.json {
+                Some(json) => {
+                    if let Some(line) = json.line(&output, now.mono) {
+                        write_line(&line)?;
+                    }
+                }
+                None => self.view.show(&output, now.mono)?,
+            }
+        }
+        if self.json.is_none() {
+            self.view.refresh(now.mono, || self.publisher.describe())?;
+        }
+        if !self.publisher.is_well() {
+            return Err(DaemonError::RosEnded);
+        }
+        Ok(())
+    }
+
+    /// Sleeps, feeding the watchdog; true when a stop was requested meanwhile, or before.
+    pub(super) async fn stopped_before(&mut self, wake: Instant) -> bool {
+        // Signals and timers are looked at in between only, even when `wake` is past.
+        tokio::task::yield_now().await;
+        loop {
+            tokio::select! {
+                biased;
+                () = self.stop.requested() => return true,
+                () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
+                () = sleep_until(wake.into()) => return false,
+            }
+        }
+    }
+
+    pub(super) fn close(mut self) {
+        self.supervisor.stopping();
+        self.publisher.stop();
+        tracing::info!("stopped");
+    }
+}
+
+/// The next output. A frame to the vehicle is sent, or told at once that it could not be.
+fn sent_output(live: &mut Live, transmitters: &[Transmitter], clock: &Clock) -> Option<Output> {
+    let output = live.poll_output()?;
+    if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
+        let transmitter = transmitters.get(usize::from(frame.bus().0));
+        let no_transmitter = Err(SendFailure::Refused(libc::ENODEV));
+        match transmitter.map_or(no_transmitter, |transmitter| transmitter.send(frame.frame())) {
+            Ok(()) => live.sent(frame, clock.now().mono),
+            Err(why) => live.not_sent(frame, why, clock.now()),
+        }
+    }
+    Some(output)
+}
+
+#[allow(clippy::print_stdout)] // the JSON lines are what was asked for
+fn write_line(line: &str) -> io::Result<()> {
+    use io::Write;
+    writeln!(io::stdout().lock(), "{line}")
+}
+
+/// When the service manager wants to hear that the loop still turns. In real time, which that of a
+/// recording is not.
+pub(super) struct Watchdog(Option<Interval>);
+
+impl Watchdog {
+    /// Must be called within the runtime.
+    fn new(period: Option<Duration>) -> Self {
+        Self(period.filter(|period| !period.is_zero()).map(|period| {
+            let mut ping_interval = interval(period);
+            ping_interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            ping_interval
+        }))
+    }
+
+    pub(super) async fn ping_due(&mut self) {
+        match &mut self.0 {
+            Some(ping_interval) => drop(ping_interval.tick().await),
+            None => pending().await,
+        }
+    }
+}
+
+/// SIGTERM and SIGINT.
+pub(super) struct StopSignals {
+    terminate: Signal,
+    interrupt: Signal,
+}
+
+impl StopSignals {
+    pub(super) fn listen() -> io::Result<Self> {
+        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
+    }
+
+    pub(super) async fn requested(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => {}
+            _ = self.interrupt.recv() => {}
+        }
+    }
+}

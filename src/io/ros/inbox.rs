@@ -1,0 +1,175 @@
+//! What was received over ROS 2, on its way to the gateway.
+//!
+//! The inbox is bounded: a state that waits is replaced by a newer one of the same subscription, and so
+//! are commands for the vehicle, which are said again and again; text commands keep their order, and when
+//! [`MAX_COMMANDS`] wait, the oldest is dropped and counted.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::Notify;
+
+use crate::core::gateway::event::Input;
+use crate::core::traffic_light::input::TrafficLightInput;
+
+/// Text commands that may wait.
+pub const MAX_COMMANDS: usize = 256;
+
+#[derive(Debug, Default)]
+struct Waiting {
+    /// In the order of their arrival, each with its subscription, by position in the settings' list; at
+    /// most one state for each subscription.
+    inputs: VecDeque<(usize, Input)>,
+    commands: usize,
+    dropped_commands: u64,
+    is_closed: bool,
+}
+
+/// Between the session's thread and a task; locks are held for moments only.
+#[derive(Debug, Default)]
+pub struct Inbox {
+    waiting: Mutex<Waiting>,
+    arrived: Notify,
+}
+
+impl Inbox {
+    /// Puts in what came by a subscription; never blocks.
+    pub fn put(&self, subscription: usize, input: Input) {
+        let mut waiting = self.lock();
+        if !is_text_command(&input) {
+            waiting.inputs.retain(|(other, old)| *other != subscription || is_text_command(old));
+        } else if waiting.commands < MAX_COMMANDS {
+            waiting.commands += 1;
+        } else {
+            if let Some(oldest) = waiting.inputs.iter().position(|(_, old)| is_text_command(old)) {
+                waiting.inputs.remove(oldest);
+            }
+            waiting.dropped_commands += 1;
+        }
+        waiting.inputs.push_back((subscription, input));
+        drop(waiting);
+        self.arrived.notify_one();
+    }
+
+    /// Takes the oldest input and its subscription, if there is one.
+    pub fn try_take(&self) -> Option<(usize, Input)> {
+        let mut waiting = self.lock();
+        let (subscription, input) = waiting.inputs.pop_front()?;
+        waiting.commands -= usize::from(is_text_command(&input));
+        Some((subscription, input))
+    }
+
+    /// Waits for the next input and its subscription; `None` when nothing will come any more. For one task at a time.
+    /// Loses nothing when it is given up.
+    pub async fn take(&self) -> Option<(usize, Input)> {
+        loop {
+            if let Some(input) = self.try_take() {
+                return Some(input);
+            }
+            if self.lock().is_closed {
+                return None;
+            }
+            // A notification from before is remembered.
+            self.arrived.notified().await;
+        }
+    }
+
+    /// Nothing will come any more.
+    pub fn close(&self) {
+        self.lock().is_closed = true;
+        self.arrived.notify_one();
+    }
+
+    /// Commands dropped because nobody took them.
+    pub fn dropped_commands(&self) -> u64 {
+        self.lock().dropped_commands
+    }
+
+    /// Nothing behind this lock can be left half done by a panic.
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whether each counts. Of all else only the newest does.
+const fn is_text_command(input: &Input) -> bool {
+    matches!(input, Input::TrafficLight(TrafficLightInput::Command(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::thread;
+
+    use super::*;
+    use crate::core::command::input::CommandInput;
+    use crate::core::time::WallStamp;
+    use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+
+    type Arrival = (usize, Input);
+
+    fn command(number: usize) -> Arrival {
+        (9, TrafficLightInput::Command(number.to_string()).into())
+    }
+
+    fn state(subscription: usize, nanos: i64) -> Arrival {
+        let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+        let (stamp, states) = (WallStamp::from_nanos(nanos), Vec::new());
+        (subscription, TrafficLightInput::States { store, stamp, states, rejected: 0 }.into())
+    }
+
+    fn all(inbox: &Inbox) -> Vec<Arrival> {
+        std::iter::from_fn(|| inbox.try_take()).collect()
+    }
+
+    #[test]
+    fn the_newest_state_of_each_subscription_is_kept_and_commands_keep_their_order() {
+        let inbox = Inbox::default();
+        for (subscription, input) in
+            [state(0, 1), command(1), state(1, 2), state(0, 3), command(2), state(0, 4)]
+        {
+            inbox.put(subscription, input);
+        }
+        assert_eq!(all(&inbox), [command(1), state(1, 2), command(2), state(0, 4)]);
+        assert_eq!(all(&inbox), []);
+    }
+
+    #[test]
+    fn of_commands_for_the_vehicle_the_newest_is_kept_in_its_place() {
+        let inbox = Inbox::default();
+        let turn = |raw, nanos| (3, CommandInput::Turn { raw, stamp: WallStamp::from_nanos(nanos) }.into());
+        for (subscription, input) in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
+            inbox.put(subscription, input);
+        }
+        assert_eq!(all(&inbox), [command(1), turn(1, 3), command(2)]);
+    }
+
+    #[test]
+    fn the_oldest_commands_are_dropped_and_counted_and_states_stay() {
+        let inbox = Inbox::default();
+        let put = |(subscription, input)| inbox.put(subscription, input);
+        put(state(0, 1));
+        (0..MAX_COMMANDS + 2).map(command).for_each(put);
+        assert_eq!(inbox.dropped_commands(), 2);
+        let kept: Vec<_> = std::iter::once(state(0, 1)).chain((2..MAX_COMMANDS + 2).map(command)).collect();
+        assert_eq!(all(&inbox), kept);
+        (0..MAX_COMMANDS).map(command).for_each(put);
+        assert_eq!(inbox.dropped_commands(), 2, "what was taken makes room");
+    }
+
+    #[tokio::test]
+    async fn a_task_waits_for_what_another_thread_puts_in_and_for_the_end() {
+        let inbox = Arc::new(Inbox::default());
+        let sender = Arc::clone(&inbox);
+        let putting = thread::spawn(move || {
+            (0..100).map(command).for_each(|(subscription, input)| sender.put(subscription, input));
+            sender.close();
+        });
+        for number in 0..100 {
+            assert_eq!(inbox.take().await, Some(command(number)));
+        }
+        assert_eq!(inbox.take().await, None);
+        assert_eq!(inbox.take().await, None, "and for ever");
+        putting.join().unwrap();
+    }
+}

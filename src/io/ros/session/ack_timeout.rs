@@ -1,0 +1,76 @@
+//! Readers that no longer acknowledge: they forgot us while we still know them.
+//!
+//! That happens when an outage was longer than our lease but shorter than the peer's. The peer
+//! starts anew with us, and RustDDS takes its acknowledgements, counted from one again, for old.
+
+use std::time::{Duration, Instant};
+
+/// The lease RustDDS announces for us is 50 s; nobody forgets us earlier.
+const PATIENCE: Duration = Duration::from_secs(55);
+/// A reader that never acknowledges shall not cost more than a new participant an hour.
+const MAX_PATIENCE: Duration = Duration::from_secs(3600);
+
+/// How long readers have owed an acknowledgement.
+#[derive(Debug)]
+pub(super) struct AckTimeout {
+    since: Option<Instant>,
+    patience: Duration,
+}
+
+impl Default for AckTimeout {
+    fn default() -> Self {
+        Self { since: None, patience: PATIENCE }
+    }
+}
+
+impl AckTimeout {
+    /// Takes whether everything is acknowledged now, and by how many readers. Says whether a new
+    /// participant is needed; then starts over, with more patience.
+    pub(super) fn observe(&mut self, acknowledged: bool, readers: usize, now: Instant) -> bool {
+        if acknowledged {
+            self.since = None;
+            if readers > 0 {
+                self.patience = PATIENCE;
+            }
+            return false;
+        }
+        let since = *self.since.get_or_insert(now);
+        if now.saturating_duration_since(since) < self.patience {
+            return false;
+        }
+        self.since = None;
+        self.patience = (self.patience * 2).min(MAX_PATIENCE);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Seconds at which a new participant is asked for, when acknowledgements come as told.
+    fn asked(seconds: u64, acknowledged: impl Fn(u64) -> bool) -> Vec<u64> {
+        let (start, mut ack_timeout) = (Instant::now(), AckTimeout::default());
+        let mut ask = |second: &u64| {
+            ack_timeout.observe(acknowledged(*second), 1, start + Duration::from_secs(*second))
+        };
+        (0..seconds).filter(|second| ask(second)).collect()
+    }
+
+    #[test]
+    fn a_reader_that_acknowledges_now_and_then_is_not_deaf() {
+        assert_eq!(asked(10_000, |second| second % 50 == 0), Vec::<u64>::new());
+    }
+
+    #[test]
+    fn a_reader_that_never_acknowledges_is_given_more_time_after_every_new_participant() {
+        assert_eq!(asked(500, |_| false), [55, 166, 387]);
+        let hours = asked(100_000, |_| false);
+        assert!(hours.len() < 35, "{hours:?}");
+    }
+
+    #[test]
+    fn patience_is_as_before_once_a_reader_acknowledged() {
+        assert_eq!(asked(200, |second| (56..100).contains(&second)), [55, 155]);
+    }
+}

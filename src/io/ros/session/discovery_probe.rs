@@ -1,0 +1,134 @@
+//! A bare participant that watches for peers the real one can no longer find.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use rustdds::{
+    DomainParticipant, DomainParticipantStatusEvent, DomainParticipantStatusListener, LostReason,
+    StatusEvented,
+};
+
+/// The part of a participant's identity all its endpoints share.
+pub(super) type Prefix = [u8; 12];
+
+/// When a missing peer is given up.
+const GIVE_UP: Duration = Duration::from_secs(24 * 3600);
+/// Missing peers that are remembered; the oldest is given up first.
+const MAX_MISSING: usize = 256;
+
+/// Shortens an identity to its prefix.
+pub(super) fn prefix(bytes: &[u8]) -> Prefix {
+    std::array::from_fn(|index| bytes.get(index).copied().unwrap_or(0))
+}
+
+/// Peers whose lease ran out, and since when.
+#[derive(Debug, Default)]
+pub(super) struct Missing(BTreeMap<Prefix, Instant>);
+
+impl Missing {
+    /// A peer fell silent.
+    pub(super) fn insert(&mut self, peer: Prefix, now: Instant) {
+        if self.0.len() >= MAX_MISSING
+            && let Some(oldest) = self.0.iter().min_by_key(|(_, since)| **since).map(|(peer, _)| *peer)
+        {
+            self.0.remove(&oldest);
+        }
+        self.0.insert(peer, now);
+    }
+
+    /// A peer was heard again, or said goodbye after all.
+    pub(super) fn remove(&mut self, peer: &Prefix) {
+        self.0.remove(peer);
+    }
+
+    /// Forgets the peers that are missing for too long.
+    pub(super) fn give_up(&mut self, now: Instant) {
+        self.0.retain(|_, since| now.saturating_duration_since(*since) < GIVE_UP);
+    }
+
+    /// Forgets all: a new participant starts without a past.
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Whether that peer is missing.
+    pub(super) fn contains(&self, peer: &Prefix) -> bool {
+        self.0.contains_key(peer)
+    }
+
+    /// How many.
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+}
+
+/// What the lookout found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sighting {
+    /// Nobody who is missing.
+    Nobody,
+    /// Somebody who is missing.
+    Found,
+    /// It lost somebody itself and would not find them again.
+    Blind,
+}
+
+/// The bare participant.
+pub(super) struct DiscoveryProbe {
+    participant: DomainParticipant,
+    events: DomainParticipantStatusListener,
+}
+
+impl DiscoveryProbe {
+    /// Starts to look with a participant that has no past.
+    pub(super) fn new(participant: DomainParticipant) -> Self {
+        let events = participant.status_listener();
+        Self { participant, events }
+    }
+
+    /// Looks at what happened since the last time.
+    pub(super) fn look(&self, missing: &Missing) -> Sighting {
+        let mut sighting = Sighting::Nobody;
+        while let Some(event) = self.events.try_recv_status() {
+            #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
+            match event {
+                DomainParticipantStatusEvent::ParticipantDiscovered { dpd }
+                    if missing.contains(&prefix(&dpd.guid.to_bytes())) =>
+                {
+                    sighting = Sighting::Found;
+                }
+                DomainParticipantStatusEvent::ParticipantLost {
+                    reason: LostReason::Timeout { .. }, ..
+                } => {
+                    return Sighting::Blind;
+                }
+                _ => {}
+            }
+        }
+        sighting
+    }
+
+    /// The participant, to be used for real.
+    pub(super) fn into_participant(self) -> DomainParticipant {
+        self.participant
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_peers_are_bounded_and_given_up_after_a_day() {
+        let start = Instant::now();
+        let mut missing = Missing::default();
+        for number in 0..=MAX_MISSING {
+            let peer = prefix(&u64::try_from(number).unwrap().to_be_bytes());
+            missing.insert(peer, start + Duration::from_millis(u64::try_from(number).unwrap()));
+        }
+        assert_eq!(missing.len(), MAX_MISSING);
+        assert!(!missing.contains(&prefix(&[])), "the oldest went first");
+        missing.give_up(start + GIVE_UP + Duration::from_millis(100));
+        assert_eq!(missing.len(), MAX_MISSING - 100);
+    }
+}

@@ -1,0 +1,100 @@
+//! Samples that came before: while a participant is being replaced, two of ours read the same
+//! writers, and a new reader is handed what a transient-local writer said to the old one.
+
+use std::collections::BTreeMap;
+
+use rustdds::GUID;
+
+/// Writers that are remembered; the one that was silent longest is forgotten first.
+const MAX_WRITERS: usize = 256;
+
+/// The newest samples of each writer.
+#[derive(Debug, Default)]
+pub(super) struct DuplicateFilter {
+    writers: BTreeMap<GUID, Seen>,
+    turn: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// The highest number.
+    highest: i64,
+    /// Bit n: that of `highest - n`.
+    before: u64,
+    /// When it was heard last, by order.
+    turn: u64,
+}
+
+impl DuplicateFilter {
+    /// Whether a sample comes for the first time; it never does again. Numbers 64 or more below the
+    /// highest count as seen.
+    pub(super) fn is_first(&mut self, writer: GUID, number: i64) -> bool {
+        self.turn += 1;
+        let turn = self.turn;
+        let Some(seen) = self.writers.get_mut(&writer) else {
+            self.forget_one();
+            self.writers.insert(writer, Seen { highest: number, before: 1, turn });
+            return true;
+        };
+        seen.turn = turn;
+        if number > seen.highest {
+            let shift = u32::try_from(number.saturating_sub(seen.highest)).unwrap_or(u32::MAX);
+            seen.before = seen.before.checked_shl(shift).unwrap_or(0) | 1;
+            seen.highest = number;
+            return true;
+        }
+        let age = u32::try_from(seen.highest.saturating_sub(number)).unwrap_or(u32::MAX);
+        let Some(bit) = 1_u64.checked_shl(age) else { return false };
+        let is_first = seen.before & bit == 0;
+        seen.before |= bit;
+        is_first
+    }
+
+    fn forget_one(&mut self) {
+        if self.writers.len() >= MAX_WRITERS
+            && let Some(oldest) =
+                self.writers.iter().min_by_key(|(_, seen)| seen.turn).map(|(writer, _)| *writer)
+        {
+            self.writers.remove(&oldest);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn writer(number: u16) -> GUID {
+        let mut bytes = [0; 16];
+        bytes[..2].copy_from_slice(&number.to_be_bytes());
+        GUID::from_bytes(bytes)
+    }
+
+    /// The numbers that came first among those given.
+    fn first(numbers: &[i64]) -> Vec<i64> {
+        let mut duplicate_filter = DuplicateFilter::default();
+        numbers.iter().copied().filter(|number| duplicate_filter.is_first(writer(1), *number)).collect()
+    }
+
+    #[test]
+    fn each_number_is_first_once_in_whatever_order() {
+        assert_eq!(first(&[5, 5, 6, 4, 6, 4, 5, 9, 7, 8, 7]), [5, 6, 4, 9, 7, 8]);
+        assert_eq!(first(&[100, 37, 36, 37]), [100, 37], "64 below the highest is too old to tell");
+        assert_eq!(first(&[1, i64::MAX, i64::MIN, 1]), [1, i64::MAX]);
+        assert_eq!(first(&[1, 64, 65, 1, 2]), [1, 64, 65, 2]);
+    }
+
+    #[test]
+    fn writers_do_not_share_numbers_and_are_bounded() {
+        let mut duplicate_filter = DuplicateFilter::default();
+        let most = u16::try_from(MAX_WRITERS).unwrap();
+        for number in 0..most {
+            assert!(duplicate_filter.is_first(writer(number), 1));
+        }
+        assert!(!duplicate_filter.is_first(writer(0), 1));
+        assert!(duplicate_filter.is_first(writer(most), 1), "takes the place of writer 1");
+        assert_eq!(duplicate_filter.writers.len(), MAX_WRITERS);
+        assert!(!duplicate_filter.is_first(writer(0), 1));
+        assert!(duplicate_filter.is_first(writer(1), 1));
+    }
+}

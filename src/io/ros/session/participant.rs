@@ -1,0 +1,282 @@
+//! One participant with everything on it: node, topics, writers, and who reads them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::task::Waker;
+use std::time::Instant;
+
+use ros2_client::names::{MessageTypeName, Name, NodeName};
+use rustdds::dds::result::{CreateError, CreateResult};
+use rustdds::policy::{self, History};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
+    DomainParticipantStatusListener, GUID, LostReason, QosPolicies, QosPolicyBuilder, RTPSEntity,
+    StatusEvented, Topic, TopicKind,
+};
+
+use super::discovery_probe::{Missing, Prefix, prefix};
+use super::graph::{GraphEntry, node_name};
+use super::outgoing::{Order, Outgoing};
+use super::topic_reader::{Taken, TopicReader};
+use super::topic_writer::TopicWriter;
+use super::{Durability, Reliability, RosError, RosSettings};
+use crate::io::ros::topics::TypeName;
+
+/// Makes a participant; it announces itself at once.
+pub(super) fn participant(settings: &RosSettings) -> CreateResult<DomainParticipant> {
+    let builder = DomainParticipantBuilder::new(settings.domain_id);
+    if settings.only_networks.is_empty() {
+        builder.build()
+    } else {
+        builder.with_only_networks(settings.only_networks.iter().copied()).build()
+    }
+}
+
+/// Our presence in the graph. Dropping it says goodbye.
+pub(super) struct Participant {
+    /// In the order of the table.
+    topic_writers: Vec<TopicWriter>,
+    /// In the order of the settings.
+    topic_readers: Vec<TopicReader>,
+    graph: GraphEntry,
+    /// Whom each of our writers and readers is matched with.
+    matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// By writers and readers.
+    names: Vec<String>,
+    events: DomainParticipantStatusListener,
+    /// Last: RustDDS wants endpoints to go before their participant.
+    domain: DomainParticipant,
+}
+
+impl Participant {
+    /// Puts node, topics, writers and readers on a participant.
+    pub(super) fn new(
+        settings: &RosSettings,
+        table: &[Outgoing],
+        domain: DomainParticipant,
+    ) -> Result<Self, RosError> {
+        let node = node_name(settings)?;
+        let events = domain.status_listener();
+        let publisher = domain.create_publisher(&QosPolicies::default()).map_err(dds)?;
+        let subscriber = domain.create_subscriber(&QosPolicies::default()).map_err(dds)?;
+        let topic_writers = table
+            .iter()
+            .map(|outgoing| {
+                let qos = qos(Reliability::Reliable, outgoing.durability, outgoing.depth);
+                let topic = topic(&domain, &node, &outgoing.name, outgoing.type_name, &qos)?;
+                TopicWriter::new(&publisher, topic, outgoing.durability, outgoing.delivery).map_err(dds)
+            })
+            .collect::<Result<Vec<_>, RosError>>()?;
+        let topic_readers = settings
+            .subscriptions
+            .iter()
+            .map(|wanted| {
+                let qos = qos(wanted.reliability, wanted.durability, wanted.depth);
+                let topic = topic(&domain, &node, &wanted.name, wanted.kind.type_name(), &qos)?;
+                TopicReader::new(&subscriber, &topic, wanted.kind).map_err(dds)
+            })
+            .collect::<Result<Vec<_>, RosError>>()?;
+        let written = table.iter().map(|outgoing| outgoing.name.clone());
+        let read = settings.subscriptions.iter().map(|wanted| wanted.name.clone());
+        let participant = Self {
+            topic_writers,
+            topic_readers,
+            graph: GraphEntry::new(&domain, &publisher, node).map_err(dds)?,
+            matched: BTreeMap::new(),
+            names: written.chain(read).collect(),
+            events,
+            domain,
+        };
+        participant.announce();
+        Ok(participant)
+    }
+
+    /// Its identity.
+    pub(super) fn prefix(&self) -> Prefix {
+        prefix(&self.domain.guid().to_bytes())
+    }
+
+    /// Publishes or withdraws on the topic at a position of the table.
+    pub(super) fn carry_out(&mut self, position: usize, order: &Order) -> Result<(), String> {
+        let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
+        let readers = matches(&self.matched, topic_writer.guid());
+        let is_new = match order {
+            Order::Publish(samples) => topic_writer.publish(samples, readers).map(|()| false),
+            Order::Withdraw => topic_writer.withdraw(),
+        }?;
+        if is_new {
+            self.announce();
+        }
+        Ok(())
+    }
+
+    /// Takes what was received; the subscription is given by its position. True when there is more.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(usize, Taken)) -> bool {
+        let mut is_more = false;
+        for (subscription, topic_reader) in self.topic_readers.iter().enumerate() {
+            is_more |= topic_reader.take(waker, |taken| hand_over(subscription, taken));
+        }
+        is_more
+    }
+
+    /// Says to new readers what is current, and forgets it when nobody is left.
+    pub(super) fn settle(&mut self) -> Result<(), String> {
+        let (mut is_new, mut outcome) = (false, Ok(()));
+        for topic_writer in &mut self.topic_writers {
+            match topic_writer.settle(matches(&self.matched, topic_writer.guid())) {
+                Ok(is_new_writer) => is_new |= is_new_writer,
+                Err(error) => outcome = Err(error),
+            }
+        }
+        if is_new {
+            self.announce();
+        }
+        outcome
+    }
+
+    /// Whether every reader has acknowledged everything at some moment since the last call; waits some
+    /// milliseconds for it.
+    pub(super) fn is_acknowledged(&mut self) -> bool {
+        // Each is asked: that is what makes the moment count from now on.
+        let deaf = self
+            .topic_writers
+            .iter_mut()
+            .filter_map(|topic_writer| (!topic_writer.is_acknowledged()).then_some(()))
+            .count();
+        deaf == 0
+    }
+
+    /// Matched readers of each topic of the table.
+    pub(super) fn readers(&self) -> impl Iterator<Item = usize> {
+        self.topic_writers.iter().map(|topic_writer| matches(&self.matched, topic_writer.guid()))
+    }
+
+    /// Matched writers of each subscription.
+    pub(super) fn writers(&self) -> impl Iterator<Item = usize> {
+        self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
+    }
+
+    /// Whether all who are matched with `other` are matched with this one too.
+    pub(super) fn serves_all_of(&self, other: &Self) -> bool {
+        let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
+        other.matched.values().flatten().all(|peer| served.contains(peer))
+    }
+
+    /// Takes note of what happened in the network since the last time; peers whose lease ran out
+    /// are added to `missing`, except those in `own`.
+    pub(super) fn observe(&mut self, missing: &mut Missing, own: &[Prefix]) {
+        while let Some(event) = self.events.try_recv_status() {
+            #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
+            match event {
+                DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
+                    self.matched.entry(local_writer).or_default().insert(remote_reader);
+                }
+                DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
+                    self.matched.entry(local_reader).or_default().insert(remote_writer);
+                }
+                DomainParticipantStatusEvent::ReaderLost { guid, .. }
+                | DomainParticipantStatusEvent::WriterLost { guid, .. } => {
+                    self.forget(|peer| *peer == guid);
+                }
+                DomainParticipantStatusEvent::ParticipantDiscovered { dpd } => {
+                    missing.remove(&prefix(&dpd.guid.to_bytes()));
+                }
+                DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
+                    let peer = prefix(id.as_ref());
+                    self.forget(|peer| peer.prefix == id);
+                    match reason {
+                        LostReason::Disposed => missing.remove(&peer),
+                        LostReason::Timeout { lease, .. } if !own.contains(&peer) => {
+                            tracing::warn!("a DDS peer was silent for longer than its lease of {lease:?}");
+                            missing.insert(peer, Instant::now());
+                        }
+                        LostReason::Timeout { .. } => {}
+                    }
+                }
+                DomainParticipantStatusEvent::RemoteReaderQosIncompatible { local_writer, .. } => {
+                    tracing::warn!(
+                        "a reader of {} wants more than this writer offers, e.g. transient_local from volatile; \
+                         it gets nothing",
+                        self.topic_of(local_writer)
+                    );
+                }
+                DomainParticipantStatusEvent::RemoteWriterQosIncompatible { local_reader, .. } => {
+                    tracing::warn!(
+                        "a writer of {} offers less than this reader wants, e.g. best effort instead of \
+                         reliable; it is not read",
+                        self.topic_of(local_reader)
+                    );
+                }
+                _ => {}
+            }
+        }
+        let ours: Vec<GUID> = self.endpoints().collect();
+        self.matched.retain(|local, _| ours.contains(local));
+    }
+
+    fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
+        for peers in self.matched.values_mut() {
+            peers.retain(|peer| !gone(peer));
+        }
+    }
+
+    fn endpoints(&self) -> impl Iterator<Item = GUID> {
+        self.topic_writers
+            .iter()
+            .map(TopicWriter::guid)
+            .chain(self.topic_readers.iter().map(TopicReader::guid))
+    }
+
+    fn topic_of(&self, local: GUID) -> &str {
+        let position = self.endpoints().position(|endpoint| endpoint == local);
+        position.and_then(|position| self.names.get(position)).map_or("a topic", String::as_str)
+    }
+
+    fn announce(&self) {
+        self.graph.announce(
+            self.topic_writers.iter().map(TopicWriter::guid),
+            self.topic_readers.iter().map(TopicReader::guid),
+        );
+    }
+}
+
+fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
+    matched.get(&local).map_or(0, BTreeSet::len)
+}
+
+#[allow(clippy::needless_pass_by_value)] // for map_err
+fn dds(error: CreateError) -> RosError {
+    RosError::Dds(error.to_string())
+}
+
+fn topic(
+    participant: &DomainParticipant,
+    node: &NodeName,
+    name: &str,
+    (package, message): TypeName,
+    qos: &QosPolicies,
+) -> Result<Topic, RosError> {
+    let parsed =
+        Name::parse(name).map_err(|why| RosError::Topic { topic: name.to_owned(), why: why.to_string() })?;
+    let type_name = MessageTypeName::new(package, message).dds_msg_type();
+    participant
+        .create_topic(parsed.to_dds_name("rt", node, ""), type_name, qos, TopicKind::NoKey)
+        .map_err(dds)
+}
+
+fn qos(reliability: Reliability, durability: Durability, depth: i32) -> QosPolicies {
+    let durability = match durability {
+        Durability::TransientLocal => policy::Durability::TransientLocal,
+        Durability::Volatile => policy::Durability::Volatile,
+    };
+    let reliability = match reliability {
+        Reliability::Reliable => {
+            policy::Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(10) }
+        }
+        Reliability::BestEffort => policy::Reliability::BestEffort,
+    };
+    QosPolicyBuilder::new()
+        .reliability(reliability)
+        .durability(durability)
+        .history(History::KeepLast { depth })
+        .build()
+}

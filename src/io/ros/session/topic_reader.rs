@@ -1,0 +1,92 @@
+//! One topic we read: its reader, and what its samples say.
+
+use std::task::Waker;
+
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
+use rustdds::serialization::Error;
+use rustdds::{GUID, RepresentationIdentifier, Subscriber, Topic};
+
+use crate::core::gateway::event::Input;
+use crate::io::ros::reading::{Endian, read};
+use crate::io::ros::topics::SubscriptionKind;
+
+/// Samples taken from one topic before others have their turn.
+const MAX_AT_ONCE: usize = 64;
+
+/// What was taken.
+pub(super) enum Taken {
+    /// A sample, with its writer and its number among that writer's.
+    Sample(GUID, i64, Input),
+    /// Bytes that are not of the type.
+    Undecodable(String),
+}
+
+/// A topic of one participant.
+pub(super) struct TopicReader {
+    reader: SimpleDataReader<Input, Typed>,
+    kind: SubscriptionKind,
+}
+
+impl TopicReader {
+    /// Reads a topic; the quality of service is the topic's.
+    pub(super) fn new(subscriber: &Subscriber, topic: &Topic, kind: SubscriptionKind) -> CreateResult<Self> {
+        Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, None)?, kind })
+    }
+
+    /// The reader's identity.
+    pub(super) fn guid(&self) -> GUID {
+        self.reader.guid()
+    }
+
+    /// Takes what has arrived and has `waker` called when more does. True when there is more already.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(Taken)) -> bool {
+        // First of all: what arrives from here on wakes.
+        self.reader.set_waker(Some(waker.clone()));
+        self.reader.drain_read_notifications();
+        for _ in 0..MAX_AT_ONCE {
+            match self.reader.try_take_one_with(Decoder(self.kind)) {
+                Ok(Some(sample)) => {
+                    let number = sample.sequence_number.into();
+                    hand_over(Taken::Sample(sample.writer_guid(), number, sample.into_value()));
+                }
+                Ok(None) => return false,
+                Err(error) => hand_over(Taken::Undecodable(error.to_string())),
+            }
+        }
+        true
+    }
+}
+
+/// Tells RustDDS that a [`Decoder`] makes what is read.
+struct Typed;
+
+impl DeserializerAdapter<Input> for Typed {
+    type Error = Error;
+    type Decoded = Input;
+
+    fn supported_encodings() -> &'static [RepresentationIdentifier] {
+        &[RepresentationIdentifier::CDR_LE, RepresentationIdentifier::CDR_BE]
+    }
+
+    fn transform_decoded(decoded: Input) -> Input {
+        decoded
+    }
+}
+
+/// Makes of a sample's bytes what its topic is for.
+#[derive(Clone)]
+struct Decoder(SubscriptionKind);
+
+impl<'de> Decode<'de, Input> for Decoder {
+    type Error = Error;
+
+    fn decode_bytes(self, bytes: &'de [u8], encoding: RepresentationIdentifier) -> Result<Input, Error> {
+        let endian = match encoding {
+            RepresentationIdentifier::CDR_LE => Endian::Little,
+            RepresentationIdentifier::CDR_BE => Endian::Big,
+            other => return Err(Error::Message(format!("encoded as {other:?}"))),
+        };
+        read(self.0, bytes, endian).map_err(|error| Error::Message(error.to_string()))
+    }
+}

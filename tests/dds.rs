@@ -1,0 +1,19 @@
+//! The gateway on ROS 2, against peers of other makes.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of tests fail like tests
+
+mod support;
+
+mod dds {
+    mod autoware;
+    mod cyclone;
+    mod daemon_on_ros;
+    mod delivery;
+    mod fast_dds;
+    mod incoming;
+    mod network;
+    mod outage;
+    mod session;
+    mod slow;
+    mod streams;
+}

@@ -1,0 +1,152 @@
+//! What Autoware and the gateway tell each other: every message with an independent peer, large paths,
+//! and bytes that are not messages.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::planner_input::{
+    ControlPoint, FactorTopic, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+};
+use signal_gateway::core::turn_signal::route::Segment;
+use signal_gateway::core::turn_signal::signal::Hazard;
+
+use super::session::{Gateway, KINDS, Role};
+use crate::support::json_process::JsonProcess;
+use crate::support::peer::{Cyclone, domain};
+use crate::support::prerequisite::require;
+
+const PATH: usize = 2;
+
+/// Both sides know each other on every topic; nonsense has a writer of its own.
+fn wait_for_matches(gateway: &Gateway, peer: &JsonProcess) {
+    peer.next("its matches", |line| line["event"] == "matched");
+    gateway.wait_until("its matches", |status| {
+        status["commands"] == json!([1, 1])
+            && status["incoming"].as_array().unwrap().iter().all(|topic| topic["writers"] == 2)
+    });
+}
+
+fn arrival(gateway: &Gateway, subscription: usize) -> Value {
+    let (name, _) = KINDS[subscription];
+    let arrived = |line: &Value| line["event"] == "arrived" && line["subscription"] == subscription;
+    gateway.next(name, arrived)["what"].clone()
+}
+
+/// What each topic's sample says, in the order of [`KINDS`].
+fn expected() -> [Value; 12] {
+    let pose = Pose::new(1.0, 2.0, std::f64::consts::PI);
+    let stamp = WallStamp::from_nanos(7_000_000_001);
+    let id = 0x0102_0304_0506_0708_090A_0B0C_0D0E_0F10;
+    let segments = vec![Segment { preferred: 10, lanes: vec![11, 10] }];
+    let control = ControlPoint { pose, distance_m: 12.0, speed_mps: 4.0, shift_length_m: -0.5 };
+    let factor = PlanningFactor {
+        behavior: 5,
+        is_driving_forward: true,
+        detail: "right shift".into(),
+        control_points: vec![control],
+    };
+    let mode = OperationMode { mode: 2, is_autoware_control_enabled: true, is_in_transition: false };
+    let told = |told: PlannerInput| json!({"told": format!("{told:?}")});
+    [
+        told(PlannerInput::Odometry { odometry: Odometry { pose, speed_mps: -4.5 }, stamp }),
+        told(PlannerInput::Route(Arc::new(PlannerRoute { id, start: pose, goal: pose, segments }))),
+        told(PlannerInput::PlannedPath([PathPoint { pose, speed_mps: 4.5, lanes: vec![100, -7] }].into())),
+        told(PlannerInput::Factors { topic: FactorTopic::GoalPlanner, factors: [factor].into() }),
+        told(PlannerInput::OperationMode(mode)),
+        told(PlannerInput::LaneDriving(true)),
+        told(PlannerInput::HazardRequest(Hazard::Enable)),
+        told(PlannerInput::OwnTurnCommand(3)),
+        told(PlannerInput::OwnHazardCommand(1)),
+        json!({"turn": 9, "sec": 7}),
+        json!({"hazard": 2, "sec": 7}),
+        json!({"mode": 4, "sec": 7}),
+    ]
+}
+
+/// In one process, as starting each peer takes a while.
+#[test]
+fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let peer = cyclone.start("autoware.py", domain, &[]);
+    // Before the gateway is there: what changes seldom is handed over to it, what is old is not.
+    for topic in ["route", "operation_mode", "scenario"] {
+        peer.send(&format!("say {topic}"));
+    }
+    let gateway = Role::new(domain).with_autoware().start();
+    for subscription in [1, 4] {
+        assert_eq!(arrival(&gateway, subscription), expected()[subscription]);
+    }
+    wait_for_matches(&gateway, &peer);
+    assert_eq!(gateway.status()["incoming"][5]["received"], 0, "an old scenario");
+
+    for round in 1..=2 {
+        for (subscription, expected) in expected().iter().enumerate() {
+            peer.send(&format!("say {}", KINDS[subscription].0));
+            assert_eq!(arrival(&gateway, subscription), *expected, "{}", KINDS[subscription].0);
+            // In the second round after nonsense.
+            for length in [3, 70_000] {
+                peer.send(&format!("nonsense {} {length}", KINDS[subscription].0));
+            }
+        }
+        gateway.wait_until("what is not a message", |status| {
+            status["incoming"].as_array().unwrap().iter().all(|topic| topic["undecodable"] == 2 * round)
+        });
+    }
+
+    // The peer's readers may know the writers a little later than these know them: volatile commands are lost until then.
+    for command in ["left", "hazard"] {
+        let heard = |peer: &JsonProcess| {
+            peer.next_during(Duration::from_millis(500)).iter().any(|line| line["event"] == "heard")
+        };
+        let sent = std::iter::repeat_with(|| {
+            gateway.send(&format!("command {command} 4"));
+            heard(&peer)
+        });
+        assert!(sent.take(60).any(|heard| heard), "{command} is never received");
+        while heard(&peer) {}
+    }
+    for (command, topic, number) in [
+        ("left", "commanded_turn", 2),
+        ("right", "commanded_turn", 3),
+        ("disable", "commanded_turn", 1),
+        ("none", "commanded_turn", 0),
+        ("hazard", "commanded_hazard", 2),
+        ("no_hazard", "commanded_hazard", 1),
+    ] {
+        gateway.send(&format!("command {command} 5"));
+        let heard = peer.next(command, |line| line["event"] == "heard");
+        let data = json!({"stamp": {"sec": 5, "nanosec": 1}, "command": number});
+        assert_eq!((&heard["topic"], &heard["data"]), (&json!(topic), &data), "{command}");
+    }
+}
+
+#[test]
+fn large_paths_ten_times_a_second_arrive_without_a_loss() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let peer = cyclone.start("autoware.py", domain, &[]);
+    let gateway = Role::new(domain).with_autoware().start();
+    wait_for_matches(&gateway, &peer);
+    let mut all = 0;
+    for (points, bound) in [(400, 5_000), (500, 20_000)] {
+        let times = 30;
+        peer.send(&format!("path {points} {bound} {times}"));
+        let sent = peer.next("the end of the paths", |line| line["event"] == "sent");
+        all += times;
+        let status = gateway
+            .wait_until("all paths", |status| status["incoming"][PATH]["received"].as_i64() >= Some(all));
+        println!("{sent}: {}", status["incoming"][PATH]);
+        assert_eq!(status["incoming"][PATH]["received"], all, "{status}");
+        assert_eq!(status["incoming"][PATH]["undecodable"], 0, "{status}");
+        assert_eq!(status["rebuilds"], 0, "{status}");
+        // Asking for the status passes over arrivals: once more to see what a path says.
+        peer.send(&format!("path {points} {bound} 1"));
+        gateway.next("a path", |line| line["what"]["points"] == points);
+        all += 1;
+    }
+}

@@ -1,0 +1,69 @@
+//! What Cyclone DDS alone can show: quality of service, and a gateway that stood still.
+
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::delivery::{SILENCE, TURN, is_match, is_report, samples};
+use super::session::Role;
+use crate::support::json_process::JsonProcess;
+use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::prerequisite::require;
+
+fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
+    cyclone.reader(domain, &[Reading { kind, topic, durability }])
+}
+
+#[test]
+fn reports_suit_both_kinds_of_readers_and_tell_their_qos() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let readers = ["transient_local", "volatile"].map(|kind| reader(&cyclone, domain, "turn", TURN, kind));
+    for reader in &readers {
+        let matched = reader.next("a match", is_match);
+        let qos = matched["qos"].as_str().unwrap();
+        assert!(qos.contains("Durability.TransientLocal"), "{qos}");
+        assert!(qos.contains("Reliability.Reliable"), "{qos}");
+    }
+    gateway.wait_until("two readers", |status| status["readers"][0] == 2);
+    gateway.send("turn left 1");
+    for reader in &readers {
+        reader.next("a sample", is_report(2, 1));
+    }
+}
+
+#[test]
+fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).volatile().start();
+    gateway.send("turn left 1");
+    thread::sleep(2 * SILENCE); // the first seconds' repetitions are over
+    let late = reader(&cyclone, domain, "turn", TURN, "volatile");
+    let matched = late.next("a match", is_match);
+    assert!(matched["qos"].as_str().unwrap().contains("Durability.Volatile"), "{matched}");
+    assert_eq!(samples(&late.next_during(SILENCE)), Vec::<&Value>::new());
+    gateway.wait_until("the late joiner", |status| status["readers"][0] == 1);
+    gateway.send("turn right 2");
+    late.next("the next report", is_report(3, 2));
+    gateway.send("turn withdraw");
+    gateway.send("turn off 3");
+    late.next("the report after a withdrawal", is_report(1, 3));
+}
+
+/// Its peers may have given it up meanwhile, or it them.
+#[test]
+fn a_gateway_that_stood_still_joins_the_graph_anew() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    gateway.send("turn left 1");
+    turn.next("a report", is_report(2, 1));
+    gateway.stand_still(Duration::from_secs(3));
+    gateway.wait_until("a new participant", |status| status["rebuilds"] == 1);
+    gateway.send("turn right 2");
+    turn.next("the next report", is_report(3, 2));
+}

@@ -1,0 +1,380 @@
+//! The turn signal decider on ROS: an independent Autoware drives the shipped scenarios in real time, and
+//! the daemon's commands come at the places where the scenarios expect them.
+
+mod verdict;
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use serde_json::Value;
+use signal_gateway::config::drive::{DriveFile, read};
+use signal_gateway::config::files::Disk;
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
+use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
+use signal_gateway::drive::course::Course;
+
+use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, Reader};
+use crate::support::drive_script::{MODES, Script};
+use crate::support::json_process::Mark;
+use crate::support::peer::{Cyclone, domain};
+use crate::support::prerequisite::{Missing, require};
+use crate::support::process::{Folder, Process, ros_in};
+use verdict::{Driven, Figures, Kind, summary};
+
+/// Driven each time: one of each kind. All others are driven in the slow part.
+const REPRESENTATIVE: &[&str] =
+    &["crossing_left.toml", "lane_change_left.toml", "pull_out_left.toml", "roundabout_first_exit.toml"];
+
+/// A drive of which planning factors carry less than the scenario holds.
+struct Lost {
+    name: &'static str,
+    modes: &'static [Compat],
+    why: &'static str,
+    /// What that is about; `None` = the commands are others.
+    within_m: Option<f64>,
+}
+
+const OUT_AND_BACK: &str = "one factor for lines out and back: where they meet is taken from the path";
+const GAP: &str =
+    "one factor for lines out and back: the first one ends a little early, so that it is dark between";
+
+const LOST_ON_THE_WAY: &[Lost] = &[
+    Lost {
+        name: "avoidance_narrow_road.toml",
+        modes: &[Compat::Improved],
+        why: OUT_AND_BACK,
+        within_m: Some(4.0),
+    },
+    Lost { name: "avoidance_narrow_road.toml", modes: &[Compat::Upstream], why: GAP, within_m: None },
+    Lost {
+        name: "avoidance_out_and_back.toml",
+        modes: &[Compat::Improved],
+        why: OUT_AND_BACK,
+        within_m: Some(4.0),
+    },
+    Lost { name: "avoidance_out_and_back.toml", modes: &[Compat::Upstream], why: GAP, within_m: None },
+    Lost {
+        name: "front_on_required_start.toml",
+        modes: &[Compat::Upstream],
+        why: "one sample with the front exactly on a start: poses are rounded, and cycles are not those of odometry",
+        within_m: None,
+    },
+    Lost {
+        name: "hazard_erased.toml",
+        modes: &[Compat::Upstream],
+        why: "offsets are told as one: that of the pull-out passes for that of the avoidance",
+        within_m: None,
+    },
+    Lost {
+        name: "lane_change_masked.toml",
+        modes: &[Compat::Improved],
+        why: "the scenario says where the bound is crossed, but its path stays in the lane",
+        within_m: Some(10.0),
+    },
+    Lost {
+        name: "reroute_stale_start.toml",
+        modes: &[Compat::Improved],
+        why: "shift lines are told without ids: on another route the line ends elsewhere and is another one",
+        within_m: None,
+    },
+    Lost {
+        name: "side_shift.toml",
+        modes: &[Compat::Improved],
+        why: "side shifts are not told: that of the path passes for the avoidance's",
+        within_m: Some(12.0),
+    },
+    Lost {
+        name: "side_shift.toml",
+        modes: &[Compat::Upstream],
+        why: "side shifts are not told, so that they erase nothing",
+        within_m: None,
+    },
+];
+
+const TURN: Kind<Signal> = Kind {
+    name: "turn",
+    decided: |step, mode| step.decided[mode].0,
+    wanted: |wanted| wanted.command,
+    number: |command| command as u8,
+};
+const HAZARD: Kind<Hazard> = Kind {
+    name: "hazard",
+    decided: |step, mode| step.decided[mode].1,
+    wanted: |wanted| wanted.hazard,
+    number: |command| command as u8,
+};
+
+const PATIENT: &str = "[turn_signal.age_limits]\nodometry_ms = 3000\nplanned_path_ms = 3000\n\
+    manoeuvre_ms = 3000\nscenario_ms = 3000\n\
+    hazard_request_ms = 3000\n";
+
+/// A machine that leaves both sides waiting for longer spoils a drive, seconds.
+const STALL_S: f64 = 0.15;
+/// A spoilt drive is driven again so often.
+const ATTEMPTS: u32 = 3;
+
+fn drives() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config/drives")
+}
+
+fn file(name: &str) -> DriveFile {
+    read(&Disk, &drives().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"))
+}
+
+fn course(file: DriveFile) -> Course {
+    Course::new(file).unwrap_or_else(|refused| panic!("{refused}"))
+}
+
+/// A drive up to a place.
+fn first_part(name: &str, until_m: f64) -> Course {
+    course(DriveFile { until_m: Some(until_m), ..file(name) })
+}
+
+/// A gateway that decides as a scenario has it, with these keys of `[turn_signal]`.
+fn gateway(bench: &Bench, file: &DriveFile, keys: &str, sections: &str) -> (Folder, Process) {
+    let mut text = format!(
+        "{}[turn_signal]\n{keys}map = \"{}\"\nplanning_hz = {:.1}\n",
+        ros_in(bench.domain),
+        file.map.display(),
+        file.planning_hz
+    );
+    text.push_str("[turn_signal.parameters]\n");
+    for parameter in PARAMETERS {
+        let value = parameter.value(&file.parameters);
+        if value != parameter.value(&Parameters::DEPLOYED) {
+            writeln!(text, "{} = {value:?}", parameter.name).unwrap();
+        }
+    }
+    let vehicle = file.vehicle;
+    for (key, size_m) in [
+        ("[turn_signal.vehicle]\nwheel_base_m", vehicle.wheel_base_m),
+        ("front_overhang_m", vehicle.front_overhang_m),
+        ("rear_overhang_m", vehicle.rear_overhang_m),
+        ("left_m", vehicle.left_m),
+        ("right_m", vehicle.right_m),
+    ] {
+        writeln!(text, "{key} = {size_m:?}").unwrap();
+    }
+    text.push_str(sections);
+    let folder = Folder::with_configuration(&text);
+    let process = Process::run(&folder);
+    (folder, process)
+}
+
+/// Whether cycles wait for the gateway's commands; see `tests/peer/autoware_drive.py`.
+#[derive(Debug, Clone, Copy)]
+enum Pace {
+    Timed,
+    Paced,
+}
+
+/// A peer, and the domain it drives in.
+struct Bench {
+    cyclone: Cyclone,
+    domain: u16,
+}
+
+impl Bench {
+    fn new() -> Result<Self, Missing> {
+        Ok(Self { cyclone: Cyclone::on_loopback()?, domain: domain() })
+    }
+
+    /// Lets the peer drive; gives what it says at the end.
+    fn drive(&self, script: &Script, gateways: u32, pace: Pace, topics: &[String]) -> Value {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive.jsonl");
+        std::fs::write(&path, script.text()).unwrap();
+        let pace = match pace {
+            Pace::Timed => "timed",
+            Pace::Paced => "paced",
+        };
+        let gateways = gateways.to_string();
+        let mut args = vec![path.to_str().unwrap(), &gateways, pace];
+        args.extend(topics.iter().map(String::as_str));
+        self.cyclone.run("autoware_drive.py", self.domain, &args)
+    }
+}
+
+/// How a scenario was driven.
+#[derive(Default)]
+struct Report {
+    figures: Figures,
+    objections: Vec<String>,
+    stall_s: f64,
+}
+
+/// A scenario in both behaviours at once, each with a gateway of its own.
+fn scenario(bench: &Bench, name: &str) -> Report {
+    let course = course(file(name));
+    let mut gateways = Vec::new();
+    let mut topics = Vec::new();
+    // What a busy machine holds up is not too old, unless that is what the drive is about.
+    let (ages, pace) =
+        if course.file().disturbances.is_empty() { (PATIENT, Pace::Paced) } else { ("", Pace::Timed) };
+    for (mode, compat) in ["improved", "upstream"].into_iter().enumerate() {
+        let keys = format!("enabled = true\ncompat = {compat:?}\n");
+        let outputs = format!(
+            "{ages}[turn_signal.outputs]\nturn_command = \"/{compat}/turn\"\nhazard_command = \"/{compat}/hazard\"\n"
+        );
+        gateways.push(gateway(bench, course.file(), &keys, &outputs));
+        topics.extend(["turn", "hazard"].map(|kind| format!("{kind}{mode}=/{compat}/{kind}")));
+    }
+    let script = Script::new(&course);
+    let line = bench.drive(&script, 2, pace, &topics);
+    let driven = Driven::new(&script.steps, &line, 1.0 / course.file().planning_hz);
+    let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
+    for (index, mode) in MODES.into_iter().enumerate() {
+        let lost = LOST_ON_THE_WAY.iter().find(|lost| lost.name == name && lost.modes.contains(&mode));
+        let more_m = lost.and_then(|lost| lost.within_m).unwrap_or_default();
+        let mut own = Figures::default();
+        let mut wrong = driven.judge(index, &TURN, &format!("turn{index}"), more_m, &mut own);
+        wrong.extend(driven.judge(index, &HAZARD, &format!("hazard{index}"), more_m, &mut own));
+        match lost.filter(|lost| lost.within_m.is_none()) {
+            Some(Lost { why, .. }) if wrong.is_empty() => {
+                println!("{name}, {mode:?}: this time as expected, though {why}");
+            }
+            Some(Lost { why, .. }) => {
+                println!("{name}, {mode:?}: not as expected, {why}: {}", wrong.join("; "));
+            }
+            None => {
+                let (off_m, latency_ms) = (summary(&own.off_m), summary(&own.latency_ms));
+                let why = lost.map_or("", |lost| lost.why);
+                println!("{name}, {mode:?}: changes off by m {off_m}; latency ms {latency_ms} {why}");
+                report.objections.extend(wrong.iter().map(|wrong| format!("{name}, {mode:?}: {wrong}")));
+                report.figures.append(own);
+            }
+        }
+    }
+    report
+}
+
+/// Drives, again if the machine kept it from being driven as planned.
+fn undisturbed(name: &str, drive: impl Fn() -> Report) -> Report {
+    for _ in 1..ATTEMPTS {
+        let report = drive();
+        if report.objections.is_empty() || report.stall_s < STALL_S {
+            return report;
+        }
+        let objections = report.objections.join("\n");
+        println!("{name}: once more, the machine stalled for {:.2} s:\n{objections}", report.stall_s);
+    }
+    drive()
+}
+
+#[test]
+fn representative_scenarios_drive_through_as_they_expect() {
+    require!(Cyclone::on_loopback());
+    drive_through(REPRESENTATIVE.iter().map(|name| (*name).to_owned()).collect(), REPRESENTATIVE.len());
+}
+
+/// The names of all shipped scenarios, the longest last.
+pub(crate) fn shipped() -> Vec<String> {
+    let entries = std::fs::read_dir(drives()).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name != "README.md");
+    names.sort_by_cached_key(|name| course(file(name)).cycles().count());
+    for Lost { name, .. } in LOST_ON_THE_WAY {
+        assert!(names.iter().any(|shipped| shipped == name), "{name} is not shipped");
+    }
+    names
+}
+
+/// Drives scenarios, so many at a time; each is a peer and two gateways.
+///
+/// # Panics
+/// If one is not driven as it expects.
+pub(crate) fn drive_through(names: Vec<String>, abreast: usize) {
+    let left = Mutex::new(VecDeque::from(names));
+    let results = Mutex::new((Figures::default(), Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..abreast {
+            scope.spawn(|| {
+                let bench = Bench::new().unwrap();
+                // From the back, where the longest are.
+                let next = || left.lock().unwrap().pop_back();
+                while let Some(name) = next() {
+                    let report = undisturbed(&name, || scenario(&bench, &name));
+                    let mut results = results.lock().unwrap();
+                    results.0.append(report.figures);
+                    results.1.extend(report.objections);
+                }
+            });
+        }
+    });
+    let (figures, objections) = results.into_inner().unwrap();
+    println!("changes off by m {}; latency ms {}", summary(&figures.off_m), summary(&figures.latency_ms));
+    assert!(objections.is_empty(), "{}", objections.join("\n"));
+}
+
+/// The system wants them on for a while, the planner does not.
+#[test]
+fn the_systems_hazard_request_is_joined_with_the_planners() {
+    let bench = require!(Bench::new());
+    let course = first_part("crossing_left.toml", 45.0);
+    let mut script = Script::new(&course);
+    let is_wanted = |index: usize| (10..25).contains(&index);
+    script.add("hazard_request", |index, _| Some(if is_wanted(index) { 2 } else { 1 }));
+    let mut steps = script.steps.clone();
+    for (index, step) in steps.iter_mut().enumerate() {
+        step.decided[0].1 = if is_wanted(index) { Hazard::Enable } else { Hazard::Disable };
+    }
+    let topics = ["turn=/planning/turn_indicators_cmd", "hazard=/planning/hazard_lights_cmd"];
+    let report = undisturbed("the system's request", || {
+        let _gateway = gateway(&bench, course.file(), "enabled = true\n", PATIENT);
+        let line = bench.drive(&script, 1, Pace::Paced, &topics.map(str::to_owned));
+        let driven = Driven::new(&steps, &line, 0.1);
+        let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
+        report.objections = driven.judge(0, &TURN, "turn", 0.0, &mut report.figures);
+        report.objections.extend(driven.judge(0, &HAZARD, "hazard", 0.0, &mut report.figures));
+        report
+    });
+    assert!(report.objections.is_empty(), "{}", report.objections.join("\n"));
+    // Left from 37 m on; on and off again.
+    assert_eq!(report.figures.off_m.len(), 3);
+}
+
+/// Autoware's own decider commands what ours would, but for 2 s of the wrong side.
+#[test]
+fn a_shadow_publishes_nothing_and_tells_how_far_it_agrees() {
+    let bench = require!(Bench::new());
+    let course = first_part("crossing_left.toml", 80.0);
+    let (_folder, mut process) = gateway(&bench, course.file(), "shadow = true\n", PATIENT);
+    let reader = Reader::start(&bench.cyclone, bench.domain, &[DIAGNOSTICS, ENDPOINTS]);
+    let mut script = Script::new(&course);
+    script.add("own_turn", |index, step| {
+        Some(if (50..70).contains(&index) { Signal::Right as u8 } else { step.decided[0].0 as u8 })
+    });
+    script.add("own_hazard", |_, step| Some(step.decided[0].1 as u8));
+    bench.drive(&script, 1, Pace::Paced, &[]);
+    let status = |key: &str, mark| {
+        reader.status(mark, "turn_signal_decider", key, |value, _| value != "nothing compared")
+    };
+    let value = |status: &Value, key: &str| {
+        let values = status["values"].as_array().unwrap();
+        let value = values.iter().find(|value| value["key"] == key).unwrap_or_else(|| panic!("no {key}"));
+        value["value"].as_str().unwrap().to_owned()
+    };
+    let last = status("turn_agreement_percent", reader.mark());
+    assert_eq!(value(&last, "role"), "shadow");
+    let percent: f64 = value(&last, "turn_agreement_percent").parse().unwrap();
+    println!("{percent} %, {}", value(&last, "turn_compared"));
+    assert!((75.0..90.0).contains(&percent), "{percent}");
+    assert_eq!(value(&last, "hazard_agreement_percent"), "100.00");
+    let warned = reader.status(Mark::START, "turn_signal_decider", "turn_disagreement", |value, level| {
+        level == 1 && value.starts_with("LEFT here, RIGHT of Autoware")
+    });
+    println!("{}", warned["message"]);
+    let commanding = reader.samples(Mark::START, "endpoints");
+    let commanding: Vec<_> = commanding
+        .iter()
+        .map(|line| line["data"]["topic"].as_str().unwrap().to_owned())
+        .filter(|topic| topic.ends_with("_cmd"))
+        .collect();
+    // Autoware's own, and nobody else's.
+    assert_eq!(commanding.len(), 2, "{commanding:?}");
+    process.stop("TERM");
+}

@@ -1,0 +1,63 @@
+//! Traffic lights and turn signal decisions end to end: scenarios, and what others say over ROS 2, come out of
+//! the built binary at a reader of another make.
+//!
+//! Everything happens on the loopback.
+
+mod arbiter;
+pub(crate) mod drive;
+mod faults;
+mod inputs;
+mod joining;
+mod notes;
+mod peer;
+mod scenario;
+mod stale;
+mod words;
+
+use crate::support::peer::{Cyclone, domain};
+use crate::support::prerequisite::Missing;
+use crate::support::process::{Folder, Process, ros_in};
+use peer::{Reader, Wanted, Writer};
+
+const SCENARIO: &str = include_str!("crossing.xosc");
+const MAP: &str = include_str!("../../maps/crossroads.osm");
+
+/// A gateway without a vehicle, and a peer.
+struct Bench {
+    cyclone: Cyclone,
+    folder: Folder,
+    domain: u16,
+}
+
+impl Bench {
+    /// `[traffic_lights]` with these keys, the crossroads, and `crossing.xosc` beside.
+    fn new(keys: &str) -> Result<Self, Missing> {
+        let (cyclone, domain) = (Cyclone::on_loopback()?, domain());
+        let folder = folder(&format!("{}[traffic_lights]\n{keys}", ros_in(domain)));
+        Ok(Self { cyclone, folder, domain })
+    }
+
+    fn run(&self) -> Process {
+        Process::run(&self.folder)
+    }
+
+    fn reader(&self, wanted: &[Wanted<'_>]) -> Reader {
+        Reader::start(&self.cyclone, self.domain, wanted)
+    }
+
+    fn writer(&self, topics: &[(&str, &str)]) -> Writer {
+        Writer::start(&self.cyclone, self.domain, topics)
+    }
+}
+
+/// A configuration beside the crossroads and their scenario.
+fn folder(configuration: &str) -> Folder {
+    let folder = Folder::with_configuration(configuration);
+    add_crossing(&folder);
+    folder
+}
+
+fn add_crossing(folder: &Folder) {
+    folder.write("crossroads.osm", MAP);
+    folder.write("crossing.xosc", SCENARIO);
+}

@@ -1,0 +1,61 @@
+//! What a scenario or a profile says that has no effect is told of.
+
+use std::process::Command;
+
+use crate::dds::daemon_on_ros::folder;
+use crate::support::process::{Folder, Process};
+
+/// Each with its place.
+const NOT_INTERPRETED: [&str; 3] = [
+    "crossing.xosc:30:3: OpenSCENARIO/Entities: not interpreted: once, 3 elements",
+    "crossing.xosc:38:9: OpenSCENARIO/Storyboard/Init/Actions/Private: not interpreted: once, 5 elements",
+    "crossing.xosc:52:11: OpenSCENARIO/Storyboard/Story/Act/ManeuverGroup/Actors: not interpreted: once, 1 element",
+];
+
+const OFF: &str = "[ros]\nenabled = false\n";
+
+fn checked(folder: &Folder) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    let output =
+        command.arg("check").arg("--config").arg(folder.path().join("gateway.toml")).output().unwrap();
+    assert!(output.status.success(), "notes are nothing to be concerned about");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn parts_of_a_scenario_that_are_not_interpreted_are_named_by_check_and_at_the_start_of_run() {
+    let folder = folder(&format!("{OFF}[traffic_lights]\nscenario = \"crossing.xosc\"\n"));
+    let text = checked(&folder);
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("traffic_lights_scenario: running");
+    gateway.stop("TERM");
+    let log = gateway.log();
+    for part in NOT_INTERPRETED {
+        assert_eq!(
+            text.lines().filter(|line| line.starts_with("note ") && line.ends_with(part)).count(),
+            1,
+            "{text}"
+        );
+        assert_eq!(
+            log.iter().filter(|line| line.contains("WARN") && line.ends_with(part)).count(),
+            1,
+            "{log:?}"
+        );
+    }
+    assert_eq!(text.matches("note ").count(), NOT_INTERPRETED.len(), "{text}");
+}
+
+#[test]
+fn a_profile_with_states_of_v2i_and_nowhere_to_send_them_is_noted() {
+    let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles/v2x_unit.toml");
+    let config = format!("profile = \"{profile}\"\n{OFF}[can.v2x]\ninterface = \"no-such-can\"\n");
+    let alone = folder(&config);
+    let note = "v2i: what the profile receives goes nowhere; add [traffic_lights] to the configuration";
+    assert!(checked(&alone).contains(&format!("note       {note}\n")));
+    let mut gateway = Process::run(&alone);
+    gateway.wait_for_log("no-such-can is missing");
+    assert_eq!(gateway.log().iter().filter(|line| line.ends_with(note)).count(), 1);
+    gateway.stop("TERM");
+    let map = "[traffic_lights]\nmap = \"crossroads.osm\"\n";
+    assert!(!checked(&folder(&format!("{config}{map}"))).contains("note "));
+}

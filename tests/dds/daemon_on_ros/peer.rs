@@ -1,0 +1,134 @@
+//! The other side: readers and writers of Cyclone DDS on the loopback.
+
+use serde_json::Value;
+
+use crate::support::json_process::{JsonProcess, Mark};
+use crate::support::peer::{Cyclone, Reading, Writing};
+
+/// A topic to read: kind of `tests/peer/messages.py`, name for the test, topic.
+pub(crate) type Wanted<'a> = (&'a str, &'a str, &'a str);
+
+pub(crate) const GROUND_TRUTH: Wanted<'_> = ("array_v1", "truth", "simulation/traffic_lights");
+pub(crate) const CAMERA: Wanted<'_> =
+    ("groups", "camera", "perception/traffic_light_recognition/internal/traffic_signals");
+pub(crate) const V2I: Wanted<'_> =
+    ("groups", "v2i", "perception/traffic_light_recognition/external/traffic_signals");
+pub(crate) const LEGACY: Wanted<'_> = ("groups", "legacy", "v2x/traffic_signals");
+pub(crate) const ARBITER: Wanted<'_> =
+    ("groups", "arbiter", "perception/traffic_light_recognition/traffic_signals");
+pub(crate) const MARKERS: Wanted<'_> = ("markers", "markers", "traffic_light/marker");
+pub(crate) const DIAGNOSTICS: Wanted<'_> = ("diagnostics", "diagnostics", "diagnostics");
+/// All writers of the domain.
+pub(crate) const ENDPOINTS: Wanted<'_> = ("endpoints", "endpoints", "");
+
+/// A reader of some topics.
+pub(crate) struct Reader(JsonProcess);
+
+impl Reader {
+    /// Starts it and waits until it reads. All ask for reliable and transient local, the diagnostics for
+    /// volatile.
+    pub(crate) fn start(cyclone: &Cyclone, domain: u16, wanted: &[Wanted<'_>]) -> Self {
+        let names: Vec<_> = wanted
+            .iter()
+            .map(|(kind, name, topic)| (format!("{kind}={name}"), format!("rt/{topic}")))
+            .collect();
+        let topics = wanted.iter().zip(&names).map(|((kind, ..), (kind_and_name, topic))| Reading {
+            kind: kind_and_name,
+            topic,
+            durability: if *kind == "diagnostics" { "volatile" } else { "transient_local" },
+        });
+        Self(cyclone.reader(domain, &topics.collect::<Vec<_>>()))
+    }
+
+    /// The present end of its output, to look from there on.
+    pub(crate) fn mark(&self) -> Mark {
+        self.0.mark()
+    }
+
+    /// The samples of `name` after `mark`, as they arrived: `sent` in nanoseconds, and `data`.
+    pub(crate) fn samples(&self, mark: Mark, name: &str) -> Vec<Value> {
+        let lines = self.0.lines(mark).into_iter().map(|(_, line)| line);
+        lines.filter(|line| is_sample(line, name)).collect()
+    }
+
+    /// Waits for the first sample of `name` after `mark` that `find` makes something of.
+    pub(crate) fn wait<T>(
+        &self,
+        mark: Mark,
+        name: &str,
+        what: &str,
+        mut find: impl FnMut(&Value) -> Option<T>,
+    ) -> T {
+        self.0.find(mark, &format!("{what} on {name}"), |(_, line)| {
+            is_sample(line, name).then(|| find(&line["data"])).flatten()
+        })
+    }
+
+    /// Waits until a sample after `mark` says `state`, in the words of [`crate::dds::daemon_on_ros::words`].
+    pub(crate) fn wait_for_state(&self, mark: Mark, name: &str, state: &str) {
+        let mut last = String::new();
+        self.wait(mark, name, state, |data| {
+            let now = crate::dds::daemon_on_ros::words::of(data);
+            if now != last {
+                println!("{name}: {now}");
+                last.clone_from(&now);
+            }
+            (now == state).then_some(())
+        });
+    }
+
+    /// Waits until a writer of `name` is there; gives its quality of service.
+    pub(crate) fn matched(&self, name: &str) -> String {
+        let is_it = |line: &Value| line["event"] == "matched" && line["kind"] == name;
+        let (_, line) = self.0.wait_for(Mark::START, &format!("a writer of {name}"), is_it);
+        line["qos"].as_str().unwrap().to_owned()
+    }
+
+    /// Waits until diagnostics after `mark` say this of a task; gives the value of `key` then.
+    pub(crate) fn status(
+        &self,
+        mark: Mark,
+        task: &str,
+        key: &str,
+        is_it: impl Fn(&str, u8) -> bool,
+    ) -> Value {
+        let name = format!("signal_gateway: {task}");
+        self.wait(mark, "diagnostics", &format!("{key} of {task}"), |data| {
+            let status = data["status"].as_array()?.iter().find(|status| status["name"] == name.as_str())?;
+            let value = status["values"].as_array()?.iter().find(|value| value["key"] == key)?;
+            let level = u8::try_from(status["level"].as_u64()?).ok()?;
+            is_it(value["value"].as_str()?, level).then(|| status.clone())
+        })
+    }
+}
+
+fn is_sample(line: &Value, name: &str) -> bool {
+    line["event"] == "sample" && line["kind"] == name
+}
+
+/// A writer of some topics, by their positions.
+pub(crate) struct Writer {
+    process: JsonProcess,
+    topics: usize,
+}
+
+impl Writer {
+    /// Starts it and waits until every topic is read: kind and topic of each.
+    pub(crate) fn start(cyclone: &Cyclone, domain: u16, topics: &[(&str, &str)]) -> Self {
+        let names: Vec<_> = topics.iter().map(|(_, topic)| format!("rt/{topic}")).collect();
+        let written = topics.iter().zip(&names).map(|((kind, _), topic)| Writing {
+            kind,
+            topic,
+            reliability: "reliable",
+            durability: "volatile",
+        });
+        let process = cyclone.writer(domain, &written.collect::<Vec<_>>());
+        Self { process, topics: topics.len() }
+    }
+
+    /// Sends a message, in the words of `tests/peer/writer.py`.
+    pub(crate) fn send(&self, topic: usize, text: &str) {
+        let number = if self.topics == 1 { String::new() } else { format!("{topic} ") };
+        self.process.send(&format!("{number}{text}"));
+    }
+}

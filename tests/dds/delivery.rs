@@ -1,0 +1,283 @@
+//! What arrives, with which quality of service, and what late joiners get: from each peer the same.
+
+use std::thread;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use signal_gateway::io::ros::session::DISTRO;
+
+use super::session::Role;
+use crate::support::json_process::JsonProcess;
+use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::process::assert_in_time;
+
+pub(crate) const TURN: &str = "rt/vehicle/status/turn_indicators_status";
+const HAZARD: &str = "rt/vehicle/status/hazard_lights_status";
+const DIAGNOSTICS: &str = "rt/diagnostics";
+
+/// Long enough for a late joiner to be matched and handed something, if it ever is.
+pub(crate) const SILENCE: Duration = Duration::from_secs(2);
+
+/// A DDS that is not ours.
+pub(crate) trait Peer {
+    /// Starts a reader in a process of its own, and waits until it reads.
+    fn reader(&self, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess;
+
+    /// Whether it understands how a writer of RustDDS leaves.
+    fn understands_goodbyes(&self) -> bool;
+}
+
+impl Peer for Cyclone {
+    fn reader(&self, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
+        self.reader(domain, &[Reading { kind, topic, durability }])
+    }
+
+    fn understands_goodbyes(&self) -> bool {
+        true
+    }
+}
+
+/// Makes a test of each case for each peer.
+macro_rules! with_both_peers {
+    ($($case:ident),* $(,)?) => {
+        mod cyclone {
+            use crate::support::{peer::Cyclone, prerequisite::require};
+            $(#[test] fn $case() { super::$case(&require!(Cyclone::with_defaults())); })*
+        }
+
+        mod fast_dds {
+            use crate::{dds::fast_dds::FastDds, support::prerequisite::require};
+            $(#[test] fn $case() { super::$case(&require!(FastDds::compiled())); })*
+        }
+    };
+}
+
+with_both_peers!(
+    values_stamps_and_texts_arrive_as_sent,
+    texts_too_long_for_one_datagram_arrive_whole,
+    a_late_joiner_gets_the_current_report_nothing_after_a_withdrawal_and_the_next_one_after_that,
+    a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before,
+    a_report_right_after_a_withdrawal_reaches_every_matched_reader,
+    a_reader_that_is_killed_gets_data_again_when_it_is_restarted,
+    a_reader_gets_data_of_the_next_gateway_at_once,
+    a_reader_that_says_goodbye_is_gone_at_once_and_not_missed,
+    the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distributions_length,
+);
+
+pub(crate) fn is_report(report: u8, sec: i32) -> impl Fn(&Value) -> bool {
+    move |line| {
+        line["event"] == "sample"
+            && line["data"] == json!({"stamp": {"sec": sec, "nanosec": 1}, "report": report})
+    }
+}
+
+pub(crate) fn is_match(line: &Value) -> bool {
+    line["event"] == "matched"
+}
+
+pub(crate) fn samples(lines: &[Value]) -> Vec<&Value> {
+    lines.iter().filter(|line| line["event"] == "sample").collect()
+}
+
+fn values_stamps_and_texts_arrive_as_sent(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let turn = peer.reader(domain, "turn", TURN, "transient_local");
+    let hazard = peer.reader(domain, "hazard", HAZARD, "transient_local");
+    let diagnostics = peer.reader(domain, "diagnostics", DIAGNOSTICS, "volatile");
+    gateway.wait_until("three readers", |status| status["readers"] == json!([1, 1, 1]));
+    diagnostics.next("a match", is_match);
+
+    for (word, report, sec) in [("left", 2, 5), ("right", 3, -6), ("off", 1, 7)] {
+        gateway.send(&format!("turn {word} {sec}"));
+        turn.next(word, is_report(report, sec));
+    }
+    gateway.send("hazard on 8");
+    hazard.next("hazard on", is_report(2, 8));
+    gateway.send("diagnostics Grüße");
+    let array = diagnostics.next("diagnostics", |line| line["event"] == "sample");
+    let status = |level, message: &str, values: Value| json!({"level": level, "name": "gw: turn", "message": message, "hardware_id": "bench", "values": values});
+    assert_eq!(
+        array["data"],
+        json!({
+            "header": {"stamp": {"sec": -1, "nanosec": 999_999_999}, "frame_id": ""},
+            "status": [
+                status(2, "Grüße", json!([{"key": "bus", "value": "can0"}, {"key": "", "value": "größer"}])),
+                status(3, "", json!([])),
+            ],
+        })
+    );
+    assert_in_time("the end", gateway.stop(), Duration::from_millis(500));
+    if peer.understands_goodbyes() {
+        turn.next("a goodbye", |line| line["event"] == "unmatched");
+    }
+}
+
+fn texts_too_long_for_one_datagram_arrive_whole(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let diagnostics = peer.reader(domain, "diagnostics", DIAGNOSTICS, "volatile");
+    gateway.wait_until("a reader", |status| status["readers"][2] == 1);
+    diagnostics.next("a match", is_match);
+    let text: String = (0..50_000).map(|number: u32| number.to_string()).collect();
+    gateway.send(&format!("diagnostics {text}"));
+    let array = diagnostics.next("diagnostics", |line| line["event"] == "sample");
+    assert_eq!(array["data"]["status"][0]["message"], text);
+}
+
+fn a_late_joiner_gets_the_current_report_nothing_after_a_withdrawal_and_the_next_one_after_that(
+    peer: &dyn Peer,
+) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let early = ["transient_local", "volatile"].map(|kind| peer.reader(domain, "turn", TURN, kind));
+    gateway.wait_until("early readers", |status| status["readers"][0] == 2);
+    for reader in &early {
+        reader.next("a match", is_match);
+    }
+    gateway.send("turn left 1");
+    for reader in &early {
+        reader.next("the first report", is_report(2, 1));
+    }
+    let late = peer.reader(domain, "turn", TURN, "transient_local");
+    late.next("the current report", is_report(2, 1));
+    drop(late);
+
+    gateway.send("turn right 2");
+    for reader in &early {
+        reader.next("the last report before the withdrawal", is_report(3, 2));
+    }
+    gateway.send("turn withdraw");
+    for reader in &early {
+        reader.next("a match with the new writer", is_match);
+    }
+    let late = peer.reader(domain, "turn", TURN, "transient_local");
+    late.next("a match with the new writer", is_match);
+    assert_eq!(samples(&late.next_during(SILENCE)), Vec::<&Value>::new());
+
+    gateway.send("turn off 3");
+    late.next("the report after the withdrawal", is_report(1, 3));
+    for reader in &early {
+        reader.next("the report after the withdrawal", is_report(1, 3));
+    }
+}
+
+fn a_late_joiner_is_handed_the_one_current_report_whoever_read_those_before(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    // First nobody has read the earlier reports, then somebody who is gone.
+    for round in 0..2 {
+        for sec in 1..=5 {
+            gateway.send(&format!("turn left {sec}"));
+            thread::sleep(Duration::from_millis(20)); // or they overtake each other
+        }
+        gateway.send(&format!("turn right {round}"));
+        let late = peer.reader(domain, "turn", TURN, "transient_local");
+        late.next("the current report first", |line| {
+            assert!(line["event"] != "sample" || is_report(3, round)(line), "{line}");
+            is_report(3, round)(line)
+        });
+        gateway.send("turn off 9");
+        late.next("what comes later", is_report(1, 9));
+        drop(late);
+        gateway.wait_until("the reader's leave", |status| status["readers"][0] == 0);
+    }
+}
+
+fn a_report_right_after_a_withdrawal_reaches_every_matched_reader(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let readers = ["transient_local", "volatile"].map(|kind| peer.reader(domain, "turn", TURN, kind));
+    gateway.wait_until("two readers", |status| status["readers"][0] == 2);
+    for reader in &readers {
+        reader.next("a match", is_match);
+    }
+    for round in 1..=5 {
+        gateway.send(&format!("turn left {round}"));
+        for reader in &readers {
+            reader.next("the report before the withdrawal", is_report(2, round));
+        }
+        gateway.send("turn withdraw");
+        // Milliseconds apart, but not so close that the report overtakes the withdrawal.
+        thread::sleep(Duration::from_millis(3));
+        gateway.send(&format!("turn right {round}"));
+        for reader in &readers {
+            reader.next("the report after the withdrawal", is_report(3, round));
+        }
+    }
+}
+
+fn a_reader_that_is_killed_gets_data_again_when_it_is_restarted(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let first = peer.reader(domain, "turn", TURN, "transient_local");
+    gateway.send("turn left 1");
+    first.next("a report", is_report(2, 1));
+    first.kill();
+    let second = peer.reader(domain, "turn", TURN, "transient_local");
+    second.next("the current report", is_report(2, 1));
+    gateway.send("turn right 2");
+    second.next("the next report", is_report(3, 2));
+    assert_eq!(gateway.status()["rebuilds"], 0, "nobody was away: nothing to rebuild");
+}
+
+/// Fast DDS does not understand the goodbye of RustDDS 0.15, which names what goes by its key
+/// without the key's hash: it forgets a gateway when the lease of 50 s is over, and the writers of
+/// withdrawn reports no sooner. Neither may keep data from coming.
+fn a_reader_gets_data_of_the_next_gateway_at_once(peer: &dyn Peer) {
+    let domain = domain();
+    let turn = peer.reader(domain, "turn", TURN, "transient_local");
+    for (word, report) in [("left", 2), ("right", 3)] {
+        let gateway = Role::new(domain).start();
+        gateway.send(&format!("turn {word} 1"));
+        turn.next("a report", is_report(report, 1));
+        gateway.stop();
+    }
+    assert!(turn.next_during(Duration::ZERO).iter().all(|line| line["event"] != "garbled"));
+}
+
+fn a_reader_that_says_goodbye_is_gone_at_once_and_not_missed(peer: &dyn Peer) {
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let turn = peer.reader(domain, "turn", TURN, "transient_local");
+    gateway.wait_until("a reader", |status| status["readers"][0] == 1);
+    drop(turn);
+    gateway.wait_until("no reader", |status| status["readers"][0] == 0);
+    assert_eq!(gateway.status()["missing"], 0);
+}
+
+fn the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distributions_length(peer: &dyn Peer) {
+    let length = if DISTRO == "humble" { 24 } else { 16 };
+    let domain = domain();
+    let gateway = Role::new(domain).start();
+    let graph = peer.reader(domain, &format!("gid{length}"), "ros_discovery_info", "transient_local");
+    let turn = peer.reader(domain, "turn", TURN, "volatile");
+    let writer =
+        |reader: &JsonProcess| reader.next("a match", is_match)["writer"].as_str().unwrap().to_owned();
+    let lists = |writer: String| {
+        move |line: &Value| {
+            let node = &line["data"]["node_entities_info_seq"][0];
+            let gids = node["writer_gid_seq"].as_array().map_or(&[][..], Vec::as_slice);
+            let listed = gids.iter().any(|gid| {
+                hex(gid.get("data").unwrap_or(gid)) == format!("{writer:0<width$}", width = 2 * length)
+            });
+            let named = node["node_name"] == "gateway_under_test" && node["node_namespace"] == "/vehicle";
+            named && listed && gids.len() == 3 && node["reader_gid_seq"] == json!([])
+        }
+    };
+    let before = writer(&turn);
+    graph.next("the node with the turn writer", lists(before.clone()));
+    // A withdrawal makes a new writer: the graph follows.
+    gateway.send("turn left 1");
+    turn.next("a report", is_report(2, 1));
+    gateway.send("turn withdraw");
+    let after = writer(&turn);
+    assert_ne!(before, after);
+    graph.next("the node with the new turn writer", lists(after));
+}
+
+fn hex(bytes: &Value) -> String {
+    let digit = |nibble: u64| char::from_digit(u32::try_from(nibble).unwrap(), 16).unwrap();
+    let digits = |byte: &Value| [byte.as_u64().unwrap() / 16, byte.as_u64().unwrap() % 16].map(digit);
+    bytes.as_array().map_or(&[][..], Vec::as_slice).iter().flat_map(digits).collect()
+}

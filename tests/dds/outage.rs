@@ -1,0 +1,277 @@
+//! Networks that go, come back, or offer little: peers are found again by the same process.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::delivery::{TURN, is_match};
+use super::network::Net;
+use super::session::{Gateway, Role};
+use crate::support::json_process::JsonProcess;
+use crate::support::peer::{Cyclone, LOOPBACK, Reading, Writing, domain};
+use crate::support::prerequisite::require;
+use crate::support::process::assert_in_time;
+
+/// Cyclone on the loopback, with multicast.
+const ON_LOOPBACK: &str = "<CycloneDDS><Domain><General><AllowMulticast>true</AllowMulticast><Interfaces>\
+    <NetworkInterface name=\"lo\" multicast=\"true\"/></Interfaces></General></Domain></CycloneDDS>";
+
+/// The lease of peers that are to be missed soon.
+pub(crate) const SHORT: &str = "2s";
+
+/// Between two messages of a stream.
+const PACE: Duration = Duration::from_millis(50);
+/// Messages after a recovery, which outlast the participant that was replaced.
+const AFTERWARDS: u32 = 40;
+
+pub(crate) fn has_report(report: u8, sec: i32) -> impl Fn(&Value) -> bool {
+    move |line| {
+        let data = &line["data"];
+        line["event"] == "sample" && data["report"] == report && data["stamp"]["sec"] == sec
+    }
+}
+
+/// Cyclone with that lease, and more settings of its discovery.
+pub(crate) fn with_lease(lease: &str, discovery: &str) -> String {
+    format!(
+        "<CycloneDDS><Domain><Discovery><LeaseDuration>{lease}</LeaseDuration>{discovery}</Discovery>\
+         <Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"
+    )
+}
+
+pub(crate) fn turn_reader(cyclone: &Cyclone, domain: u16, durability: &str) -> JsonProcess {
+    cyclone.reader(domain, &[Reading { kind: "turn", topic: TURN, durability }])
+}
+
+/// Whether so many peers are missed, and looked for.
+fn looks_for(missing: u32) -> impl Fn(&Value) -> bool {
+    move |status| status["missing"] == missing && status["lookout"] == true
+}
+
+#[test]
+fn after_an_outage_longer_than_the_lease_reports_flow_again_and_others_miss_nothing() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, ""));
+    recover_from_outages(&require!(Net::new(3)), &cyclone);
+}
+
+pub(crate) fn recover_from_outages(net: &Net, cyclone: &Cyclone) {
+    net.plug();
+    let domain = domain();
+    let at = |host| cyclone.inside(net.name(host));
+    let gateway = Role::new(domain).alert().inside(net.name(0)).start();
+    let (near, far) =
+        (turn_reader(&at(0), domain, "volatile"), turn_reader(&at(1), domain, "transient_local"));
+    let diagnostics = Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" };
+    let far_diagnostics = at(1).reader(domain, &[diagnostics]);
+    gateway.wait_until("both readers", |status| status["readers"] == json!([2, 0, 1]));
+    near.next("a match", is_match);
+    let mut number = 0;
+    // The near reader misses nothing.
+    let mut speak = || {
+        number += 1;
+        gateway.send(&format!("turn left {number}"));
+        gateway.send(&format!("diagnostics {number}"));
+        near.next("every report", has_report(2, number));
+        thread::sleep(PACE);
+        number
+    };
+    let first = speak();
+    far.next("a report before the outage", has_report(2, first));
+
+    // The first outage is seen by the gateway's host, the second happens elsewhere.
+    for (outage, port) in [(1, "port0"), (2, "port1")] {
+        net.ip(2, &format!("link set {port} down"));
+        let down = Instant::now();
+        gateway.wait_while_doing("the loss of the far readers", looks_for(2), || {
+            speak();
+        });
+        let last = speak();
+        net.ip(2, &format!("link set {port} up"));
+        let up = Instant::now();
+        far.next("the current report after the outage", has_report(2, last));
+        println!("outage at {port}: {:?} long, recovered in {:?}", up - down, up.elapsed());
+        let following = speak();
+        far.next("the next report", has_report(2, following));
+        for _ in 0..AFTERWARDS {
+            speak();
+        }
+        let status = gateway.status();
+        assert_eq!((&status["rebuilds"], &status["missing"]), (&json!(outage), &json!(0)), "{status}");
+        assert_eq!(status["write_errors"], 0);
+        let newest = speak().to_string();
+        far_diagnostics.next("diagnostics", |line| line["data"]["status"][0]["message"] == newest);
+    }
+}
+
+/// The far writer is found again by the new participant's readers; the near one is read by both
+/// participants for a while, and each of its commands counts once.
+#[test]
+fn after_an_outage_commands_are_received_again_and_none_twice() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, ""));
+    let net = require!(Net::new(3));
+    net.plug();
+    let domain = domain();
+    let gateway = Role::new(domain).with_lights().alert().inside(net.name(0)).start();
+    let writer = |host, kind, topic, durability| {
+        let topic = Writing { kind, topic, reliability: "reliable", durability };
+        cyclone.inside(net.name(host)).writer(domain, &[topic])
+    };
+    let far = writer(1, "text", "rt/commands", "volatile");
+    let far_groups = writer(1, "groups", "rt/groups", "volatile");
+    // A new reader of this one is handed all it said before.
+    let near = writer(0, "text", "rt/kept_commands", "transient_local");
+    let has_writers =
+        |status: &Value| [0, 1, 3].iter().all(|position| status["incoming"][*position]["writers"] == 1);
+    gateway.wait_until("the writers", has_writers);
+    let mut said = 0;
+    let mut say = || {
+        said += 1;
+        near.send(&said.to_string());
+        thread::sleep(PACE);
+    };
+    far.send("before");
+    say();
+    gateway.next("a command before the outage", |line| line["what"]["text"] == "before");
+    net.ip(2, "link set port1 down");
+    gateway.wait_while_doing("the loss of the far writers", looks_for(2), &mut say);
+    net.ip(2, "link set port1 up");
+    let up = Instant::now();
+    gateway.wait_while_doing("a new participant", |status| status["rebuilds"] == 1, &mut say);
+    println!("commands: recovered in {:?}", up.elapsed());
+    for _ in 0..AFTERWARDS {
+        say();
+    }
+    gateway.wait_until("the far writers", has_writers);
+    // The new reader must be known there as well: nothing volatile is kept for it.
+    for writer in [&far, &far_groups] {
+        writer.next("the new reader", is_match);
+    }
+    far.send("after");
+    far_groups.send("5 1 1 1 2 1.0");
+    near.send("end");
+    let (mut after, mut groups, mut end) = (false, false, false);
+    while !(after && groups && end) {
+        let line = gateway.next("what was sent", |line| line["event"] == "arrived");
+        after |= line["what"]["text"] == "after";
+        groups |= line["what"]["sec"] == 5;
+        end |= line["what"]["text"] == "end";
+    }
+    let total = gateway.status()["incoming"][3]["received"].clone();
+    assert_eq!(total, said + 1, "each command of the near writer counts once");
+}
+
+/// A volatile writer hands nothing to a reader it has just met; here the reader is an old acquaintance.
+#[test]
+fn a_volatile_report_that_changed_during_an_outage_arrives_after_it() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, ""));
+    let net = require!(Net::new(3));
+    net.plug();
+    let domain = domain();
+    let gateway = Role::new(domain).volatile().alert().inside(net.name(0)).start();
+    let far = turn_reader(&cyclone.inside(net.name(1)), domain, "volatile");
+    gateway.wait_until("a reader", |status| status["readers"][0] == 1);
+    far.next("a match", is_match);
+    net.ip(2, "link set port1 down");
+    gateway.wait_until("the loss of the reader", |status| status["missing"] == 1);
+    gateway.send("turn right 2");
+    gateway.wait_until("a lookout", looks_for(1));
+    net.ip(2, "link set port1 up");
+    far.next("the report", has_report(3, 2));
+}
+
+#[test]
+fn a_killed_peer_is_looked_for_without_disturbing_anybody() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(&with_lease(SHORT, ""));
+    let domain = domain();
+    let reader = || turn_reader(&cyclone, domain, "transient_local");
+    let gateway = Role::new(domain).alert().start();
+    let (healthy, victim, leaver) = (reader(), reader(), reader());
+    gateway.wait_until("three readers", |status| status["readers"][0] == 3);
+    drop(leaver);
+    gateway.wait_until("two readers", |status| status["readers"][0] == 2);
+    assert_eq!(gateway.status()["missing"], 0, "who says goodbye is not missed");
+    victim.kill();
+    gateway.wait_until("one reader", |status| status["readers"][0] == 1);
+    gateway.wait_until("the loss of the victim", looks_for(1));
+    // Longer than peers with such a lease take to announce themselves to the lookout.
+    thread::sleep(Duration::from_secs(2));
+    gateway.send("turn left 1");
+    healthy.next("a report", has_report(2, 1));
+    let again = reader();
+    again.next("the current report", has_report(2, 1));
+    let status = gateway.status();
+    assert_eq!((&status["rebuilds"], &status["missing"]), (&json!(0), &json!(1)), "{status}");
+    assert!(healthy.next_during(Duration::ZERO).iter().all(|line| line["event"] != "unmatched"));
+    assert!(status["lookout"] == true, "it is stopped with a lookout");
+    assert_in_time("the end", gateway.stop(), Duration::from_millis(500));
+}
+
+#[test]
+fn an_address_that_comes_after_the_start_is_used() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let net = require!(Net::new(3));
+    let domain = domain();
+    let gateway = Role::new(domain).inside(net.name(0)).start();
+    gateway.send("turn left 1");
+    net.plug();
+    let plugged = Instant::now();
+    let far = turn_reader(&cyclone.inside(net.name(1)), domain, "transient_local");
+    far.next("the current report", has_report(2, 1));
+    println!("new address used after {:?}", plugged.elapsed());
+    assert_eq!(gateway.status()["rebuilds"], 1);
+}
+
+#[test]
+fn networks_that_were_not_named_are_not_used() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let net = require!(Net::new(3));
+    net.plug();
+    net.ip(0, "link set lo multicast on");
+    let domain = domain();
+    let near = turn_reader(&cyclone.configured(ON_LOOPBACK).inside(net.name(0)), domain, "transient_local");
+    let far = turn_reader(&cyclone.inside(net.name(1)), domain, "transient_local");
+    let gateway_on = |address| Role::new(domain).only_on(address).inside(net.name(0)).start();
+    let gateway = gateway_on("127.0.0.1");
+    gateway.send("turn left 1");
+    near.next("a report on the named network", has_report(2, 1));
+    let seen = far.next_during(Duration::from_secs(3));
+    assert!(seen.is_empty(), "{seen:?}");
+    drop(gateway);
+    let gateway = gateway_on("10.77.0.1");
+    gateway.send("turn right 2");
+    far.next("a report on the named network", has_report(3, 2));
+}
+
+/// Both orders of start, so that each side comes to have the first unicast port once.
+fn exchange_on_loopback(net: &Net, cyclone: &Cyclone) {
+    let cyclone = cyclone.inside(net.name(0));
+    let start = |domain| -> Gateway { Role::new(domain).inside(net.name(0)).start() };
+    let domain_a = domain();
+    let gateway = start(domain_a);
+    gateway.send("turn left 1");
+    let second = turn_reader(&cyclone, domain_a, "transient_local");
+    second.next("a report from a gateway that was first", has_report(2, 1));
+
+    let domain_b = domain();
+    let first = turn_reader(&cyclone, domain_b, "transient_local");
+    let gateway = start(domain_b);
+    gateway.send("turn right 2");
+    first.next("a report from a gateway that was second", has_report(3, 2));
+}
+
+#[test]
+fn a_loopback_without_multicast_is_enough() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(LOOPBACK);
+    let net = require!(Net::new(1));
+    net.ip(0, "link set lo multicast off");
+    exchange_on_loopback(&net, &cyclone);
+}
+
+#[test]
+fn a_loopback_with_multicast_is_enough() {
+    let cyclone = require!(Cyclone::with_defaults()).configured(ON_LOOPBACK);
+    let net = require!(Net::new(1));
+    net.ip(0, "link set lo multicast on");
+    exchange_on_loopback(&net, &cyclone);
+}

@@ -1,0 +1,51 @@
+//! The gateway's side of tests with Autoware: its topics, and what it tells of what it was told.
+
+use serde_json::{Value, json};
+use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::gateway::event::Input;
+use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
+use signal_gateway::io::ros::session::{Subscription, SubscriptionKind, Topics};
+
+/// Topics below `/`, in the order of the status.
+pub(crate) const KINDS: [(&str, SubscriptionKind); 12] = [
+    ("odometry", SubscriptionKind::Odometry),
+    ("route", SubscriptionKind::Route),
+    ("path", SubscriptionKind::PlannedPath),
+    ("factors", SubscriptionKind::Factors(FactorTopic::GoalPlanner)),
+    ("operation_mode", SubscriptionKind::OperationMode),
+    ("scenario", SubscriptionKind::Scenario),
+    ("hazard_request", SubscriptionKind::HazardRequest),
+    ("own_turn", SubscriptionKind::OwnTurnCommand),
+    ("own_hazard", SubscriptionKind::OwnHazardCommand),
+    ("turn_command", SubscriptionKind::TurnCommand),
+    ("hazard_command", SubscriptionKind::HazardCommand),
+    ("control_mode", SubscriptionKind::ControlMode),
+];
+
+pub(crate) fn subscriptions() -> Vec<Subscription> {
+    // Deeper than they are: what is overtaken in time is not lost on the way.
+    let deep = |kind, name: &str| Subscription { depth: 40, ..Subscription::new(name, kind) };
+    KINDS.iter().map(|(name, kind)| deep(*kind, &format!("/{name}"))).collect()
+}
+
+pub(crate) fn topics() -> Topics {
+    Topics {
+        turn_command: Some("/commanded_turn".to_owned()),
+        hazard_command: Some("/commanded_hazard".to_owned()),
+        ..Topics::default()
+    }
+}
+
+/// What was received; of a large path the number of points. Nothing for what is not of Autoware.
+pub(crate) fn shown(input: &Input) -> Value {
+    match input {
+        Input::Planner(PlannerInput::PlannedPath(points)) if points.len() > 100 => {
+            json!({"points": points.len()})
+        }
+        Input::Planner(told) => json!({"told": format!("{told:?}")}),
+        Input::Command(CommandInput::Turn { raw, stamp }) => json!({"turn": raw, "sec": stamp.sec()}),
+        Input::Command(CommandInput::Hazard { raw, stamp }) => json!({"hazard": raw, "sec": stamp.sec()}),
+        Input::Command(CommandInput::ControlMode { raw, stamp }) => json!({"mode": raw, "sec": stamp.sec()}),
+        Input::TrafficLight(_) | Input::Can(_) | Input::Tick | Input::Stop => Value::Null,
+    }
+}

@@ -1,0 +1,158 @@
+//! The gateway's side of tests with traffic lights and subscriptions: its topics, what it sends, and
+//! what it tells of what it received.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use serde_json::{Value, json};
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::gateway::event::Input;
+use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::map::light_map::{Lamp, LampColor};
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::traffic_light::bulb::BulbSet;
+use signal_gateway::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
+use signal_gateway::core::traffic_light::emission::{
+    Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic, Prediction,
+};
+use signal_gateway::core::traffic_light::engine::LightObservation;
+use signal_gateway::core::traffic_light::input::TrafficLightInput;
+use signal_gateway::core::traffic_light::output::TrafficLightOutput;
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
+use signal_gateway::io::ros::inbox::Inbox;
+use signal_gateway::io::ros::messages::LightsType;
+use signal_gateway::io::ros::session::{
+    Durability, LightsTopicSettings, Reliability, RosSession, Subscription, SubscriptionKind,
+};
+
+use super::autoware_topics;
+
+const RED: Bulb = Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle };
+
+/// Topics in the order of the status.
+pub(crate) fn outlets() -> Vec<LightsTopicSettings> {
+    let outlet = |topic, name: &str, lights| LightsTopicSettings {
+        topic,
+        name: name.to_owned(),
+        lights,
+        compat: Compat::Improved,
+    };
+    vec![
+        outlet(LightsTopic::GroundTruth, "/simulation/traffic_lights", LightsType::ArrayV1),
+        outlet(LightsTopic::Camera, "/camera/traffic_signals", LightsType::SignalArray),
+        outlet(LightsTopic::V2i, "/external/traffic_signals", LightsType::GroupArray),
+        outlet(LightsTopic::V2i, "/v2x/traffic_signals", LightsType::GroupArray),
+        outlet(LightsTopic::Markers, "/traffic_light/marker", LightsType::MarkerArray),
+    ]
+}
+
+/// Subscriptions 0 to 3.
+pub(crate) fn subscriptions() -> Vec<Subscription> {
+    let groups = SubscriptionKind::Groups(StoreId { channel: Channel::V2i, layer: Layer::Detected });
+    let subscription = |name: &str, kind, reliability, durability| Subscription {
+        name: name.to_owned(),
+        kind,
+        reliability,
+        durability,
+        depth: 10,
+    };
+    vec![
+        subscription("/groups", groups, Reliability::Reliable, Durability::Volatile),
+        subscription("/commands", SubscriptionKind::Command, Reliability::Reliable, Durability::Volatile),
+        subscription("/lossy_groups", groups, Reliability::BestEffort, Durability::Volatile),
+        subscription(
+            "/kept_commands",
+            SubscriptionKind::Command,
+            Reliability::Reliable,
+            Durability::TransientLocal,
+        ),
+    ]
+}
+
+/// `lights TOPIC SEC` sends one emission with a stamp of SEC s; `lights TOPIC SEC COUNT TIMES` sends so
+/// many of COUNT groups each, 30 a second, stamps ascending from SEC, and tells when it is done.
+pub(crate) fn send(session: &RosSession, command: &str) {
+    let words: Vec<&str> = command.split(' ').collect();
+    let (first, topic): (i64, _) = (words[2].parse().unwrap(), words[1]);
+    let count = words.get(3).map_or(1, |count| count.parse().unwrap());
+    let times = words.get(4).map_or(1, |times| times.parse().unwrap());
+    let (topic, content) = content(topic, count);
+    let content = Arc::new(content);
+    let begin = Instant::now();
+    let mut longest = Duration::ZERO;
+    for (number, sec) in (0_u32..times).zip(first..) {
+        thread::sleep((Duration::from_secs(1) / 30 * number).saturating_sub(begin.elapsed()));
+        let content = Arc::clone(&content);
+        let stamp = WallStamp::from_nanos(sec * 1_000_000_000);
+        let (output, asked) = (
+            Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content })),
+            Instant::now(),
+        );
+        session.send(&output);
+        longest = longest.max(asked.elapsed());
+    }
+    if times > 1 {
+        println!("{}", json!({"event": "sent", "longest_call_us": longest.as_micros()}));
+    }
+}
+
+fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
+    let bulbs = [RED].into_iter().collect();
+    let elements = vec![Element { bulb: RED, confidence: 0.5 }];
+    let prediction = Prediction {
+        at: WallStamp::from_nanos(9_000_000_001),
+        elements: elements.clone(),
+        reliability: 1.0,
+        source: "SIMULATION",
+    };
+    let group =
+        |relation_id, predictions| GroupState { relation_id, elements: elements.clone(), predictions };
+    let lamp = Lamp { color: LampColor::Red, position_m: [1.0, 2.0, 3.0] };
+    match topic {
+        "truth" => (
+            LightsTopic::GroundTruth,
+            Content::Lights((0..count).map(|way_id| LightState { way_id, bulbs, confidence: 0.5 }).collect()),
+        ),
+        "camera" => (LightsTopic::Camera, Content::groups((0..count).map(|id| group(id, vec![])))),
+        "v2i" => {
+            (LightsTopic::V2i, Content::groups((0..count).map(|id| group(id, vec![prediction.clone()]))))
+        }
+        "markers" => {
+            (LightsTopic::Markers, Content::Markers(vec![LampMarker { way_id: 1, lamp, is_on: true }]))
+        }
+        other => panic!("unknown topic {other}"),
+    }
+}
+
+/// Tells of each arrival, with the time of day.
+pub(crate) fn tell_arrivals(inbox: &Inbox) {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(async {
+        while let Some((subscription, input)) = inbox.take().await {
+            let at = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64();
+            println!("{}", shown(subscription, &input, at));
+        }
+    });
+}
+
+fn shown(subscription: usize, input: &Input, at: f64) -> Value {
+    let what = match input {
+        Input::TrafficLight(TrafficLightInput::Command(text)) if text.len() > 100 => {
+            json!({"length": text.len()})
+        }
+        Input::TrafficLight(TrafficLightInput::Command(text)) => json!({"text": text}),
+        Input::TrafficLight(TrafficLightInput::States { stamp, states, rejected, .. }) => {
+            let listed = states.iter().map(|(id, state)| {
+                let dark = LightObservation { bulbs: BulbSet::EMPTY, confidence: 1.0 };
+                let LightObservation { bulbs, confidence } = state.unwrap_or(dark);
+                json!([id, bulbs.to_string(), confidence])
+            });
+            json!({"sec": stamp.sec(), "groups": listed.collect::<Vec<_>>(), "rejected": rejected})
+        }
+        Input::Planner(_) | Input::Command(_) | Input::Can(_) | Input::Tick | Input::Stop => {
+            autoware_topics::shown(input)
+        }
+    };
+    json!({"event": "arrived", "at": at, "subscription": subscription, "what": what})
+}

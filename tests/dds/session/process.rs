@@ -1,0 +1,146 @@
+//! The gateway's side of the tests: a session told what to do over standard input.
+
+use std::io::BufRead;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
+use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::turn_signal::output::TurnSignalOutput;
+use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+use signal_gateway::io::ros::session::{
+    Durability, OutgoingStatus, Recovery, RosSession, RosSettings, Topics,
+};
+
+use super::{ROLE, autoware_topics, lights};
+
+/// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
+/// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
+/// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `status`, `stop`; and those of [`lights::send`].
+#[test]
+fn session_process() {
+    let Ok(role) = std::env::var(ROLE) else { return };
+    let role: Value = serde_json::from_str(&role).unwrap();
+    let (topics, subscriptions) = match role["topics"].as_str() {
+        Some("lights") => {
+            (Topics { lights: lights::outlets(), ..Topics::default() }, lights::subscriptions())
+        }
+        Some("autoware") => (autoware_topics::topics(), autoware_topics::subscriptions()),
+        Some(_) | None => (Topics::default(), vec![]),
+    };
+    let networks = role["networks"].as_array().unwrap().iter();
+    let alert = Recovery {
+        check_interval: Duration::from_millis(200),
+        min_rebuild_interval: Duration::from_millis(500),
+    };
+    let settings = RosSettings {
+        node: "gateway_under_test".to_owned(),
+        namespace: "/vehicle".to_owned(),
+        domain_id: role["domain"].as_u64().unwrap().try_into().unwrap(),
+        durability: if role["volatile"] == true { Durability::Volatile } else { Durability::TransientLocal },
+        only_networks: networks.map(|address| address.as_str().unwrap().parse().unwrap()).collect(),
+        hardware_id: "bench".to_owned(),
+        topics,
+        subscriptions,
+        recovery: if role["alert"] == true { alert } else { Recovery::default() },
+    };
+    let session = RosSession::start(settings).unwrap();
+    let inbox = session.inbox();
+    thread::spawn(move || lights::tell_arrivals(&inbox));
+    println!("\n{}", json!({"event": "ready"}));
+    for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+        match line.as_str() {
+            "status" => {
+                let status = session.status();
+                println!(
+                    "{}",
+                    json!({"event": "status", "running": status.running, "rebuilds": status.rebuilds,
+                        "readers": readers(&status.outgoing, |label| REPORTS.contains(&label)),
+                        "lights": readers(&status.outgoing, |label| !REPORTS.contains(&label)),
+                        "commands": readers(&status.outgoing, |label| label.ends_with("command")),
+                        "incoming": status.incoming.iter().map(|topic| json!({"writers": topic.writers,
+                            "received": topic.received, "undecodable": topic.undecodable,
+                            "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
+                        "missing": status.missing_peers, "lookout": status.has_lookout,
+                        "write_errors": status.write_errors,
+                        "overtaken": status.overtaken_lights})
+                );
+            }
+            "stop" => {
+                let asked = Instant::now();
+                session.stop();
+                println!("{}", json!({"event": "stopped", "millis": asked.elapsed().as_millis()}));
+                return;
+            }
+            command if command.starts_with("lights") => lights::send(&session, command),
+            command => session.send(&output(command)),
+        }
+    }
+}
+
+/// Labels of what is always written.
+const REPORTS: [&str; 3] = ["turn", "hazard", "diagnostics"];
+
+fn readers(topics: &[OutgoingStatus], is_asked_for: impl Fn(&str) -> bool) -> Vec<usize> {
+    topics.iter().filter(|topic| is_asked_for(topic.label)).map(|topic| topic.readers).collect()
+}
+
+fn output(command: &str) -> Output {
+    let words: Vec<&str> = command.split(' ').collect();
+    let stamp = || WallStamp::from_nanos(words[2].parse::<i64>().unwrap() * 1_000_000_000 + 1);
+    match (words[0], words[1]) {
+        ("turn", "withdraw") => Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators),
+        ("turn", "left") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
+            report: TurnIndicators::EnableLeft,
+            stamp: stamp(),
+        }),
+        ("turn", "right") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
+            report: TurnIndicators::EnableRight,
+            stamp: stamp(),
+        }),
+        ("turn", "off") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
+            report: TurnIndicators::Disable,
+            stamp: stamp(),
+        }),
+        ("hazard", "withdraw") => Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights),
+        ("hazard", "on") => Output::VehicleLights(VehicleLightsOutput::HazardLights {
+            report: HazardLights::Enable,
+            stamp: stamp(),
+        }),
+        ("command", "left") => {
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Left, stamp: stamp() })
+        }
+        ("command", "right") => {
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Right, stamp: stamp() })
+        }
+        ("command", "disable") => {
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Disable, stamp: stamp() })
+        }
+        ("command", "none") => {
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::NoCommand, stamp: stamp() })
+        }
+        ("command", "hazard") => {
+            Output::TurnSignal(TurnSignalOutput::HazardCommand { command: Hazard::Enable, stamp: stamp() })
+        }
+        ("command", "no_hazard") => {
+            Output::TurnSignal(TurnSignalOutput::HazardCommand { command: Hazard::Disable, stamp: stamp() })
+        }
+        ("diagnostics", text) => {
+            let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
+            let status = |level, message: &str, values| Status {
+                name: "gw: turn".to_owned(),
+                level,
+                message: message.to_owned(),
+                values,
+            };
+            let statuses = vec![status(Level::Error, text, values), status(Level::Stale, "", vec![])];
+            let diagnostics = Diagnostics { statuses, refresh: true };
+            Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(-1) }
+        }
+        other => panic!("unknown command {other:?}"),
+    }
+}

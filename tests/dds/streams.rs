@@ -1,0 +1,150 @@
+//! Traffic lights on their way out: types, contents, quality of service, late joiners, large messages.
+
+use std::thread;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use super::session::Role;
+use crate::support::json_process::JsonProcess;
+use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::prerequisite::require;
+
+const V2I: &str = "rt/external/traffic_signals";
+
+fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess {
+    cyclone.reader(domain, &[Reading { kind, topic, durability }])
+}
+
+fn is_sample(line: &Value) -> bool {
+    line["event"] == "sample"
+}
+
+fn sec(line: &Value) -> i64 {
+    line["data"]["stamp"]["sec"].as_i64().unwrap()
+}
+
+#[test]
+fn each_kind_of_traffic_lights_arrives_as_sent_with_its_quality_of_service() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).with_lights().start();
+    let stamp = json!({"sec": 5, "nanosec": 0});
+    let element = json!({"color": 1, "shape": 1, "status": 2, "confidence": 0.5});
+    let bulb = json!({"enum_revision": 0, "color": 1, "shape": 1, "status": 2, "confidence": 0.5});
+    let prediction = json!({"predicted_stamp": {"sec": 9, "nanosec": 1}, "simultaneous_elements": [element],
+        "reliability": 1.0, "information_source": "SIMULATION"});
+    let groups = json!({"stamp": stamp, "traffic_light_groups":
+        [{"traffic_light_group_id": 0, "elements": [element], "predictions": [prediction]}]});
+    let empty = json!({"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""});
+    let marker = json!({"header": {"stamp": stamp, "frame_id": "map"}, "ns": "bulb", "id": 6, "type": 2, "action": 0,
+        "pose": {"position": {"x": 1.0, "y": 2.0, "z": 3.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}},
+        "scale": {"x": 0.3, "y": 0.3, "z": 0.3}, "color": {"r": 1.0, "g": 0.0, "b": 0.0, "a": 1.0},
+        "lifetime": {"sec": 0, "nanosec": 0}, "frame_locked": false, "points": [], "colors": [],
+        "texture_resource": "", "texture": {"header": empty, "format": "", "data": []}, "uv_coordinates": [],
+        "text": "", "mesh_resource": "", "mesh_file": {"filename": "", "data": []},
+        "mesh_use_embedded_materials": false});
+    let cases = [
+        (
+            "truth",
+            "array_v1",
+            "rt/simulation/traffic_lights",
+            json!({"traffic_lights": [{"lanelet_way_id": 0, "traffic_light_bulbs": [bulb]}]}),
+        ),
+        (
+            "camera",
+            "signals",
+            "rt/camera/traffic_signals",
+            json!({"stamp": stamp, "signals": [{"traffic_signal_id": 0, "elements": [element]}]}),
+        ),
+        ("v2i", "groups", V2I, groups.clone()),
+        ("v2i", "groups", "rt/v2x/traffic_signals", groups),
+        ("markers", "markers", "rt/traffic_light/marker", json!({"markers": [marker]})),
+    ];
+    let readers: Vec<_> = cases
+        .iter()
+        .map(|(_, kind, topic, _)| reader(&cyclone, domain, kind, topic, "transient_local"))
+        .collect();
+    gateway.wait_until("five readers", |status| status["lights"] == json!([1, 1, 1, 1, 1]));
+    for ((topic, _, name, expected), reader) in cases.iter().zip(&readers) {
+        let matched = reader.next("a match", |line| line["event"] == "matched");
+        let qos = matched["qos"].as_str().unwrap();
+        assert!(qos.contains("Durability.TransientLocal") && qos.contains("Reliability.Reliable"), "{qos}");
+        gateway.send(&format!("lights {topic} 5"));
+        assert_eq!(reader.next("a sample", is_sample)["data"], *expected, "{name}");
+    }
+}
+
+#[test]
+fn a_late_joiner_of_a_stream_gets_the_newest_at_once_and_what_follows() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).with_lights().start();
+    // First nobody has read the earlier emissions, then somebody who is gone.
+    for round in [100, 200] {
+        gateway.send(&format!("lights v2i {round} 1 20"));
+        gateway.next("the end of the stream", |line| line["event"] == "sent");
+        let late = reader(&cyclone, domain, "groups", V2I, "transient_local");
+        assert_eq!(sec(&late.next("the newest", is_sample)), round + 19);
+        gateway.send("lights v2i 7");
+        assert_eq!(sec(&late.next("the next", is_sample)), 7);
+        drop(late);
+        gateway.wait_until("the reader's leave", |status| status["lights"][2] == 0);
+    }
+}
+
+/// With a history that would take seconds to hand over: the joiner is not made to wait for it, and who
+/// read before misses nothing.
+#[test]
+fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).with_lights().start();
+    let cyclone = cyclone.keeping(1000);
+    let early = reader(&cyclone, domain, "groups", V2I, "transient_local");
+    gateway.wait_until("a reader", |status| status["lights"][2] == 1);
+    gateway.send("lights v2i 1 101 90"); // three seconds, 7 kB each
+    gateway.next("the end of the stream", |line| line["event"] == "sent");
+    let (mut newest, mut missed) = (0, 0);
+    while newest < 90 {
+        let seen = sec(&early.next("the stream", is_sample));
+        assert!(seen > newest, "{seen} came after {newest}");
+        missed += seen - newest - 1;
+        newest = seen;
+    }
+    // A machine too slow for the stream leaves some out on purpose.
+    assert_eq!(gateway.status()["overtaken"], missed, "the early reader missed something");
+    let late = reader(&cyclone, domain, "groups", V2I, "transient_local");
+    let mut handed_over = 1;
+    while sec(&late.next("the newest", is_sample)) != 90 {
+        handed_over += 1;
+    }
+    println!("the late joiner was handed {handed_over} samples");
+    assert!(handed_over < 45, "{handed_over} of 90 samples came before the newest");
+    gateway.wait_until("both readers", |status| status["lights"][2] == 2);
+    gateway.send("lights v2i 91");
+    for reader in [&early, &late] {
+        reader.next("what follows", |line| is_sample(line) && sec(line) == 91);
+    }
+}
+
+#[test]
+fn ten_thousand_groups_thirty_times_a_second_go_through() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).with_lights().start();
+    let reader = reader(&cyclone, domain, "groups", V2I, "transient_local");
+    gateway.wait_until("a reader", |status| status["lights"][2] == 1);
+    gateway.send("lights v2i 1 10000 60");
+    let sent = gateway.next("the end of the stream", |line| line["event"] == "sent");
+    let newest = reader.next("the newest", |line| is_sample(line) && sec(line) == 60);
+    assert_eq!(newest["data"]["groups"], 10_000);
+    let status = gateway.status();
+    println!("{sent}, {status}");
+    assert_eq!(status["write_errors"], 0, "{status}");
+    assert_eq!(status["rebuilds"], 0, "{status}");
+    // The session goes on as before.
+    thread::sleep(Duration::from_millis(100));
+    gateway.send("lights v2i 77");
+    reader.next("what follows", |line| is_sample(line) && sec(line) == 77);
+}

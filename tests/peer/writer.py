@@ -1,0 +1,95 @@
+"""An independent writer (Cyclone DDS) to the gateway's subscriptions, for the tests.
+
+Usage: writer.py DOMAIN KIND TOPIC RELIABILITY DURABILITY [KIND TOPIC RELIABILITY DURABILITY]...
+KIND is one of messages.py, RELIABILITY reliable or best_effort, DURABILITY transient_local or
+volatile. Prints a line of JSON for each event: `ready`, `matched` and `unmatched` (with the number
+of the topic, from 0), `wrote`. Each line of standard input is a message: for text the text itself,
+or `LENGTH*` for one of that length; for groups `SEC GROUP[, GROUP]...` with a GROUP of `ID` and any
+number of `COLOR SHAPE STATUS CONFIDENCE`; else so many bytes of nonsense. With several topics the
+topic's number and a blank come first. Ends when standard input does.
+"""
+
+import json
+import sys
+import threading
+import time
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from messages import TYPES, Element, Group, GroupArray, Text, Time
+
+
+def say(event, **fields):
+    # In one piece: two threads may speak.
+    sys.stdout.write(json.dumps({"event": event, "at": time.time(), **fields}) + "\n")
+    sys.stdout.flush()
+
+
+def message(kind, line):
+    if kind == "text":
+        return Text("x" * int(line[:-1]) if line.endswith("*") else line)
+    if kind == "groups":
+        sec, _, groups = line.partition(" ")
+        return GroupArray(Time(int(sec), 1), [group(text.split()) for text in groups.split(",")])
+    return TYPES[kind]([255 - i % 7 for i in range(int(line))])
+
+
+def group(words):
+    bulbs = zip(*[iter(words[1:])] * 4)
+    elements = [Element(int(c), int(shape), int(s), float(conf)) for c, shape, s, conf in bulbs]
+    return Group(int(words[0]), elements, [])
+
+
+def watch(writers, ended):
+    matched = [set() for _ in writers]
+    while not ended.is_set():
+        for number, writer in enumerate(writers):
+            now = set(writer.get_matched_subscriptions())
+            for _ in now - matched[number]:
+                say("matched", topic=number)
+            for _ in matched[number] - now:
+                say("unmatched", topic=number)
+            matched[number] = now
+        time.sleep(0.005)
+
+
+def open_writer(participant, kind, topic_name, reliability, durability):
+    qos = Qos(
+        Policy.Reliability.Reliable(duration(seconds=10))
+        if reliability == "reliable"
+        else Policy.Reliability.BestEffort,
+        Policy.Durability.TransientLocal
+        if durability == "transient_local"
+        else Policy.Durability.Volatile,
+        Policy.History.KeepLast(10),
+        # Without it a late joiner is handed one sample, and those that nobody has acknowledged yet.
+        Policy.DurabilityService(0, Policy.History.KeepLast(10), -1, -1, -1),
+    )
+    return DataWriter(participant, Topic(participant, topic_name, TYPES[kind], qos=qos), qos=qos)
+
+
+def main():
+    domain, *wanted = sys.argv[1:]
+    participant = DomainParticipant(int(domain))
+    topics = list(zip(*[iter(wanted)] * 4))
+    writers = [open_writer(participant, *topic) for topic in topics]
+    say("ready")
+    ended = threading.Event()
+    watcher = threading.Thread(target=watch, args=[writers, ended])
+    watcher.start()
+    for line in sys.stdin:
+        number, text = line.rstrip("\n").split(" ", 1) if len(topics) > 1 else ("0", line.rstrip("\n"))
+        sample = message(topics[int(number)][0], text)
+        before = time.time()
+        writers[int(number)].write(sample)
+        say("wrote", before=before)
+    ended.set()
+    watcher.join()
+    # Returning frees the participant, and that says goodbye to the network.
+
+
+main()

@@ -1,0 +1,13 @@
+//! The built binary as a process: its commands, its texts, its exit codes.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of tests fail like tests
+
+mod support;
+
+mod process {
+    mod cli;
+    mod daemon_process;
+    mod decide_command;
+    mod lights_command;
+    mod systemd_units;
+}

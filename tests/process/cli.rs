@@ -1,0 +1,269 @@
+//! The command line as a user meets it: output, errors and exit codes of the built binary.
+
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const DEMO: &str = "config/demo.toml";
+
+fn gateway(args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("RUST_LOG").env("COLUMNS", "100");
+    command.args(args).output().unwrap()
+}
+
+fn out(args: &[&str]) -> String {
+    let output = gateway(args);
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn refused(code: i32, args: &[&str]) -> String {
+    let output = gateway(args);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
+    text
+}
+
+#[test]
+fn every_command_explains_itself_with_examples() {
+    assert!(out(&["--help"]).contains("Exit codes:"));
+    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
+        assert!(out(&[command, "--help"]).contains("Examples:"), "{command}");
+    }
+}
+
+#[test]
+fn the_man_pages_and_completions_name_every_option_that_help_names() {
+    let folder = tempfile::tempdir().unwrap();
+    out(&["man", "--out", folder.path().to_str().unwrap()]);
+    let bash = out(&["completions", "bash"]);
+    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
+        let page =
+            std::fs::read_to_string(folder.path().join(format!("signal-gateway-{command}.1"))).unwrap();
+        let page = page.replace("\\-", "-");
+        let help = out(&[command, "--help"]);
+        let options: Vec<_> = help.split_whitespace().filter(|word| word.starts_with("--")).collect();
+        assert!(!options.is_empty());
+        for option in options {
+            let option = option.trim_end_matches([',', '.', ']', ';']);
+            assert!(page.contains(option), "{command} {option} is not in the man page");
+            assert!(bash.contains(option), "{command} {option} is not completed");
+        }
+    }
+    assert!(out(&["man"]).contains(".TH signal-gateway 1"));
+}
+
+#[test]
+fn json_lines_have_the_three_fields_and_come_out_the_same_each_time() {
+    let lines = out(&["replay", "--config", DEMO, "--json"]);
+    assert_eq!(lines, out(&["replay", "--config", DEMO, "--json"]));
+    let mut last = 0.0;
+    let mut topics = std::collections::BTreeMap::new();
+    for line in lines.lines() {
+        let line: serde_json::Value = serde_json::from_str(line).unwrap();
+        let fields: Vec<_> = line.as_object().unwrap().keys().cloned().collect();
+        assert_eq!(fields, ["data", "t", "topic"]);
+        let t = line["t"].as_f64().unwrap();
+        assert!(t >= last, "time runs forward");
+        last = t;
+        *topics.entry(line["topic"].as_str().unwrap().to_owned()).or_insert(0) += 1;
+        if line["topic"] == "/vehicle/status/turn_indicators_status" {
+            assert!((1..=3).contains(&line["data"]["report"].as_u64().unwrap()));
+            assert!(line["data"]["stamp"]["sec"].as_i64().unwrap() > 1_700_000_000);
+        }
+    }
+    let names: Vec<_> = topics.keys().map(String::as_str).collect();
+    let [diagnostics, hazard, turn] = names[..] else { panic!("{names:?}") };
+    assert_eq!(diagnostics, "/diagnostics");
+    assert_eq!(hazard, "/vehicle/status/hazard_lights_status");
+    assert_eq!(turn, "/vehicle/status/turn_indicators_status");
+    // 45 s at 10 Hz, the turn report with three silences of about 2.5 s.
+    assert!((440..=460).contains(&topics[hazard]), "{topics:?}");
+    assert!((370..=400).contains(&topics[turn]), "{topics:?}");
+}
+
+#[test]
+fn a_timed_replay_prints_the_same_lines() {
+    let (folder, log) = log_of(&["(1.000000) can0 2A5#", "(1.100000) can0 2C1#"]);
+    let args = ["replay", log.to_str().unwrap(), "--config", DEMO, "--json"];
+    let virtual_time = out(&args);
+    assert_eq!(out(&[&args[..], &["--speed", "20"]].concat()), virtual_time);
+    drop(folder);
+}
+
+#[test]
+fn decode_prints_signals_with_their_meaning() {
+    let text = out(&["decode", "--config", DEMO, "--changes"]);
+    assert!(text.contains(" can0 2A5 BCM_TurnIndicators.TurnIndicatorState = 1 (0x1) turn left\n"), "{text}");
+    assert!(text.contains("TurnIndicatorState = 5 (0x5) turn UNDEFINED\n"));
+    assert!(text.contains("HazardLightsState = 1 (0x1) hazard on\n"));
+    let all = out(&["decode", "--config", DEMO]);
+    assert!(all.lines().count() > 10 * text.lines().count());
+}
+
+#[test]
+fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
+    let output = gateway(&["check", "--config", DEMO]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    for part in
+        ["turn UNDEFINED", "turn_indicators invalid 1 times", "hardware fault", "0 statements rejected"]
+    {
+        assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+    let profile = "config/vehicles/hyundai_kia.toml";
+    assert!(out(&["check", "--profile", profile]).ends_with("0 warnings\n"));
+}
+
+#[test]
+fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
+    for shipped in ["config/gateway.toml", "config/command_bench.toml"] {
+        assert!(out(&["check", "--config", shipped]).contains("0 warnings"), "{shipped}");
+    }
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let (_, behind) = readme.split_once("## Configuration in five minutes\n\n```toml\n").unwrap();
+    let (shown, _) = behind.split_once("```").unwrap();
+    let profiles = concat!("profile = \"", env!("CARGO_MANIFEST_DIR"), "/config/vehicles/");
+    let (folder, path) = file("gateway.toml", &shown.replace("profile = \"vehicles/", profiles));
+    assert!(out(&["check", "--config", path.to_str().unwrap()]).contains("0 warnings"));
+    drop(folder);
+}
+
+#[test]
+fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
+    refused(2, &["fly"]);
+    refused(2, &["replay", "--speed", "fast"]);
+    refused(2, &["replay", "x.log", "--config", DEMO, "--map", "can1=nosuch"]);
+    let missing = refused(3, &["run", "--config", "/nonexistent/gateway.toml"]);
+    assert!(missing.contains("/nonexistent/gateway.toml: cannot read it"), "{missing}");
+    let (folder, path) = file("bad.toml", "profile = \"x.toml\"\n[ros]\nnod = \"a\"\n");
+    let text = refused(3, &["check", "--config", path.to_str().unwrap()]);
+    assert!(text.contains("bad.toml:3:1: ros.nod: unknown field `nod`"), "{text}");
+    drop(folder);
+    let text = refused(1, &["replay", "/nonexistent/drive.log", "--config", DEMO]);
+    assert!(text.contains("/nonexistent/drive.log"), "{text}");
+}
+
+#[test]
+fn a_log_with_faults_is_read_as_far_as_it_goes() {
+    let (folder, log) = log_of(&["(1.000000) can0 2A5#00", "garbage", "(1.100000) can0 2C1#00"]);
+    let output = gateway(&["replay", log.to_str().unwrap(), "--config", DEMO]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success());
+    assert!(errors.contains("1 lines could not be read; the first is line 2"), "{errors}");
+    drop(folder);
+}
+
+#[test]
+fn an_only_interface_of_another_name_is_adopted_and_others_are_mapped() {
+    let first = |args: &[&str]| out(args).lines().count();
+    let (folder, log) =
+        log_of(&["(1.000000) vcan7 2A5#0000000000000000", "(1.050000) vcan7 2A5#0000000000000000"]);
+    assert!(first(&["decode", log.to_str().unwrap(), "--config", DEMO]) > 0);
+    drop(folder);
+    let (folder, log) = log_of(&["(1.000000) a 2A5#0000000000000000", "(1.050000) b 2A5#0000000000000000"]);
+    let log = log.to_str().unwrap();
+    let unmapped = gateway(&["decode", log, "--config", DEMO]);
+    assert!(String::from_utf8_lossy(&unmapped.stderr).contains("--map INTERFACE=BUS"));
+    assert_eq!(unmapped.stdout, b"");
+    let one = first(&["decode", log, "--config", DEMO, "--map", "a=body"]);
+    assert_eq!(first(&["decode", log, "--config", DEMO, "--map", "a=body", "--map", "b=body"]), 2 * one);
+    drop(folder);
+}
+
+#[test]
+fn a_recording_can_come_through_a_pipe_and_the_output_may_be_cut_off() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["decode", "-", "--config", DEMO])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = child.stdin.take().unwrap();
+    writeln!(input, "(1.000000) can0 2A5#0000000000000000").unwrap();
+    drop(input);
+    let output = child.wait_with_output().unwrap();
+    assert!(String::from_utf8(output.stdout).unwrap().contains("turn off"));
+    // A reader that stops early is not a failure.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_signal-gateway"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["decode", "--config", DEMO])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The simulated vehicle as a log: what the guide says can be done with it.
+#[test]
+fn a_simulated_vehicle_writes_the_same_log_each_time_and_its_replay_shows_what_it_was_asked_to_do() {
+    let (folder, script) =
+        file("day.txt", "2 stalk left  # signal\n\n5 stalk off\n6 fault bulb left\n7 hazard on\n");
+    let profile = "config/vehicles/subaru_global.toml";
+    let script = script.to_str().unwrap();
+    let write = || out(&["vehicle", "--profile", profile, "--script", script, "--until", "12", "--candump"]);
+    let log = write();
+    assert_eq!(log, write());
+    assert_eq!(log.lines().next(), Some("(1700000000.000000) can0 390#9300000000000000"));
+    let path = folder.path().join("day.log");
+    std::fs::write(&path, &log).unwrap();
+    let timeline = out(&["replay", path.to_str().unwrap(), "--profile", profile]);
+    for part in ["turn_indicators  ENABLE_LEFT", "turn_indicators  DISABLE", "hazard_lights    ENABLE"] {
+        assert!(timeline.contains(part), "{part} is not in\n{timeline}");
+    }
+}
+
+#[test]
+fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
+    let (folder, script) = file("day.txt", "1 stalk left\n2 stalk up\n");
+    let pacmod = "config/vehicles/pacmod.toml";
+    let vehicle = |args: &[&str]| refused(2, &[&["vehicle", "--profile"], args].concat());
+    let text = vehicle(&[pacmod, "--candump", "--script", script.to_str().unwrap()]);
+    assert!(text.contains("day.txt:2: `up` cannot follow `stalk`: left, right or off"), "{text}");
+    let text = vehicle(&["config/vehicles/v2x_unit.toml", "--candump"]);
+    assert!(text.contains("there is nothing to simulate"), "{text}");
+    let text = vehicle(&[pacmod, "--interface", "body=vcan0"]);
+    assert!(text.contains("--interface body=vcan0: write BUS=INTERFACE, the buses are pacmod"), "{text}");
+    let text = vehicle(&[pacmod, "--interface", "nosuchcan7"]);
+    assert!(text.contains("nosuchcan7: ") && text.contains("ip link add dev vcan0 type vcan"), "{text}");
+    let text = vehicle(&[pacmod, "--interface", "lo"]);
+    assert!(text.contains("lo: no CAN interface"), "{text}");
+    vehicle(&[pacmod, "--candump", "--json"]);
+    let text = refused(1, &["vehicle", "--profile", pacmod, "--candump", "--script", "/nonexistent/day.txt"]);
+    assert!(text.contains("/nonexistent/day.txt"), "{text}");
+    drop(folder);
+}
+
+fn log_of(lines: &[&str]) -> (tempfile::TempDir, PathBuf) {
+    file("drive.log", &(lines.join("\n") + "\n"))
+}
+
+fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = Path::new(folder.path()).join(name);
+    std::fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+#[test]
+fn a_request_without_effect_is_said_beside_the_log_of_a_simulated_vehicle() {
+    let mut script = tempfile::NamedTempFile::new().unwrap();
+    write!(script, "0.1 fault drop NO_SUCH_MESSAGE\n0.2 stalk left\n").unwrap();
+    let path = script.path().to_str().unwrap();
+    let profile = "config/vehicles/bmw_e9x.toml";
+    let output = gateway(&["vehicle", "--profile", profile, "--candump", "--until", "1", "--script", path]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && !output.stdout.is_empty());
+    assert_eq!(
+        errors.lines().filter(|line| line.contains("without effect on the bus")).count(),
+        1,
+        "{errors}"
+    );
+}

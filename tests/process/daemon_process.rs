@@ -1,0 +1,156 @@
+//! The daemon as a process: how it starts, what it tells the service manager, how it ends. Runs
+//! anywhere: frames come from a recording, or from an interface that is not there.
+
+use std::io::ErrorKind;
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::support::process::{self, DEADLINE, Folder, Process, assert_in_time};
+
+/// The demo recording as fast as asked for, without ROS.
+fn recording(keys: &str) -> Folder {
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
+    Folder::with_demo_vehicle(
+        "no-such-can",
+        &format!(
+            "source = \"recording\"\n[recording]\nfile = \"{recording}\"\n{keys}\n[ros]\nenabled = false\n"
+        ),
+    )
+}
+
+#[test]
+fn the_service_manager_hears_of_the_start_of_every_watchdog_period_and_of_the_end() {
+    // Diagnostics every 500 ms, and a second of the recording takes 100 s: neither feeds the watchdog.
+    for (folder, status) in [
+        (recording("speed = 0.01"), "playing a recording"),
+        (Folder::with_demo_vehicle("no-such-can", "[ros]\nenabled = false\n"), "running"),
+    ] {
+        let path = folder.path().join("notify");
+        let manager = UnixDatagram::bind(&path).unwrap();
+        manager.set_read_timeout(Some(DEADLINE)).unwrap();
+        let mut gateway = Process::run_with(&folder, |command| {
+            command.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "100000");
+        });
+        assert_eq!(heard(&manager), format!("READY=1\nSTATUS={status}"));
+        let fed = std::time::Instant::now();
+        for _ in 0..20 {
+            assert_eq!(heard(&manager), "WATCHDOG=1");
+        }
+        // 20 meals 50 ms apart; without a clock of its own the watchdog would wait for 5 s and more.
+        assert_in_time("feeding", fed.elapsed(), Duration::from_secs(4));
+        gateway.stop("TERM");
+        let last = std::iter::repeat_with(|| heard(&manager)).find(|message| message != "WATCHDOG=1");
+        assert_eq!(last.unwrap(), "STOPPING=1");
+    }
+}
+
+fn heard(manager: &UnixDatagram) -> String {
+    let mut buffer = [0; 512];
+    // A process that was stopped for a moment finds its wait interrupted.
+    let received = std::iter::repeat_with(|| manager.recv(&mut buffer))
+        .find(|received| !received.as_ref().is_err_and(|error| error.kind() == ErrorKind::Interrupted));
+    let len = received.unwrap().unwrap();
+    String::from_utf8(buffer[..len].to_vec()).unwrap()
+}
+
+#[test]
+fn sigterm_and_sigint_end_it_in_time_whatever_it_is_doing() {
+    let folders = [
+        ("at the end of a recording", recording("speed = 1000.0")),
+        ("in a recording", recording("repeat = true")),
+        ("in one that is always behind its time", recording("speed = 1000.0\nrepeat = true")),
+        ("in one that is hardly moving", recording("speed = 0.01")),
+        ("without its interface", Folder::with_demo_vehicle("no-such-can", "[ros]\nenabled = false\n")),
+        ("with ROS", Folder::with_demo_vehicle("no-such-can", &process::ros())),
+    ];
+    for (doing, folder) in &folders {
+        for signal in ["TERM", "INT"] {
+            let mut gateway = Process::run(folder);
+            gateway.wait_for_log(if doing.contains("end of") { "has ended" } else { "turn_indicators: " });
+            println!("SIG{signal} {doing}: {:?}", gateway.stop(signal));
+        }
+    }
+}
+
+#[test]
+fn an_empty_recording_that_is_to_be_repeated_is_one_that_has_ended() {
+    let folder = Folder::with_demo_vehicle(
+        "can0",
+        "source = \"recording\"\n[recording]\nfile = \"empty.log\"\nrepeat = true\n[ros]\nenabled = false\n",
+    );
+    folder.write("empty.log", "");
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("the recording of can0 has ended");
+    gateway.stop("TERM");
+}
+
+#[test]
+fn a_vehicle_without_turn_and_hazard_lights_needs_no_bus() {
+    let folder = Folder::with_demo_vehicle("can0", "");
+    folder.write("bare.toml", "name = \"Bare\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n");
+    folder.write("gateway.toml", "profile = \"bare.toml\"\n[ros]\nenabled = false\n");
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("hazard_lights: publishing");
+    gateway.stop("TERM");
+}
+
+#[test]
+fn a_missing_interface_is_named_once_for_each_topic_and_waited_for() {
+    let folder = Folder::with_demo_vehicle("no-such-can", &process::ros());
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("CAN interface is missing; waiting until it appears");
+    gateway.wait_for_log("no-such-can: no-such-can is missing");
+    assert!(gateway.is_running());
+    gateway.stop("TERM");
+    for part in ["turn_indicators: unknown", "hazard_lights: unknown", "waiting until", "no-such-can: "] {
+        let lines: Vec<_> = gateway.log().into_iter().filter(|line| line.contains(part)).collect();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        assert!(lines[0].contains("no-such-can"), "{lines:?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_the_configuration_is_said_with_its_place_and_exit_code_3() {
+    let spoilt = [
+        ("profile = 3\n", "gateway.toml:1:11: profile: "),
+        ("profile = \"demo_vehicle.toml\"\n[can.body]\ninterface = \"can/0\"\n", "gateway.toml:3:13: "),
+        ("profile = \"demo_vehicle.toml\"\nsource = \n", "gateway.toml:2:10: "),
+        ("profile = \"none.toml\"\n[can.body]\ninterface = \"can0\"\n", "gateway.toml:1:11: "),
+        ("profile = \"no_dbc.toml\"\n[can.body]\ninterface = \"can0\"\n", "no_dbc.toml:3:7: "),
+    ];
+    for (text, place) in spoilt {
+        let folder = Folder::with_demo_vehicle("can0", "");
+        folder.write("gateway.toml", text);
+        let profile = "name = \"x\"\n[bus.body]\ndbc = \"none.dbc\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n";
+        folder.write("no_dbc.toml", profile);
+        let mut gateway = Process::run(&folder);
+        assert_eq!(gateway.ended().code(), Some(3), "{text}");
+        let log = gateway.log();
+        assert!(log.iter().any(|line| line.contains(place)), "{place} is not in {log:?}");
+    }
+    let mut gateway = Process::start(Path::new("/"), |command| {
+        command.arg("fly");
+    });
+    assert_eq!(gateway.ended().code(), Some(2));
+}
+
+#[test]
+#[cfg(feature = "ros")]
+fn dds_keeps_its_own_log_to_itself_unless_it_is_asked_for_by_name() {
+    let folder = Folder::with_demo_vehicle("no-such-can", &process::ros());
+    for (wanted, noisy) in [(None, false), (Some("debug"), false), (Some("rustdds=debug"), true)] {
+        let mut gateway = Process::run_with(&folder, |command| {
+            command.envs(wanted.map(|level| ("RUST_LOG", level)));
+        });
+        gateway.wait_for_log("no-such-can: no-such-can is missing");
+        gateway.stop("TERM");
+        let strange = |line: &String| {
+            !["turn_indicators: ", "hazard_lights: ", "no-such-can", "Demo vehicle", "stopped"]
+                .iter()
+                .any(|ours| line.contains(ours))
+        };
+        let strangers: Vec<_> = gateway.log().into_iter().filter(strange).collect();
+        assert_eq!(!strangers.is_empty(), noisy, "{wanted:?}: {strangers:?}");
+    }
+}

@@ -1,0 +1,344 @@
+//! `signal-gateway decide` as a user meets it: text, JSON, picture, refusals, exit codes.
+//!
+//! The road is the line of the worked cases (docs/spec/turn-signal-decider.md, "Labels of test cases"):
+//! a left turn from 100 to 116 m, straight so that the whole of it is required.
+
+use std::fs;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Lanes 1 to 3 end to end, 3.5 m wide, and lane 11 to the left of lane 1.
+fn map() -> String {
+    let node = |id: usize, x: i32, y: f64| {
+        format!("<node id='{id}'><tag k='local_x' v='{x}'/><tag k='local_y' v='{y}'/></node>\n")
+    };
+    let mut text = String::from("<osm>\n");
+    for (index, x) in [0, 100, 116, 216].into_iter().enumerate() {
+        for (row, y) in [-1.75, 1.75, 5.25].into_iter().enumerate() {
+            text += &node(10 * (index + 1) + row, x, y);
+        }
+    }
+    let way = |id: usize, from: usize, to: usize| {
+        format!("<way id='{id}'><nd ref='{from}'/><nd ref='{to}'/><tag k='type' v='line_thin'/></way>\n")
+    };
+    for piece in 1..=3 {
+        for row in 0..=2 {
+            text += &way(100 * piece + row, 10 * piece + row, 10 * (piece + 1) + row);
+        }
+    }
+    let lane = |id: usize, piece: usize, row: usize, tag: &str| {
+        let member = |way, role| format!("<member type='way' ref='{way}' role='{role}'/>");
+        let bounds = member(100 * piece + row + 1, "left") + &member(100 * piece + row, "right");
+        format!("<relation id='{id}'>{bounds}<tag k='type' v='lanelet'/>{tag}</relation>\n")
+    };
+    let left = "<tag k='turn_direction' v='left'/>";
+    text += &[lane(1, 1, 0, ""), lane(2, 2, 0, left), lane(3, 3, 0, ""), lane(11, 1, 1, "")].concat();
+    text + "</osm>"
+}
+
+const TURN: &str = "map = \"map.osm\"
+until_m = 130
+[route]
+segments = [[1, 11], [2], [3]]
+[drive]
+speed = [{ at_m = 0, mps = 10 }]
+";
+const EXPECTED: &str = "[[expect]]
+from_m = 37
+to_m = 116
+command = \"LEFT\"
+winner = \"intersection\"
+tolerance_m = 0
+";
+
+/// A folder with a map and one scenario.
+struct Bench {
+    folder: tempfile::TempDir,
+    name: &'static str,
+}
+
+impl Bench {
+    fn new(name: &'static str, text: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("map.osm"), map()).unwrap();
+        fs::write(folder.path().join(name), text).unwrap();
+        Self { folder, name }
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.current_dir(&self.folder).arg("decide").arg(self.name).args(args).output().unwrap()
+    }
+
+    /// Standard output, and what ends the process.
+    fn out(&self, args: &[&str]) -> (String, Option<i32>) {
+        let output = self.run(args);
+        let refusal = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(refusal.is_empty(), "{refusal}");
+        (String::from_utf8(output.stdout).unwrap(), output.status.code())
+    }
+}
+
+#[test]
+fn i1_in_text_byte_for_byte() {
+    let expected = "\
+upstream
+  seconds     metres       m/s
+    0.000       0.00     10.00  DISABLE     no candidate
+                                   intersection: no record
+                                   roundabout: no record
+                                   manoeuvre: no record
+    3.700      37.00     10.00  LEFT        intersection, alone
+                                   intersection: won (LEFT, ds -3.79 de 79.00 rs 59.21 re 79.00 m)
+                                   roundabout: no record
+                                   manoeuvre: no record
+   11.700     117.00     10.00  DISABLE     no candidate
+                                   intersection: no record
+                                   roundabout: no record
+                                   manoeuvre: no record
+expectations: 1 met, 0 failed
+";
+    let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
+    assert_eq!(bench.out(&["--compat", "upstream"]), (expected.to_owned(), Some(0)));
+    let (both, code) = bench.out(&[]);
+    assert!(both.starts_with("improved\n") && both.ends_with(expected), "{both}");
+    assert_eq!(code, Some(0));
+}
+
+#[test]
+fn yaml_says_the_same_as_toml() {
+    let yaml = "map: map.osm
+until_m: 130
+route: {segments: [[1, 11], 2, 3]}
+drive: {speed: [{at_m: 0, mps: 10}]}
+expect: [{from_m: 37, to_m: 116, command: LEFT, winner: intersection, tolerance_m: 0}]
+";
+    let of_toml = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}")).out(&[]);
+    assert_eq!(Bench::new("turn.yaml", yaml).out(&[]), of_toml);
+}
+
+#[test]
+fn json_holds_every_cycle_with_its_reasons() {
+    let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
+    let lines = |args: &[&str]| -> Vec<Value> {
+        let (text, code) = bench.out(&[args, &["--json", "--compat", "upstream"]].concat());
+        assert_eq!(code, Some(0));
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let changes = lines(&[]);
+    assert_eq!(changes.len(), 4, "{changes:?}");
+    let at = &changes[1];
+    assert_eq!(
+        (&at["turn"], &at["hazard"], &at["winner"]),
+        (&"LEFT".into(), &"DISABLE".into(), &"intersection".into())
+    );
+    assert_eq!((&at["compat"], at["at_m"].as_f64().map(f64::round)), (&"upstream".into(), Some(37.0)));
+    let turn = &at["candidates"][0];
+    assert_eq!((&turn["source"], &turn["why"]), (&"intersection".into(), &"won".into()));
+    assert!((turn["distances"]["required_start_m"].as_f64().unwrap() - 59.21).abs() < 1e-6);
+    assert_eq!((&at["basis"], &at["candidates"][1]["distances"]), (&"candidates".into(), &Value::Null));
+    assert_eq!(changes[3]["expectations"]["met"], 1);
+    // 0 to 130 m, a metre a cycle, and the summary.
+    assert_eq!(lines(&["--every", "cycle"]).len(), 132);
+}
+
+#[test]
+fn an_expectation_that_fails_is_named_and_ends_with_code_5() {
+    let wrong = EXPECTED.replace("from_m = 37", "from_m = 35");
+    let bench = Bench::new("turn.toml", &format!("{TURN}{wrong}"));
+    let (text, code) = bench.out(&["--compat", "upstream"]);
+    assert_eq!(code, Some(5));
+    let told = "FAILED turn.toml:7:1: expect[1]: from 35 to 116 m, upstream: LEFT wanted, DISABLE at 35.00 m (3.500 s)";
+    assert!(text.lines().any(|line| line == told), "{text}");
+    let (json, code) = bench.out(&["--json", "--compat", "upstream"]);
+    assert_eq!(code, Some(5));
+    assert!(json.contains("\"what\":\"LEFT wanted, DISABLE at 35.00 m (3.500 s)\""), "{json}");
+
+    let nowhere = "[[expect]]\nfrom_m = 140\nto_m = 150\ncommand = \"LEFT\"\n";
+    let (text, code) = Bench::new("turn.toml", &format!("{TURN}{nowhere}")).out(&[]);
+    assert_eq!((code, text.matches("no cycle lies there").count()), (Some(5), 2), "{text}");
+}
+
+/// The front is 24 m before a shift at 50 m from x = 22.21 on: the first sample of 0.8 m is 22.4.
+#[test]
+fn an_avoidance_moves_the_vehicle_and_is_signalled() {
+    let more = "[[manoeuvre]]
+kind = \"avoidance\"
+lines = [{ from_m = 50, to_m = 80, offset_m = 1.5 }]
+[[expect]]
+from_m = 0
+to_m = 21.6
+command = \"DISABLE\"
+tolerance_m = 0
+[[expect]]
+from_m = 22.4
+to_m = 70
+command = \"LEFT\"
+winner = \"manoeuvre\"
+tolerance_m = 0
+";
+    let text = TURN.replace("mps = 10", "mps = 8").replace("until_m = 130", "until_m = 90") + more;
+    let bench = Bench::new("avoid.toml", &text);
+    let (out, code) = bench.out(&["--compat", "upstream"]);
+    assert_eq!(code, Some(0), "{out}");
+    let (json, _) = bench.out(&["--json", "--every", "cycle", "--compat", "upstream"]);
+    let ys: Vec<f64> = json
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Value>(line).unwrap()["y_m"].as_f64())
+        .collect();
+    assert_eq!((ys.first(), ys.last()), (Some(&0.0), Some(&1.5)));
+}
+
+#[test]
+fn what_goes_wrong_is_told_and_never_signalled() {
+    let trouble = |kind: &str, at_m: u32, more: &str| {
+        format!("[[disturbance]]\nkind = \"{kind}\"\nat_m = {at_m}\n{more}\n")
+    };
+    let expect = |from_m: u32, to_m: u32, command: &str, finding: &str| {
+        format!(
+            "[[expect]]\nfrom_m = {from_m}\nto_m = {to_m}\ncommand = \"{command}\"\nfinding = \"{finding}\"\n\
+             tolerance_m = 0\n"
+        )
+    };
+    let text = [
+        TURN.to_owned(),
+        trouble("odometry_gap", 40, "for_s = 1"),
+        trouble("nan_pose", 60, "for_s = 0.5"),
+        trouble("not_lane_driving", 70, "for_s = 0.5"),
+        trouble("empty_path", 80, "for_s = 0.5"),
+        trouble("time_jump", 95, "by_s = -5"),
+        // Up to 500 ms old will do, and 39 m was the last that came.
+        expect(45, 49, "NO_COMMAND", "odometry is"),
+        expect(60, 64, "NO_COMMAND", "odometry is not a number"),
+        expect(70, 74, "NO_COMMAND", "not lane driving"),
+        expect(80, 84, "NO_COMMAND", "planned path is empty"),
+        expect(95, 96, "LEFT", "clock went back by 4900 ms"),
+    ]
+    .concat();
+    let (out, code) = Bench::new("trouble.toml", &text).out(&["--compat", "upstream"]);
+    assert_eq!(code, Some(0), "{out}");
+}
+
+#[test]
+fn a_picture_shows_sections_and_signals_of_each_behaviour() {
+    let bench = Bench::new("turn.toml", &format!("name = \"I1 <left>\"\n{TURN}{EXPECTED}"));
+    let picture = || {
+        bench.out(&["--picture", "turn.svg"]);
+        fs::read_to_string(bench.folder.path().join("turn.svg")).unwrap()
+    };
+    let svg = picture();
+    let titles = [
+        "I1 &lt;left&gt;",
+        "100.00 m to 116.00 m: required section, LEFT",
+        "37.00 m to 116.00 m: desired section, LEFT",
+        "37.00 m to 117.00 m: signal: LEFT",
+        "117.00 m to 130.00 m: signal: DISABLE",
+        "37.00 m to 116.00 m: expected: LEFT",
+        "way [m]",
+    ];
+    for title in titles {
+        assert!(svg.contains(title), "{title}\n{svg}");
+    }
+    assert_eq!(svg.matches("class=\"group\"").count(), 3, "way, improved, upstream");
+    roxmltree::Document::parse(&svg).unwrap();
+    assert_eq!(svg, picture(), "the same bytes each time");
+}
+
+/// Backing up covers the same metres as the way out: it must not be painted over.
+#[test]
+fn a_picture_shows_what_came_out_while_backing_up() {
+    let more = "[[manoeuvre]]
+kind = \"pull_out\"
+from_m = 20
+to_m = 50
+offset_m = 1.0
+backwards_until_s = 3
+[[manoeuvre]]
+kind = \"avoidance\"
+lines = [{ from_m = 110, to_m = 120, offset_m = 1 }]
+";
+    let text = TURN
+        .replace("{ at_m = 0, mps = 10 }", "{ at_s = 0, mps = -1 }, { at_s = 3, mps = 4 }")
+        .replace("until_m = 130", "start_m = 23\nuntil_m = 60");
+    let bench = Bench::new("back.toml", &(text + more));
+    bench.out(&["--picture", "back.svg", "--compat", "improved"]);
+    let svg = fs::read_to_string(bench.folder.path().join("back.svg")).unwrap();
+    for part in [">backing<", "20.00 m to 23.00 m: signal: hazard lights", "20.00 m to 59.60 m: 1"] {
+        assert!(svg.contains(part), "{part}\n{svg}");
+    }
+    assert_eq!(
+        svg.matches("<title>planner</title>").count(),
+        1,
+        "the avoidance lies beyond the drive\n{svg}"
+    );
+}
+
+#[test]
+fn wrong_files_are_refused_with_place_key_and_remedy() {
+    let with = |more: &str| format!("{TURN}{more}");
+    let cases = [
+        ("map.osm", "no.osm", "turn.toml:1:7: map: no.osm: cannot read it"),
+        ("until_m", "untilm", "turn.toml:2:1: untilm: unknown key \"untilm\"; known here are name,"),
+        ("[2], [3]", "[2], [4]", "route.segments[3][1]: the map has no lanelet 4; it has 1, 2, 3, 11"),
+        (
+            "[1, 11], [2], [3]",
+            "[\"x\"]",
+            "signal-gateway: turn.toml:4:14: route.segments[1][1]: \"x\" is not a lanelet id",
+        ),
+        ("[2], [3]", "[3]", "lanelet 3 follows no lanelet of the segment before"),
+        ("[2], [3]", "[2], [1]", "the route lists lanelet 1 twice"),
+        ("mps = 10", "mps = -1", "drive.speed[1].mps: -1 m/s is out of range; give 0 to 100 m/s"),
+        ("mps = 10", "mps = \"x\"", "drive.speed[1].mps: \"x\" is a text; give a number, without quotes"),
+        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"; give JP, DE,"),
+        ("until_m = 130", "until_m =", "turn.toml:2:"),
+    ];
+    for (part, other, expected) in cases {
+        let output = Bench::new("turn.toml", &TURN.replacen(part, other, 1)).run(&[]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{other}: {told}");
+        assert!(told.contains(expected), "{other}: {told}");
+    }
+    let cases = [
+        (
+            "[parameters]\nturn_signal_fast = 1\n",
+            "`turn_signal_fast` is not a parameter of the turn signal decider",
+        ),
+        (
+            "[parameters]\nturn_signal_search_time = -1\n",
+            "`turn_signal_search_time` = `-1`: give seconds, 0 to 3600",
+        ),
+        ("[[expect]]\nfrom_m = 1\nto_m = 9\n", "expect[1]: nothing is expected; give command, hazard"),
+        (
+            "[[expect]]\nfrom_m = 9\nto_m = 1\ncommand = \"LEFT\"\n",
+            "expect[1]: from 9 to 1 m nothing is left",
+        ),
+        ("[[expect]]\nto_m = 1\ncommand = \"LEFT\"\n", "expect[1]: the key from_m is missing"),
+        (
+            "[[disturbance]]\nkind = \"snow\"\nat_m = 1\n",
+            "disturbance[1].kind: \"snow\" is not known here; give one of odometry_gap,",
+        ),
+        (
+            "[[disturbance]]\nkind = \"nan_pose\"\nfor_s = 1\n",
+            "disturbance[1]: neither at_m nor at_s; say where or when",
+        ),
+        (
+            "[[disturbance]]\nkind = \"reroute\"\nat_m = 5\nsegments = [[3]]\n",
+            "the vehicle is 111.0 m away from the new route",
+        ),
+        (
+            "[[manoeuvre]]\nkind = \"side_shift\"\nfrom_m = 5\nto_m = 5\noffset_m = 1\n",
+            "manoeuvre[1]: it ends at 5 m",
+        ),
+        (
+            "[[manoeuvre]]\nkind = \"avoidance\"\nlines = []\n",
+            "the lines of the avoidance are none, or overlap",
+        ),
+    ];
+    for (more, expected) in cases {
+        let output = Bench::new("turn.toml", &with(more)).run(&[]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{more}: {told}");
+        assert!(told.contains(expected), "{more}: {told}");
+    }
+}

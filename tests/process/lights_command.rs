@@ -1,0 +1,456 @@
+//! `signal-gateway lights` as a user meets it: text, JSON, picture, refusals, exit codes.
+//!
+//! T1 to T14 are those of docs/spec/traffic-lights.md, "Worked timelines": one frame a
+//! second, the first at the start.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::traffic_light::command::parse_command;
+use signal_gateway::core::traffic_light::scenario::{Controller, Phase};
+
+const GROUPS: &str = "[groups]\n100 = [11, 12]\n200 = [21]\n[[controller]]\nname = \"A\"\n";
+const BY_THE_SECOND: [&str; 6] = ["--frame-rate", "1", "--first-frame", "0", "--v2i-rate", "1"];
+
+/// A folder with one file in it.
+struct Bench {
+    folder: tempfile::TempDir,
+    file: PathBuf,
+}
+
+impl Bench {
+    fn new(name: &str, text: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(name);
+        fs::write(&file, text).unwrap();
+        Self { folder, file }
+    }
+
+    /// Controller A with phases of (name, seconds, states), then more of the file.
+    fn of_phases(phases: &[(&str, f64, &str)], more: &str) -> Self {
+        let phase = |(name, seconds, states): &(&str, f64, &str)| {
+            format!(
+                "[[controller.phase]]\nname = \"{name}\"\nduration_s = {seconds}\nstates = {{ {states} }}\n"
+            )
+        };
+        let phases: String = phases.iter().map(phase).collect();
+        Self::new("bench.toml", &format!("{GROUPS}{phases}{more}"))
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.arg("lights").arg(&self.file).args(args).output().unwrap()
+    }
+
+    fn out(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Lines with single blanks, seconds as short as can be.
+    fn timeline(&self, until_s: &str) -> Vec<String> {
+        let text = self.out(&[&BY_THE_SECOND[..], &["--until", until_s]].concat());
+        let short = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ").replace(".000", "");
+        text.lines().map(short).collect()
+    }
+
+    fn json(&self, args: &[&str]) -> Vec<Value> {
+        self.out(args).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+
+    fn refused(&self, code: i32, args: &[&str]) -> String {
+        let output = self.run(args);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{text}");
+        text
+    }
+
+    fn picture(&self, args: &[&str]) -> String {
+        let path = self.folder.path().join("picture.svg");
+        self.out(&[args, &["--picture", path.to_str().unwrap()]].concat());
+        fs::read_to_string(path).unwrap()
+    }
+}
+
+fn cycling() -> Bench {
+    let phases = [
+        ("p1", 3.0, "\"21\" = \"green\""),
+        ("p2", 1.0, "\"21\" = \"yellow\""),
+        ("p3", 2.0, "\"21\" = \"red\""),
+    ];
+    Bench::of_phases(&phases, "")
+}
+
+fn detected() -> Bench {
+    let first = "\"21\" = \"green\", \"21 conventional_detected\" = \"unknown unknown circle\"";
+    Bench::of_phases(&[("p1", 2.0, first), ("p2", 2.0, "\"21\" = \"red\"")], "")
+}
+
+fn by_hand() -> Bench {
+    let first = "\"21\" = \"green\", \"21 conventional_detected\" = \"yellow\"";
+    let event = "[[event]]\nname = \"hand\"\nat_s = 1\ndo = [{ set = \"21 conventional_detected\", state = \"red\" }, \
+                 { set = \"11 conventional_detected\", state = \"unknown\" }]\n";
+    Bench::of_phases(&[("p1", 3.0, first), ("p2", 3.0, "\"21\" = \"red\"")], event)
+}
+
+fn synced() -> Bench {
+    let phases = [
+        ("p1", 3.0, "\"21\" = \"green\""),
+        ("p2", 3.0, "\"21\" = \"red\""),
+        ("p3", 3.0, "\"21\" = \"yellow\""),
+    ];
+    let events = "[[event]]\nname = \"on\"\nat_s = 1\ndo = { enable_v2i = 21 }\n\
+                  [[event]]\nname = \"off\"\nat_s = 4\ndo = { disable_v2i = 21 }\n";
+    Bench::of_phases(&phases, events)
+}
+
+#[test]
+fn t1_cycling_in_text_byte_for_byte() {
+    let expected = "    0.000  phase                  A: p1
+    0.000  conventional           21: green
+    0.000  internal               200: green
+    3.000  phase                  A: p2
+    3.000  conventional           21: yellow
+    3.000  internal               200: yellow
+    4.000  phase                  A: p3
+    4.000  conventional           21: red
+    4.000  internal               200: red
+    6.000  phase                  A: p1
+    6.000  conventional           21: green
+    6.000  internal               200: green
+    6.000  until                  as --until says
+";
+    let args = [&BY_THE_SECOND[..], &["--until", "6"]].concat();
+    assert_eq!(cycling().out(&args), expected);
+}
+
+#[test]
+fn t3_detected_in_a_phase() {
+    let expected = [
+        "0 phase A: p1",
+        "0 conventional 21: green",
+        "0 conventional_detected 21: unknown unknown",
+        "0 internal 200: unknown unknown",
+        "2 phase A: p2",
+        "2 conventional 21: red",
+        "2 conventional_detected 21: -",
+        "2 internal 200: red",
+        "3 until as --until says",
+    ];
+    assert_eq!(detected().timeline("3"), expected);
+}
+
+#[test]
+fn t5_detected_by_hand_on_the_same_light_and_on_another() {
+    let expected = [
+        "0 phase A: p1",
+        "0 act bench begins",
+        "0 conventional 21: green",
+        "0 conventional_detected 21: yellow",
+        "0 internal 200: yellow",
+        "1 event hand",
+        "1 action set 21 conventional_detected to red",
+        "1 action set 11 conventional_detected to unknown",
+        "1 act bench ends",
+        "1 conventional_detected 11: unknown; 21: red",
+        "1 internal 100: unknown; 200: red",
+        "3 phase A: p2",
+        "3 conventional 21: red",
+        "3 conventional_detected 21: -",
+        "6 phase A: p1",
+        "6 conventional 21: green",
+        "6 conventional_detected 21: yellow",
+        "6 internal 200: yellow",
+        "6 until as --until says",
+    ];
+    assert_eq!(by_hand().timeline("6"), expected);
+}
+
+#[test]
+fn t10_synchronisation_in_both_behaviours() {
+    let bench = synced();
+    let lines = bench.timeline("6");
+    let v2i: Vec<_> = lines.iter().filter(|line| line.contains(" v2i 21")).collect();
+    assert_eq!(v2i, ["1 v2i 21: green", "3 v2i 21: red"]);
+    let external: Vec<_> = lines.iter().filter(|line| line.contains(" external ")).collect();
+    assert!(external[0].starts_with("1 external 200: green, then red at 3, yellow at 6, green at 9"));
+    assert!(external[1].starts_with("3 external 200: red, then yellow at 6"));
+    assert_eq!(external[2..], ["4 external 200: red"]);
+
+    let v2i_from = |args: &[&str]| {
+        let text = bench.out(&[&BY_THE_SECOND[..], args].concat());
+        text.lines().find(|line| line.contains("  v2i  ")).unwrap().trim().to_owned()
+    };
+    let from_3 = "3.000  v2i                    21: red";
+    assert_eq!(v2i_from(&["--compat", "upstream"]), from_3, "nothing is copied when it is enabled");
+    assert_eq!(v2i_from(&["--copy-on-enable", "false"]), from_3);
+    assert!(v2i_from(&["--compat", "upstream", "--copy-on-enable", "true"]).starts_with("1.000"));
+}
+
+#[test]
+fn t14_predictions_in_json() {
+    let phases = [
+        ("p1", 4.0, "\"21 v2i\" = \"green\""),
+        ("p2", 2.0, "\"21 v2i\" = \"yellow\""),
+        ("p3", 6.0, "\"21 v2i\" = \"red\""),
+    ];
+    let bench = Bench::of_phases(&phases, "");
+    let lines = bench.json(&[&BY_THE_SECOND[..], &["--until", "6", "--json"]].concat());
+    let told = |line: &Value| {
+        let predictions = line["external"][0]["predictions"].as_array().unwrap();
+        let told = predictions.iter().map(|prediction| {
+            assert_eq!(
+                (&prediction["reliability"], &prediction["source"]),
+                (&json!(1.0), &json!("SIMULATION"))
+            );
+            format!("{} {}", prediction["at"], prediction["elements"][0]["color"].as_str().unwrap())
+        });
+        told.collect::<Vec<_>>().join(", ")
+    };
+    let times: Vec<_> = lines.iter().map(|line| line["t"].as_f64().unwrap()).collect();
+    assert_eq!(times, [0.0, 1.0, 4.0, 6.0]);
+    assert_eq!(lines[0]["external"], Value::Null, "nothing was sent yet");
+    let from_4 = "12.0 green, 16.0 yellow, 18.0 red, 24.0 green";
+    assert_eq!(told(&lines[1]), format!("4.0 yellow, 6.0 red, {from_4}"));
+    assert_eq!(told(&lines[2]), format!("6.0 red, {from_4}, 28.0 yellow"));
+    assert_eq!(told(&lines[3]), format!("{from_4}, 28.0 yellow, 30.0 red"));
+}
+
+#[test]
+fn a_json_line_holds_all_there_is() {
+    let args = [&BY_THE_SECOND[..], &["--until", "1", "--json"]].concat();
+    let lines = by_hand().json(&args);
+    let light = |state: &str| json!({ "state": format!("{state} solidOn circle"), "confidence": 1.0 });
+    let group = |id: i64, color: &str| {
+        let element = json!({ "color": color, "status": "solidOn", "shape": "circle", "confidence": 1.0 });
+        json!({ "id": id, "elements": [element] })
+    };
+    let does = |does: &str| json!({ "what": "action", "event": "hand", "does": does });
+    let expected = json!({
+        "t": 1.0,
+        "events": [
+            { "what": "event", "act": "bench", "event": "hand" },
+            does("set 21 conventional_detected to red"),
+            does("set 11 conventional_detected to unknown"),
+            { "what": "act_ends", "act": "bench" },
+        ],
+        "ground_truth": { "conventional": { "21": light("green") }, "v2i": {} },
+        "detected": { "conventional": { "11": light("unknown"), "21": light("red") }, "v2i": {} },
+        "internal": [group(100, "unknown"), group(200, "red")],
+        "external": [],
+    });
+    assert_eq!(lines.last(), Some(&expected));
+}
+
+#[test]
+fn every_frame_is_printed_when_asked_for_and_else_what_changes() {
+    let frames = |args: &[&str]| {
+        let args = [&["--frame-rate", "10", "--until", "2.0", "--json"], args].concat();
+        cycling().json(&args).len()
+    };
+    // Time zero, 20 frames, the first message over V2I with one of them.
+    assert_eq!(frames(&["--every", "frame"]), 21);
+    assert_eq!(frames(&[]), 3);
+}
+
+#[test]
+fn the_scenario_says_how_long_it_is_shown() {
+    let last = |bench: &Bench| bench.out(&BY_THE_SECOND).lines().last().unwrap().trim().to_owned();
+    assert_eq!(last(&cycling()), "12.000  until                  twice the longest cycle");
+    let stopped = format!("stop_at_s = 4\n{}", fs::read_to_string(cycling().file).unwrap());
+    let text = Bench::new("stop.toml", &stopped).out(&BY_THE_SECOND);
+    let (before, after) =
+        text.split_once("    4.000  end                    stopped by its stop trigger\n").unwrap();
+    assert!(before.contains("    4.000  phase") && after.lines().all(|line| line.starts_with("    4.000")));
+}
+
+#[test]
+fn a_scenario_that_fails_ends_with_5() {
+    let ending = |word: &str| {
+        let event = format!("[[event]]\nname = \"over\"\nat_s = 2\ndo = {{ end = \"{word}\" }}\n");
+        Bench::of_phases(&[("p1", 3.0, "\"21\" = \"green\"")], &event)
+    };
+    assert!(ending("success").out(&[]).ends_with("end                    success\n"));
+    let output = ending("failure").run(&[]);
+    assert_eq!(output.status.code(), Some(5));
+    assert!(String::from_utf8(output.stdout).unwrap().ends_with("end                    failure\n"));
+    // Upstream finds out that there is no such light when it gets there.
+    let unknown = Bench::of_phases(&[("p1", 3.0, "\"99\" = \"green\"")], "");
+    let output = unknown.run(&["--compat", "upstream"]);
+    assert_eq!(output.status.code(), Some(5));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("cannot go on: 99 is neither"));
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_with_its_place_and_a_remedy() {
+    let unknown = Bench::of_phases(&[("p1", 3.0, "\"99\" = \"green\"")], "").refused(3, &[]);
+    assert!(unknown.contains("bench.toml:9:12") && unknown.contains(" 99;"), "{unknown}");
+    let state = Bench::of_phases(&[("p1", 3.0, "\"21\" = \"grün\"")], "").refused(3, &[]);
+    assert!(state.contains("bench.toml:9:"), "{state}");
+    let nowhere = Bench::new("bench.toml", "init = [{ set = \"21\", state = \"red\" }]\n").refused(3, &[]);
+    assert!(nowhere.contains("no map and no groups") && nowhere.contains("--map FILE.osm"), "{nowhere}");
+    let no_map = cycling().refused(3, &["--map", "/nonexistent/map.osm"]);
+    assert!(no_map.contains("/nonexistent/map.osm: cannot read it"), "{no_map}");
+    let no_form = Bench::new("scenario.txt", "x").refused(3, &[]);
+    assert!(no_form.contains("scenario.txt"), "{no_form}");
+    for wrong in [["--until", "0"], ["--frame-rate", "0"], ["--first-frame", "2"], ["--every", "day"]] {
+        cycling().refused(2, &wrong);
+    }
+    let output = cycling().run(&["--picture", "/nonexistent/folder/a.svg"]);
+    assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn a_map_takes_the_place_of_groups() {
+    let bench = Bench::new("bench.toml", "init = [{ set = \"21\", state = \"green\" }]\n");
+    let map = bench.folder.path().join("map.osm");
+    let node = |id: u8| format!("<node id=\"{id}\" lat=\"0\" lon=\"0\"/>");
+    let text = format!(
+        "<osm>{}{}<way id=\"21\"><nd ref=\"1\"/><nd ref=\"2\"/><tag k=\"type\" v=\"traffic_light\"/></way>\
+         <relation id=\"300\"><member type=\"way\" ref=\"21\" role=\"refers\"/>\
+         <tag k=\"type\" v=\"regulatory_element\"/><tag k=\"subtype\" v=\"traffic_light\"/></relation></osm>",
+        node(1),
+        node(2)
+    );
+    fs::write(&map, text).unwrap();
+    let text = bench.out(&["--map", map.to_str().unwrap(), "--until", "1"]);
+    assert!(text.contains("internal               300: green\n"), "{text}");
+    fs::write(&map, "<osm><way>").unwrap();
+    let refusal = bench.refused(3, &["--map", map.to_str().unwrap()]);
+    assert!(refusal.contains("map.osm"), "{refusal}");
+}
+
+#[test]
+fn q7_upper_diagonals_are_sent_as_each_behaviour_can() {
+    let bench =
+        Bench::of_phases(&[("p1", 3.0, "\"21\" = \"red upperLeft\", \"21 v2i\" = \"red upperRight\"")], "");
+    for (compat, camera, v2i) in [("improved", "upperLeft", "upperRight"), ("upstream", "unknown", "unknown")]
+    {
+        let lines =
+            bench.json(&[&BY_THE_SECOND[..], &["--json", "--until", "1", "--compat", compat]].concat());
+        let last = lines.last().unwrap();
+        assert_eq!(last["ground_truth"]["conventional"]["21"]["state"], "red solidOn upperLeft");
+        let shapes = [&last["internal"][0], &last["external"][0], &last["external"][0]["predictions"][0]]
+            .map(|shown| shown["elements"][0]["shape"].as_str().unwrap());
+        assert_eq!(shapes, [camera, v2i, v2i], "{compat}");
+    }
+}
+
+#[test]
+fn the_example_of_the_documentation_runs_as_it_says() {
+    let guide = include_str!("../../docs/traffic-lights.md");
+    let block = |language: &str| {
+        let (_, rest) = guide.split_once(&format!("```{language}\n")).unwrap();
+        rest.split_once("```").unwrap().0
+    };
+    let bench = Bench::new("crossing.toml", block("toml"));
+    assert_eq!(bench.out(&["--until", "5"]), block("text"));
+}
+
+#[test]
+fn commands_of_the_documentation_are_commands() {
+    let guide = include_str!("../../docs/traffic-lights.md");
+    let (_, rows) = guide.split_once("| command | example |\n").unwrap();
+    let rows = rows.split_once("\n\n").unwrap().0.lines().skip(1);
+    let commands: Vec<_> = rows
+        .flat_map(|row| row.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    assert_eq!(commands.len(), 9);
+    let stop = Phase { name: "stop".to_owned(), duration: None, entries: Vec::new() };
+    let main = Controller { name: "main road".to_owned(), reference: None, phases: vec![stop] };
+    for command in commands {
+        parse_command(&command, std::slice::from_ref(&main), Compat::Improved).unwrap();
+    }
+}
+
+#[test]
+fn the_same_scenario_gives_the_same_bytes() {
+    for args in [&[][..], &["--json"], &["--json", "--every", "frame"]] {
+        assert_eq!(by_hand().out(args), by_hand().out(args));
+    }
+    assert_eq!(by_hand().picture(&[]), by_hand().picture(&[]));
+}
+
+/// A bar: left, right, and what it is.
+type Bar = (f64, f64, String);
+
+/// Rows as `lane | row`, each with its bars.
+fn rows(svg: &str) -> Vec<(String, Vec<Bar>)> {
+    let document = roxmltree::Document::parse(svg).unwrap();
+    let is_a = |node: &roxmltree::Node<'_, '_>, class: &str| node.attribute("class") == Some(class);
+    let title = |node: &roxmltree::Node<'_, '_>| {
+        let title = node.children().find(|child| child.has_tag_name("title")).unwrap();
+        title.text().unwrap().to_owned()
+    };
+    let number = |shape: &roxmltree::Node<'_, '_>, name: &str| -> f64 {
+        shape.attribute(name).unwrap().parse().unwrap()
+    };
+    let mut rows = Vec::new();
+    for lane in document.descendants().filter(|node| is_a(node, "lane")) {
+        for row in lane.children().filter(|node| is_a(node, "row")) {
+            let bars = row.children().filter(|node| is_a(node, "bar")).map(|bar| {
+                let shape = bar.children().find(|child| child.has_tag_name("rect")).unwrap();
+                let x = number(&shape, "x");
+                (x, x + number(&shape, "width"), title(&bar))
+            });
+            rows.push((format!("{} | {}", title(&lane), title(&row)), bars.collect()));
+        }
+    }
+    rows
+}
+
+#[test]
+fn the_picture_has_a_lane_for_each_light_with_detected_above_ground_truth() {
+    let svg = by_hand().picture(&[&BY_THE_SECOND[..], &["--until", "6"]].concat());
+    let rows = rows(&svg);
+    let names: Vec<_> = rows.iter().map(|(name, _)| name.as_str()).collect();
+    let expected = [
+        "A | phase",
+        "11 (group 100) | Detected",
+        "21 (group 200) | Detected",
+        "21 (group 200) | GroundTruth",
+        "group 100 | internal",
+        "group 200 | internal",
+    ];
+    assert_eq!(names, expected);
+    let described = |row: usize| rows[row].1.iter().map(|(_, _, text)| text.as_str()).collect::<Vec<_>>();
+    assert_eq!(described(0), ["0 s to 3 s: p1", "3 s to 6 s: p2"]);
+    assert_eq!(described(2), ["0 s to 1 s: yellow solidOn circle", "1 s to 3 s: red solidOn circle"]);
+    assert_eq!(described(3), ["0 s to 3 s: green solidOn circle", "3 s to 6 s: red solidOn circle"]);
+    for text in ["set 21 conventional_detected to red", "set 11 conventional_detected to unknown"] {
+        assert!(svg.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn bars_lie_where_their_times_are() {
+    let rows = rows(&cycling().picture(&[&BY_THE_SECOND[..], &["--until", "6"]].concat()));
+    let (_, bars) = rows.iter().find(|(name, _)| name == "21 (group 200) | GroundTruth").unwrap();
+    let (left, right) = (bars[0].0, bars[2].1);
+    let expected = [(0.0, 3.0), (3.0, 4.0), (4.0, 6.0)];
+    assert_eq!(bars.len(), expected.len());
+    assert!(right - left > 500.0);
+    for ((from_px, to_px, _), (from_s, to_s)) in bars.iter().zip(expected) {
+        let px = |seconds: f64| left + seconds / 6.0 * (right - left);
+        assert!((from_px - px(from_s)).abs() < 0.05 && (to_px - px(to_s)).abs() < 0.05, "{bars:?}");
+    }
+}
+
+#[test]
+fn an_hour_of_short_phases_still_shows_their_colours() {
+    let rows = rows(&cycling().picture(&["--until", "3600"]));
+    let (_, bars) = rows.iter().find(|(name, _)| name == "21 (group 200) | GroundTruth").unwrap();
+    assert!(bars.len() > 1_000, "{}", bars.len());
+}
+
+#[test]
+fn names_with_every_kind_of_sign_leave_the_picture_whole() {
+    let name = "<a> & \\\"b\\\" 信号 ✓";
+    let bench = Bench::of_phases(&[(name, 3.0, "\"21\" = \"green flashing, red solidOff left\"")], "");
+    let rows = rows(&bench.picture(&["--until", "2"]));
+    assert!(rows[0].1[0].2.ends_with(": <a> & \"b\" 信号 ✓"), "{rows:?}");
+}

@@ -1,0 +1,143 @@
+//! The unit files, judged by systemd's own tools.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::{fs, io};
+
+use crate::support::prerequisite::{Missing, Prerequisite, require};
+
+/// systemd's exposure in tenths: 0 locked up, 100 wide open. What is left is the network.
+const HIGHEST_EXPOSURE: u32 = 12;
+
+#[test]
+fn systemd_accepts_the_unit_without_a_word() {
+    let dir = tempfile::tempdir().unwrap();
+    let unit = unit_with_an_executable(dir.path());
+    let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
+    assert!(output.status.success() && said(&output).is_empty(), "{}", said(&output));
+}
+
+#[test]
+fn systemd_complains_about_a_spoilt_unit() {
+    let dir = tempfile::tempdir().unwrap();
+    let unit = unit_with_an_executable(dir.path());
+    let spoilt = fs::read_to_string(&unit).unwrap().replace("WatchdogSec=", "WatchDogSeconds=");
+    fs::write(&unit, spoilt).unwrap();
+    let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
+    assert!(said(&output).contains("WatchDogSeconds"), "{}", said(&output));
+}
+
+#[test]
+fn the_unit_is_exposed_no_more_than_its_network_asks_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let unit = unit_with_an_executable(dir.path());
+    let threshold = format!("--threshold={HIGHEST_EXPOSURE}");
+    let arguments = ["security", "--offline=true", "--no-pager", &threshold, text(&unit)];
+    let output = require!(run("systemd-analyze", &arguments));
+    let table = said(&output);
+    println!("{}", table.lines().last().unwrap_or_default());
+    assert!(output.status.success(), "{table}");
+    assert!(exposure_in_tenths(&table).unwrap() <= HIGHEST_EXPOSURE, "{table}");
+}
+
+#[test]
+fn the_unit_keeps_what_the_gateway_lives_on() {
+    let unit = fs::read_to_string(project_file("signal-gateway.service")).unwrap();
+    let value = |key| entries(&unit).find(|entry| entry.1 == key).map(|entry| entry.2);
+    assert_eq!(value("Type"), Some("notify"));
+    assert_eq!(value("RestartPreventExitStatus"), Some("2 3"));
+    for family in ["AF_CAN", "AF_NETLINK", "AF_UNIX", "AF_INET", "AF_INET6"] {
+        assert!(value("RestrictAddressFamilies").unwrap().split(' ').any(|one| one == family), "{family}");
+    }
+    for tie in ["BindsTo", "Requires", "PrivateNetwork", "JoinsNamespaceOf"] {
+        assert_eq!(value(tie), None, "{tie}");
+    }
+}
+
+#[test]
+fn the_user_can_be_made() {
+    let file = project_file("signal-gateway.sysusers");
+    let output = require!(run("systemd-sysusers", &["--dry-run", text(&file)]));
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(!said(&output).contains("ignoring"), "{}", said(&output));
+}
+
+/// networkd has no verifier: sections and keys are held against `systemd.network(5)` (v252).
+#[test]
+fn the_network_file_has_only_sections_and_keys_that_networkd_knows() {
+    let known = [
+        ("Match", "Name"),
+        ("Link", "RequiredForOnline"),
+        ("CAN", "BitRate"),
+        ("CAN", "SamplePoint"),
+        ("CAN", "ListenOnly"),
+        ("CAN", "RestartSec"),
+        ("CAN", "BusErrorReporting"),
+        ("CAN", "FDMode"),
+        ("CAN", "DataBitRate"),
+    ];
+    let file = fs::read_to_string(project_file("80-can0.network")).unwrap();
+    for (section, key, value) in entries(&file) {
+        assert!(known.contains(&(section, key)) && !value.is_empty(), "[{section}] {key}={value}");
+    }
+    assert!(entries(&file).any(|entry| entry == ("Match", "Name", "can0")));
+    assert!(entries(&file).any(|(section, key, _)| (section, key) == ("CAN", "BitRate")));
+}
+
+/// (section, key, value) of every assignment; panics on a line that is none of systemd's syntax.
+fn entries(file: &str) -> impl Iterator<Item = (&str, &str, &str)> {
+    let mut section = "";
+    let lines = file.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with(['#', ';']));
+    lines.filter_map(move |line| {
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.strip_suffix(']').unwrap();
+            return None;
+        }
+        let (key, value) = line.split_once('=').unwrap_or_else(|| panic!("no assignment: {line}"));
+        Some((section, key, value))
+    })
+}
+
+/// The unit, copied, with a program that exists: `verify` looks for it.
+fn unit_with_an_executable(dir: &Path) -> PathBuf {
+    let unit = fs::read_to_string(project_file("signal-gateway.service")).unwrap();
+    let program = "/usr/local/bin/signal-gateway";
+    assert!(unit.contains(program));
+    let copy = dir.join("signal-gateway.service");
+    fs::write(&copy, unit.replace(program, env!("CARGO_BIN_EXE_signal-gateway"))).unwrap();
+    copy
+}
+
+/// What `program` makes of `arguments`.
+fn run(program: &str, arguments: &[&str]) -> Result<Output, Missing> {
+    let missing = |why| Err(Prerequisite::SystemdAnalyze.missing(why));
+    match Command::new(program).args(arguments).env("SYSTEMD_COLORS", "0").output() {
+        Ok(output) if said(&output).contains("unrecognized option") => {
+            missing(format!("this {program} is too old for {arguments:?}"))
+        }
+        Ok(output) => Ok(output),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            missing(format!("{program} is not installed"))
+        }
+        Err(error) => panic!("{program}: {error}"),
+    }
+}
+
+/// The number before the point and the digit after it in "… exposure level for x: 1.2 OK".
+fn exposure_in_tenths(table: &str) -> Option<u32> {
+    let (_, verdict) = table.lines().find(|line| line.contains("exposure level"))?.split_once(": ")?;
+    let (whole, tenths) = verdict.split_whitespace().next()?.split_once('.')?;
+    Some(whole.parse::<u32>().ok()? * 10 + tenths.parse::<u32>().ok()?)
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&[output.stdout.as_slice(), &output.stderr].concat()).into_owned()
+}
+
+fn project_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("systemd").join(name)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}

@@ -1,0 +1,28 @@
+//! What needs neither a process, a network nor a CAN interface: models, properties, golden files, refusals.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of tests fail like tests
+
+mod support;
+
+mod pure {
+    mod absences;
+    mod command_model;
+    mod config_refusals;
+    mod dbc_real_files;
+    mod demo_recording;
+    mod drive_scenarios;
+    mod integrity_real_logs;
+    mod lamp_reports;
+    mod layering;
+    mod link_findings;
+    mod log_formats;
+    mod msrv;
+    mod no_allocation;
+    mod report_model;
+    mod scenario_refusals;
+    mod spec_citations;
+    mod traffic_light_cases;
+    mod turn_signal_cases;
+    mod validation_model;
+    mod vehicles;
+}

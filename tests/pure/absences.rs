@@ -1,0 +1,161 @@
+//! Why there is no value, in words that are true: checked on small vehicles of the test's own.
+
+use std::io;
+
+use signal_gateway::config::Settings;
+use signal_gateway::io::can::log::Log;
+use signal_gateway::replay::{Replay, Routes};
+use signal_gateway::timeline::Changes;
+
+use crate::support::files::MemoryFiles;
+
+/// What a person hears in a replay, each line without time and level.
+fn heard(settings: &Settings, log: &str) -> Vec<String> {
+    let log = Log::new(Box::new(io::Cursor::new(log.as_bytes().to_vec()))).unwrap();
+    let mut replay =
+        Replay::new(settings.gateway.clone(), log, Routes::by_interface(&settings.gateway)).unwrap();
+    let (mut changes, mut heard) = (Changes::default(), Vec::new());
+    loop {
+        while let Some(output) = replay.poll_output() {
+            heard.extend(
+                changes.of(&output).into_iter().map(|event| format!("{} {}", event.task, event.text)),
+            );
+        }
+        if !replay.step().unwrap() {
+            return heard;
+        }
+    }
+}
+
+fn lines(interface: &str, frame: &str, tenths: std::ops::Range<u32>) -> String {
+    tenths.map(|tenth| format!("({}.{}) {interface} {frame}\n", 100 + tenth / 10, tenth % 10)).collect()
+}
+
+const PAGES: &str = "\
+BO_ 512 PAGES: 8 X
+ SG_ PAGE M : 0|4@1+ (1,0) [0|15] \"\" X
+ SG_ TURN m3 : 8|2@1+ (1,0) [0|3] \"\" X
+ SG_ HAZARD m4 : 8|1@1+ (1,0) [0|1] \"\" X
+";
+
+const PAGED: &str = "\
+name = \"pages\"
+[bus.body]
+dbc = \"pages.dbc\"
+[message.PAGES]
+timeout_ms = 300
+[turn]
+signal = \"PAGES.TURN\"
+off = [0]
+left = [1]
+right = [2]
+[hazard]
+from = \"signal\"
+signal = \"PAGES.HAZARD\"
+on = [1]
+off = [0]
+";
+
+#[test]
+fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
+    let gateway = "profile = \"pages.toml\"\n[can.body]\ninterface = \"can0\"\n";
+    let settings =
+        MemoryFiles::new([("gateway.toml", gateway), ("pages.toml", PAGED), ("pages.dbc", PAGES)]).settings();
+    let turn_only = lines("can0", "200#0301000000000000", 0..5);
+    let other_pages = lines("can0", "200#0500000000000000", 5..12);
+    let other_message = lines("can0", "201#00", 12..20);
+    let heard = heard(&settings, &(turn_only + &other_pages + &other_message));
+    let of = |task: &str| -> Vec<_> { heard.iter().filter(|line| line.starts_with(task)).cloned().collect() };
+    assert_eq!(
+        of("hazard_lights"),
+        [
+            "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
+            "hazard_lights unknown: PAGES (200) comes, but not with PAGES.HAZARD",
+            "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
+        ]
+    );
+    assert_eq!(
+        of("turn_indicators"),
+        [
+            "turn_indicators unknown: no frame of PAGES (200) on can0 yet",
+            "turn_indicators ENABLE_LEFT",
+            "turn_indicators publishing",
+            "turn_indicators no longer published",
+            "turn_indicators unknown: PAGES (200) comes, but not with PAGES.TURN",
+            "turn_indicators unknown: PAGES is stale, silent for more than 300 ms",
+        ]
+    );
+}
+
+const BODY: &str = "\
+BO_ 291 BODY: 8 X
+ SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X
+ SG_ HAZARD : 2|1@1+ (1,0) [0|1] \"\" X
+";
+
+const TWO_BUSES: &str = "\
+name = \"two buses\"
+[bus.a]
+dbc = \"body.dbc\"
+[bus.b]
+dbc = \"body.dbc\"
+[message.BODY]
+bus = \"a\"
+timeout_ms = 300
+[turn]
+signal = \"a:BODY.TURN\"
+off = [0]
+left = [1]
+right = [2]
+[hazard]
+from = \"not_fitted\"
+";
+
+#[test]
+fn a_message_that_two_buses_have_is_named_with_its_bus() {
+    let gateway = "profile = \"two.toml\"\n[can.a]\ninterface = \"can0\"\n[can.b]\ninterface = \"can1\"\n";
+    let settings =
+        MemoryFiles::new([("gateway.toml", gateway), ("two.toml", TWO_BUSES), ("body.dbc", BODY)]).settings();
+    let log = lines("can0", "123#0100000000000000", 0..2) + &lines("can1", "123#0200000000000000", 2..9);
+    let heard = heard(&settings, &(log + &lines("can0", "123#0300000000000000", 9..10)));
+    for text in [
+        "turn_indicators unknown: no frame of a:BODY (123) on can0 yet",
+        "turn_indicators ENABLE_LEFT",
+        "turn_indicators unknown: a:BODY is stale, silent for more than 300 ms",
+        "turn_indicators invalid: a:BODY.TURN = 3 is not a defined value",
+    ] {
+        assert!(heard.iter().any(|line| line == text), "{text} is not in {heard:#?}");
+    }
+    assert!(!heard.iter().any(|line| line.ends_with("ENABLE_RIGHT")), "the other bus says something else");
+}
+
+const SLOW: &str = "\
+BO_ 291 BODY: 8 X
+ SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X
+BO_ 292 ALIVE: 8 X
+ SG_ COUNT : 0|8@1+ (1,0) [0|255] \"\" X
+";
+
+#[test]
+fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
+    let gateway = "profile = \"slow.toml\"\n[can.body]\ninterface = \"can0\"\n";
+    let profile = "name = \"slow\"\n[bus.body]\ndbc = \"slow.dbc\"\nheartbeat_messages = [\"ALIVE\"]\n\
+        alive_timeout_ms = 500\n[message.BODY]\ntiming = \"event_cyclic\"\ntimeout_ms = 1500\n\
+        [turn]\nsignal = \"BODY.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    let settings =
+        MemoryFiles::new([("gateway.toml", gateway), ("slow.toml", profile), ("slow.dbc", SLOW)]).settings();
+    let body = |tenth| lines("can0", "123#01", tenth..tenth + 1);
+    // Repeated in time on a live bus; then missing on a live bus; then the bus silent.
+    let log = body(0) + &lines("can0", "124#00", 1..14) + &body(14) + &lines("can0", "124#00", 15..35);
+    let log = log + &body(35) + &body(45);
+    let heard = heard(&settings, &log);
+    let turn: Vec<_> = heard.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
+    assert_eq!(
+        turn,
+        [
+            "turn_indicators unknown: no frame of BODY (123) on can0 yet",
+            "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
+            "turn_indicators unknown: bus can0 is silent",
+        ]
+    );
+}

@@ -1,0 +1,120 @@
+//! A configuration with an invented vehicle, and its command flow on virtual time.
+
+use std::time::Duration;
+
+use signal_gateway::config::Settings;
+use signal_gateway::config::gateway::command::CommandConfig;
+use signal_gateway::core::can::bus::{Bus, BusSettings};
+use signal_gateway::core::can::frame::Frame;
+use signal_gateway::core::can::link::LinkState;
+use signal_gateway::core::command::Reported;
+use signal_gateway::core::command::allow_list::CommandFrame;
+use signal_gateway::core::command::flow::CommandFlow;
+use signal_gateway::core::command::output::CommandOutput;
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::time::{MonoTime, Now};
+
+use crate::support::clock::at_ns;
+use crate::support::command_vehicle::{DBC, asks};
+use crate::support::files::MemoryFiles;
+
+/// The configuration with these lines in its `[command]`.
+pub(crate) fn config(command: &str, profile: &str) -> CommandConfig {
+    settings(command, profile).command.unwrap()
+}
+
+/// Likewise, all of it. `map.osm` is there for a `[turn_signal]` that may follow.
+pub(crate) fn settings(command: &str, profile: &str) -> Settings {
+    let gateway = format!("profile = \"bench.toml\"\ncan.body.interface = \"can0\"\n[command]\n{command}\n");
+    let files =
+        MemoryFiles::new([("bench.dbc", DBC), ("map.osm", include_str!("../../maps/crossroads.osm"))]);
+    files.with("gateway.toml", gateway).with("bench.toml", profile).settings()
+}
+
+/// A flow on its bus, and all frames it has sent.
+pub(crate) struct Bench {
+    pub(crate) flow: CommandFlow,
+    pub(crate) buses: Vec<Bus>,
+    pub(crate) now_ns: u64,
+    /// When, and what.
+    pub(crate) sent: Vec<(u64, Frame)>,
+    pub(crate) would_send: Vec<Frame>,
+}
+
+impl Bench {
+    pub(crate) fn new(config: CommandConfig) -> Self {
+        let bus = BusSettings {
+            name: "body".to_owned(),
+            interface: "can0".to_owned(),
+            heartbeat_messages: Vec::new(),
+            alive_timeout: Duration::from_secs(1),
+            may_sleep: false,
+        };
+        let flow = CommandFlow::new(config.settings, config.binding, at_ns(0));
+        let buses = vec![Bus::new(bus, LinkState::Up)];
+        Self { flow, buses, now_ns: 0, sent: Vec::new(), would_send: Vec::new() }
+    }
+
+    pub(crate) fn now(&self) -> Now {
+        at_ns(self.now_ns)
+    }
+
+    /// Settles and takes the frames that come of it.
+    pub(crate) fn settle(&mut self) -> Vec<CommandFrame> {
+        self.flow.settle(&self.buses, self.now());
+        let mut given = Vec::new();
+        while let Some(outgoing) = self.flow.poll_output() {
+            match outgoing {
+                CommandOutput::Transmit { frame, .. } => {
+                    self.sent.push((self.now_ns, *frame.frame()));
+                    given.push(frame);
+                }
+                CommandOutput::WouldTransmit { frame, .. } => self.would_send.push(frame),
+            }
+        }
+        given
+    }
+
+    /// Lets time go by, and settles whenever the flow wants it.
+    pub(crate) fn pass_until(&mut self, until_ns: u64) {
+        while let Some(at) = self.flow.next_deadline(self.now().mono).map(MonoTime::as_nanos) {
+            assert!(at > self.now_ns, "a deadline that does not move");
+            if at > until_ns {
+                break;
+            }
+            self.now_ns = at;
+            self.settle();
+        }
+        self.now_ns = until_ns;
+    }
+
+    pub(crate) fn turn(&mut self, raw: u8) {
+        let now = self.now();
+        self.flow.turn_command(raw, now.wall, now);
+    }
+
+    pub(crate) fn hazard(&mut self, raw: u8) {
+        let now = self.now();
+        self.flow.hazard_command(raw, now.wall, now);
+    }
+
+    pub(crate) fn mode(&mut self, raw: u8) {
+        let now = self.now();
+        self.flow.control_mode(raw, now.wall, now);
+    }
+
+    pub(crate) fn report(&mut self, reported: Reported) {
+        self.flow.report(reported);
+    }
+
+    /// What the newest frame asks for.
+    pub(crate) fn asked(&self) -> &'static str {
+        self.sent.last().map_or("no frame", |(_, frame)| asks(frame.data()))
+    }
+
+    /// Level and message of each task, in order.
+    pub(crate) fn said(&self) -> Vec<(Level, String)> {
+        let statuses = self.flow.statuses("gateway", &self.buses, self.now().mono);
+        statuses.into_iter().map(|status| (status.level, status.message)).collect()
+    }
+}

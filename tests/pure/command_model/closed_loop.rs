@@ -1,0 +1,492 @@
+//! The loop closed on virtual time: commands in, frames to a simulated vehicle, its lights, its report,
+//! and what the gateway says of its obedience.
+
+use std::time::Duration;
+
+use proptest::prelude::*;
+use signal_gateway::config::Settings;
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::LinkState;
+use signal_gateway::core::command::Turn;
+use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::command::output::CommandOutput;
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::simulated_vehicle::request;
+use signal_gateway::core::simulated_vehicle::{
+    self, SimulatedVehicle, SimulationSettings, VehicleEvent, Who,
+};
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::state::TurnCode::{self, Both, Left, Off, Right};
+
+use crate::pure::command_model::bench::settings as bench_settings;
+use crate::support::clock::{MS, at as time};
+use crate::support::command_vehicle::PROFILE;
+use crate::support::files::MemoryFiles;
+
+const AUTONOMOUS: u8 = 1;
+const VELOCITY_ONLY: u8 = 3;
+const MANUAL: u8 = 4;
+/// Commands as their messages have them.
+const NONE: u8 = 0;
+const DISABLE: u8 = 1;
+const LEFT: u8 = 2;
+const RIGHT: u8 = 3;
+const HAZARD_OFF: u8 = 1;
+const HAZARD_ON: u8 = 2;
+/// The shipped profiles with commands, and their only bus.
+const SHIPPED: [(&str, &str); 3] =
+    [("pacmod", "pacmod"), ("new_eagle_dbw", "dbw"), ("tesla_model3", "vehicle")];
+
+/// The configuration from a text, all else from the project.
+fn shipped(name: &str, bus: &str, command: &str) -> Settings {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles");
+    let text = format!(
+        "profile = \"{folder}/{name}.toml\"\ncan.{bus}.interface = \"can0\"\n[command]\ntx = \"on\"\n{command}\n"
+    );
+    MemoryFiles::new([("gateway.toml", text)]).or_disk().settings()
+}
+
+/// Gateway and vehicle on one wire, and Autoware, which says the same ten times a second.
+struct Loop {
+    gateway: Gateway,
+    vehicle: SimulatedVehicle,
+    at: MonoTime,
+    spoken: MonoTime,
+    /// Turn, hazard, mode; none = silence.
+    words: [Option<u8>; 3],
+    gateway_lives: bool,
+    reports: (Option<&'static str>, Option<&'static str>),
+    /// When another turn report came than before.
+    turned: MonoTime,
+    happened: Vec<(MonoTime, VehicleEvent)>,
+    /// When, of which task.
+    said: Vec<(MonoTime, String, Level, String)>,
+}
+
+impl Loop {
+    fn new(settings: &Settings) -> Self {
+        let plan = settings.vehicle_plan().unwrap();
+        let mut desk = Self {
+            gateway: Gateway::new(settings.gateway.clone(), LinkState::Up, time(MonoTime::ZERO)),
+            vehicle: SimulatedVehicle::new(plan, SimulationSettings::default(), MonoTime::ZERO),
+            at: MonoTime::ZERO,
+            spoken: MonoTime::ZERO,
+            words: [None; 3],
+            gateway_lives: true,
+            reports: (None, None),
+            turned: MonoTime::ZERO,
+            happened: Vec::new(),
+            said: Vec::new(),
+        };
+        desk.exchange();
+        desk
+    }
+
+    fn shipped(index: usize) -> Self {
+        let (name, bus) = SHIPPED[index];
+        Self::new(&shipped(name, bus, ""))
+    }
+
+    /// Everything that is to be said at this instant, over and back until nobody has anything left.
+    fn exchange(&mut self) {
+        let now = time(self.at);
+        loop {
+            let mut is_quiet = true;
+            while let Some(output) = self.vehicle.poll_output() {
+                match output {
+                    simulated_vehicle::Output::Frame { bus, frame } if self.gateway_lives => {
+                        self.gateway.handle(CanInput::Frame { bus, frame, stamp: now.wall }, now);
+                        is_quiet = false;
+                    }
+                    simulated_vehicle::Output::Error { bus, error } if self.gateway_lives => {
+                        self.gateway.handle(CanInput::ErrorFrame { bus, error }, now);
+                    }
+                    simulated_vehicle::Output::Frame { .. } | simulated_vehicle::Output::Error { .. } => {}
+                    simulated_vehicle::Output::Happened(happening) => {
+                        self.happened.push((self.at, happening));
+                    }
+                }
+            }
+            while let Some(output) = self.gateway.poll_output() {
+                match output {
+                    Output::Command(CommandOutput::Transmit { frame, .. }) => {
+                        self.vehicle.frame_arrived(frame.bus(), frame.frame(), self.at);
+                        is_quiet = false;
+                    }
+                    Output::VehicleLights(VehicleLightsOutput::TurnIndicators { report, .. }) => {
+                        if self.reports.0.replace(report.name()) != Some(report.name()) {
+                            self.turned = self.at;
+                        }
+                    }
+                    Output::VehicleLights(VehicleLightsOutput::HazardLights { report, .. }) => {
+                        self.reports.1 = Some(report.name());
+                    }
+                    Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => {
+                        self.reports.0 = None;
+                    }
+                    Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => self.reports.1 = None,
+                    Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
+                        for status in diagnostics.statuses.into_iter().filter(|s| s.name.contains("_command"))
+                        {
+                            let task = status.name.split(": ").nth(1).unwrap().to_owned();
+                            self.said.push((self.at, task, status.level, status.message));
+                        }
+                    }
+                    Output::Diagnostics { .. }
+                    | Output::Command(CommandOutput::WouldTransmit { .. })
+                    | Output::TrafficLights(_)
+                    | Output::TurnSignal(_) => {}
+                }
+            }
+            if is_quiet {
+                return;
+            }
+        }
+    }
+
+    fn pass(&mut self, ms: u64) {
+        let end = self.at.after(Duration::from_millis(ms));
+        loop {
+            let deadlines = [self.vehicle.next_deadline(self.at), Some(self.spoken), Some(end)];
+            let gateway = self.gateway_lives.then(|| self.gateway.next_deadline(self.at));
+            let next = deadlines.into_iter().chain([gateway]).flatten().min().unwrap();
+            self.at = next.max(self.at);
+            let now = time(self.at);
+            if self.at >= self.spoken {
+                self.spoken = self.at.after(Duration::from_millis(100));
+                let [turn, hazard, mode] = self.words;
+                let stamp = now.wall;
+                let words = [
+                    turn.map(|raw| CommandInput::Turn { raw, stamp }),
+                    hazard.map(|raw| CommandInput::Hazard { raw, stamp }),
+                    mode.map(|raw| CommandInput::ControlMode { raw, stamp }),
+                ];
+                for word in words.into_iter().flatten().filter(|_| self.gateway_lives) {
+                    self.gateway.handle(word, now);
+                }
+            }
+            if self.gateway_lives {
+                self.gateway.handle(Input::Tick, now);
+            }
+            self.vehicle.settle(self.at);
+            self.exchange();
+            if self.at >= end {
+                return;
+            }
+        }
+    }
+
+    fn say(&mut self, turn: u8, hazard: u8, ms: u64) {
+        (self.words[0], self.words[1]) = (Some(turn), Some(hazard));
+        self.pass(ms);
+    }
+
+    fn ask(&mut self, text: &str, ms: u64) {
+        let (_, request) = request::line(text).unwrap().unwrap();
+        self.vehicle.request(request, self.at);
+        self.pass(ms);
+    }
+
+    fn mode(&mut self, mode: u8) {
+        self.words[2] = Some(mode);
+    }
+
+    /// What has been said of the turn command since a time, as news.
+    fn news_since(&self, since: MonoTime) -> Vec<(Level, &str)> {
+        let news =
+            self.said.iter().filter(|(at, task, ..)| *at >= since && task == "turn_indicators_command");
+        news.map(|(_, _, level, message)| (*level, message.as_str())).collect()
+    }
+
+    fn lights_since(&self, since: MonoTime) -> Vec<(u64, TurnCode, Who)> {
+        let lights = self.happened.iter().filter_map(|(at, happening)| {
+            let VehicleEvent::Lights { code, who } = happening else { return None };
+            (*at >= since).then(|| (at.since(since).as_nanos(), *code, *who))
+        });
+        lights.map(|(nanos, code, who)| (u64::try_from(nanos).unwrap() / MS, code, who)).collect()
+    }
+}
+
+#[test]
+fn each_shipped_vehicle_obeys_and_its_report_proves_it() {
+    for (index, (name, _)) in SHIPPED.iter().enumerate() {
+        let mut car = Loop::shipped(index);
+        car.mode(AUTONOMOUS);
+        car.say(DISABLE, HAZARD_OFF, 1000);
+        let steps = [
+            (LEFT, HAZARD_OFF, Left, "ENABLE_LEFT", "DISABLE"),
+            (LEFT, HAZARD_ON, Both, "DISABLE", "ENABLE"),
+            (LEFT, HAZARD_OFF, Left, "ENABLE_LEFT", "DISABLE"),
+            (RIGHT, HAZARD_OFF, Right, "ENABLE_RIGHT", "DISABLE"),
+            (DISABLE, HAZARD_OFF, Off, "DISABLE", "DISABLE"),
+            (DISABLE, HAZARD_ON, Both, "DISABLE", "ENABLE"),
+        ];
+        for (turn, hazard, code, turn_report, hazard_report) in steps {
+            car.say(turn, hazard, 5000);
+            let who = if code == Off { Who::Nobody } else { Who::Command };
+            assert_eq!(car.vehicle.lights(), (code, who), "{name}");
+            assert_eq!(car.reports, (Some(turn_report), Some(hazard_report)), "{name}");
+        }
+        let bad: Vec<_> = car
+            .said
+            .iter()
+            .filter(|(at, _, level, _)| *level != Level::Ok && *at > MonoTime::from_millis(1000))
+            .collect();
+        assert!(bad.is_empty(), "{name}: {bad:?}");
+    }
+}
+
+#[test]
+fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_lights_do() {
+    for (index, (name, _)) in SHIPPED.iter().enumerate() {
+        let mut car = Loop::shipped(index);
+        car.mode(MANUAL);
+        car.say(LEFT, HAZARD_ON, 5000);
+        assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
+        let asked = car.happened.iter().any(|(_, what)| {
+            matches!(
+                what,
+                VehicleEvent::Commanded { turn: Some(Turn::Left | Turn::Right), .. }
+                    | VehicleEvent::Commanded { hazard: Some(true), .. }
+            )
+        });
+        assert!(!asked, "{name}");
+        car.mode(VELOCITY_ONLY);
+        car.say(LEFT, HAZARD_OFF, 5000);
+        assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
+        car.say(LEFT, HAZARD_ON, 5000);
+        assert_eq!(car.vehicle.lights(), (Both, Who::Command), "{name}");
+    }
+}
+
+#[test]
+fn the_driver_is_left_alone_and_the_command_comes_back() {
+    let mut car = Loop::shipped(0);
+    car.mode(AUTONOMOUS);
+    car.say(LEFT, HAZARD_OFF, 5000);
+    let since = car.at;
+    car.ask("stalk right", 5000);
+    assert_eq!(car.vehicle.lights(), (Right, Who::Driver));
+    assert_eq!(car.news_since(since), [(Level::Warn, "commanded left, left to the driver: right")]);
+    let since = car.at;
+    car.ask("stalk off", 5000);
+    assert_eq!(car.vehicle.lights(), (Left, Who::Command));
+    assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok);
+    // A driver who switches the hazard lights on keeps them, whatever is commanded.
+    car.ask("hazard on", 5000);
+    assert_eq!(car.vehicle.lights(), (Both, Who::Driver));
+    car.ask("hazard off", 5000);
+    assert_eq!(car.vehicle.lights(), (Left, Who::Command));
+}
+
+#[test]
+fn a_vehicle_that_does_not_obey_or_lies_is_found_out() {
+    let table = [
+        (
+            "fault ignore-commands",
+            "commanded left, but the vehicle still reports off",
+            "commanded left, but the vehicle reports off",
+        ),
+        (
+            "fault false-report off",
+            "commanded left, but the vehicle still reports off",
+            "commanded left, but the vehicle reports off",
+        ),
+    ];
+    for (index, (name, _)) in SHIPPED.iter().enumerate() {
+        for (fault, warning, error) in table {
+            let mut car = Loop::shipped(index);
+            car.mode(AUTONOMOUS);
+            car.say(DISABLE, HAZARD_OFF, 2000);
+            let since = car.at;
+            car.ask(fault, 0);
+            car.say(LEFT, HAZARD_OFF, 5000);
+            let news = car.news_since(since);
+            let at = |wanted: (Level, &str)| news.iter().position(|news| *news == wanted);
+            let (warned, failed) = (at((Level::Warn, warning)), at((Level::Error, error)));
+            assert!(warned.is_some() && warned < failed, "{name} {fault}: {news:?}");
+            let since = car.at;
+            car.ask("clear", 5000);
+            assert_eq!(car.reports.0, Some("ENABLE_LEFT"), "{name} {fault}");
+            assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok, "{name} {fault}");
+        }
+    }
+}
+
+/// How long the loop takes by its construction, at any phase of its rhythms: what a process and a machine
+/// add is measured on a real bus.
+fn commands_are_reported_in_time(commands: u64) {
+    // The gateway's least distance between two frames, the reaction, the report's period.
+    let most_ms = 10 + u64::try_from(SimulationSettings::default().reaction.as_millis()).unwrap() + 100;
+    for (index, (name, _)) in SHIPPED.iter().enumerate() {
+        let mut car = Loop::shipped(index);
+        car.mode(AUTONOMOUS);
+        car.say(DISABLE, HAZARD_OFF, 1000);
+        let mut spans = Vec::new();
+        for (step, raw) in (0..commands).zip([LEFT, DISABLE, RIGHT, DISABLE].into_iter().cycle()) {
+            // All phases come, in an order without pattern.
+            car.pass(300 + step * 37 % 100);
+            let told = time(car.at);
+            car.words[0] = Some(raw);
+            car.gateway.handle(CommandInput::Turn { raw, stamp: told.wall }, told);
+            car.exchange();
+            car.pass(most_ms);
+            let report = ["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"][usize::from(raw - 1)];
+            assert_eq!(car.reports.0, Some(report), "{name}, step {step}");
+            spans.push(car.turned.since(told.mono).as_secs_f64() * 1000.0);
+        }
+        spans.sort_by(f64::total_cmp);
+        let at = |percent: usize| spans[(spans.len() - 1) * percent / 100];
+        println!(
+            "{name}: command to report, {commands} commands: least {:.1} ms, median {:.1}, 90 % {:.1}, 99 % {:.1}, most {:.1}",
+            spans[0],
+            at(50),
+            at(90),
+            at(99),
+            at(100)
+        );
+    }
+}
+
+/// Each command at each phase of 1 ms.
+#[test]
+fn a_command_is_reported_within_the_vehicles_reaction_and_one_period_of_its_report() {
+    commands_are_reported_in_time(100);
+}
+
+mod slow {
+    #[test]
+    fn a_command_is_reported_within_the_vehicles_reaction_and_one_period_of_its_report() {
+        super::commands_are_reported_in_time(1000);
+    }
+}
+
+/// What the bus and the lights do when the process is killed in mid-turn, and one second later a new one
+/// begins: the periods of these messages are 100, 50 and 100 ms.
+#[test]
+fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
+    for (index, ((name, bus), period)) in SHIPPED.iter().zip([100, 50, 100]).enumerate() {
+        let mut car = Loop::shipped(index);
+        car.mode(AUTONOMOUS);
+        car.say(LEFT, HAZARD_OFF, 5000);
+        let killed = car.at;
+        car.gateway_lives = false;
+        car.pass(1000);
+        let lights = car.lights_since(killed);
+        let [(ms, Off, Who::Nobody)] = lights[..] else { panic!("{name}: {lights:?}") };
+        // Five periods without a frame, and the vehicle's own reaction.
+        assert!((4 * period + 50..=5 * period + 51).contains(&ms), "{name}: {ms} ms");
+        let restarted = car.at;
+        car.gateway = Gateway::new(shipped(name, bus, "").gateway, LinkState::Up, time(car.at));
+        car.gateway_lives = true;
+        car.pass(1000);
+        let lights = car.lights_since(restarted);
+        let [(ms, Left, Who::Command)] = lights[..] else { panic!("{name}: {lights:?}") };
+        // The next command and mode, and with a counter one frame that is not believed.
+        assert!(ms <= 100 + period + 50 + 1, "{name}: {ms} ms");
+        assert_eq!(car.reports.0, Some("ENABLE_LEFT"));
+    }
+}
+
+#[test]
+fn an_orderly_stop_leaves_the_lights_as_it_is_told_to() {
+    for (on_shutdown, expected) in [("release", Off), ("off", Off), ("hazard", Both)] {
+        let mut car = Loop::new(&shipped("pacmod", "pacmod", &format!("on_shutdown = \"{on_shutdown}\"")));
+        car.mode(AUTONOMOUS);
+        car.say(LEFT, HAZARD_OFF, 5000);
+        let stopped = car.at;
+        car.gateway.handle(Input::Stop, time(car.at));
+        car.words = [None; 3];
+        car.pass(400);
+        let lights = car.lights_since(stopped);
+        assert_eq!(lights.first().map(|(_, code, _)| *code), Some(expected), "{on_shutdown}: {lights:?}");
+    }
+}
+
+/// The bench vehicle with a button that springs back, and a stalk that does.
+fn invented(hazard: &str, turn: &str) -> Settings {
+    let profile = PROFILE
+        .replace("signal = \"STATE.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n", turn)
+        .replace("from = \"signal\"\nsignal = \"STATE.HAZARD\"\non = [1]\noff = [0]\n", hazard)
+        .replace("message.STATE.timeout_ms = 500", "message.STATE.timeout_ms = 500\nmessage.SEALED.timeout_ms = 500\nmessage.BUTTON.timeout_ms = 500");
+    bench_settings("tx = \"on\"\ncontrol_mode = \"signal\"", &profile)
+}
+
+#[test]
+fn a_stalk_and_a_button_that_spring_back_are_pressed_as_a_driver_would() {
+    let stalk = "kind = \"stalk\"\nsignal = \"SEALED.SEALED_REQ\"\nidle = [0]\nleft_half = [1]\nleft_full = [2]\n\
+                 right_half = [3]\nright_full = [4]\n";
+    let button = "from = \"button\"\nsignal = \"BUTTON.PRESSED\"\non = [1]\noff = [0]\n";
+    let mut car = Loop::new(&invented(button, stalk));
+    car.pass(6000);
+    assert_eq!(car.reports, (Some("DISABLE"), Some("DISABLE")));
+    for (request, report) in [
+        ("stalk left", "ENABLE_LEFT"),
+        ("stalk off", "DISABLE"),
+        ("stalk right", "ENABLE_RIGHT"),
+        ("stalk left", "ENABLE_LEFT"),
+        ("stalk off", "DISABLE"),
+        ("tap right", "DISABLE"),
+    ] {
+        car.ask(request, 3000);
+        assert_eq!(car.reports.0, Some(report), "{request}");
+    }
+    for (request, report) in [("hazard on", "ENABLE"), ("hazard on", "ENABLE"), ("hazard press", "DISABLE")] {
+        car.ask(request, 3000);
+        assert_eq!(car.reports.1, Some(report), "{request}");
+    }
+}
+
+/// Some of what can happen to a vehicle, and how long it lasts.
+fn days() -> impl Strategy<Value = Vec<(usize, u64)>> {
+    prop::collection::vec((0_usize..20, 10_u64..3000), 1..20)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever happened: once all is whole and the driver's hands are off, the lights are as commanded, and
+    /// all that the gateway says is that the vehicle obeys.
+    #[test]
+    fn after_any_day_the_lights_are_as_commanded(index in 0_usize..3, day in days()) {
+        let mut car = Loop::shipped(index);
+        car.mode(AUTONOMOUS);
+        for (what, ms) in day {
+            match what {
+                0 => car.ask("stalk left", ms),
+                1 => car.ask("stalk right", ms),
+                2 => car.ask("stalk off", ms),
+                3 => car.ask("tap left", ms),
+                4 => car.ask("hazard press", ms),
+                5 => car.ask("fault drop 0.5", ms),
+                6 => car.ask("fault corrupt 0.5", ms),
+                7 => car.ask("fault freeze-counter", ms),
+                8 => car.ask("fault false-report right", ms),
+                9 => car.ask("fault ignore-commands", ms),
+                10 => car.ask("fault bus-off 0.7", ms),
+                11 => car.ask("fault report undefined", ms),
+                12 => car.ask("clear", ms),
+                13 => { car.mode(MANUAL); car.pass(ms); }
+                14 => { car.mode(AUTONOMOUS); car.pass(ms); }
+                15 => car.say(LEFT, HAZARD_OFF, ms),
+                16 => car.say(RIGHT, HAZARD_ON, ms),
+                17 => car.say(DISABLE, HAZARD_OFF, ms),
+                18 => car.say(NONE, NONE, ms),
+                _ => { car.words = [None; 3]; car.pass(ms); }
+            }
+        }
+        car.mode(AUTONOMOUS);
+        car.ask("clear", 0);
+        car.ask("stalk off", 0);
+        car.ask("hazard off", 0);
+        car.say(DISABLE, HAZARD_OFF, 8000);
+        car.say(LEFT, HAZARD_OFF, 8000);
+        prop_assert_eq!(car.vehicle.lights(), (Left, Who::Command));
+        prop_assert_eq!(car.reports, (Some("ENABLE_LEFT"), Some("DISABLE")));
+        let worst = car.gateway.statuses(car.at).iter().filter(|s| s.name.contains("_command")).map(|s| s.level).max();
+        prop_assert_eq!(worst, Some(Level::Ok));
+    }
+}

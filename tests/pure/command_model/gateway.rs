@@ -1,0 +1,228 @@
+//! Commands among the other flows of the gateway: what goes in as inputs comes out as frames and statuses.
+
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::command::output::CommandOutput;
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::planner_input::PlannerInput;
+use signal_gateway::core::turn_signal::signal::Hazard;
+
+use crate::pure::command_model::bench::settings;
+use crate::support::clock::{MS, at_ms};
+use crate::support::command_vehicle::{PROFILE, asks};
+use crate::support::virtual_gateway::VirtualGateway;
+
+const BUS: BusIndex = BusIndex(0);
+const CMD: CanId = CanId::Standard(304);
+const STATE: CanId = CanId::Standard(560);
+const AUTONOMOUS: u8 = 1;
+const MANUAL: u8 = 4;
+const LEFT: u8 = 2;
+const ON: u8 = 2;
+
+/// An input and its raw value.
+type CommandValue = (fn(u8) -> CommandInput, u8);
+
+fn live(command: &str) -> VirtualGateway {
+    VirtualGateway::new(settings(&format!("tx = \"on\"\n{command}"), PROFILE).gateway)
+}
+
+/// Commands and the vehicle's state in, frames out.
+impl VirtualGateway {
+    /// `STATE` with this data, commands and mode every 100 ms for a while.
+    fn drive(&mut self, ms: u64, state: u8, words: &[CommandValue]) {
+        for _ in 0..ms / 100 {
+            self.receive(STATE, &[state, 0, 0, 0]);
+            for (word, raw) in words {
+                self.handle(word(*raw));
+            }
+            self.pass_without_end(100);
+        }
+    }
+
+    /// When, what, and whether it said something new.
+    fn sent(&self) -> Vec<(u64, Frame, bool)> {
+        let sent = self.select(|output| {
+            if let Output::Command(CommandOutput::Transmit { frame, is_news }) = output {
+                Some((*frame.frame(), *is_news))
+            } else {
+                None
+            }
+        });
+        sent.into_iter().map(|(at, (frame, is_news))| (at, frame, is_news)).collect()
+    }
+
+    /// Likewise of a dry run.
+    fn would_send(&self) -> Vec<(Frame, bool)> {
+        let frames = self.select(|output| {
+            if let Output::Command(CommandOutput::WouldTransmit { frame, is_news, .. }) = output {
+                Some((*frame, *is_news))
+            } else {
+                None
+            }
+        });
+        frames.into_iter().map(|(_, frame)| frame).collect()
+    }
+
+    fn asked(&self) -> &'static str {
+        self.sent().last().map_or("no frame", |(_, frame, _)| asks(frame.data()))
+    }
+
+    /// What was said of a task as news.
+    fn news(&self, task: &str) -> Vec<(Level, &str)> {
+        self.changes_of(task).map(|change| (change.level, change.message.as_str())).collect()
+    }
+}
+
+fn turn(raw: u8) -> CommandInput {
+    CommandInput::Turn { raw, stamp: at_ms(0).wall }
+}
+
+fn hazard(raw: u8) -> CommandInput {
+    CommandInput::Hazard { raw, stamp: at_ms(0).wall }
+}
+
+fn mode(raw: u8) -> CommandInput {
+    CommandInput::ControlMode { raw, stamp: at_ms(0).wall }
+}
+
+#[test]
+fn what_is_received_for_commands_passes_the_kernels_filters() {
+    let mut settings = settings("", PROFILE).gateway;
+    assert_eq!(settings.relevant_ids(BUS), [CMD, STATE]);
+    settings.lights.table.messages.clear();
+    assert_eq!(settings.relevant_ids(BUS), [CMD, STATE], "the driver's signs and the mode");
+    settings.command = None;
+    assert_eq!(settings.relevant_ids(BUS), []);
+}
+
+#[test]
+fn a_command_is_a_frame_at_once_and_the_report_proves_it() {
+    let mut desk = live("");
+    desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, 1), (hazard, 1)]);
+    assert_eq!(desk.asked(), "off");
+    let before = desk.sent().len();
+    desk.handle(turn(LEFT));
+    let (at, _, is_news) = desk.sent()[before];
+    assert_eq!((desk.asked(), at, is_news), ("left", 500, true));
+    let words: &[CommandValue] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
+    desk.drive(200, 0, words);
+    desk.drive(1_000, 1, words);
+    assert!(desk.sent()[before + 1..].iter().all(|(_, _, is_news)| !is_news));
+    assert_eq!(desk.value("turn_indicators_command", "reported"), "left");
+    // The lamps go out though left is commanded: both values, as soon as each limit is over.
+    let dark = desk.now.mono;
+    desk.drive(4_000, 0, words);
+    let said = desk.changes_of("turn_indicators_command").filter(|change| change.at > dark);
+    let after = |at: MonoTime| at.since(dark).as_nanos().div_ceil(MS.into());
+    let said: Vec<_> = said.map(|change| (after(change.at), change.level, change.message.as_str())).collect();
+    let late = (1_501, Level::Warn, "commanded left, but the vehicle still reports off");
+    let never = (3_001, Level::Error, "commanded left, but the vehicle reports off");
+    assert_eq!(said, [late, never]);
+}
+
+#[test]
+fn in_manual_mode_and_on_a_lost_link_nothing_has_authority() {
+    let mut desk = live("");
+    desk.drive(500, 0, &[(mode, MANUAL), (turn, LEFT), (hazard, ON)]);
+    assert!(desk.sent().len() > 4 && desk.sent().iter().all(|(_, frame, _)| asks(frame.data()) == "-"));
+    desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, ON)]);
+    assert_eq!(desk.asked(), "hazard");
+    let before = desk.sent().len();
+    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
+    desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, ON)]);
+    assert_eq!(desk.sent().len(), before);
+    assert!(desk.news("command_transmission").contains(&(Level::Error, "nothing can be sent on body")));
+    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Up });
+    assert_eq!((desk.sent().len(), desk.asked()), (before + 1, "hazard"), "at once");
+}
+
+#[test]
+fn frames_with_our_identifier_are_not_the_vehicles() {
+    let mut desk = live("");
+    desk.handle(mode(AUTONOMOUS));
+    let own = desk.sent().last().unwrap().1;
+    for _ in 0..2 {
+        desk.handle(CanInput::Frame { bus: BUS, frame: own, stamp: at_ms(0).wall });
+    }
+    assert_eq!(desk.value("command_transmission", "echoed"), "CMD 1");
+    assert_eq!(desk.value("command_transmission", "foreign"), "CMD 1");
+    assert!(desk.news("command_transmission").contains(&(Level::Error, "conflicting sender of CMD")));
+    // Neither is a sign of life of the bus.
+    assert_eq!(desk.value("can0", "frames"), "0");
+}
+
+#[test]
+fn frames_without_room_leave_no_gap_in_the_counter() {
+    let mut desk = live("");
+    let words: &[CommandValue] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
+    desk.drive(500, 1, words);
+    desk.queue_full_until = MonoTime::from_millis(590);
+    desk.drive(500, 1, words);
+    let counters: Vec<_> = desk.sent().iter().map(|(_, frame, _)| frame.data()[6] & 15).collect();
+    assert!(counters.windows(2).all(|pair| pair[1] == (pair[0] + 1) % 16), "{counters:?}");
+    assert!(desk.news("command_transmission").contains(&(Level::Warn, "frames are delayed")));
+    assert_ne!(desk.value("command_transmission", "queue_full"), "CMD 0");
+}
+
+#[test]
+fn a_stop_is_one_last_frame_with_the_state_for_it() {
+    for (on_shutdown, last) in [("release", "-"), ("off", "off"), ("hazard", "hazard")] {
+        let mut desk = live(&format!("on_shutdown = \"{on_shutdown}\""));
+        let words: &[CommandValue] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
+        desk.drive(200, 0, words);
+        desk.drive(300, 1, words);
+        let before = desk.sent().len();
+        assert!(!desk.gateway.is_finished());
+        desk.handle(Input::Stop);
+        desk.drive(500, 1, words);
+        assert_eq!((desk.sent().len(), desk.asked()), (before + 1, last), "{on_shutdown}");
+        assert!(desk.gateway.is_finished());
+    }
+    let mut without = settings("", PROFILE).gateway;
+    without.command = None;
+    assert!(Gateway::new(without, LinkState::Up, at_ms(0)).is_finished());
+}
+
+#[test]
+fn a_dry_run_tells_and_sends_nothing_whatever_the_configuration_says() {
+    let wanted = settings("tx = \"on\"", PROFILE).gateway;
+    for dry in [settings("", PROFILE).gateway, wanted.clone().dry()] {
+        let mut desk = VirtualGateway::new(dry);
+        desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)]);
+        assert!(desk.sent().is_empty());
+        let told: Vec<_> = desk.would_send().into_iter().filter(|(_, is_news)| *is_news).collect();
+        let told: Vec<_> = told.iter().map(|(frame, _)| asks(frame.data())).collect();
+        assert_eq!(told.last(), Some(&"left"));
+        assert!(desk.would_send().len() > told.len());
+    }
+    let mut live = VirtualGateway::new(wanted);
+    live.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)]);
+    assert!(live.would_send().is_empty() && !live.sent().is_empty());
+}
+
+#[test]
+fn where_the_decider_is_the_source_it_alone_commands_the_turn_and_may_ask_for_hazard_lights() {
+    let keys = "tx = \"on\"\nsource = \"decider\"\n[turn_signal]\nenabled = true\nmap = \"map.osm\"";
+    let mut desk = VirtualGateway::new(settings(keys, PROFILE).gateway);
+    // It has no inputs, so it says NO_COMMAND ten times a second; the topic is not listened to.
+    desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT)]);
+    assert_eq!(desk.asked(), "-");
+    let value = |desk: &VirtualGateway, key| desk.value("turn_indicators_command", key);
+    assert_eq!((value(&desk, "commands"), value(&desk, "no_command")), ("5".to_owned(), "5".to_owned()));
+    desk.handle(PlannerInput::HazardRequest(Hazard::Enable));
+    desk.drive(200, 0, &[(mode, AUTONOMOUS)]);
+    assert_eq!(desk.asked(), "hazard, any turn");
+    // Off on the topic does not beat on of the decider, on of either is on.
+    desk.drive(200, 0, &[(mode, AUTONOMOUS), (hazard, 1)]);
+    assert_eq!(desk.asked(), "hazard, any turn");
+    desk.drive(2_500, 0, &[(mode, AUTONOMOUS), (hazard, 1)]);
+    assert_eq!(desk.asked(), "any turn");
+    desk.drive(200, 0, &[(mode, AUTONOMOUS), (hazard, ON)]);
+    assert_eq!(desk.asked(), "hazard, any turn");
+}

@@ -1,0 +1,212 @@
+//! What is on the wire: counters, checksums, own frames and others', frames that could not be sent.
+
+use signal_gateway::config::gateway::command::CommandConfig;
+use signal_gateway::core::can::frame::CanId;
+use signal_gateway::core::can::frame::Frame;
+use signal_gateway::core::can::link::BusIndex;
+use signal_gateway::core::command::Turn;
+use signal_gateway::core::command::arbitration::VehicleRequest;
+use signal_gateway::core::command::sender::{FrameOrigin, SendFailure, Sender};
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::validation::integrity::{
+    IntegrityChecker, IntegrityVerdict, MessageIntegrity, Reject,
+};
+
+use crate::pure::command_model::bench::{Bench, config};
+use crate::support::clock::MS;
+use crate::support::command_vehicle::PROFILE;
+use crate::support::files::MemoryFiles;
+
+/// CRC-8 SAE J1850, bit by bit.
+fn j1850(data: &[u8]) -> u8 {
+    let step = |crc: u8| if crc & 0x80 == 0 { crc << 1 } else { crc << 1 ^ 0x1D };
+    !data.iter().fold(0xFF, |crc, byte| (0..8).fold(crc ^ byte, |crc, _| step(crc)))
+}
+
+#[test]
+fn over_ten_thousand_frames_the_counter_is_unbroken_and_the_receiver_trusts_every_frame() {
+    let command = config("tx = \"on\"\nturn_timeout_ms = 3600000\nhazard_timeout_ms = 3600000", PROFILE);
+    let protection = command.binding.messages[0].protection.clone().unwrap();
+    let mut bench = Bench::new(command);
+    let mut at_ms = 0;
+    while bench.sent.len() < 10_000 {
+        bench.mode(1);
+        bench.turn(u8::try_from(1 + at_ms / 700 % 3).unwrap());
+        bench.hazard(u8::try_from(1 + at_ms / 2900 % 2).unwrap());
+        bench.settle();
+        at_ms += 500;
+        bench.pass_until(at_ms * MS);
+    }
+    let rules = MessageIntegrity { length: Some(8), protection, window: None, forget_after: None };
+    let mut checker = IntegrityChecker::new(rules);
+    for (index, (at, frame)) in bench.sent.iter().enumerate() {
+        let data = frame.data();
+        assert_eq!(usize::from(data[6] & 15), index % 16, "frame {index}");
+        assert_eq!(data[7], j1850(&data[..7]), "frame {index}");
+        let verdict = checker.check(frame, MonoTime::from_nanos(*at));
+        let first = IntegrityVerdict::Rejected(Reject::Initial);
+        assert_eq!(verdict, if index == 0 { first } else { IntegrityVerdict::Trusted }, "frame {index}");
+    }
+}
+
+#[test]
+fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
+    let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
+    let (mut wire, mut failed) = (Vec::new(), 0);
+    for ms in 0..3_000 {
+        bench.now_ns = ms * MS;
+        if ms % 100 == 0 {
+            bench.mode(1);
+            bench.turn(2);
+        }
+        for frame in bench.settle() {
+            let now = bench.now();
+            if (1_000..1_180).contains(&ms) {
+                failed += 1;
+                bench.flow.not_sent(&frame, SendFailure::QueueFull, now);
+            } else {
+                wire.push((ms, frame.frame().data()[6] & 15));
+            }
+        }
+        if ms == 1_050 {
+            assert_eq!(bench.said()[2], (Level::Warn, "frames are delayed".to_owned()));
+        }
+        if ms == 1_170 {
+            assert_eq!(bench.said()[2], (Level::Error, "frames cannot be sent".to_owned()));
+        }
+    }
+    // Not as many as the counter has values.
+    assert_eq!(failed, 14, "every 10 ms, not faster");
+    assert!(wire.windows(2).all(|pair| pair[1].1 == (pair[0].1 + 1) % 16), "{wire:?}");
+    assert!(wire.iter().any(|(ms, _)| (1_180..1_200).contains(ms)), "at once when there is room");
+    assert_eq!(bench.said()[2].0, Level::Ok);
+    let (_, counts) = bench.flow.send_counts().next().unwrap();
+    assert_eq!((counts.queue_full, counts.sent), (14, u64::try_from(wire.len()).unwrap()));
+}
+
+#[test]
+fn own_frames_are_known_again_and_others_with_our_identifier_are_an_error() {
+    let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
+    bench.mode(1);
+    let own = *bench.settle()[0].frame();
+    let now = bench.now();
+    let hear =
+        |bench: &mut Bench, bus: u8, frame: &Frame| bench.flow.classify_frame(BusIndex(bus), frame, now);
+    assert_eq!(hear(&mut bench, 0, &own), FrameOrigin::Own);
+    assert_eq!(hear(&mut bench, 0, &own), FrameOrigin::Foreign, "it was sent once");
+    let vehicle = Frame::classic(CanId::Standard(560), &[0; 4]).unwrap();
+    assert_eq!(hear(&mut bench, 0, &vehicle), FrameOrigin::Vehicle);
+    assert_eq!(hear(&mut bench, 1, &own), FrameOrigin::Vehicle, "another bus");
+    let same_number = Frame::classic(CanId::Extended(304), own.data()).unwrap();
+    assert_eq!(hear(&mut bench, 0, &same_number), FrameOrigin::Vehicle);
+    bench.settle();
+    assert_eq!(bench.said()[2], (Level::Error, "conflicting sender of CMD".to_owned()));
+    bench.pass_until(1_100 * MS);
+    assert_ne!(bench.said()[2].1, "conflicting sender of CMD");
+}
+
+/// Profile, demand, message, and its bytes by public facts; the last frame of three, so the counter is 2.
+type Shipped = (&'static str, VehicleRequest, &'static str, &'static [u8]);
+
+const fn request(turn: Option<Turn>, hazard: Option<bool>) -> VehicleRequest {
+    VehicleRequest { turn, hazard }
+}
+
+#[rustfmt::skip]
+const SHIPPED: &[Shipped] = &[
+    ("pacmod", request(None, None), "130", &[0x00, 1]),
+    ("pacmod", request(Some(Turn::Off), Some(false)), "130", &[0x01, 1]),
+    ("pacmod", request(Some(Turn::Left), None), "130", &[0x01, 2]),
+    ("pacmod", request(Some(Turn::Right), None), "130", &[0x01, 0]),
+    ("pacmod", request(Some(Turn::Off), Some(true)), "130", &[0x01, 3]),
+    ("pacmod", request(None, Some(true)), "130", &[0x01, 3]),
+    ("pacmod", request(None, Some(false)), "130", &[0x00, 1]),
+    ("new_eagle_dbw", request(None, None), "00002F06", &[0, 0, 0, 0, 0, 0, 2]),
+    ("new_eagle_dbw", request(Some(Turn::Left), Some(false)), "00002F06", &[0x10, 0, 0, 0, 0, 0, 2]),
+    ("new_eagle_dbw", request(Some(Turn::Right), Some(false)), "00002F06", &[0x20, 0, 0, 0, 0, 0, 2]),
+    ("new_eagle_dbw", request(Some(Turn::Off), Some(true)), "00002F06", &[0x30, 0, 0, 0, 0, 0, 2]),
+    ("tesla_model3", request(None, None), "3E9", &[0xFF, 0x0C, 0, 0, 0, 0, 0x20]),
+    ("tesla_model3", request(Some(Turn::Left), Some(false)), "3E9", &[0xF3, 0x0D, 0, 0, 0, 0, 0x20]),
+    ("tesla_model3", request(Some(Turn::Right), None), "3E9", &[0xFF, 0x0E, 0, 0, 0, 0, 0x20]),
+    ("tesla_model3", request(Some(Turn::Off), Some(true)), "3E9", &[0xF7, 0x0C, 0, 0, 0, 0, 0x20]),
+];
+
+#[test]
+fn the_shipped_profiles_send_what_public_facts_demand() {
+    let mut wrong = Vec::new();
+    for (profile, request, id, bytes) in SHIPPED {
+        let command = shipped(profile);
+        let [message] = command.binding.messages.as_slice() else { panic!("{profile}") };
+        let mut sender = Sender::new(message);
+        let frames = (0..3).map(|index| {
+            let at = MonoTime::from_millis(index * 1000);
+            sender.settle(message, message.contents(*request, false), at).unwrap()
+        });
+        let frame = *frames.last().unwrap().frame();
+        let mut expected = bytes.to_vec();
+        match *profile {
+            "new_eagle_dbw" => expected.push(j1850(bytes)),
+            // Address and bytes in a sum.
+            "tesla_model3" => {
+                expected.push(bytes.iter().fold(0x03 + 0xE9, |sum: u8, byte| sum.wrapping_add(*byte)));
+            }
+            _ => {}
+        }
+        if frame.data() != expected.as_slice() || frame.id().to_string() != *id {
+            wrong.push(format!("{profile} {request:?}: {frame}, not {id} {expected:02X?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+/// A shipped profile with `[command]` in the gateway's file.
+fn shipped(profile: &str) -> CommandConfig {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles");
+    let bus = match profile {
+        "pacmod" => "pacmod",
+        "new_eagle_dbw" => "dbw",
+        _ => "vehicle",
+    };
+    let text = format!("profile = \"{folder}/{profile}.toml\"\ncan.{bus}.interface = \"can0\"\n[command]\n");
+    MemoryFiles::new([("gateway.toml", text)]).or_disk().settings().command.unwrap()
+}
+
+#[test]
+fn a_message_with_an_e2e_profile_is_trusted_by_the_receiver() {
+    let profile = r#"name = "Sealed"
+bus.body.dbc = "bench.dbc"
+turn.fitted = false
+hazard.from = "not_fitted"
+[[command.message]]
+name = "SEALED"
+period_ms = 20
+e2e = { profile = "1A", data_id = 0x123 }
+[command.message.turn]
+off = { SEALED_REQ = 0 }
+left = { SEALED_REQ = 1 }
+right = { SEALED_REQ = 2 }
+hazard = { SEALED_REQ = 3 }
+none = { SEALED_REQ = 7 }
+"#;
+    let command = config("tx = \"on\"\ncontrol_mode_timeout_ms = 60000", profile);
+    let protection = command.binding.messages[0].protection.clone().unwrap();
+    let mut bench = Bench::new(command);
+    bench.mode(1);
+    bench.turn(2);
+    bench.settle();
+    bench.pass_until(2_000 * MS);
+    let mut checker = IntegrityChecker::new(MessageIntegrity {
+        length: Some(8),
+        protection,
+        window: None,
+        forget_after: None,
+    });
+    assert!(bench.sent.len() > 100);
+    for (index, (at, frame)) in bench.sent.iter().enumerate() {
+        assert_eq!(usize::from(frame.data()[1] & 15), index % 15, "profile 1 counts from 0 to 14");
+        let trusted = checker.check(frame, MonoTime::from_nanos(*at)) == IntegrityVerdict::Trusted;
+        assert_eq!(trusted, index > 0, "frame {index}");
+    }
+    assert_eq!(bench.sent[0].1.data()[2] & 7, 1);
+}

@@ -1,0 +1,303 @@
+//! `config/gateway.toml` explains every key, so every key it shows must be accepted.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use signal_gateway::config::Settings;
+
+use crate::pure::config_refusals::load_texts;
+use crate::support::files::MemoryFiles;
+
+fn reference() -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/gateway.toml")).unwrap()
+}
+
+/// The gateway's keys and the profile's, in front of and behind the long rule.
+fn halves() -> (String, String) {
+    let reference = reference();
+    let (gateway, profile) = reference.split_once("\n# -----").unwrap();
+    (gateway.to_owned(), profile.to_owned())
+}
+
+/// A line that shows a key or a section is taken out of its comment; prose is left out.
+fn shown(line: &str) -> Option<String> {
+    let bare = line.strip_prefix("# ").unwrap_or(line).split(" #").next()?.trim_end();
+    let is_key = |text: &str| {
+        !text.is_empty()
+            && text.chars().all(|char| char.is_ascii_lowercase() || char.is_ascii_digit() || char == '_')
+    };
+    let is_setting = bare.split_once(" = ").is_some_and(|(key, _)| is_key(key));
+    let is_section = bare.starts_with('[') && bare.ends_with(']');
+    (is_setting || is_section).then(|| bare.to_owned())
+}
+
+/// Sections with their lines; lines in front of the first section come under "".
+fn sections(text: &str) -> Vec<(String, Vec<String>)> {
+    let mut sections = vec![(String::new(), Vec::new())];
+    for line in text.lines().filter_map(shown) {
+        if line.starts_with('[') {
+            sections.push((line, Vec::new()));
+        } else {
+            sections.last_mut().unwrap().1.push(line);
+        }
+    }
+    sections
+}
+
+fn section(sections: &[(String, Vec<String>)], name: &str) -> Vec<String> {
+    let found = sections.iter().filter(|(known, _)| known == name).flat_map(|(_, lines)| lines.clone());
+    let lines: Vec<_> = found.collect();
+    assert!(!lines.is_empty(), "{name} is not shown");
+    lines
+}
+
+const DBC: &str = "\
+BO_ 256 BLINKERS: 8 X
+ SG_ TURN : 0|4@1+ (1,0) [0|15] \"\" X
+ SG_ HAZARD : 4|3@1+ (1,0) [0|7] \"\" X
+ SG_ CHECKSUM : 56|4@1+ (1,0) [0|15] \"\" X
+ SG_ COUNTER : 60|2@1+ (1,0) [0|3] \"\" X
+BO_ 257 LAMPS: 4 X
+ SG_ LEFT : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X
+ SG_ BULB_FAULT : 2|1@1+ (1,0) [0|1] \"\" X
+BO_ 258 ENGINE_DATA: 4 X
+BO_ 260 TURN_CMD: 4 X
+ SG_ ENABLE : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ DOOR : 1|1@1+ (1,0) [0|1] \"\" X
+ SG_ TURN_REQUEST : 2|3@1+ (1,0) [0|7] \"\" X
+ SG_ HAZARD_REQUEST : 5|2@1+ (1,0) [0|3] \"\" X
+ SG_ CMD_COUNTER : 8|4@1+ (1,0) [0|15] \"\" X
+ SG_ CMD_CHECKSUM : 16|8@1+ (1,0) [0|255] \"\" X
+BO_ 261 KIT_STATE: 1 X
+ SG_ MODE : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ OVERRIDE : 1|1@1+ (1,0) [0|1] \"\" X
+BO_ 259 V2X: 8 X
+ SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X
+ SG_ USABLE : 4|1@1+ (1,0) [0|1] \"\" X
+ SG_ INTERSECTION : 8|16@1+ (1,0) [0|65535] \"\" X
+ SG_ SIGNAL_GROUP : 24|8@1+ (1,0) [0|255] \"\" X
+ SG_ CONFIDENCE : 32|7@1+ (1,0) [0|127] \"\" X
+";
+
+const MAP: &str = "\
+<osm>
+<node id='1' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='0'/></node>
+<node id='2' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='0'/></node>
+<node id='3' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='3'/></node>
+<node id='4' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='3'/></node>
+<way id='11'><nd ref='1'/><nd ref='2'/><tag k='type' v='traffic_light'/></way>
+<way id='12'><nd ref='1'/><nd ref='2'/></way><way id='13'><nd ref='3'/><nd ref='4'/></way>
+<relation id='21'><member type='way' ref='13' role='left'/><member type='way' ref='12' role='right'/>
+<tag k='type' v='lanelet'/><tag k='subtype' v='road'/></relation></osm>";
+
+const SCENARIO: &str = "init = [{ set = \"11\", state = \"red\" }]\n";
+
+fn texts(gateway: String, profile: String) -> MemoryFiles {
+    let files = [
+        ("gateway.toml", gateway),
+        ("vehicles/hyundai_kia.toml", profile),
+        ("vehicles/../../dbc/my_car.dbc", DBC.to_owned()),
+        ("lanelet2_map.osm", MAP.to_owned()),
+        ("scenarios/bench.toml", SCENARIO.to_owned()),
+    ];
+    MemoryFiles::new(files)
+}
+
+const PROFILE: &str = "\
+name = \"x\"
+bus.powertrain.dbc = \"../../dbc/my_car.dbc\"
+turn.fitted = false
+hazard.from = \"not_fitted\"
+[[command.message]]
+name = \"TURN_CMD\"
+period_ms = 100
+turn = { off = { TURN_REQUEST = 0 }, left = { TURN_REQUEST = 1 }, right = { TURN_REQUEST = 2 }, none = { TURN_REQUEST = 7 } }
+hazard = { off = { HAZARD_REQUEST = 0 }, on = { HAZARD_REQUEST = 1 }, none = { HAZARD_REQUEST = 3 } }
+constants = { ENABLE = 0, DOOR = 0, CMD_COUNTER = 0, CMD_CHECKSUM = 0 }
+";
+
+fn assert_accepted(what: &str, texts: &MemoryFiles) {
+    if let Err(problems) = load_texts(texts) {
+        let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+        panic!("{what}:\n{}", problems.join("\n"));
+    }
+}
+
+#[test]
+fn the_gateway_file_with_everything_uncommented_is_accepted() {
+    let (gateway, _) = halves();
+    let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
+    for key in ["speed", "rate_hz", "durability", "only_networks", "receive_buffer_bytes", "domain_id"] {
+        assert!(all.contains(&format!("\n{key} = ")), "{key} is shown");
+    }
+    assert_accepted(&all, &texts(all.clone(), PROFILE.to_owned()));
+}
+
+#[test]
+fn what_the_gateway_file_shows_are_the_defaults() {
+    let (gateway, _) = halves();
+    let all: String = gateway.lines().filter_map(shown).map(|line| line + "\n").collect();
+    let plain = "profile = \"vehicles/hyundai_kia.toml\"\n[can.powertrain]\ninterface = \"can0\"\n\
+                 [recording]\nfile = \"drive.log.gz\"\n\
+                 [traffic_lights]\nscenario = \"scenarios/bench.toml\"\nmap = \"lanelet2_map.osm\"\n\
+                 [traffic_lights.arbiter]\n[command]\n[turn_signal]\nmap = \"lanelet2_map.osm\"\n";
+    let shown = load_texts(&texts(all, PROFILE.to_owned())).unwrap();
+    let mut default = load_texts(&texts(plain.to_owned(), PROFILE.to_owned())).unwrap();
+    // Shown as examples: without them the environment, all networks and systemd's folder count.
+    default.ros.domain_id = shown.ros.domain_id;
+    default.ros.only_networks.clone_from(&shown.ros.only_networks);
+    let (there, here) = (&shown.light_topics, &mut default.light_topics);
+    here.inputs.clone_from(&there.inputs);
+    here.command.clone_from(&there.command);
+    let flow = |settings: &Settings| settings.gateway.traffic_lights.clone().unwrap();
+    let lights = default.gateway.traffic_lights.as_mut().unwrap();
+    lights.lights.v2i_timeout = flow(&shown).lights.v2i_timeout;
+    lights.camera_faults = flow(&shown).camera_faults;
+    default.black_box.folder.clone_from(&shown.black_box.folder);
+    let (there, here) = (shown.turn_signal.as_ref().unwrap(), default.turn_signal.as_mut().unwrap());
+    here.country.clone_from(&there.country);
+    assert_eq!(format!("{shown:?}"), format!("{default:?}"));
+}
+
+#[test]
+fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let turn = section(&sections, "[turn]");
+    let of = |keys: &[&str]| -> String {
+        let wanted = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
+        turn.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+    };
+    let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
+    let pair = of(&["left_signal", "right_signal", "both_on"]);
+    let both = pair.replace("both_on = \"undefined\"", "both_on = \"hazard\"");
+    let lamps = both.clone() + &of(&["lamp"]) + "kind = \"lamp\"\n";
+    let stalk_keys = of(&["idle", "left_half", "left_full", "right_half", "right_full", "stalk"]);
+    let stalk = of(&["signal", "not_available", "fault"]) + &stalk_keys + "kind = \"stalk\"\n";
+    let disagreement = of(&["disagreement_ms"]);
+    let name = section(&sections, "[[turn.source]]").join("\n");
+    let several = format!(
+        "{disagreement}[[turn.source]]\n{name}\n{lamps}[[turn.source]]\nname = \"state\"\n{enumerated}"
+    );
+    let rest = of(&["while_hazard", "on_fault"]);
+    let shown = [&enumerated, &pair, &of(&["lamp"]), &stalk_keys, &disagreement, &rest];
+    let shown: usize = shown.iter().map(|keys| keys.lines().count()).sum();
+    assert_eq!(turn.len(), shown + 3, "and `fitted`, `kind` twice");
+    let faults = section(&sections, "[[turn.fault_signal]]").join("\n");
+    let all = section(&sections, "[hazard]");
+    let hazard_of = |without: &[&str]| -> String {
+        let wanted = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
+        all.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+    };
+    let button_keys = ["max_gap_ms", "startup_delay_ms"];
+    let hazard = hazard_of(&[&button_keys[..], &["disagreement_ms"]].concat());
+    let button = hazard_of(&["on_fault", "disagreement_ms"]).replace("\"signal\"", "\"button\"");
+    let hazard_name = section(&sections, "[[hazard.source]]").join("\n");
+    let hazard_sources = format!(
+        "disagreement_ms = 1000\n[[hazard.source]]\n{hazard_name}\n{button}[[hazard.source]]\n\
+         name = \"signal\"\n{}",
+        hazard.replace("on_fault = \"report\"\n", "")
+    );
+    let reasons = section(&sections, "[hazard.reasons]").join("\n");
+    let reason = hazard.replace("from = \"signal\"", "from = \"reason\"").replace("\non = [1]", "\n");
+    let hazards = [
+        hazard.clone(),
+        format!("{reason}\n[hazard.reasons]\n{reasons}"),
+        button,
+        hazard_sources,
+        "from = \"both_sides\"".to_owned(),
+        "from = \"not_fitted\"".to_owned(),
+        "from = \"unbound\"".to_owned(),
+    ];
+    let bus = section(&sections, "[bus.body]").join("\n");
+    let message = section(&sections, "[message.BLINKERS]").join("\n");
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
+    let mut seen = BTreeSet::new();
+    for turn in [&enumerated, &pair, &both, &lamps, &stalk, &several, &of(&["fitted"])] {
+        for hazard in &hazards {
+            let shows_both = [&enumerated, &both, &lamps, &several].contains(&turn);
+            let uses_blinkers = turn.contains("BLINKERS") || hazard.contains("BLINKERS");
+            if hazard.contains("both_sides") && !shows_both {
+                continue;
+            }
+            let blinkers =
+                if uses_blinkers { format!("[message.BLINKERS]\n{message}") } else { String::new() };
+            let profile = format!(
+                "name = \"x\"\n[bus.body]\n{bus}\n[message.LAMPS]\ntimeout_ms = 100\n{blinkers}\n\
+                 [turn]\n{rest}{turn}\n[[turn.fault_signal]]\n{faults}\n[hazard]\n{hazard}\n"
+            );
+            assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+            seen.insert(profile);
+        }
+    }
+    assert_eq!(seen.len(), 46);
+}
+
+#[test]
+fn every_key_of_a_v2x_unit_is_accepted_in_each_of_its_forms() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let all = section(&sections, "[[v2i]]");
+    let of = |keys: &[&str]| -> String {
+        let wanted = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
+        let lines: Vec<_> = all.iter().filter(wanted).map(|line| line.clone() + "\n").collect();
+        assert_eq!(lines.len(), keys.len(), "{keys:?} are shown");
+        lines.concat()
+    };
+    let one = of(&["id"]);
+    let many = of(&["intersection", "group", "groups", "group_timeout_ms"]);
+    let both = of(&["signal", "confidence"]);
+    let texts_of = of(&["states", "not_available", "fault"]);
+    let numbers = "states = \"movement_phase_state\"\n".to_owned();
+    let arrow = numbers.clone() + &of(&["arrow"]);
+    assert_eq!(all.len(), 11);
+    let status = section(&sections, "[[v2i.status]]").join("\n");
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
+    for (form, states) in
+        [(&one, &texts_of), (&one, &numbers), (&one, &arrow), (&many, &texts_of), (&many, &numbers)]
+    {
+        let profile = format!(
+            "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.V2X.timeout_ms = 500\n\
+             [[v2i]]\n{both}{form}{states}[[v2i.status]]\n{status}\n"
+        );
+        assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+    }
+}
+
+#[test]
+fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
+    let (_, profile) = halves();
+    let sections = sections(&profile);
+    let of = |name: &str, without: &[&str]| -> String {
+        let lines = section(&sections, name);
+        let wanted = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
+        lines.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+    };
+    let message = of("[[command.message]]", &[]);
+    let enabled = of("[[command.message]]", &["idle"]).replace("DOOR = 0", "DOOR = 0, HAZARD_REQUEST = 0");
+    let bare = of("[[command.message]]", &["enable"]).replace("DOOR = 0", "DOOR = 0, ENABLE = 0");
+    let turn = of("[command.message.turn]", &["hazard"]);
+    let combined = of("[command.message.turn]", &["none"]);
+    let level = of("[command.message.hazard]", &["button"]);
+    let button = of("[command.message.hazard]", &[]);
+    let mode = of("[command.control_mode]", &[]);
+    let driver = of("[[command.driver]]", &[]);
+    let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n\
+                   [command]\ncontrol_mode = \"signal\"\n";
+    let forms = [
+        format!("{message}[command.message.turn]\n{turn}[command.message.hazard]\n{level}"),
+        format!("{message}[command.message.turn]\n{turn}[command.message.hazard]\n{button}"),
+        format!("{bare}[command.message.turn]\n{turn}[command.message.hazard]\n{level}"),
+        format!("{enabled}[command.message.turn]\n{combined}"),
+    ];
+    for form in forms {
+        let profile = format!(
+            "name = \"x\"\nbus.body.dbc = \"../../dbc/my_car.dbc\"\nmessage.KIT_STATE.timeout_ms = 500\n\
+             message.BLINKERS.timeout_ms = 500\nturn.fitted = false\n\
+             hazard = {{ from = \"signal\", signal = \"BLINKERS.HAZARD\", on = [1], off = [0] }}\n\
+             [command.control_mode]\n{mode}[[command.driver]]\n{driver}[[command.message]]\n{form}"
+        );
+        assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
+    }
+}

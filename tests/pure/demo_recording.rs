@@ -1,0 +1,93 @@
+//! The shipped recording of the demo vehicle is what its generator makes, and tells its story.
+
+#[path = "../../examples/demo_recording/mod.rs"]
+mod generator;
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::GzDecoder;
+use generator::{LENGTH_MS, START_S, STORY, write_recording, write_story};
+
+const TURN: &str = "2A5";
+const HAZARD: &str = "2C1";
+
+struct Line {
+    /// Microseconds after the start.
+    us: u64,
+    id: String,
+    data: u64,
+}
+
+fn generated() -> String {
+    let mut bytes = Vec::new();
+    write_recording(&mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+fn lines(recording: &str) -> Vec<Line> {
+    recording.lines().map(parse).collect()
+}
+
+fn parse(line: &str) -> Line {
+    let [stamp, "can0", frame] = line.split(' ').collect::<Vec<_>>()[..] else { panic!("{line}") };
+    let stamp = stamp.strip_prefix('(').and_then(|stamp| stamp.strip_suffix(')')).unwrap();
+    let (sec, usec) = stamp.split_once('.').unwrap();
+    let (id, data) = frame.split_once('#').unwrap();
+    assert_eq!((usec.len(), data.len()), (6, 16), "{line}");
+    Line {
+        us: (sec.parse::<u64>().unwrap() - START_S) * 1_000_000 + usec.parse::<u64>().unwrap(),
+        id: id.to_owned(),
+        data: u64::from_str_radix(data, 16).unwrap().swap_bytes(),
+    }
+}
+
+#[test]
+fn the_shipped_recording_is_what_the_generator_makes() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.log.gz");
+    let mut shipped = String::new();
+    GzDecoder::new(File::open(path).unwrap()).read_to_string(&mut shipped).unwrap();
+    assert!(shipped == generated(), "run: cargo run --example make_demo_recording -- config/demo.log.gz");
+}
+
+#[test]
+fn the_bus_is_as_busy_as_a_real_one_and_its_stamps_never_go_back() {
+    let lines = lines(&generated());
+    assert!(lines.windows(2).all(|pair| pair[0].us <= pair[1].us));
+    let last_ms = lines.last().unwrap().us / 1000;
+    assert!((LENGTH_MS - 100..LENGTH_MS + 100).contains(&last_ms), "{last_ms}");
+    let per_second = lines.len() as u64 * 1000 / LENGTH_MS;
+    assert!((1400..=1600).contains(&per_second), "{per_second}");
+    let ids: BTreeSet<_> = lines.iter().map(|line| line.id.as_str()).collect();
+    assert_eq!(ids.len(), 30);
+    assert!(ids.contains("18FF5A21"), "a 29-bit identifier has eight digits");
+}
+
+#[test]
+fn each_scene_is_on_the_bus_from_its_first_moment_to_its_last() {
+    let lines = lines(&generated());
+    let ends = STORY.iter().skip(1).map(|scene| scene.from_ms).chain([LENGTH_MS]);
+    for (scene, end_ms) in STORY.iter().zip(ends) {
+        let of = |id: &'static str| {
+            // A frame may wait a moment for the bus.
+            let times = scene.from_ms * 1000 + 5_000..end_ms * 1000;
+            lines.iter().filter(move |line| line.id == id && times.contains(&line.us))
+        };
+        let turn: BTreeSet<_> = of(TURN).map(|line| (line.data >> 17 & 7, line.data >> 24 & 1)).collect();
+        let expected = scene.turn.map(|state| (u64::from(state), u64::from(scene.lamp_fault)));
+        assert_eq!(turn, expected.into_iter().collect(), "{}", scene.text);
+        let hazard: BTreeSet<_> = of(HAZARD).map(|line| line.data >> 8 & 3).collect();
+        assert_eq!(hazard, [u64::from(scene.hazard)].into(), "{}", scene.text);
+    }
+}
+
+#[test]
+fn the_story_has_a_line_for_each_scene() {
+    let mut text = Vec::new();
+    write_story(&mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert_eq!(text.lines().count(), STORY.len());
+    assert!(text.contains("  36.5 s  turn message silent, bus alive"), "{text}");
+}

@@ -1,0 +1,226 @@
+//! Every shipped drive scenario, driven in both behaviours: expectations, coverage, and what holds of all
+//! of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use std::time::Duration;
+
+use signal_gateway::config::drive::{DriveFile, read};
+use signal_gateway::config::files::Disk;
+use signal_gateway::core::compat::Compat::{Improved, Upstream};
+use signal_gateway::core::turn_signal::decision::Basis;
+use signal_gateway::core::turn_signal::min_duration::MinDurations;
+use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::drive::course::Course;
+use signal_gateway::drive::run::Run;
+use signal_gateway::drive::verdict::Verdicts;
+
+use super::coverage::{CONFLICTS, MANOEUVRES, ONLY_A_GAP, WEAKNESSES};
+
+/// One cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Shown {
+    at_s: f64,
+    at_m: f64,
+    turn: Signal,
+    hazard: Hazard,
+    /// Decided by weighing; otherwise a signal may be cut short.
+    is_weighed: bool,
+}
+
+/// One scenario in one behaviour.
+struct Driven {
+    shown: Vec<Shown>,
+    met: usize,
+    failures: Vec<String>,
+}
+
+/// One scenario, upstream's behaviour and the default one.
+struct Scenario {
+    file: DriveFile,
+    upstream: Driven,
+    improved: Driven,
+}
+
+static SCENARIOS: LazyLock<BTreeMap<String, Scenario>> = LazyLock::new(|| {
+    let all = names();
+    // Two at a time: each is driven alone.
+    let (one, other) = all.split_at(all.len() / 2);
+    let drive = |names: &[String]| -> Vec<(String, Scenario)> {
+        names.iter().map(|name| (name.clone(), scenario(name))).collect()
+    };
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| drive(one));
+        let mut scenarios = drive(other);
+        scenarios.extend(first.join().unwrap());
+        scenarios.into_iter().collect()
+    })
+});
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config/drives")
+}
+
+fn names() -> Vec<String> {
+    let entries = std::fs::read_dir(folder()).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name != "README.md");
+    names.sort_unstable();
+    names
+}
+
+fn scenario(name: &str) -> Scenario {
+    let file = read(&Disk, &folder().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"));
+    let course = Course::new(file.clone()).unwrap_or_else(|refused| panic!("{name}: {refused}"));
+    let both = [Upstream, Improved];
+    let mut runs = both.map(|mode| (Run::new(&course, mode), Verdicts::new(&course, mode), Vec::new()));
+    for cycle in course.cycles() {
+        for (run, verdicts, shown) in &mut runs {
+            let decision = run.step(&cycle);
+            verdicts.take(&cycle, &decision);
+            shown.push(Shown {
+                at_s: cycle.at_s,
+                at_m: cycle.at_m,
+                turn: decision.turn,
+                hazard: decision.hazard,
+                is_weighed: matches!(decision.basis, Basis::Candidates(_)),
+            });
+        }
+    }
+    let [upstream, improved] = runs.map(|(_, verdicts, shown)| Driven {
+        shown,
+        met: verdicts.met(),
+        failures: verdicts.failed().iter().map(ToString::to_string).collect(),
+    });
+    Scenario { file, upstream, improved }
+}
+
+impl Driven {
+    fn commands(&self) -> Vec<(Signal, Hazard)> {
+        self.shown.iter().map(|shown| (shown.turn, shown.hazard)).collect()
+    }
+
+    /// Sides in the order they are shown, each once however often it is interrupted.
+    fn sides(&self) -> Vec<Side> {
+        let mut sides: Vec<Side> = self.shown.iter().filter_map(|shown| shown.turn.side()).collect();
+        sides.dedup();
+        sides
+    }
+
+    /// For people.
+    fn story(&self) -> String {
+        let mut story = String::new();
+        let mut before = None;
+        for shown in &self.shown {
+            if before.replace(shown.turn) != Some(shown.turn) {
+                story.push_str(&format!(" {} from {:.1} m,", shown.turn, shown.at_m));
+            }
+        }
+        story
+    }
+}
+
+#[test]
+fn every_shipped_scenario_keeps_its_expectations() {
+    let mut failures = Vec::new();
+    for (name, scenario) in &*SCENARIOS {
+        assert_eq!(scenario.file.modes.len(), 2, "{name}: for both behaviours");
+        for (mode, driven) in [("upstream", &scenario.upstream), ("default", &scenario.improved)] {
+            assert!(driven.met + driven.failures.len() > 0, "{name}: nothing is expected, {mode}");
+            if !driven.failures.is_empty() {
+                failures.push(format!("{name}, {mode}:{}", driven.story()));
+                failures.extend(driven.failures.iter().cloned());
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn manoeuvres_conflicts_and_weaknesses_are_covered() {
+    let mut used: BTreeSet<&str> = BTreeSet::new();
+    for (_, files) in MANOEUVRES.iter().chain(WEAKNESSES) {
+        used.extend(*files);
+    }
+    used.extend(CONFLICTS.iter().map(|(_, file, _)| *file));
+    let shipped: BTreeSet<&str> = SCENARIOS.keys().map(String::as_str).collect();
+    assert_eq!(used, shipped);
+    for (pattern, file, cases) in CONFLICTS {
+        for (mode, wanted) in
+            [Upstream, Improved].into_iter().flat_map(|mode| cases.iter().map(move |case| (mode, *case)))
+        {
+            let expects = SCENARIOS[*file].file.expectations.iter().any(|expected| {
+                let case = expected.wanted.case.map(|case| case.to_string());
+                expected.modes.contains(&mode) && case.as_deref() == Some(wanted)
+            });
+            // Half a second of A4 is too short to be expected by place where a gap follows.
+            assert!(expects || wanted == "A4" && mode == Improved, "{pattern}: {wanted} in {file}, {mode:?}");
+        }
+    }
+    let numbers: Vec<&str> = WEAKNESSES.iter().map(|(weakness, _)| *weakness).collect();
+    assert_eq!(numbers, (1..=10).map(|number| format!("W{number}")).collect::<Vec<_>>());
+}
+
+#[test]
+fn the_behaviours_differ_where_a_weakness_shows_and_nowhere_else() {
+    let weak: BTreeSet<&str> = WEAKNESSES.iter().flat_map(|(_, files)| files.iter().copied()).collect();
+    for (name, Scenario { upstream, improved, .. }) in &*SCENARIOS {
+        let same = upstream.commands() == improved.commands();
+        let told = format!("{name}\nupstream:{}\ndefault:{}", upstream.story(), improved.story());
+        if weak.contains(name.as_str()) {
+            assert!(!same, "{told}");
+        } else if ONLY_A_GAP.contains(&name.as_str()) {
+            assert!(!same, "{told}");
+            assert_eq!(upstream.sides(), improved.sides(), "{told}");
+        } else {
+            assert!(same, "{told}");
+        }
+    }
+}
+
+#[test]
+fn by_default_no_signal_is_too_short_and_a_gap_lies_between_two() {
+    let min_durations = MinDurations::READABLE;
+    let after = |from: f64, to: f64| Duration::from_secs_f64(to - from + 1e-6);
+    for (name, Scenario { improved, .. }) in &*SCENARIOS {
+        let mut on: Option<(Side, f64)> = None;
+        let mut last_on: Option<f64> = None;
+        for shown in &improved.shown {
+            match (on, shown.turn.side()) {
+                (Some((side, _)), Some(next)) if side == next => {}
+                (Some((side, since)), next) => {
+                    assert_eq!(next, None, "{name}: from {side} to the other at {:.1} m", shown.at_m);
+                    let long_enough = after(since, shown.at_s) >= min_durations.minimum_on;
+                    assert!(
+                        long_enough || !shown.is_weighed,
+                        "{name}: {side} too short at {:.1} m",
+                        shown.at_m
+                    );
+                    (on, last_on) = (None, Some(shown.at_s));
+                }
+                (None, Some(side)) => {
+                    let dark = last_on.map(|last| after(last, shown.at_s));
+                    assert!(
+                        dark.is_none_or(|dark| dark >= min_durations.minimum_gap),
+                        "{name}: {:.1} m",
+                        shown.at_m
+                    );
+                    on = Some((side, shown.at_s));
+                }
+                (None, None) => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn the_readme_lists_every_scenario() {
+    let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
+    for (name, scenario) in &*SCENARIOS {
+        let row = readme.lines().find(|line| line.starts_with(&format!("| `{name}` |")));
+        let title = scenario.file.name.as_deref().unwrap();
+        assert!(row.is_some_and(|row| row.contains(title)), "{name}: {title}");
+    }
+}

@@ -1,0 +1,8 @@
+//! Lamps, stalks, buttons and several sources: from frames to published reports, through the whole
+//! gateway and a profile as an integrator writes it.
+
+mod car;
+mod controls;
+mod lamps;
+mod refusals;
+mod sources;

@@ -1,0 +1,491 @@
+//! The house rules a compiler does not check: imports run downhill, between the rooms of the core as
+//! well, and in no circle there; the core stays pure, files stay short and their names say something.
+//!
+//! Sources are read as tokens, so comments and strings do not count, and paths count wherever they
+//! stand: in `use`, in expressions, inside macros. What is `#[cfg(test)]` may do as it likes.
+
+mod config_rooms;
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+mod circles;
+
+/// Top to bottom; a module imports from floors below its own. `lib.rs` and `main.rs` join them.
+const FLOORS: &[&[&str]] = &[
+    &["cli"],
+    &["daemon", "check"],
+    &["decode", "view", "publisher", "lights_timeline", "vehicle_timeline", "drive"],
+    &["live", "replay", "timeline", "picture"],
+    &["config", "explanation", "io"],
+    &["core"],
+];
+/// The rooms of `core`, top to bottom, likewise. The flows are on one floor: each stands alone, and only
+/// what is above them sees two of them; what they share does not know what it is for.
+const CORE_FLOORS: &[&[&str]] = &[
+    &["gateway", "simulated_vehicle"],
+    &["vehicle_lights", "turn_signal", "traffic_light", "command"],
+    &["validation"],
+    &["dbc"],
+    &["can", "map"],
+    &["diagnostics"],
+    &["time", "compat"],
+];
+/// Crates that compute and touch nothing; any other dependency is barred from `core`.
+const PURE_CRATES: &[&str] =
+    &["can_dbc", "crc", "encoding_rs", "quick_xml", "rand_distr", "rand_pcg", "rstar", "thiserror"];
+/// Parts of the standard library that reach outside the process, wait or share.
+const IMPURE_STD: &[&str] = &["env", "fs", "io", "net", "os", "process", "thread", "sync"];
+/// Names that mean a clock, a random order or a terminal, however they were imported.
+const IMPURE_NAMES: &[&str] = &[
+    "Instant",
+    "SystemTime",
+    "UNIX_EPOCH",
+    "HashMap",
+    "HashSet",
+    "RandomState",
+    "DefaultHasher",
+    "print",
+    "println",
+    "eprint",
+    "eprintln",
+    "dbg",
+];
+const VAGUE_NAMES: &[&str] = &["util", "utils", "common", "manager", "managers", "helper", "helpers", "misc"];
+const MAX_FILE: usize = 500;
+
+#[test]
+fn imports_run_downhill_and_the_core_is_pure() {
+    let dependencies = dependencies();
+    let sources = files_below("src");
+    let test_only: Vec<_> = sources.iter().flat_map(|path| Source::read(path).test_modules).collect();
+    let mut breaches = Vec::new();
+    for path in &sources {
+        let source = Source::read(path);
+        if !test_only.iter().any(|module| source.module.starts_with(module)) {
+            breaches
+                .extend(source.breaches(&dependencies).map(|breach| format!("{}: {breach}", path.display())));
+        }
+    }
+    assert!(sources.len() > 10, "the sources were not found");
+    assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
+}
+
+#[test]
+fn files_are_short_and_named_after_what_they_do() {
+    let folders = ["src", "tests", "benches", "fuzz/fuzz_targets", "examples"];
+    let mut breaches = Vec::new();
+    for path in folders.iter().flat_map(|folder| files_below(folder)) {
+        let text = fs::read_to_string(project().join(&path)).unwrap();
+        if text.lines().count() > MAX_FILE {
+            breaches.push(format!("{}: {} lines, at most {MAX_FILE}", path.display(), text.lines().count()));
+        }
+        let declared = Source::parse(&path, &text).declared;
+        let names = path.iter().filter_map(|part| part.to_str()?.split('.').next()).map(str::to_owned);
+        for name in names.chain(declared).filter(|name| VAGUE_NAMES.contains(&name.as_str())) {
+            breaches.push(format!("{}: `{name}` says nothing", path.display()));
+        }
+    }
+    assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
+}
+
+/// One file, read for what it mentions.
+#[derive(Default)]
+struct Source {
+    /// `["core", "can", "bus"]` for `src/core/can/bus.rs`.
+    module: Vec<String>,
+    mentions: Vec<Mention>,
+    /// Every `mod name`, inline or not.
+    declared: Vec<String>,
+    /// Absolute names of `#[cfg(test)] mod name;`: their files are tests as well.
+    test_modules: Vec<Vec<String>>,
+}
+
+/// A path as it is written, with the module it stands in.
+struct Mention {
+    inside: Vec<String>,
+    path: Vec<String>,
+}
+
+impl Source {
+    fn read(path: &Path) -> Self {
+        Self::parse(path, &fs::read_to_string(project().join(path)).unwrap())
+    }
+
+    fn parse(path: &Path, text: &str) -> Self {
+        let tokens: TokenStream = text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let mut module: Vec<String> =
+            path.with_extension("").iter().skip(1).map(|part| part.to_string_lossy().into_owned()).collect();
+        module.pop_if(|last| ["mod", "lib", "main"].contains(&last.as_str()));
+        let mut source = Self { module: module.clone(), ..Self::default() };
+        source.walk(tokens, &module, &[]);
+        source
+    }
+
+    /// Notes every path in `tokens`; `prefix` is what stands before the braces they came out of.
+    fn walk(&mut self, tokens: TokenStream, inside: &[String], prefix: &[String]) {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        let mut at = 0;
+        while let Some(token) = tokens.get(at) {
+            let rest = &tokens[at..];
+            at += match token {
+                TokenTree::Punct(_) if is_cfg_test(rest) => self.skip_test_item(rest, inside),
+                TokenTree::Ident(word) if word == "mod" => self.enter_module(rest, inside),
+                TokenTree::Ident(word) if word == "pub" => {
+                    if is_restriction(rest.get(1)) {
+                        2
+                    } else {
+                        1
+                    }
+                }
+                TokenTree::Ident(word) if word == "as" && !prefix.is_empty() => 2, // a new name is not a path
+                TokenTree::Ident(_) => self.note_path(rest, inside, prefix),
+                TokenTree::Group(group) => {
+                    self.walk(group.stream(), inside, &[]);
+                    1
+                }
+                TokenTree::Punct(_) | TokenTree::Literal(_) => 1,
+            };
+        }
+    }
+
+    /// `a::b::{c, d}` from its first word on; returns how many tokens it took.
+    fn note_path(&mut self, tokens: &[TokenTree], inside: &[String], prefix: &[String]) -> usize {
+        let mut path = prefix.to_vec();
+        let mut at = 0;
+        loop {
+            match tokens.get(at) {
+                Some(TokenTree::Ident(word)) => {
+                    path.push(word.to_string().trim_start_matches("r#").to_owned());
+                }
+                Some(TokenTree::Punct(star)) if star.as_char() == '*' && at > 0 => path.push("*".to_owned()),
+                Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace && at > 0 => {
+                    self.walk(group.stream(), inside, &path);
+                    return at + 1;
+                }
+                _ => break,
+            }
+            at += 1;
+            if !is_path_separator(&tokens[at..]) {
+                break;
+            }
+            at += 2;
+        }
+        self.mentions.push(Mention { inside: inside.to_vec(), path });
+        at
+    }
+
+    fn enter_module(&mut self, tokens: &[TokenTree], inside: &[String]) -> usize {
+        let Some(TokenTree::Ident(name)) = tokens.get(1) else { return 1 };
+        self.declared.push(name.to_string());
+        match tokens.get(2) {
+            Some(TokenTree::Group(body)) => {
+                self.walk(body.stream(), &joined(inside, name.to_string()), &[]);
+                3
+            }
+            _ => 2,
+        }
+    }
+
+    /// From `#[cfg(test)]` through the item it stands on: to its braces or its semicolon.
+    fn skip_test_item(&mut self, tokens: &[TokenTree], inside: &[String]) -> usize {
+        let end = tokens.iter().position(|token| match token {
+            TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
+            TokenTree::Punct(punct) => punct.as_char() == ';',
+            TokenTree::Ident(_) | TokenTree::Literal(_) => false,
+        });
+        let end = end.unwrap_or(tokens.len() - 1);
+        let module = tokens[..end].iter().position(|token| token.to_string() == "mod");
+        if let Some(TokenTree::Ident(name)) = module.and_then(|at| tokens.get(at + 1)) {
+            self.declared.push(name.to_string());
+            self.test_modules.push(joined(inside, name.to_string()));
+        }
+        end + 1
+    }
+
+    fn breaches(&self, dependencies: &BTreeSet<String>) -> impl Iterator<Item = String> {
+        self.mentions.iter().filter_map(|mention| {
+            let why = mention.breach(dependencies)?;
+            Some(format!("`{}`: {why}", mention.path.join("::")))
+        })
+    }
+}
+
+impl Mention {
+    /// Why this must not stand here.
+    fn breach(&self, dependencies: &BTreeSet<String>) -> Option<String> {
+        let home = self.inside.first()?; // the two roots may see everything
+        let Some(floor) = floor_of(FLOORS, home) else {
+            return Some(format!("`{home}` has no floor: give it one in tests/pure/layering.rs"));
+        };
+        let target = self.target();
+        let within_core = home == "core";
+        match target.as_deref() {
+            Some([]) => Some("names the whole crate".to_owned()),
+            Some([room, ..]) if room != home && floor_of(FLOORS, room).is_none_or(|other| other <= floor) => {
+                Some(format!("`{home}` must not import `{room}`: imports run downhill"))
+            }
+            Some(path) if within_core => self.breach_within_core(path),
+            None if within_core => self.impurity(dependencies),
+            _ => None,
+        }
+    }
+
+    fn breach_within_core(&self, target: &[String]) -> Option<String> {
+        let room = self.inside.get(1)?; // `core` itself may see its rooms
+        let Some(floor) = floor_of(CORE_FLOORS, room) else {
+            return Some(format!("`core::{room}` has no floor: give it one in tests/pure/layering.rs"));
+        };
+        match target {
+            [_] => Some(format!("`{room}` names the whole core, rooms above included")),
+            [_, met, ..] if met != room && floor_of(CORE_FLOORS, met).is_none_or(|other| other <= floor) => {
+                Some(format!("`{room}` must not know `{met}`: imports run downhill"))
+            }
+            [] | [_, ..] => None, // the whole crate is told above
+        }
+    }
+
+    fn impurity(&self, dependencies: &BTreeSet<String>) -> Option<String> {
+        let words: Vec<&str> = self.path.iter().map(String::as_str).collect();
+        if let Some(name) = words.iter().find(|word| IMPURE_NAMES.contains(word)) {
+            return Some(format!("`{name}` is no business of the core"));
+        }
+        match words.as_slice() {
+            ["std" | "alloc"] | ["std", "*"] => Some("names the whole standard library".to_owned()),
+            ["std", "sync", "Arc", ..] => None,
+            ["std", part, ..] if IMPURE_STD.contains(part) => Some(format!("`std::{part}` is not pure")),
+            [name, ..] if dependencies.contains(*name) && !PURE_CRATES.contains(name) => {
+                Some(format!("crate `{name}` is not for the core"))
+            }
+            _ => None,
+        }
+    }
+
+    /// The path from the crate's root, when it leads into this crate by `crate`, `self` or `super`.
+    fn target(&self) -> Option<Vec<String>> {
+        let mut target = match self.path[0].as_str() {
+            "crate" | "signal_gateway" => Vec::new(),
+            "self" if self.path.len() > 1 => self.inside.clone(),
+            "super" => self.inside[..self.inside.len() - 1].to_vec(),
+            _ => return None,
+        };
+        for word in &self.path[1..] {
+            match word.as_str() {
+                "super" => drop(target.pop()),
+                "self" | "*" => {}
+                name => target.push(name.to_owned()),
+            }
+        }
+        Some(target)
+    }
+}
+
+fn floor_of(floors: &[&[&str]], room: &str) -> Option<usize> {
+    floors.iter().position(|rooms| rooms.contains(&room))
+}
+
+fn is_path_separator(tokens: &[TokenTree]) -> bool {
+    let colon = |at| matches!(tokens.get(at), Some(TokenTree::Punct(punct)) if punct.as_char() == ':');
+    colon(0) && colon(1)
+}
+
+/// The parentheses of `pub(crate)`, `pub(super)`, `pub(in crate::core)`: they import nothing.
+fn is_restriction(token: Option<&TokenTree>) -> bool {
+    let Some(TokenTree::Group(group)) = token else { return false };
+    let first = group.stream().into_iter().next().map(|token| token.to_string());
+    group.delimiter() == Delimiter::Parenthesis
+        && first.is_some_and(|word| ["crate", "self", "super", "in"].contains(&word.as_str()))
+}
+
+fn is_cfg_test(tokens: &[TokenTree]) -> bool {
+    matches!(tokens, [TokenTree::Punct(hash), TokenTree::Group(attribute), ..]
+        if hash.as_char() == '#' && attribute.stream().to_string().replace(' ', "") == "cfg(test)")
+}
+
+fn joined(path: &[String], name: String) -> Vec<String> {
+    path.iter().cloned().chain([name]).collect()
+}
+
+/// Every dependency, by the name it has in Rust.
+fn dependencies() -> BTreeSet<String> {
+    let manifest = fs::read_to_string(project().join("Cargo.toml")).unwrap();
+    let manifest: toml::Table = manifest.parse().unwrap();
+    ["dependencies", "dev-dependencies"]
+        .iter()
+        .filter_map(|table| manifest.get(*table)?.as_table())
+        .flat_map(toml::Table::keys)
+        .map(|name| name.replace('-', "_"))
+        .collect()
+}
+
+/// Rust files below a folder of the project, sorted.
+fn files_below(folder: &str) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![PathBuf::from(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(project().join(&folder)).unwrap().map(Result::unwrap) {
+            let path = folder.join(entry.file_name());
+            if entry.file_type().unwrap().is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn project() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+mod the_check_itself {
+    use super::*;
+
+    fn found(path: &str, text: &str) -> Vec<String> {
+        Source::parse(Path::new(path), text).breaches(&dependencies()).collect()
+    }
+
+    fn assert_found(path: &str, texts: &[&str]) {
+        for text in texts {
+            assert_eq!(found(path, text).len(), 1, "{path}: {text}: {:?}", found(path, text));
+        }
+    }
+
+    fn assert_clean(path: &str, texts: &[&str]) {
+        for text in texts {
+            assert_eq!(found(path, text), Vec::<String>::new(), "{path}: {text}");
+        }
+    }
+
+    #[test]
+    fn finds_an_import_that_runs_uphill() {
+        assert_found(
+            "src/core/gateway.rs",
+            &[
+                "use crate::io::can::Socket;",
+                "use crate::{core::can::frame::Frame, config::settings};",
+                "use super::super::io;",
+                "use super::super::*;",
+                "use crate as everything;",
+                "fn f() { crate::daemon::run() }",
+                "fn f() { assert!(true, crate::daemon::NAME) }",
+                "mod inner { use super::super::super::io::can; }",
+                "pub(crate) use crate::io::can;",
+                "use crate::Shortcut;",
+            ],
+        );
+        assert_found("src/config/file.rs", &["use crate::io::can;", "use crate::cli::Args;"]);
+        assert_found("src/io/can/mod.rs", &["use crate::config::file;", "use crate::daemon::run;"]);
+        assert_found("src/daemon.rs", &["use crate::cli::Args;", "use crate::check::run;"]);
+    }
+
+    #[test]
+    fn lets_imports_run_downhill() {
+        assert_clean("src/main.rs", &["use signal_gateway::cli;"]);
+        assert_clean("src/cli.rs", &["use crate::{daemon, replay, view, config::file, core, io};"]);
+        assert_clean("src/daemon.rs", &["use crate::{config::settings, core::gateway::Gateway, io::ros};"]);
+        assert_clean(
+            "src/io/can/mod.rs",
+            &["use crate::core::can::frame::Frame; use std::{fs, net}; use tokio::net;"],
+        );
+        assert_clean(
+            "src/core/can/bus.rs",
+            &["use super::{*, frame::CanId as io}; pub(crate) struct Bus(pub(super) u8);"],
+        );
+    }
+
+    #[test]
+    fn finds_a_room_that_is_on_no_floor() {
+        assert!(!found("src/shed.rs", "struct Shed;").is_empty());
+        assert!(!found("src/core/shed.rs", "use crate::core::time::Now;").is_empty());
+    }
+
+    #[test]
+    fn finds_what_is_not_pure_in_the_core() {
+        assert_found(
+            "src/core/dbc/codec.rs",
+            &[
+                "use std::fs;",
+                "use std::{cmp, io::Read, fmt};",
+                "use std as s;",
+                "use std::*;",
+                "fn f() { std::thread::yield_now() }",
+                "fn f() { println!() }",
+                "fn f() { let _ = ::std::process::id(); }",
+                "use std::time::{Duration, Instant};",
+                "use std::collections::{BTreeMap, HashMap as Map};",
+                "use std::sync::Mutex;",
+                "use tokio::sync::mpsc;",
+                "use r#tokio::sync::mpsc;",
+                "use tracing as log;",
+                "macro_rules! say { () => { tracing::info!() } }",
+                "#[derive(serde::Serialize)] struct A;",
+                "#[cfg(not(test))] use std::fs;",
+                "#[cfg(test)] mod tests { use std::fs; } use std::env;",
+            ],
+        );
+    }
+
+    #[test]
+    fn reads_code_and_neither_comments_nor_strings_nor_tests() {
+        assert_clean(
+            "src/core/dbc/codec.rs",
+            &[
+                "//! std::fs, tokio::net\n/* crate::io */ const A: &str = \"std::env\"; const B: &str = r#\"crate::io\"#;",
+                "use std::{collections::BTreeMap, fmt, sync::Arc, time::Duration}; use can_dbc::Dbc;",
+                "#[derive(Debug, thiserror::Error)] enum E {}",
+                "#[cfg(test)] mod tests { use std::fs; use crate::io; }",
+                "#[cfg(test)] use std::fs; #[cfg(test)] fn f() { std::process::abort() }",
+                "fn f(s: &S) { s.fs.read(s.io::<u8>()); let env = s.net; }",
+            ],
+        );
+    }
+
+    #[test]
+    fn finds_flows_that_meet() {
+        assert_found(
+            "src/core/turn_signal/resolve.rs",
+            &[
+                "use crate::core::vehicle_lights::report;",
+                "use super::super::traffic_light;",
+                "use super::super::*;",
+                "use crate::core;",
+                "use crate::core::gateway::Gateway;",
+            ],
+        );
+        assert_found("src/core/turn_signal/mod.rs", &["use super::vehicle_lights::report;"]);
+        assert_found(
+            "src/core/validation/words.rs",
+            &["use crate::core::vehicle_lights::report;", "use super::super::traffic_light::bulb::Bulb;"],
+        );
+        assert_found(
+            "src/core/can/bus.rs",
+            &[
+                "use crate::core::gateway::event::Input;",
+                "use crate::core::dbc::codec;",
+                "use super::super::*;",
+            ],
+        );
+        assert_clean("src/core/turn_signal/mod.rs", &["use super::validation::meaning::Meaning;"]);
+        assert_clean(
+            "src/core/validation/words.rs",
+            &["use super::meaning::Meaning; use crate::core::can::bus::Bus;"],
+        );
+        assert_clean(
+            "src/core/turn_signal/resolve.rs",
+            &["use super::{section::Section, super::can::frame::Frame};"],
+        );
+        assert_clean("src/core/gateway.rs", &["use super::{turn_signal, vehicle_lights, traffic_light};"]);
+    }
+
+    #[test]
+    fn knows_which_files_are_tests() {
+        let source = Source::parse(Path::new("src/core/dbc/mod.rs"), "#[cfg(test)]\nmod golden;\nmod codec;");
+        assert_eq!(source.test_modules, [["core", "dbc", "golden"]]);
+        assert_eq!(source.declared, ["golden", "codec"]);
+    }
+}

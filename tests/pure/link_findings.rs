@@ -1,0 +1,272 @@
+//! What diagnostics say of a bus whose controller, link or silence is the matter, on virtual time.
+
+use std::io;
+
+use signal_gateway::core::can::controller::ControllerReport;
+use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use signal_gateway::core::can::frame::CanId;
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::gateway::GatewaySettings;
+use signal_gateway::core::gateway::event::Output;
+use signal_gateway::io::can::log::Log;
+use signal_gateway::replay::{Replay, Routes};
+
+use crate::support::files::MemoryFiles;
+use crate::support::virtual_gateway::VirtualGateway;
+
+const BUS: BusIndex = BusIndex(0);
+const TURN: CanId = CanId::Standard(0x100);
+const HAZARD: CanId = CanId::Standard(0x101);
+const ALIVE: CanId = CanId::Standard(0x102);
+
+const PROFILE: &str = r#"
+name = "car"
+[bus.body]
+dbc = "car.dbc"
+heartbeat_messages = ["ALIVE"]
+[message.TURN]
+timeout_ms = 500
+[message.HAZARD]
+timeout_ms = 1200
+[turn]
+signal = "TURN.CODE"
+off = [0]
+left = [1]
+right = [2]
+[hazard]
+from = "signal"
+signal = "HAZARD.ON"
+off = [0]
+on = [1]
+"#;
+
+const DBC: &str = "\
+BO_ 256 TURN: 1 X
+ SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X
+BO_ 257 HAZARD: 1 X
+ SG_ ON : 0|1@1+ (1,0) [0|1] \"\" X
+BO_ 258 ALIVE: 1 X
+";
+
+fn settings(may_sleep: bool) -> GatewaySettings {
+    let sleep = if may_sleep { "may_sleep = true\nheartbeat_messages" } else { "heartbeat_messages" };
+    let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n";
+    let files = MemoryFiles::new([("gateway.toml", gateway), ("car.dbc", DBC)]);
+    files.with("car.toml", PROFILE.replace("heartbeat_messages", sleep)).settings().gateway
+}
+
+/// On a bus that is up; nothing said so far counts.
+fn gateway_on_bus(may_sleep: bool) -> VirtualGateway {
+    let mut desk = VirtualGateway::new(settings(may_sleep));
+    desk.changes.clear();
+    desk
+}
+
+/// What happens on the bus here, and what is said of it.
+impl VirtualGateway {
+    /// All messages, each 100 ms, for so long.
+    fn send_all(&mut self, ms: u64) {
+        for _ in 0..ms / 100 {
+            for id in [ALIVE, TURN, HAZARD] {
+                self.receive(id, &[1]);
+            }
+            self.pass(100);
+        }
+    }
+
+    fn error(&mut self, class: u32, data: &[u8]) {
+        self.handle(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(class, data) });
+    }
+
+    fn told(&mut self, state: ControllerState, restart_ms: u32) {
+        let counters = Some(ErrorCounters { tx: 0, rx: 7 });
+        let report = ControllerReport { state, counters, restart_ms: Some(restart_ms) };
+        self.handle(CanInput::Controller { bus: BUS, report });
+    }
+
+    /// What a task said since the last call, as `LEVEL message`.
+    fn heard(&mut self, task: &str) -> Vec<String> {
+        let said = self.changes.extract_if(.., |change| change.task == task);
+        said.map(|change| format!("{} {}", change.level, change.message)).collect()
+    }
+}
+
+const STALE: &str = "ERROR unknown: TURN is stale, silent for more than 500 ms";
+
+#[test]
+fn a_sleeping_bus_is_one_finding_however_long_it_sleeps_and_returns_cleanly() {
+    let mut desk = gateway_on_bus(true);
+    desk.send_all(1000);
+    desk.changes.clear();
+    desk.pass(3_600_000);
+    assert_eq!(desk.heard("can0"), ["OK asleep"]);
+    // TURN was stale before the bus could be called asleep, HAZARD not.
+    let asleep = |message| format!("ERROR unknown: no frame of {message} since bus can0 fell asleep");
+    assert_eq!(desk.heard("turn_indicators"), [STALE.to_owned(), asleep("TURN")]);
+    assert_eq!(desk.heard("hazard_lights"), [asleep("HAZARD")]);
+    desk.send_all(2000);
+    assert_eq!(desk.heard("can0"), ["OK receiving"]);
+    assert_eq!(desk.heard("turn_indicators"), ["OK publishing"]);
+    assert_eq!(desk.heard("hazard_lights"), ["OK publishing"]);
+}
+
+#[test]
+fn a_message_that_stays_away_after_the_bus_woke_up_is_still_missed() {
+    let mut desk = gateway_on_bus(true);
+    desk.send_all(1000);
+    desk.pass(10_000);
+    desk.changes.clear();
+    for _ in 0..50 {
+        desk.receive(ALIVE, &[1]);
+        desk.pass(100);
+    }
+    assert_eq!(desk.heard("can0"), ["OK receiving"]);
+    assert!(desk.changes.is_empty(), "nothing new of the reports: {:?}", desk.changes);
+    desk.receive(TURN, &[1]);
+    assert_eq!(desk.heard("turn_indicators"), ["OK publishing"]);
+    desk.pass(600); // awake, and stale for its own reasons
+    assert_eq!(desk.heard("turn_indicators"), [STALE]);
+}
+
+#[test]
+fn a_bus_that_may_not_sleep_or_dies_is_silent_and_not_asleep() {
+    let silent = "WARN up, but silent for more than 1000 ms";
+    let mut desk = gateway_on_bus(false);
+    desk.send_all(1000);
+    desk.changes.clear();
+    desk.pass(10_000);
+    assert_eq!(desk.heard("can0"), [silent]);
+    assert_eq!(desk.heard("turn_indicators"), [STALE]);
+
+    let mut desk = gateway_on_bus(true);
+    desk.send_all(1000);
+    desk.error(0x88, &[0, 0, 0x04]); // a plug that is being pulled
+    desk.changes.clear();
+    desk.pass(30_000);
+    assert_eq!(desk.heard("can0"), [silent]);
+    assert_eq!(desk.heard("turn_indicators"), [STALE]);
+
+    let mut desk = gateway_on_bus(true);
+    desk.send_all(1000);
+    desk.changes.clear();
+    desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
+    desk.pass(10_000);
+    assert_eq!(desk.heard("can0"), ["ERROR can0 is down"]);
+    assert_eq!(desk.heard("turn_indicators"), ["ERROR unknown: can0 is down"]);
+}
+
+#[test]
+fn bus_off_is_the_cause_that_is_named_and_says_how_it_ends() {
+    for (restart_ms, how) in [
+        (Some(0), "receives nothing, needs a manual restart: ip link set can0 type can restart"),
+        (Some(100), "receives nothing, restarts by itself after 100 ms"),
+        (None, "receives nothing until it is restarted"),
+    ] {
+        let mut desk = gateway_on_bus(true);
+        if let Some(ms) = restart_ms {
+            desk.told(ControllerState::ErrorActive, ms);
+        }
+        desk.send_all(1000);
+        assert_eq!(desk.heard("can0"), ["OK receiving"]);
+        desk.changes.clear();
+        desk.error(0x40, &[]);
+        desk.pass(60_000);
+        assert_eq!(desk.heard("can0"), [format!("ERROR bus-off: {how}")]);
+        assert_eq!(desk.heard("turn_indicators"), ["ERROR unknown: TURN does not come, can0 is bus-off"]);
+        assert_eq!(desk.value("can0", "controller"), "bus-off");
+        assert_eq!(desk.value("can0", "controller_state_s"), "60");
+        desk.error(0x100, &[]);
+        desk.send_all(1000);
+        assert_eq!(
+            desk.heard("can0"),
+            ["WARN restarted after bus-off; up, but silent for more than 1000 ms", "OK receiving"],
+            "back at once with the first frame"
+        );
+        assert_eq!(desk.heard("turn_indicators").last().unwrap(), "OK publishing");
+        assert_eq!(desk.value("can0", "bus_off_count"), "1");
+        assert_eq!(desk.value("can0", "last_error"), "bus-off (61 s ago)");
+    }
+}
+
+#[test]
+fn a_changed_restart_time_is_news_while_the_controller_is_bus_off() {
+    let mut desk = gateway_on_bus(false);
+    desk.told(ControllerState::BusOff, 0);
+    desk.told(ControllerState::BusOff, 50);
+    desk.told(ControllerState::BusOff, 50);
+    let said = desk.heard("can0");
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert_eq!(said[1], "ERROR bus-off: receives nothing, restarts by itself after 50 ms");
+    assert_eq!(desk.value("can0", "rx_errors"), "7");
+}
+
+#[test]
+fn a_controller_that_flaps_is_told_once() {
+    let mut desk = gateway_on_bus(false);
+    desk.send_all(500);
+    desk.changes.clear();
+    for _ in 0..1000 {
+        desk.error(0x204, &[0, 0x08, 0, 0, 0, 0, 96, 0]);
+        desk.error(0x204, &[0, 0x40, 0, 0, 0, 0, 95, 0]);
+        desk.send_all(100);
+    }
+    assert_eq!(desk.heard("can0"), ["WARN error-warning: the bus is disturbed"]);
+    desk.send_all(2000);
+    assert_eq!(desk.heard("can0"), ["OK receiving"]);
+    assert_eq!(desk.value("can0", "error_frames"), "2000");
+}
+
+#[test]
+fn a_storm_of_bus_errors_is_counted_and_told_once() {
+    let mut desk = gateway_on_bus(false);
+    desk.send_all(500);
+    desk.changes.clear();
+    for _ in 0..10_000 {
+        desk.error(0x88, &[0, 0, 0x04, 0x0A]);
+    }
+    assert_eq!(desk.heard("can0"), ["WARN receiving, with recent drops, error frames or bad lines"]);
+    assert_eq!(desk.value("can0", "error_classes"), "protocol 10000, bus-error 10000");
+    assert_eq!(desk.value("can0", "last_error"), "protocol (bit stuffing at data), bus-error (0 s ago)");
+}
+
+#[test]
+fn a_recording_with_error_frames_replays_to_the_same_findings() {
+    let log = "(10.0) can0 100#01\n(10.1) can0 20000204#000800000000600C\n(10.2) can0 100#01\n\
+               (12.0) can0 20000204#0020000000008010\n(12.1) can0 100#01\n(14.0) can0 20000040#0000000000000000\n\
+               (16.0) can0 20000100#0000000000000000\n(16.1) can0 100#01\n(17.5) can0 100#01\n";
+    let log = Log::new(Box::new(io::Cursor::new(log))).unwrap();
+    let settings = settings(false);
+    let routes = Routes::by_interface(&settings);
+    let mut replay = Replay::new(settings, log, routes).unwrap();
+    let mut said = Vec::new();
+    let mut last = String::new();
+    while replay.step().unwrap() {
+        while let Some(output) = replay.poll_output() {
+            let Output::Diagnostics { diagnostics, .. } = output else { continue };
+            for status in diagnostics.statuses.into_iter().filter(|status| status.name.ends_with("can0")) {
+                let text = status.message;
+                let is_controllers =
+                    ["error-", "bus-off", "restarted"].iter().any(|word| text.starts_with(word));
+                if !diagnostics.refresh && is_controllers {
+                    said.push(text);
+                }
+                let counters = status.values.iter().filter(|(key, _)| key.ends_with("x_errors"));
+                last = counters.map(|(_, value)| value.as_str()).collect::<Vec<_>>().join(" ");
+            }
+        }
+    }
+    assert_eq!(
+        said,
+        [
+            "error-warning: the bus is disturbed",
+            "error-warning: the bus is disturbed; up, but silent for more than 1000 ms",
+            "error-passive: the bus is heavily disturbed; up, but silent for more than 1000 ms",
+            "error-passive: the bus is heavily disturbed",
+            "error-passive: the bus is heavily disturbed; up, but silent for more than 1000 ms",
+            "bus-off: receives nothing until it is restarted",
+            "restarted after bus-off; up, but silent for more than 1000 ms",
+        ]
+    );
+    assert_eq!(last, "unknown unknown");
+}

@@ -1,0 +1,341 @@
+//! The way of a frame through the gateway asks for no memory: nothing can grow, fragment or wait
+//! for the allocator however long and busy the drive.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::collections::BTreeSet;
+use std::hint::black_box;
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use signal_gateway::config::files::{DEMO_CONFIG, Disk, Embedded};
+use signal_gateway::config::{Overrides, Settings, load, load_profile};
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::dbc::codec::{ByteOrder, Layout as SignalLayout, SignalCodec};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::traffic_light::arbiter::ArbiterSettings;
+use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
+use signal_gateway::core::traffic_light::engine::LightsSettings;
+use signal_gateway::core::traffic_light::flow::FlowSettings;
+use signal_gateway::core::traffic_light::output::TrafficLightOutput;
+use signal_gateway::core::traffic_light::scenario::{
+    Action, Controller, Phase, PhaseEntry, Scenario, StateText,
+};
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, Crc8, Rule};
+use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule, Counts};
+use signal_gateway::core::validation::integrity::e2e::{E2e, Profile};
+use signal_gateway::core::validation::integrity::window::{Limits, Window};
+use signal_gateway::core::validation::integrity::{
+    IntegrityChecker, IntegrityVerdict, MessageIntegrity, Protection,
+};
+use signal_gateway::core::vehicle_lights::binding::TurnBinding;
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::io::can::log::Log;
+
+/// The system's allocator, counting what each thread asks of it.
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: hands every call on to `System` unchanged. The counter is a constant-initialised cell
+// without a destructor, so touching it neither allocates nor fails.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.dealloc(block, layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.realloc(block, layout, size) }
+    }
+}
+
+/// What `action` asked of the allocator.
+fn allocations(action: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.get();
+    action();
+    ALLOCATIONS.get() - before
+}
+
+const TURN: CanId = CanId::Standard(0x2A5);
+const HAZARD: CanId = CanId::Standard(0x2C1);
+const WHEEL_SPEEDS: CanId = CanId::Standard(0x0B2);
+const UNBOUND: CanId = CanId::Standard(0x0F0);
+
+const OFF: [u8; 8] = [0; 8];
+const LEFT: [u8; 8] = [0, 0, 0b0010, 0, 0, 0, 0, 0];
+
+fn demo() -> Settings {
+    load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap()
+}
+
+/// A gateway of the demo vehicle and the time, which stands still but for [`Car::passes`].
+struct Car {
+    gateway: Gateway,
+    now: Now,
+}
+
+impl Car {
+    /// Both reports have been published and the diagnostics refreshed.
+    fn in_steady_state() -> Self {
+        let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+        let mut car = Self { gateway: Gateway::new(demo().gateway, LinkState::Up, now), now };
+        for _ in 0..10 {
+            for (id, data) in [(TURN, LEFT), (HAZARD, OFF), (TURN, OFF)] {
+                car.receive(id, data);
+            }
+            car.passes(Duration::from_millis(50));
+        }
+        while car.gateway.poll_output().is_some() {}
+        car
+    }
+
+    fn receive(&mut self, id: CanId, data: [u8; 8]) {
+        let frame = Frame::classic(id, &data).unwrap();
+        self.gateway.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: self.now.wall }, self.now);
+    }
+
+    fn passes(&mut self, time: Duration) {
+        self.now = Now { mono: self.now.mono.after(time), wall: self.now.wall.after(time) };
+        self.gateway.handle(Input::Tick, self.now);
+    }
+
+    fn outputs(&mut self) -> Vec<Output> {
+        std::iter::from_fn(|| self.gateway.poll_output()).collect()
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| drop(black_box(Box::new(1)))), 1);
+    assert_eq!(allocations(|| drop(black_box(vec![1; 9]))), 1);
+    assert_eq!(allocations(|| ()), 0);
+}
+
+#[test]
+fn a_frame_that_changes_nothing_allocates_nothing() {
+    let mut car = Car::in_steady_state();
+    for id in [TURN, HAZARD, WHEEL_SPEEDS, UNBOUND] {
+        assert_eq!(allocations(|| car.receive(id, OFF)), 0, "{id}");
+        assert_eq!(allocations(|| _ = black_box(car.gateway.next_deadline(car.now.mono))), 0, "{id}");
+    }
+    assert_eq!(car.outputs(), []);
+}
+
+#[test]
+fn a_frame_that_changes_a_report_allocates_nothing() {
+    let mut car = Car::in_steady_state();
+    let mut report = None;
+    let asked = allocations(|| {
+        car.receive(TURN, LEFT);
+        report = car.gateway.poll_output();
+    });
+    assert!(
+        matches!(report, Some(Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. }))),
+        "{report:?}"
+    );
+    assert_eq!(asked, 0);
+}
+
+#[test]
+fn frames_with_faults_and_of_any_length_allocate_nothing_once_they_were_reported() {
+    let mut car = Car::in_steady_state();
+    car.receive(TURN, [0xFF; 8]);
+    assert!(!car.outputs().is_empty(), "a fault is news");
+    assert_eq!(allocations(|| car.receive(TURN, [0xFF; 8])), 0);
+    let short = Frame::classic(TURN, &[0xFF]).unwrap();
+    let input = CanInput::Frame { bus: BusIndex(0), frame: short, stamp: car.now.wall };
+    assert_eq!(allocations(|| car.gateway.handle(input, car.now)), 0);
+    assert_eq!(car.outputs(), []);
+}
+
+#[test]
+fn flashing_lamps_of_several_sources_allocate_nothing() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/vehicles/subaru_outback_2015.toml");
+    let mut settings = load_profile(&Disk, &path).unwrap().gateway;
+    let TurnBinding::From(sources) = &mut settings.lights.turn else { panic!("it has lamps") };
+    let lamps = sources.list[0].clone();
+    sources.list.push(lamps);
+    let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+    let mut gateway = Gateway::new(settings, LinkState::Up, now);
+    let mut frame = |gateway: &mut Gateway, lamps: u8| {
+        now.mono = now.mono.after(Duration::from_millis(10));
+        let frame = Frame::classic(CanId::Standard(0x282), &[0, 0, 0, 0, 0, lamps, 0, 0]).unwrap();
+        gateway.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: now.wall }, now);
+    };
+    let drained = |gateway: &mut Gateway| {
+        let outputs = std::iter::from_fn(|| gateway.poll_output());
+        outputs.filter(|output| matches!(output, Output::Diagnostics { .. })).count()
+    };
+    // Left is on, and the diagnostics were refreshed just now.
+    (0..100).for_each(|_| frame(&mut gateway, 0));
+    frame(&mut gateway, 0b1_0000);
+    drained(&mut gateway);
+    while drained(&mut gateway) == 0 {
+        frame(&mut gateway, 0b1_0000);
+    }
+    let asked = allocations(|| {
+        for lamps in [0, 0b1_0000, 0b11_0000, 0b10_0000, 0] {
+            (0..4).for_each(|_| frame(&mut gateway, lamps));
+            black_box(gateway.next_deadline(MonoTime::ZERO));
+        }
+    });
+    assert_eq!((asked, drained(&mut gateway)), (0, 0), "no refresh meanwhile");
+}
+
+/// A controller for each ten lights, all copied to V2I with what is predicted.
+fn ten_thousand_lights() -> LightsSettings {
+    let group = |id| GroupEntry { relation_id: 1_000_000 + id, way_ids: vec![id], is_pedestrian: false };
+    let groups: Vec<_> = (0..10_000).map(group).collect();
+    let store = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
+    let entry = |id| PhaseEntry { target: Target { id, store }, state: StateText::new("red") };
+    let controller = |first: i64| Controller {
+        name: first.to_string(),
+        reference: None,
+        phases: vec![Phase {
+            name: "red".to_owned(),
+            duration: Some(Duration::from_secs(3_600)),
+            entries: (first..first + 10).map(entry).collect(),
+        }],
+    };
+    let scenario = Scenario {
+        controllers: (0..1_000).map(|crossing| controller(crossing * 10)).collect(),
+        init: vec![Action::EnableV2i { ids: (0..10_000).collect() }],
+        ..Scenario::default()
+    };
+    let topics = [LightsTopic::GroundTruth, LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers];
+    LightsSettings {
+        topics: BTreeSet::from(topics),
+        ..LightsSettings::new(Arc::new(LightMap::new([], &groups)), scenario, Compat::Improved)
+    }
+}
+
+#[test]
+fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
+    let mut settings = demo().gateway;
+    settings.traffic_lights = Some(FlowSettings {
+        lights: ten_thousand_lights(),
+        camera_faults: None,
+        v2i_faults: None,
+        arbiter: Some(ArbiterSettings::default()),
+    });
+    let period = settings.diagnostics_period;
+    let now = |mono| Now { mono, wall: WallStamp::default() };
+    let mut gateway = Gateway::new(settings, LinkState::Up, now(MonoTime::ZERO));
+    let mut due = MonoTime::ZERO;
+    // Two seconds, and on until the diagnostics are refreshed, which is news and wants memory.
+    let mut refreshed = false;
+    while due < MonoTime::from_millis(2_000) || !refreshed {
+        due = gateway.next_deadline(due);
+        gateway.handle(Input::Tick, now(due));
+        refreshed = false;
+        while let Some(output) = gateway.poll_output() {
+            refreshed |= matches!(output, Output::Diagnostics { .. });
+        }
+    }
+    let (mut groups, mut messages) = (0, 0);
+    let until = due.after(period);
+    let asked = allocations(|| {
+        while gateway.next_deadline(due) < until {
+            due = gateway.next_deadline(due);
+            gateway.handle(Input::Tick, now(due));
+            while let Some(output) = gateway.poll_output() {
+                let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output else { continue };
+                messages += 1;
+                if let Content::Groups(list) = &*emission.content {
+                    groups += list.len();
+                }
+            }
+        }
+    });
+    assert!(messages >= 15 && groups >= 50_000, "{messages} messages, {groups} groups");
+    assert_eq!(asked, 0);
+}
+
+#[test]
+fn decoding_allocates_nothing() {
+    let binding = demo().gateway.lights;
+    let frame = Frame::classic(TURN, &LEFT).unwrap();
+    for signal in &binding.table.signals {
+        let asked = allocations(|| {
+            let read = (signal.codec.is_present(frame.padded()), signal.codec.value(frame.padded()));
+            black_box((read, signal.codec.needed_length()));
+        });
+        assert_eq!(asked, 0, "{}", signal.name);
+    }
+}
+
+#[test]
+fn judging_a_frame_allocates_nothing_good_or_bad() {
+    let byte = |start| SignalLayout { start, length: 8, order: ByteOrder::Intel, signed: false };
+    let checksum = SignalCodec::new(byte(56), 8).unwrap();
+    let checksum = Checksum::new(Rule::Crc8(Crc8::j1850()), checksum).unwrap();
+    let counter = SignalCodec::new(byte(0), 8).unwrap();
+    let rule = CounterRule::new(0, 255).unwrap().with_counts(Counts::Changes);
+    let limits = Limits { size: 3, min_ok: 2, max_error: 0 };
+    let own = Protection::Fields {
+        checksum: Some(checksum.clone()),
+        counter: Some(Counter::new(rule, counter).unwrap()),
+    };
+    let e2e = E2e::new(Profile::P05 { data_id: 1 }, 0, 8).unwrap();
+    for protection in [own, Protection::e2e(e2e.clone(), 1).unwrap()] {
+        let mut checker = IntegrityChecker::new(MessageIntegrity {
+            length: None,
+            protection,
+            window: Some(Window::new(limits, limits, limits, false).unwrap()),
+            forget_after: Some(Duration::from_secs(1)),
+        });
+        let mut trusted = 0;
+        let asked = allocations(|| {
+            for counter in 0..100_u8 {
+                let mut data = [counter; 8];
+                match &checker.rules().protection {
+                    Protection::Fields { .. } => assert!(checksum.protect(TURN, &mut data)),
+                    Protection::E2e { .. } => assert!(e2e.protect(counter.into(), &mut data)),
+                }
+                let damaged = Frame::classic(TURN, &data[..usize::from(counter % 9).min(7)]).unwrap();
+                let frame = Frame::classic(TURN, &data).unwrap();
+                let verdict = checker.check(if counter > 80 { &damaged } else { &frame }, MonoTime::ZERO);
+                trusted += u32::from(verdict == IntegrityVerdict::Trusted);
+            }
+        });
+        assert_eq!((trusted, asked), (79, 0));
+    }
+}
+
+#[test]
+fn reading_a_recording_allocates_nothing_after_its_first_line() {
+    let lines = "(1767225600.013289) can0 2A5#0000000000000000\nnot a line\n".repeat(100);
+    let mut log = Log::new(Box::new(Cursor::new(lines.into_bytes()))).unwrap();
+    assert!(log.next_record().unwrap().is_some());
+    let mut records = 1;
+    let asked = allocations(|| {
+        while log.next_record().unwrap().is_some() {
+            records += 1;
+        }
+    });
+    assert_eq!((records, log.bad_lines(), asked), (100, 100, 0));
+}

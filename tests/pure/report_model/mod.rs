@@ -1,0 +1,218 @@
+//! The gateway against a model of what its reports must say, over random vehicles and random days.
+//!
+//! The gateway keeps what it needs and forgets the rest; the model keeps everything that happened
+//! and looks at all of it each time. What they have in common is
+//! docs/spec/vehicle-interface.md.
+
+mod car;
+mod history;
+mod model;
+
+use std::collections::BTreeMap;
+
+use proptest::prelude::*;
+use proptest::test_runner::TestCaseError;
+use signal_gateway::core::can::link::LinkState;
+use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::Input;
+use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+
+use crate::support::clock::at_ns;
+use crate::support::property::for_all;
+use car::{Car, Rhythm, any_car, settings};
+use history::{Event, History, any_event};
+use model::{Belief, FaultKind, judge};
+
+/// Refresh of all statuses, as the generated configuration leaves it.
+const REFRESH_NS: u64 = 250_000_000;
+
+fn the_gateway_says_what_the_model_says_over(days: u32) {
+    let day = proptest::collection::vec((1..260_000_000_u64, any_event()), 1..90);
+    for_all(days, (any_car(), day), |(car, day)| {
+        let mut trial = Trial::new(car);
+        for (pause_ns, event) in day {
+            trial.pass(pause_ns)?;
+            trial.happen(event)?;
+        }
+        trial.pass(2_000_000_000)
+    });
+}
+
+#[test]
+fn the_gateway_says_what_the_model_says() {
+    the_gateway_says_what_the_model_says_over(120);
+}
+
+mod slow {
+    #[test]
+    fn the_gateway_says_what_the_model_says() {
+        super::the_gateway_says_what_the_model_says_over(600);
+    }
+}
+
+/// A gateway, the history it was given, and what it said so far.
+struct Trial {
+    car: Car,
+    gateway: Gateway,
+    history: History,
+    now_ns: u64,
+    /// Turn, then hazard.
+    topics: [Topic; 2],
+    told: BTreeMap<String, (Level, String)>,
+    refreshed_ns: u64,
+}
+
+/// What a topic carries: state, and when it was last published.
+#[derive(Default, Clone, Copy)]
+struct Topic {
+    current: Option<(&'static str, u64)>,
+}
+
+const TASKS: [&str; 2] = ["turn_indicators", "hazard_lights"];
+
+/// What the wall clock shows at that monotonic time.
+fn wall(ns: u64) -> i64 {
+    at_ns(ns).wall.as_nanos()
+}
+
+impl Trial {
+    fn new(car: Car) -> Self {
+        let gateway = Gateway::new(settings(&car), LinkState::Up, at_ns(0));
+        let topics = [Topic::default(); 2];
+        let history = History::default();
+        let mut trial =
+            Self { car, gateway, history, now_ns: 0, topics, told: BTreeMap::new(), refreshed_ns: 0 };
+        trial.check().unwrap();
+        trial
+    }
+
+    /// Time goes by; whenever the gateway wants to be called, it is.
+    fn pass(&mut self, pause_ns: u64) -> Result<(), TestCaseError> {
+        let until = self.now_ns + pause_ns;
+        loop {
+            let wanted = self.gateway.next_deadline(MonoTime::from_nanos(self.now_ns)).as_nanos();
+            prop_assert!(wanted > self.now_ns, "a deadline that does not move");
+            let next = wanted.min(until);
+            let before: Vec<_> = self.beliefs(self.now_ns).iter().map(Belief::essence).collect();
+            let just_before: Vec<_> = self.beliefs(next - 1).iter().map(Belief::essence).collect();
+            prop_assert_eq!(before, just_before, "nothing changes before the deadline {}", next);
+            self.now_ns = next;
+            if wanted > until {
+                return Ok(());
+            }
+            self.gateway.handle(Input::Tick, at_ns(next));
+            self.check()?;
+        }
+    }
+
+    fn happen(&mut self, event: Event) -> Result<(), TestCaseError> {
+        let stamp = self.history.add(self.now_ns, event);
+        self.gateway.handle(event.input(stamp), at_ns(self.now_ns));
+        self.check()
+    }
+
+    fn beliefs(&self, ns: u64) -> [Belief; 2] {
+        judge(&self.car, &self.history, ns, wall(ns))
+    }
+
+    /// Takes all outputs and compares them with what the model believes.
+    fn check(&mut self) -> Result<(), TestCaseError> {
+        let beliefs = self.beliefs(self.now_ns);
+        let mut published: [Vec<(&'static str, i64)>; 2] = Default::default();
+        let mut withdrawn = [0, 0];
+        while let Some(output) = self.gateway.poll_output() {
+            match output {
+                Output::VehicleLights(VehicleLightsOutput::TurnIndicators { report, stamp }) => {
+                    published[0].push((report.name(), stamp.as_nanos()));
+                }
+                Output::VehicleLights(VehicleLightsOutput::HazardLights { report, stamp }) => {
+                    published[1].push((report.name(), stamp.as_nanos()));
+                }
+                Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => withdrawn[0] += 1,
+                Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => withdrawn[1] += 1,
+                Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
+                    panic!("nothing but reports here")
+                }
+                Output::Diagnostics { diagnostics, stamp } => {
+                    prop_assert_eq!(stamp.as_nanos(), wall(self.now_ns));
+                    if diagnostics.refresh {
+                        prop_assert_eq!(diagnostics.statuses.len(), 4, "two tasks and two buses");
+                        self.refreshed_ns = self.now_ns;
+                    }
+                    for status in diagnostics.statuses {
+                        self.hear(status, diagnostics.refresh)?;
+                    }
+                }
+            }
+        }
+        prop_assert!(self.now_ns - self.refreshed_ns <= REFRESH_NS);
+        for (index, belief) in beliefs.iter().enumerate() {
+            self.check_topic(index, belief, &published[index], withdrawn[index])?;
+            self.check_status(TASKS[index], belief)?;
+        }
+        Ok(())
+    }
+
+    /// A status goes out as a change only when it is one, and a refresh brings no news.
+    fn hear(&mut self, status: Status, refresh: bool) -> Result<(), TestCaseError> {
+        let (name, now) = (status.name, (status.level, status.message));
+        let before = self.told.insert(name, now.clone());
+        prop_assert_eq!(before == Some(now.clone()), refresh, "{:?} after {:?}", now, before);
+        Ok(())
+    }
+
+    fn check_topic(
+        &mut self,
+        index: usize,
+        belief: &Belief,
+        published: &[(&'static str, i64)],
+        withdrawn: u32,
+    ) -> Result<(), TestCaseError> {
+        let before = std::mem::take(&mut self.topics[index].current);
+        let Some((state, stamp)) = belief.publish else {
+            prop_assert!(published.is_empty(), "{:?} published although {:?}", published, belief);
+            prop_assert_eq!(withdrawn, u32::from(before.is_some()), "{:?}", belief);
+            return Ok(());
+        };
+        prop_assert_eq!(withdrawn, 0, "{:?}", belief);
+        let mut last_ns = before.map_or(0, |(_, at)| at);
+        if before.is_none_or(|(shown, _)| shown != state) {
+            prop_assert_eq!(published, &[(state, stamp)], "a change goes out at once, and once");
+            last_ns = self.now_ns;
+        } else if let Rhythm::Periodic(period) = self.car.rhythm {
+            prop_assert!(self.now_ns - last_ns <= period, "slower than the period");
+            if self.now_ns - last_ns == period {
+                prop_assert_eq!(published, &[(state, stamp)], "the rhythm carries the newest stamp");
+                last_ns = self.now_ns;
+            } else {
+                prop_assert!(published.is_empty(), "faster than the period");
+            }
+        } else {
+            prop_assert!(published.is_empty(), "nothing changed");
+        }
+        self.topics[index].current = Some((state, last_ns));
+        Ok(())
+    }
+
+    fn check_status(&self, task: &str, belief: &Belief) -> Result<(), TestCaseError> {
+        let (level, message) = &self.told[&format!("signal_gateway: {task}")];
+        match belief.trouble() {
+            None => prop_assert_eq!((*level, message.as_str()), (Level::Ok, "publishing")),
+            Some(trouble) => {
+                prop_assert_eq!(*level, Level::Error, "{} {:?}", message, belief);
+                let word = match trouble {
+                    FaultKind::HardwareFault => "hardware fault: ",
+                    FaultKind::Invalid => "invalid: ",
+                    FaultKind::Unknown => "unknown: ",
+                };
+                prop_assert!(message.starts_with(word), "{} for {:?}", message, belief);
+                let named = |name: &String| message.contains(name.as_str());
+                prop_assert!(belief.names.iter().all(named), "{} does not name {:?}", message, belief.names);
+            }
+        }
+        Ok(())
+    }
+}

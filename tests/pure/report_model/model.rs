@@ -1,0 +1,214 @@
+//! What the two reports may say, worked out from everything that happened.
+//!
+//! | what is known of a signal | published | diagnostics |
+//! |---|---|---|
+//! | a defined value | it is | OK |
+//! | not available, stale, never seen, link lost | nothing | ERROR, unknown |
+//! | a value without a meaning | nothing | ERROR, invalid |
+//! | a value that means fault | nothing | ERROR, hardware fault |
+//! | a fault signal beside a defined value | it is, unless withheld | ERROR, hardware fault |
+
+use crate::pure::report_model::car::{
+    ALIVE_TIMEOUT_NS, Car, FAULT_TIMEOUT_NS, HAZARD_TIMEOUT_NS, Hazard, TURN_TIMEOUT_NS, Turn,
+};
+use crate::pure::report_model::history::{
+    ALIVE, FRONT, HAZARD, History, LAMP, LEFT, REAR, RIGHT, Seen, TURN,
+};
+
+/// Gravest last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum FaultKind {
+    Unknown,
+    Invalid,
+    HardwareFault,
+}
+
+/// What is believed of one report.
+#[derive(Debug)]
+pub(crate) struct Belief {
+    /// State and stamp, if it may be published.
+    pub(crate) publish: Option<(&'static str, i64)>,
+    doubt: Option<FaultKind>,
+    fault: bool,
+    /// What diagnostics must name.
+    pub(crate) names: Vec<String>,
+}
+
+impl Belief {
+    pub(crate) fn trouble(&self) -> Option<FaultKind> {
+        if self.fault { Some(FaultKind::HardwareFault) } else { self.doubt }
+    }
+
+    /// What only an event or a deadline may change; stamps of what is not fitted are always now.
+    pub(crate) fn essence(&self) -> (Option<&'static str>, Option<FaultKind>, Vec<String>) {
+        (self.publish.map(|(state, _)| state), self.trouble(), self.names.clone())
+    }
+}
+
+/// A state with the time and stamp of its newest frame, or what is wrong and what it is called.
+type Judged<T> = Result<(T, u64, i64), (FaultKind, Vec<String>)>;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sides {
+    None,
+    Left,
+    Right,
+    Both,
+}
+
+/// Turn and hazard at a moment; `wall` stamps what is known without any frame.
+pub(crate) fn judge(car: &Car, history: &History, now: u64, wall: i64) -> [Belief; 2] {
+    let sight = Sight { car, history, now };
+    let sides = sight.sides(wall);
+    let hazard = sight.hazard(&sides, wall);
+    let turn = sides.map(|(sides, at, stamp)| match (&hazard, car.keep) {
+        (Ok((true, since, hazard_stamp)), false) => {
+            ("DISABLE", at.max(*since), if *since > at { *hazard_stamp } else { stamp })
+        }
+        _ => (turn_name(sides), at, stamp),
+    });
+    let hazard = hazard.map(|(on, at, stamp)| (if on { "ENABLE" } else { "DISABLE" }, at, stamp));
+    [sight.belief(turn, car.turn_fault), sight.belief(hazard, car.hazard_fault)]
+}
+
+fn turn_name(sides: Sides) -> &'static str {
+    match sides {
+        Sides::Left => "ENABLE_LEFT",
+        Sides::Right => "ENABLE_RIGHT",
+        Sides::None | Sides::Both => "DISABLE",
+    }
+}
+
+struct Sight<'a> {
+    car: &'a Car,
+    history: &'a History,
+    now: u64,
+}
+
+impl Sight<'_> {
+    fn belief(&self, state: Judged<&'static str>, fault_signal: Option<bool>) -> Belief {
+        let fault = fault_signal.is_some() && self.lamp_broken();
+        let withheld = fault && fault_signal == Some(true);
+        let (publish, doubt, mut names) = match state {
+            Ok((state, _, stamp)) => (Some((state, stamp)).filter(|_| !withheld), None, vec![]),
+            Err((trouble, names)) => (None, Some(trouble), names),
+        };
+        if fault {
+            names.push("LAMP.BROKEN = 1".to_owned());
+        }
+        Belief { publish, doubt, fault, names }
+    }
+
+    fn lamp_broken(&self) -> bool {
+        let seen = self.history.newest(REAR, LAMP, self.now);
+        seen.is_some_and(|seen| self.now - seen.at_ns <= FAULT_TIMEOUT_NS && seen.raw == 1)
+    }
+
+    /// The newest value, unless it is too old or was sent before the bus fell silent.
+    fn trusted(&self, bus: u8, id: u16, event: bool, timeout: u64) -> Option<Seen> {
+        let seen = self.history.newest(bus, id, self.now)?;
+        let holds = if event {
+            let times = (seen.at_ns, self.now);
+            self.history.was_busy(bus, &self.relevant(bus), times, ALIVE_TIMEOUT_NS)
+        } else {
+            self.now - seen.at_ns <= timeout
+        };
+        holds.then_some(seen)
+    }
+
+    /// Messages that are listened to on a bus.
+    fn relevant(&self, bus: u8) -> Vec<u16> {
+        let car = self.car;
+        let of_turn: &[u16] = match car.turn {
+            Turn::Enumerated => &[TURN],
+            Turn::Pair { .. } => &[LEFT, RIGHT],
+            Turn::NotFitted => &[],
+        };
+        let has_hazard = matches!(car.hazard, Hazard::Signal | Hazard::Reason);
+        let has_lamp = car.turn_fault.is_some() || car.hazard_fault.is_some();
+        let mut ids = vec![ALIVE];
+        if bus == FRONT {
+            ids.extend(of_turn);
+        } else {
+            ids.extend(has_hazard.then_some(HAZARD));
+            ids.extend(has_lamp.then_some(LAMP));
+        }
+        ids
+    }
+
+    fn sides(&self, wall: i64) -> Judged<Sides> {
+        let see = |id| self.trusted(FRONT, id, self.car.turn_event, TURN_TIMEOUT_NS);
+        let switch = |raw| match raw {
+            0 => Some(false),
+            1 => Some(true),
+            _ => None,
+        };
+        let both_is_hazard = match self.car.turn {
+            Turn::NotFitted => return Ok((Sides::None, self.now, wall)),
+            Turn::Enumerated => {
+                return read(see(TURN), "TURN.CODE", |raw| match raw {
+                    0 => Some(Sides::None),
+                    1 => Some(Sides::Left),
+                    4 => Some(Sides::Right),
+                    5 => Some(Sides::Both),
+                    _ => None,
+                });
+            }
+            Turn::Pair { both_is_hazard } => both_is_hazard,
+        };
+        let left = read(see(LEFT), "LEFT.ON", switch);
+        let right = read(see(RIGHT), "RIGHT.ON", switch);
+        match (left, right) {
+            (Ok((left, left_at, left_stamp)), Ok((right, right_at, right_stamp))) => {
+                let sides = match (left, right) {
+                    (false, false) => Sides::None,
+                    (true, false) => Sides::Left,
+                    (false, true) => Sides::Right,
+                    (true, true) if both_is_hazard => Sides::Both,
+                    (true, true) => {
+                        let names = vec!["LEFT.ON = 1".to_owned(), "RIGHT.ON = 1".to_owned()];
+                        return Err((FaultKind::Invalid, names));
+                    }
+                };
+                let stamp = if right_at > left_at { right_stamp } else { left_stamp };
+                Ok((sides, left_at.max(right_at), stamp))
+            }
+            (Err(wrong), Ok(_)) | (Ok(_), Err(wrong)) => Err(wrong),
+            // The graver one; when both are alike, either may be named.
+            (Err(left), Err(right)) if left.0 == right.0 => Err((left.0, vec![])),
+            (Err(left), Err(right)) => Err(if left.0 > right.0 { left } else { right }),
+        }
+    }
+
+    fn hazard(&self, sides: &Judged<Sides>, wall: i64) -> Judged<bool> {
+        match self.car.hazard {
+            Hazard::NotFitted => Ok((false, self.now, wall)),
+            Hazard::Unbound => Err((FaultKind::Unknown, vec!["no signal".to_owned()])),
+            Hazard::BothSides => sides.clone().map(|(sides, at, stamp)| (sides == Sides::Both, at, stamp)),
+            Hazard::Signal | Hazard::Reason => {
+                let seen = self.trusted(REAR, HAZARD, self.car.hazard_event, HAZARD_TIMEOUT_NS);
+                read(seen, "HAZARD.CODE", |raw| match raw {
+                    0 => Some(false),
+                    1 | 5 | 6 => Some(true),
+                    _ => None,
+                })
+            }
+        }
+    }
+}
+
+/// Raw values 2 and 3 mean fault and not available everywhere; `meaning` knows the rest.
+fn read<T>(seen: Option<Seen>, name: &str, meaning: impl Fn(u8) -> Option<T>) -> Judged<T> {
+    let Some(Seen { raw, at_ns, stamp }) = seen else {
+        return Err((FaultKind::Unknown, vec![]));
+    };
+    let named = |trouble| Err((trouble, vec![format!("{name} = {raw}")]));
+    match raw {
+        2 => named(FaultKind::HardwareFault),
+        3 => named(FaultKind::Unknown),
+        _ => match meaning(raw) {
+            Some(value) => Ok((value, at_ns, stamp)),
+            None => named(FaultKind::Invalid),
+        },
+    }
+}

@@ -1,0 +1,113 @@
+//! Any bytes are refused in words or accepted, but read to the end without a panic.
+
+use proptest::prelude::*;
+use proptest::test_runner::Config;
+use signal_gateway::core::compat::Compat;
+
+use crate::pure::scenario_refusals::read_as;
+
+const NAMES: [&str; 3] = ["s.toml", "s.yaml", "s.xosc"];
+const SOUND: [&[u8]; 3] = [
+    include_bytes!("../../../config/scenarios/bench.toml"),
+    include_bytes!("../../../config/scenarios/bench.yaml"),
+    include_bytes!("../../../config/scenarios/bench.xosc"),
+];
+/// Pieces that mean something to one of the readers.
+const PIECES: &[&str] = &[
+    "<",
+    ">",
+    "/>",
+    "\"",
+    "'",
+    "&amp;",
+    "&",
+    "<!--",
+    "-->",
+    "]]>",
+    "$",
+    "${p}",
+    "[",
+    "]",
+    "{",
+    "}",
+    ": ",
+    "- ",
+    "*a",
+    "&a ",
+    "? ",
+    "|\n",
+    "#",
+    "=",
+    "\n",
+    "\t",
+    "nan",
+    "-1",
+    "1e999",
+    "99999999999999999999",
+    "unknown",
+    "ä",
+    "\u{FEFF}",
+    "\0",
+    "none",
+    "event",
+    "OpenSCENARIO:\n",
+    "[[event]]\n",
+    "<<: ",
+];
+
+fn assert_words(which: usize, bytes: &[u8]) -> Result<(), TestCaseError> {
+    for compat in [Compat::Improved, Compat::Upstream] {
+        match read_as(compat, NAMES[which], bytes) {
+            Ok(file) => {
+                for part in file.not_interpreted {
+                    prop_assert!(!part.to_string().contains('\n') && part.location.position >= (1, 1));
+                }
+            }
+            Err(problems) => {
+                prop_assert!(!problems.is_empty());
+                for problem in problems {
+                    prop_assert!(
+                        !problem.reason.is_empty() && !problem.to_string().contains('\n'),
+                        "{problem}"
+                    );
+                    prop_assert!(problem.position.is_some_and(|(line, column)| line > 0 && column > 0));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(Config { cases: 1_000, failure_persistence: None, ..Config::default() })]
+
+    #[test]
+    fn arbitrary_bytes_are_refused_in_words(
+        which in 0..3_usize,
+        bytes in proptest::collection::vec(any::<u8>(), 0..200),
+    ) {
+        assert_words(which, &bytes)?;
+    }
+
+    #[test]
+    fn pieces_in_any_order_are_refused_in_words(
+        which in 0..3_usize,
+        pieces in proptest::collection::vec(proptest::sample::select(PIECES), 0..30),
+    ) {
+        assert_words(which, pieces.concat().as_bytes())?;
+    }
+
+    #[test]
+    fn damaged_scenarios_are_refused_in_words(
+        which in 0..3_usize,
+        damages in proptest::collection::vec((any::<usize>(), 0..30_usize, proptest::sample::select(PIECES)), 1..4),
+    ) {
+        let mut bytes = SOUND[which].to_vec();
+        for (at, cut, piece) in damages {
+            let from = at % bytes.len().max(1);
+            let to = (from + cut).min(bytes.len());
+            bytes.splice(from..to, piece.bytes());
+        }
+        assert_words(which, &bytes)?;
+    }
+}

@@ -1,0 +1,87 @@
+//! Files that are not scenarios, or are meant to do harm.
+
+use std::path::Path;
+
+use signal_gateway::config::files::Disk;
+use signal_gateway::config::scenario::read;
+use signal_gateway::core::compat::Compat;
+
+use crate::pure::scenario_refusals::{accepted, read_as};
+
+#[test]
+fn what_is_no_scenario_is_refused_in_words() {
+    let deep_xml = "<a>".repeat(50_000) + &"</a>".repeat(50_000);
+    let deeper_xml = "<a>".repeat(400_000);
+    let deep_list = "[".repeat(100_000);
+    let deep_toml = format!("a = {deep_list}");
+    let deep_block: String = (0..200).map(|depth| " ".repeat(depth) + "a:\n").collect();
+    let xml_laughs = "<!DOCTYPE a [<!ENTITY b 'ha'><!ENTITY c '&b;&b;&b;'>]><OpenSCENARIO>&c;</OpenSCENARIO>";
+    let yaml_laughs: String =
+        (1..40).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}, *a{0}]\n", n - 1)).collect();
+    let yaml_laughs = format!("a0: &a0 ha\n{yaml_laughs}");
+    let many: String = "- x\n".repeat(200_000);
+    let latin = b"<OpenSCENARIO>\n<a b='\xFC'/></OpenSCENARIO>";
+    let wide = b"\xFF\xFE<\0O\0";
+    let rows: &[(&str, &[u8], &str)] = &[
+        ("s.xosc", b"", "s.xosc:1:1: the file is empty"),
+        ("s.yaml", b" \n", "s.yaml:1:1: the file is empty"),
+        ("s.toml", b"\xEF\xBB\xBF", "s.toml:1:1: the file is empty"),
+        ("s.yaml", b"# nothing\n", "s.yaml:1:1: the file is empty"),
+        ("s.xosc", latin, "s.xosc:2:7: this is not UTF-8; save the file as UTF-8"),
+        ("s.yaml", wide, "s.yaml:1:1: this is not UTF-8"),
+        ("s.txt", b"x", "s.txt: unknown file extension"),
+        ("s", b"x", "s: unknown file extension"),
+        ("S.XOSC", b"<Open/>", "S.XOSC:1:1: Open: the root is Open"),
+        ("s.xosc", b"<Open/>", "s.xosc:1:1: Open: the root is Open, not OpenSCENARIO"),
+        ("s.xosc", b"<OpenSCENARIO/>", "neither RoadNetwork nor Storyboard"),
+        ("s.xosc", b"<OpenSCENARIO><Catalog/></OpenSCENARIO>", "not a catalog"),
+        ("s.xosc", b"OpenSCENARIO: {}", "this is not plain XML"),
+        ("s.xosc", b"<OpenSCENARIO>", "this is not plain XML"),
+        ("s.yaml", b"- 1", "expected a table, found a list"),
+        ("s.yaml", b"OpenSCENARIO: 1", "neither RoadNetwork nor Storyboard"),
+        ("s.yaml", b"OpenSCENARIO: [1]", "a list within a list"),
+        ("s.yaml", b"a: \x00", "s.yaml:1:"),
+        ("s.toml", b"a = \x00", "s.toml:1:"),
+        ("s.xosc", b"<a>\x00</a>", "s.xosc:1:"),
+        ("s.xosc", deep_xml.as_bytes(), "nested too deeply"),
+        ("s.xosc", deeper_xml.as_bytes(), "nodes limit reached"),
+        ("s.yaml", deep_list.as_bytes(), "recursion limit exceeded"),
+        ("s.yaml", deep_block.as_bytes(), "nested too deeply"),
+        ("s.toml", deep_toml.as_bytes(), "s.toml:1:"),
+        ("s.xosc", xml_laughs.as_bytes(), "s.xosc:1:1: a document type cannot be read here; remove"),
+        ("s.yaml", yaml_laughs.as_bytes(), "more than 100000 values"),
+        ("s.yaml", many.as_bytes(), "more than 100000 values"),
+        ("s.toml", &vec![b'#'; (4 << 20) + 1], "4194305 bytes are too many"),
+    ];
+    for (name, bytes, words) in rows {
+        let problems = read_as(Compat::Improved, name, bytes).unwrap_err();
+        let told = crate::pure::scenario_refusals::shown(&problems);
+        assert!(problems.len() == 1 && told.contains(words), "{name}: {words}:\n{told:.600}");
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_is_refused_by_its_name() {
+    let refused = read(&Disk, Path::new("no/such.xosc"), Compat::Improved).unwrap_err();
+    assert!(refused.to_string().starts_with("no/such.xosc: cannot read it: "), "{refused}");
+}
+
+#[test]
+fn a_byte_order_mark_does_no_harm() {
+    for (name, text) in [
+        ("s.xosc", "\u{FEFF}<?xml version=\"1.0\"?><OpenSCENARIO><Storyboard/></OpenSCENARIO>"),
+        ("s.yaml", "\u{FEFF}map: x.osm"),
+        ("s.toml", "\u{FEFF}map = 'x.osm'"),
+    ] {
+        let file = accepted(Compat::Improved, name, text);
+        assert_eq!(file.map.is_some(), name != "s.xosc", "{name}");
+    }
+}
+
+#[test]
+fn huge_names_make_short_refusals() {
+    let name = "n\\n".repeat(300_000);
+    let problems = read_as(Compat::Improved, "s.toml", format!("\"{name}\" = 1").as_bytes()).unwrap_err();
+    let told = problems[0].to_string();
+    assert!(!told.contains('\n') && told.chars().count() < 1500, "{told}");
+}

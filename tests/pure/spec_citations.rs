@@ -1,0 +1,208 @@
+//! Comments cite the specifications by file and section title, on one line, so that whoever reads them
+//! can open what they cite: `docs/spec/<file>.md, "<title>" and "<title>"`. Numbers of sections say nothing
+//! and go stale.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const FOLDERS: [&str; 9] =
+    ["src", "tests", "benches", "fuzz/fuzz_targets", "examples", "config", "dbc", "docs", "systemd"];
+const SINGLE_FILES: [&str; 4] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "Cargo.toml"];
+/// Where comments begin, by extension; a page is all comment.
+const COMMENTS: [(&str, &str); 7] =
+    [("rs", "//"), ("cpp", "//"), ("toml", "#"), ("yaml", "#"), ("py", "#"), ("service", "#"), ("md", "")];
+const SPECIFICATIONS: &str = "docs/spec/";
+
+/// What is written down in each specification, by the path of its file.
+type Titles = BTreeMap<String, Vec<String>>;
+
+#[test]
+fn what_comments_cite_is_there() {
+    let titles = titles();
+    let files = files();
+    let breaches: Vec<String> = files
+        .iter()
+        .filter(|path| !path.ends_with(file!().rsplit('/').next().unwrap_or_default()))
+        .flat_map(|path| breaches_of(path, &titles))
+        .collect();
+    assert!(files.len() > 500 && titles.len() > 3, "the files were not found");
+    assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
+}
+
+#[test]
+fn links_of_specifications_lead_somewhere() {
+    let titles = titles();
+    let mut breaches = Vec::new();
+    for page in titles.keys() {
+        let text = read(Path::new(page));
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let target = Path::new(page).with_file_name(file);
+            let target = if file.is_empty() { PathBuf::from(page) } else { target };
+            let anchors: Vec<String> = headings(&read(&target)).map(anchor_of).collect();
+            if anchors.is_empty() || !anchor.is_empty() && !anchors.iter().any(|known| known == anchor) {
+                breaches.push(format!("{page}: {link}"));
+            }
+        }
+    }
+    assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
+}
+
+fn breaches_of(path: &Path, titles: &Titles) -> Vec<String> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let Some((_, mark)) = COMMENTS.iter().find(|(known, _)| Some(*known) == extension) else {
+        return Vec::new();
+    };
+    let text = read(path);
+    let lines = (1..).zip(text.lines());
+    let comments = lines.filter_map(|(line, text)| Some((line, text.get(text.find(mark)?..)?)));
+    comments
+        .flat_map(|(line, comment)| {
+            let wrong = wrong_citations(comment, titles).into_iter().chain(numbered_section(comment));
+            wrong.map(|why| format!("{}:{line}: {why}", path.display())).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Files and titles that a comment cites and that do not exist.
+fn wrong_citations(comment: &str, titles: &Titles) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for cited in comment.split(SPECIFICATIONS).skip(1) {
+        let name = cited.split(|letter: char| !is_of_path(letter)).next().unwrap_or_default();
+        // The folder itself, and `<file>` in explanations.
+        let Some(name) = name.strip_suffix('.').or(Some(name)).filter(|name| !name.is_empty()) else {
+            continue;
+        };
+        let Some(known) = titles.get(&format!("{SPECIFICATIONS}{name}")) else {
+            wrong.push(format!("there is no {SPECIFICATIONS}{name}"));
+            continue;
+        };
+        let mut rest = cited.get(name.len()..).unwrap_or_default();
+        while let Some(quoted) = [", \"", " and \""].iter().find_map(|before| rest.strip_prefix(before)) {
+            let Some((title, after)) = quoted.split_once('"') else {
+                wrong.push(format!("the title \"{quoted} does not end on its line"));
+                break;
+            };
+            if !known.iter().any(|heading| heading == title) {
+                wrong.push(format!("{SPECIFICATIONS}{name} has no section \"{title}\""));
+            }
+            rest = after;
+        }
+    }
+    wrong
+}
+
+/// A section by its number, in a comment that names no page of this repository: `section 3.2`, `(3.2)`. What
+/// follows `§` is a paragraph of law.
+fn numbered_section(comment: &str) -> Option<String> {
+    let names_page = comment.contains("docs/") && comment.contains(".md");
+    let begins_with_digit = |text: &str| text.starts_with(|letter: char| letter.is_ascii_digit());
+    let lower = comment.to_lowercase();
+    let words: Vec<&str> = lower.split(|letter: char| !letter.is_alphanumeric() && letter != '.').collect();
+    let by_word = words
+        .windows(2)
+        .any(|pair| matches!(pair, ["section" | "sections", number] if begins_with_digit(number)));
+    let by_number = comment.split('(').skip(1).any(|rest| {
+        let number =
+            rest.split(|letter: char| !letter.is_ascii_digit() && letter != '.').next().unwrap_or_default();
+        let parts: Vec<&str> = number.split('.').collect();
+        let ends: &[char] = if parts.len() == 2 { &[')'] } else { &[')', ',', ' '] };
+        !number.starts_with('0')
+            && (2..4).contains(&parts.len())
+            && parts.iter().all(|part| begins_with_digit(part) && part.len() < 3)
+            && rest.get(number.len()..).is_some_and(|after| after.starts_with(ends))
+    });
+    (!names_page && (by_word || by_number))
+        .then(|| format!("cite a page and a title, not a number: {comment}"))
+}
+
+fn is_of_path(letter: char) -> bool {
+    letter.is_ascii_alphanumeric() || ['-', '_', '.'].contains(&letter)
+}
+
+fn titles() -> Titles {
+    let pages = files().into_iter().filter(|path| path.starts_with(SPECIFICATIONS));
+    let titles_of = |path: PathBuf| {
+        let titles = headings(&read(&path)).map(str::to_owned).collect();
+        (path.display().to_string(), titles)
+    };
+    pages.map(titles_of).collect()
+}
+
+/// The texts of the headings of a page.
+fn headings(page: &str) -> impl Iterator<Item = &str> {
+    let is_heading = |line: &&str| line.starts_with('#') && line.trim_start_matches('#').starts_with(' ');
+    page.lines().filter(is_heading).map(|line| line.trim_start_matches('#').trim())
+}
+
+/// What code forges make of a heading.
+fn anchor_of(heading: &str) -> String {
+    let kept = |letter: &char| letter.is_alphanumeric() || ['-', '_', ' '].contains(letter);
+    heading
+        .to_lowercase()
+        .chars()
+        .filter(kept)
+        .map(|letter| if letter == ' ' { '-' } else { letter })
+        .collect()
+}
+
+/// Every file that may cite, relative to the project.
+fn files() -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = SINGLE_FILES.iter().map(PathBuf::from).collect();
+    let mut folders: Vec<PathBuf> = FOLDERS.iter().map(PathBuf::from).collect();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(project().join(&folder)).unwrap().map(Result::unwrap) {
+            let path = folder.join(entry.file_name());
+            if entry.file_type().unwrap().is_dir() { folders.push(path) } else { files.push(path) }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn read(path: &Path) -> String {
+    let bytes = fs::read(project().join(path)).unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+fn project() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+mod the_check_itself {
+    use super::*;
+
+    #[test]
+    fn finds_what_is_not_there() {
+        let known = Titles::from([("docs/spec/a.md".to_owned(), vec!["One".to_owned(), "Two".to_owned()])]);
+        let wrong = |comment| {
+            wrong_citations(comment, &known).len() + usize::from(numbered_section(comment).is_some())
+        };
+        for comment in [
+            "as docs/spec/a.md, \"One\" and \"Two\", says",
+            "see docs/spec/a.md.",
+            "`docs/spec/<file>.md`",
+            "docs/guide.md, section 3",
+            "the section of turns, intersection 111; (1.5 m), (0.25), (StVO § 9)",
+        ] {
+            assert_eq!(wrong(comment), 0, "{comment}");
+        }
+        for comment in [
+            "docs/spec/b.md",
+            "docs/spec/a.md, \"Three\"",
+            "docs/spec/a.md, \"One\" and \"Four\"",
+            "docs/spec/a.md, \"One",
+            "(lights section 3.2)",
+            "Sections 3 and 4",
+            "its end (3.0.5)",
+            "its end (4.2).",
+        ] {
+            assert_eq!(wrong(comment), 1, "{comment}");
+        }
+        assert_eq!(
+            anchor_of("Improved and upstream-compatible mode"),
+            "improved-and-upstream-compatible-mode"
+        );
+    }
+}

@@ -1,0 +1,235 @@
+//! Inputs from outside: states in bulk, their age, actions that are refused, gaps in time; diagnostics.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
+use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
+use signal_gateway::core::traffic_light::refusal::Refusal;
+use signal_gateway::core::traffic_light::scenario::{Action, ControllerIndex, Scenario, StateText};
+use signal_gateway::core::traffic_light::target::{Channel, StoreId};
+use signal_gateway::core::traffic_light::text::parse_bulbs;
+
+use super::scene::{BOTH, SECOND, controller, set, small_map, target};
+use crate::support::clock::at_ns;
+
+fn engine(compat: Compat, phases: &[(&str, &str, &str)]) -> TrafficLights {
+    let controllers = if phases.is_empty() { Vec::new() } else { vec![controller("A", phases)] };
+    let scenario = Scenario { controllers, ..Scenario::default() };
+    let settings = LightsSettings {
+        v2i_timeout: Some(Duration::from_millis(500)),
+        topics: [LightsTopic::Camera, LightsTopic::V2i, LightsTopic::Markers].into(),
+        ..LightsSettings::new(small_map(), scenario, compat)
+    };
+    TrafficLights::new(settings, at_ns(0))
+}
+
+fn store(word: &str) -> StoreId {
+    target(&format!("1 {word}")).store
+}
+
+fn red() -> LightObservation {
+    LightObservation { bulbs: parse_bulbs("red").unwrap(), confidence: 0.5 }
+}
+
+fn truth(lights: &TrafficLights, channel: Channel) -> Vec<(i64, String)> {
+    lights.ground_truth(channel).map(|light| (light.way_id, light.bulbs.to_string())).collect()
+}
+
+fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
+    lights.statuses("node", at_ns(seconds * SECOND).mono).remove(number)
+}
+
+#[test]
+fn what_v2i_does_not_renew_is_removed() {
+    for compat in BOTH {
+        for word in ["v2i", "v2i_detected"] {
+            let mut lights = engine(compat, &[]);
+            let known = |lights: &TrafficLights| match word {
+                "v2i" => lights.ground_truth(Channel::V2i).map(|light| light.way_id).collect::<Vec<_>>(),
+                _ => lights.detected(Channel::V2i).map(|(id, _)| id).collect(),
+            };
+            assert_eq!(lights.set_states(store(word), [(11, Some(red())), (21, Some(red()))], at_ns(0)), 0);
+            lights.set_states(store(word), [(21, Some(red()))], at_ns(300_000_000));
+            lights.advance(at_ns(499_999_999));
+            assert_eq!(known(&lights), [11, 21]);
+            lights.advance(at_ns(500_000_000));
+            assert_eq!(known(&lights), [21], "{compat:?} {word}");
+            lights.advance(at_ns(800_000_000));
+            assert_eq!(known(&lights), [] as [i64; 0]);
+            let of_v2i = status(&lights, 1, 1);
+            assert_eq!(
+                (of_v2i.level, of_v2i.message.as_str()),
+                (Level::Warn, "lights are no longer renewed")
+            );
+            assert!(of_v2i.values.contains(&("stale", "2".to_owned())));
+            lights.set_states(store(word), [(11, Some(red())), (21, None)], at_ns(900_000_000));
+            assert_eq!((known(&lights), status(&lights, 1, 1).level), (vec![11], Level::Ok));
+        }
+    }
+}
+
+#[test]
+fn what_was_written_since_is_not_removed() {
+    for compat in BOTH {
+        let mut lights = engine(compat, &[]);
+        lights.set_states(store("v2i"), [(11, Some(red()))], at_ns(0));
+        lights.apply(&set("11 v2i", "red"), at_ns(SECOND / 10)).unwrap();
+        lights.advance(at_ns(SECOND));
+        assert_eq!(truth(&lights, Channel::V2i), [(11, "red solidOn circle".to_owned())], "{compat:?}");
+    }
+}
+
+#[test]
+fn bad_inputs_are_counted_and_the_others_taken() {
+    for compat in BOTH {
+        let mut lights = engine(compat, &[]);
+        let sure = |confidence| Some(LightObservation { confidence, ..red() });
+        let states = [
+            (5, Some(red())),
+            (11, Some(red())),
+            (12, sure(1.5)),
+            (21, sure(f64::NAN)),
+            (6, None),
+            (100, None),
+            (12, Some(red())),
+        ];
+        assert_eq!(lights.set_states(store("conventional"), states, at_ns(0)), 4);
+        let known: Vec<_> = lights.ground_truth(Channel::Conventional).map(|light| light.way_id).collect();
+        assert_eq!(known, [12], "removed by their group, then set again: {compat:?}");
+        let of_camera = status(&lights, 0, 1);
+        assert_eq!(
+            (of_camera.level, of_camera.message.as_str()),
+            (Level::Warn, "an input for 6 was rejected")
+        );
+        assert!(of_camera.values.contains(&("rejected", "4".to_owned())));
+        assert_eq!(status(&lights, 0, 10).level, Level::Ok, "long ago");
+        lights.count_rejected(Channel::Conventional, 0, at_ns(11 * SECOND));
+        assert_eq!(status(&lights, 0, 11).level, Level::Ok, "none");
+        lights.count_rejected(Channel::Conventional, 2, at_ns(11 * SECOND));
+        let of_camera = status(&lights, 0, 11);
+        assert_eq!(of_camera.level, Level::Warn, "unreadable ones count as well");
+        assert!(of_camera.values.contains(&("rejected", "6".to_owned())));
+    }
+}
+
+#[test]
+fn states_from_outside_are_copied_and_sent() {
+    let mut lights = engine(Compat::Improved, &[]);
+    lights.apply(&Action::EnableV2i { ids: vec![100] }, at_ns(0)).unwrap();
+    lights.set_states(store("conventional"), [(100, Some(red()))], at_ns(0));
+    let both = [(11, "red solidOn circle".to_owned()), (12, "red solidOn circle".to_owned())];
+    assert_eq!(truth(&lights, Channel::V2i), both);
+    lights.advance(at_ns(SECOND / 10));
+    let camera = std::iter::from_fn(|| lights.poll_output()).find(|sent| sent.topic == LightsTopic::Camera);
+    let Content::Groups(groups) = &*camera.unwrap().content else { unreachable!() };
+    assert_eq!((groups.len(), groups[0].relation_id, groups[0].elements.len()), (1, 100, 1));
+    assert!((groups[0].elements[0].confidence - 0.5).abs() < f64::EPSILON);
+}
+
+#[test]
+fn refused_actions_change_nothing() {
+    let mut lights = engine(Compat::Improved, &[("p1", "inf", "21=green")]);
+    lights.advance(at_ns(SECOND));
+    let before = truth(&lights, Channel::Conventional);
+    let enter = |index, phase: &str| Action::EnterPhase {
+        controller: ControllerIndex(index),
+        phase: phase.to_owned(),
+    };
+    let v2i = |rate_hz| Action::SetV2iState { id: 21, state: StateText::new("red"), rate_hz: Some(rate_hz) };
+    let confidence = |confidence| Action::SetConfidence { target: target("21"), confidence };
+    let unknown = Refusal::UnknownPhase { controller: "A".to_owned(), phase: "p2".to_owned() };
+    for (action, refusal) in [
+        (set("5", "red"), Refusal::UnknownId(5)),
+        (enter(1, "p1"), Refusal::UnknownController(1)),
+        (enter(0, "p2"), unknown),
+        (v2i(0.0), Refusal::Rate(0.0)),
+        (v2i(-1.0), Refusal::Rate(-1.0)),
+        (confidence(1.01), Refusal::Confidence(1.01)),
+        (Action::EnableV2i { ids: vec![21, 5] }, Refusal::UnknownId(5)),
+    ] {
+        assert_eq!(lights.apply(&action, at_ns(SECOND)), Err(refusal));
+    }
+    assert!(matches!(lights.apply(&set("21", "red,,"), at_ns(SECOND)), Err(Refusal::State { .. })));
+    assert_eq!((truth(&lights, Channel::Conventional), truth(&lights, Channel::V2i)), (before, Vec::new()));
+    assert_eq!(lights.verdict(), None, "the scenario goes on");
+    let mut upstream = engine(Compat::Upstream, &[]);
+    assert_eq!(upstream.apply(&Action::EnableV2i { ids: vec![5] }, at_ns(0)), Ok(()), "Q14");
+}
+
+#[test]
+fn enabling_announces_and_copies_what_no_phase_says_itself() {
+    let phases = [("p1", "4", "21=green;11=green;11 v2i=red"), ("p2", "4", "21=red")];
+    let mut lights = engine(Compat::Improved, &phases);
+    lights.apply(&Action::EnableV2i { ids: vec![21, 100] }, at_ns(SECOND)).unwrap();
+    let expected = [(11, "red solidOn circle".to_owned()), (21, "green solidOn circle".to_owned())];
+    assert_eq!(truth(&lights, Channel::V2i), expected);
+    let announced = |lights: &mut TrafficLights, until: u64| {
+        lights.advance(at_ns(until * SECOND));
+        let sent = std::iter::from_fn(|| lights.poll_output()).filter(|sent| sent.topic == LightsTopic::V2i);
+        let Content::Groups(groups) = &*sent.last().unwrap().content else { unreachable!() };
+        groups.iter().find(|group| group.relation_id == 200).map_or(0, |group| group.predictions.len())
+    };
+    assert_eq!(announced(&mut lights, 2), 6);
+    lights.apply(&Action::DisableV2i { ids: vec![200] }, at_ns(2 * SECOND)).unwrap();
+    assert_eq!(announced(&mut lights, 3), 0);
+}
+
+#[test]
+fn a_long_gap_is_not_made_up_for() {
+    for compat in BOTH {
+        let mut lights = engine(compat, &[("p1", "1", "21=green"), ("p2", "1", "21=red")]);
+        lights.advance(at_ns(SECOND));
+        assert_eq!(lights.skipped(), 0);
+        while lights.poll_output().is_some() {}
+        lights.advance(at_ns(100_000 * SECOND));
+        let sent = std::iter::from_fn(|| lights.poll_output()).count();
+        assert!(sent <= 1_024 && lights.skipped() > 3_000_000, "{sent} sent, {} skipped", lights.skipped());
+        assert!(lights.next_deadline().as_nanos() > 100_000 * SECOND);
+        assert!(lights.next_deadline().as_nanos() < 100_001 * SECOND);
+        // Time does not run backwards.
+        lights.advance(at_ns(5));
+        assert!(lights.poll_output().is_none());
+    }
+}
+
+#[test]
+fn the_scenario_is_told_in_the_diagnostics() {
+    let mut lights = engine(Compat::Improved, &[("p1", "3", "21=green"), ("p2", "inf", "21=unknown")]);
+    let of_scenario = |lights: &TrafficLights, at| {
+        let status = status(lights, 2, at);
+        let controller = status.values.iter().find(|(key, _)| *key == "controller").unwrap().1.clone();
+        (status.level, status.message, controller)
+    };
+    assert_eq!(of_scenario(&lights, 0), (Level::Ok, "running".to_owned(), "A: no phase yet".to_owned()));
+    lights.advance(at_ns(SECOND));
+    assert_eq!(of_scenario(&lights, 1).2, "A: p1, 2.0 s left");
+    lights.advance(at_ns(4 * SECOND));
+    assert_eq!(of_scenario(&lights, 4).2, "A: p2, until told");
+    let values = status(&lights, 0, 4).values;
+    assert!(values.contains(&("lights", "1".to_owned())) && values.contains(&("unknown", "1".to_owned())));
+    lights.apply(&Action::End { success: false }, at_ns(4 * SECOND)).unwrap();
+    assert_eq!(
+        of_scenario(&lights, 4),
+        (Level::Warn, "ended in failure".to_owned(), "A: p2, stands still".to_owned())
+    );
+    assert_eq!(status(&engine(Compat::Improved, &[]), 2, 0).message, "no scenario");
+}
+
+#[test]
+fn markers_come_from_one_timer_or_two() {
+    for (compat, expected) in [(Compat::Improved, 29), (Compat::Upstream, 29 + 9)] {
+        let mut lights = engine(compat, &[("p1", "inf", "21=green")]);
+        lights.advance(at_ns(SECOND));
+        let drawn: Vec<_> = std::iter::from_fn(|| lights.poll_output())
+            .filter(|sent| sent.topic == LightsTopic::Markers)
+            .map(|sent| sent.content)
+            .collect();
+        assert_eq!(drawn.len(), expected, "{compat:?}");
+        if compat == Compat::Improved {
+            assert!(drawn.windows(2).all(|pair| Arc::ptr_eq(&pair[0], &pair[1])));
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! The cases of docs/spec/traffic-lights.md, "Labels of test cases", by their numbers, and
+//! their neighbours.
+
+mod arbiter;
+mod inputs;
+mod map;
+mod messages;
+mod model;
+mod names;
+mod scenario;
+mod scene;
+mod stores;
+mod storyboard;
+mod timelines;

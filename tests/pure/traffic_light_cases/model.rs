@@ -1,0 +1,273 @@
+//! An independent model of controllers and stores, driven by random scenarios, and laws that hold for
+//! all of them.
+//!
+//! The model knows whole seconds only and looks everything up by plain loops.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proptest::prelude::*;
+use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet};
+use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
+use signal_gateway::core::traffic_light::scenario::{Action, Controller, Scenario, StateText};
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+
+use super::scene::{Scene, controller, script, settings, small_map};
+
+const IDS: [i64; 5] = [11, 12, 21, 100, 200];
+const STATES: [&str; 5] = ["green", "red", "yellow", "red, green right", ""];
+const WORDS: [&str; 4] = ["conventional", "conventional_detected", "v2i", "v2i_detected"];
+
+type Bulbs = BTreeSet<Bulb>;
+
+/// Everything by (channel, is detected, id).
+#[derive(Default)]
+struct Model {
+    upstream: bool,
+    lights: BTreeMap<(Channel, bool, i64), Bulbs>,
+    enabled: BTreeSet<i64>,
+    phases: Vec<Option<(usize, u64)>>,
+}
+
+fn heads(id: i64) -> Vec<i64> {
+    match id {
+        100 => vec![11, 12],
+        200 => vec![21],
+        head => vec![head],
+    }
+}
+
+impl Model {
+    /// What it does to each light; none = clear.
+    fn write(&mut self, at: Target, add: Option<&Bulbs>) {
+        let StoreId { channel, layer } = at.store;
+        if layer == Layer::Detected {
+            let keys = if self.upstream { vec![at.id] } else { heads(at.id) };
+            for key in keys {
+                match add {
+                    Some(bulbs) => self.lights.entry((channel, true, key)).or_default().extend(bulbs),
+                    None => drop(self.lights.remove(&(channel, true, key))),
+                }
+            }
+            return;
+        }
+        for head in heads(at.id) {
+            let mut channels = vec![channel];
+            let is_asked = if self.upstream { at.id } else { head };
+            if channel == Channel::Conventional && self.enabled.contains(&is_asked) {
+                channels.push(Channel::V2i);
+            }
+            for channel in channels {
+                let light = (channel, false, head);
+                match add {
+                    Some(bulbs) => self.lights.entry(light).or_default().extend(bulbs),
+                    None if self.upstream => drop(self.lights.insert(light, Bulbs::new())),
+                    None => self.lights.entry(light).or_default().clear(),
+                }
+            }
+        }
+    }
+
+    fn enter(&mut self, number: usize, controller: &Controller, phase: usize, now: u64) {
+        if let Some((left, _)) = self.phases[number] {
+            for entry in &controller.phases[left].entries {
+                self.clear(entry.target);
+            }
+        }
+        self.phases[number] = Some((phase, now));
+        let entries = &controller.phases[phase].entries;
+        for entry in entries {
+            self.clear(entry.target);
+        }
+        let told =
+            |target: &Target| target.store == StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+        for entry in entries {
+            self.write(entry.target, Some(&entry.state.bulbs.iter().collect()));
+        }
+        if !self.upstream {
+            let own: Vec<_> = entries.iter().filter(|entry| told(&entry.target)).collect();
+            for entry in &own {
+                self.clear(entry.target);
+            }
+            for entry in own {
+                self.write(entry.target, Some(&entry.state.bulbs.iter().collect()));
+            }
+        }
+    }
+
+    /// Ours makes no light by clearing it.
+    fn clear(&mut self, at: Target) {
+        if self.upstream || at.store.layer == Layer::Detected {
+            return self.write(at, None);
+        }
+        let before: BTreeSet<_> = self.lights.keys().copied().collect();
+        self.write(at, None);
+        self.lights.retain(|key, _| before.contains(key));
+    }
+
+    fn frame(&mut self, controllers: &[Controller], now: u64) {
+        for (number, controller) in controllers.iter().enumerate() {
+            match self.phases[number] {
+                None => self.enter(number, controller, 0, now),
+                Some((phase, start)) => {
+                    let duration = controller.phases[phase].duration;
+                    if duration.is_some_and(|duration| start + duration.as_secs() <= now) {
+                        self.enter(number, controller, (phase + 1) % controller.phases.len(), now);
+                    }
+                }
+            }
+        }
+    }
+
+    fn act(&mut self, action: &Action) {
+        match action {
+            Action::SetState { target, state } => {
+                self.clear(*target);
+                self.write(*target, Some(&state.bulbs.iter().collect()));
+            }
+            Action::Clear { target } => self.clear(*target),
+            Action::EnableV2i { ids } => self.enabled.extend(ids.iter().flat_map(|id| heads(*id))),
+            Action::DisableV2i { ids } => {
+                self.enabled.retain(|head| !ids.iter().any(|id| heads(*id).contains(head)));
+            }
+            Action::EnterPhase { .. }
+            | Action::SetV2iState { .. }
+            | Action::SetV2iRate { .. }
+            | Action::SetConfidence { .. }
+            | Action::End { .. } => unreachable!("is not among the random ones"),
+        }
+    }
+
+    fn of(&self, channel: Channel, is_detected: bool) -> Vec<(i64, BulbSet)> {
+        let wanted =
+            self.lights.iter().filter(|((of, detected, _), _)| (*of, *detected) == (channel, is_detected));
+        wanted.map(|((.., id), bulbs)| (*id, bulbs.iter().copied().collect())).collect()
+    }
+}
+
+fn some_target() -> impl Strategy<Value = Target> {
+    (0..IDS.len(), 0..WORDS.len())
+        .prop_map(|(id, word)| Target::parse(&format!("{} {}", IDS[id], WORDS[word])).unwrap())
+}
+
+fn some_controllers() -> impl Strategy<Value = Vec<Controller>> {
+    let entry = (0..IDS.len(), 0..WORDS.len(), 0..STATES.len())
+        .prop_map(|(id, word, state)| format!("{} {}={}", IDS[id], WORDS[word], STATES[state]));
+    let phase = (0..4_u32, proptest::collection::vec(entry, 0..4)).prop_map(|(seconds, entries)| {
+        (if seconds == 3 { "inf".to_owned() } else { seconds.to_string() }, entries.join(";"))
+    });
+    let of_phases = proptest::collection::vec(phase, 1..4).prop_map(|phases| {
+        let phases: Vec<_> =
+            phases.iter().map(|(seconds, entries)| ("p", seconds.as_str(), entries.as_str())).collect();
+        controller("A", &phases)
+    });
+    proptest::collection::vec(of_phases, 1..4)
+}
+
+fn some_action() -> impl Strategy<Value = Action> {
+    prop_oneof![
+        3 => (some_target(), 0..STATES.len())
+            .prop_map(|(target, state)| Action::SetState { target, state: StateText::new(STATES[state]) }),
+        1 => some_target().prop_map(|target| Action::Clear { target }),
+        1 => (0..IDS.len()).prop_map(|id| Action::EnableV2i { ids: vec![IDS[id]] }),
+        1 => (0..IDS.len()).prop_map(|id| Action::DisableV2i { ids: vec![IDS[id]] }),
+    ]
+}
+
+fn some_script() -> impl Strategy<Value = Vec<(u32, Action)>> {
+    proptest::collection::vec((0..12_u32, some_action()), 0..12)
+}
+
+fn some_compat() -> impl Strategy<Value = Compat> {
+    prop_oneof![Just(Improved), Just(Upstream)]
+}
+
+proptest! {
+    #[test]
+    fn the_engine_does_as_the_model(
+        compat in some_compat(),
+        controllers in some_controllers(),
+        actions in some_script(),
+    ) {
+        let scenario =
+            Scenario { controllers: controllers.clone(), acts: script(&actions), ..Scenario::default() };
+        let mut settings = settings(small_map(), scenario, compat);
+        settings.copy_on_enable = false;
+        let mut scene = Scene::new(settings);
+        let phases = vec![None; controllers.len()];
+        let mut model = Model { upstream: compat == Upstream, phases, ..Model::default() };
+        for now in 0..15_u32 {
+            scene.run_to(u64::from(now));
+            model.frame(&controllers, u64::from(now));
+            actions.iter().filter(|(at, _)| *at == now).for_each(|(_, action)| model.act(action));
+            // A text with two bulbs ends upstream's scenario as soon as it has to be announced (Q10).
+            if compat == Upstream && scene.verdict().is_some() {
+                return Ok(());
+            }
+            for channel in Channel::ALL {
+                let truth: Vec<_> =
+                    scene.lights.ground_truth(channel).map(|light| (light.way_id, light.bulbs)).collect();
+                prop_assert_eq!(truth, model.of(channel, false), "{:?} truth at {}", channel, now);
+                let detected: Vec<_> =
+                    scene.lights.detected(channel).map(|(id, sight)| (id, sight.bulbs)).collect();
+                prop_assert_eq!(detected, model.of(channel, true), "{:?} detected at {}", channel, now);
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_write_wins(compat in some_compat(), actions in some_script(), at in some_target(), state in 0..STATES.len()) {
+        let mut actions = actions;
+        actions.push((12, Action::SetState { target: at, state: StateText::new(STATES[state]) }));
+        let mut scene = Scene::of(compat, Vec::new(), &actions);
+        scene.run_to(13);
+        let expected = StateText::new(STATES[state]).bulbs.to_string();
+        let texts = scene.lights.stores().state_text(at).unwrap();
+        prop_assert!(texts.split("; ").all(|text| text == expected), "{texts}");
+    }
+
+    #[test]
+    fn a_phase_clears_what_it_names_and_nothing_else(
+        compat in some_compat(),
+        named in proptest::collection::btree_set(0..3_usize, 0..3),
+        by_hand in proptest::collection::btree_set(0..3_usize, 0..4),
+    ) {
+        let entries: Vec<_> = named.iter().map(|head| format!("{} conventional_detected=red", IDS[*head])).collect();
+        let phases = [("p1", "3", entries.join(";")), ("p2", "3", String::new())];
+        let phases: Vec<_> = phases.iter().map(|(name, seconds, entries)| (*name, *seconds, entries.as_str())).collect();
+        let hand = |head: &usize| {
+            let target = Target::parse(&format!("{} conventional_detected", IDS[*head])).unwrap();
+            (1, Action::SetState { target, state: StateText::new("yellow") })
+        };
+        let actions: Vec<_> = by_hand.iter().map(hand).collect();
+        let mut scene = Scene::of(compat, vec![controller("A", &phases)], &actions);
+        scene.run_to(3);
+        let left: Vec<_> = scene.lights.detected(Channel::Conventional).map(|(id, _)| id).collect();
+        let expected: Vec<_> = by_hand.difference(&named).map(|head| IDS[*head]).collect();
+        prop_assert_eq!(left, expected);
+    }
+
+    #[test]
+    fn no_lit_detection_is_lost_in_the_merge(
+        compat in some_compat(),
+        merged in any::<bool>(),
+        controllers in some_controllers(),
+        actions in some_script(),
+    ) {
+        let scenario = Scenario { controllers, acts: script(&actions), ..Scenario::default() };
+        let mut settings = settings(small_map(), scenario, compat);
+        settings.one_group_per_head = !merged;
+        let mut scene = Scene::new(settings);
+        for now in 0..13 {
+            scene.run_to(now);
+            let Content::Groups(groups) = &*scene.last[&LightsTopic::Camera].content else { unreachable!() };
+            for (id, sight) in scene.lights.detected(Channel::Conventional) {
+                let relation = if [11, 12, 100].contains(&id) { 100 } else { 200 };
+                let sent = groups.iter().filter(|group| group.relation_id == relation);
+                let sent: BulbSet = sent.flat_map(|group| &group.elements).map(|element| element.bulb).collect();
+                prop_assert!(sent.contains_all(&sight.bulbs), "{id} at {now}: {sent}");
+            }
+            prop_assert!(groups.iter().all(|group| !group.elements.is_empty()));
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! Whatever is told: a clear finding, no panic, no invented signal, and what was good before is good
+//! again afterwards.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::planner_input::{
+    ControlPoint, FactorTopic, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+};
+use signal_gateway::core::turn_signal::route::Segment;
+use signal_gateway::core::turn_signal::signal::Signal;
+
+use super::bench::{announcing, decider, path, route};
+
+const NAN: f64 = f64::NAN;
+
+/// What goes wrong while the vehicle stands before its turn.
+enum Bad {
+    /// This is told once, then all is well but for it.
+    PlannerInput(PlannerInput),
+    /// This is the odometry now.
+    Odometry(Odometry),
+    /// Odometry is no longer received, for so long.
+    Silence(u64),
+    /// The same measurement comes again and again, for so long.
+    Frozen(u64),
+    /// The clock jumps ahead.
+    Jump(u64),
+    /// The stamps of the odometry go back.
+    StampsBack,
+}
+
+fn at(x: f64, y: f64, yaw: f64, speed_mps: f64) -> Bad {
+    Bad::Odometry(Odometry { pose: Pose::new(x, y, yaw), speed_mps })
+}
+
+fn factor(behavior: u16, points: &[(f64, f64)]) -> PlanningFactor {
+    let point = |(x, shift_length_m): &(f64, f64)| ControlPoint {
+        pose: Pose::new(*x, 0.0, 0.0),
+        distance_m: 0.0,
+        speed_mps: 0.0,
+        shift_length_m: *shift_length_m,
+    };
+    let control_points = points.iter().map(point).collect();
+    PlanningFactor { behavior, is_driving_forward: true, detail: "".into(), control_points }
+}
+
+fn factors(topic: FactorTopic, behavior: u16, points: &[(f64, f64)]) -> Bad {
+    Bad::PlannerInput(PlannerInput::Factors { topic, factors: Arc::new([factor(behavior, points)]) })
+}
+
+fn planned(points: Vec<PathPoint>) -> Bad {
+    Bad::PlannerInput(PlannerInput::PlannedPath(points.into()))
+}
+
+fn starting_at(start: Pose) -> Bad {
+    let segments = vec![Segment { preferred: 1, lanes: vec![1] }];
+    Bad::PlannerInput(PlannerInput::Route(Arc::new(PlannerRoute {
+        id: 2,
+        start,
+        goal: Pose::default(),
+        segments,
+    })))
+}
+
+fn spoilt_path() -> Vec<PathPoint> {
+    let mut points = path(30.0, 50);
+    points[20].pose.position.y_m = NAN;
+    points
+}
+
+#[test]
+fn every_bad_input_has_a_finding_and_invents_no_signal() {
+    use FactorTopic::{LaneChangeLeft, StaticObstacleAvoidance};
+    use Level::{Error, Ok, Warn};
+    use Signal::{Disable, Left, NoCommand};
+    let mode = OperationMode { mode: 77, is_autoware_control_enabled: false, is_in_transition: true };
+    for (name, bad, turn, level, finding) in [
+        ("empty route", Bad::PlannerInput(route(2, &[])), NoCommand, Error, "the route has no lanelet"),
+        ("lanelet twice", Bad::PlannerInput(route(2, &[1, 2, 1])), NoCommand, Error, "lists lanelet 1 twice"),
+        (
+            "unknown lanelet",
+            Bad::PlannerInput(route(2, &[1, 2, 99])),
+            NoCommand,
+            Error,
+            "lanelet 99 of the route is not",
+        ),
+        (
+            "same id, unknown lanelet",
+            Bad::PlannerInput(route(1, &[1, 98])),
+            NoCommand,
+            Error,
+            "lanelet 98 of the route",
+        ),
+        (
+            "route from nowhere",
+            starting_at(Pose::new(NAN, 0.0, 0.0)),
+            NoCommand,
+            Error,
+            "start of the route is no",
+        ),
+        ("x is not a number", at(NAN, 0.0, 0.0, 5.0), NoCommand, Error, "odometry is not a number"),
+        ("yaw is not a number", at(36.0, 0.0, NAN, 5.0), NoCommand, Error, "odometry is not a number"),
+        (
+            "speed is not a number",
+            at(36.0, 0.0, 0.0, f64::INFINITY),
+            NoCommand,
+            Error,
+            "odometry is not a number",
+        ),
+        ("beyond the world", at(1e300, -1e300, 0.0, 5.0), Disable, Ok, "none"),
+        ("silent odometry", Bad::Silence(700), NoCommand, Error, "odometry is 700 ms old"),
+        ("frozen odometry", Bad::Frozen(700), NoCommand, Error, "odometry is 6"),
+        ("an hour is gone", Bad::Jump(3_600_000), NoCommand, Error, "odometry is 36"),
+        ("stamps go back", Bad::StampsBack, Left, Ok, "none"),
+        (
+            "no lanes driven",
+            Bad::PlannerInput(PlannerInput::LaneDriving(false)),
+            NoCommand,
+            Ok,
+            "not lane driving",
+        ),
+        ("empty path", planned(Vec::new()), NoCommand, Warn, "the planned path is empty"),
+        ("path of one place", planned(vec![path(30.0, 1)[0].clone(); 9]), Left, Ok, "none"),
+        ("path with a hole", planned(spoilt_path()), Left, Warn, "point of the planned path is not a number"),
+        (
+            "factor at no place",
+            factors(LaneChangeLeft, 5, &[(NAN, 0.0), (99.0, 0.0)]),
+            Left,
+            Warn,
+            "lane_change_left",
+        ),
+        ("factor without end", factors(LaneChangeLeft, 5, &[(40.0, 0.0)]), Left, Warn, "no start and end"),
+        (
+            "avoidance without path",
+            factors(StaticObstacleAvoidance, 5, &[(40.0, 0.0), (50.0, -1.5)]),
+            Left,
+            Warn,
+            "avoidance without a planned path",
+        ),
+        ("unknown mode", Bad::PlannerInput(PlannerInput::OperationMode(mode)), Left, Ok, "none"),
+        ("own command", Bad::PlannerInput(PlannerInput::OwnTurnCommand(200)), Left, Ok, "none"),
+    ] {
+        let mut bench = announcing();
+        let before = bench.now.wall;
+        match bad {
+            Bad::PlannerInput(told) => {
+                bench.tell(told);
+                bench.stay(36.0, 5.0, 200);
+            }
+            Bad::Odometry(odometry) => {
+                // A stamp of its own for every measurement.
+                for _ in 0..3 {
+                    bench.tell(PlannerInput::Odometry { odometry, stamp: bench.now.wall });
+                    bench.pass_without_end(100);
+                }
+            }
+            Bad::Silence(ms) => bench.pass_without_end(ms),
+            Bad::Frozen(ms) => {
+                let odometry = Odometry { pose: Pose::new(36.0, 0.0, 0.0), speed_mps: 5.0 };
+                for _ in 0..ms / 50 {
+                    bench.tell(PlannerInput::Odometry { odometry, stamp: before });
+                    bench.pass_without_end(50);
+                }
+            }
+            Bad::Jump(ms) => bench.jump(ms),
+            Bad::StampsBack => {
+                let odometry = Odometry { pose: Pose::new(36.0, 0.0, 0.0), speed_mps: 5.0 };
+                for step in 0..10_i64 {
+                    let stamp = WallStamp::from_nanos(before.as_nanos() - step * 1_000_000);
+                    bench.tell(PlannerInput::Odometry { odometry, stamp });
+                    bench.pass_without_end(100);
+                }
+            }
+        }
+        let status = bench.status("turn_signal_decider");
+        assert_eq!((bench.turn(), status.level), (Some(turn), level), "{name}: {status:?}");
+        assert!(bench.decider_value("findings").contains(finding), "{name}: {status:?}");
+        // What was good is good again, all of it told anew.
+        bench.tell(route(3, &[1, 2, 3]));
+        bench.tell(PlannerInput::LaneDriving(true));
+        bench.tell(PlannerInput::PlannedPath(path(30.0, 100).into()));
+        for topic in FactorTopic::ALL {
+            bench.tell(PlannerInput::Factors { topic, factors: Arc::new([]) });
+        }
+        bench.stay(36.0, 5.0, 900);
+        assert_eq!(
+            (bench.turn(), bench.status("turn_signal_decider").level),
+            (Some(Left), Ok),
+            "{name}: {:?}",
+            bench.status("turn_signal_decider")
+        );
+    }
+}
+
+#[test]
+fn a_scenario_that_is_told_no_more_is_no_reason_to_go_on() {
+    let mut bench = announcing();
+    bench.tell(PlannerInput::LaneDriving(true));
+    bench.stay(36.0, 5.0, 1_000);
+    assert_eq!(bench.turn(), Some(Signal::Left));
+    bench.stay(36.0, 5.0, 300);
+    assert_eq!(
+        (bench.turn(), bench.status("turn_signal_decider").level),
+        (Some(Signal::NoCommand), Level::Error)
+    );
+    assert_eq!(bench.status("turn_signal_decider").message, "NO_COMMAND: the scenario is too old");
+}
+
+fn any_number() -> impl Strategy<Value = f64> {
+    prop_oneof![8 => -20.0..250.0, 1 => any::<f64>(), 1 => Just(NAN), 1 => Just(f64::INFINITY), 1 => Just(0.0)]
+}
+
+fn any_pose() -> impl Strategy<Value = Pose> {
+    let yaw = prop_oneof![4 => Just(0.0), 1 => any_number()];
+    let y = prop_oneof![4 => -6.0..6.0, 1 => any_number()];
+    (any_number(), y, yaw).prop_map(|(x, y, yaw)| Pose::new(x, y, yaw))
+}
+
+fn any_told() -> impl Strategy<Value = PlannerInput> {
+    let lane = prop_oneof![9 => prop::sample::select(vec![1_i64, 2, 3, 11, 12, 13]), 1 => any::<i64>()];
+    let lanes = prop::collection::vec(lane, 0..4);
+    let odometry = (any_pose(), any_number(), any::<i64>()).prop_map(|(pose, speed_mps, stamp)| {
+        PlannerInput::Odometry { odometry: Odometry { pose, speed_mps }, stamp: WallStamp::from_nanos(stamp) }
+    });
+    let routes = prop_oneof![
+        3 => any::<u128>().prop_map(|id| route(id, &[1, 2, 3])),
+        1 => (any::<u128>(), lanes.clone()).prop_map(|(id, lanes)| route(id, &lanes)),
+    ];
+    let point = (any_pose(), any_number(), lanes).prop_map(|(pose, speed_mps, lanes)| PathPoint {
+        pose,
+        speed_mps,
+        lanes,
+    });
+    let paths = prop_oneof![
+        prop::collection::vec(point, 0..8).prop_map(|points| PlannerInput::PlannedPath(points.into())),
+        (0.0..50.0, 0..120_u32).prop_map(|(x, points)| PlannerInput::PlannedPath(path(x, points).into())),
+    ];
+    let control = (any_pose(), any_number()).prop_map(|(pose, shift_length_m)| ControlPoint {
+        pose,
+        distance_m: 0.0,
+        speed_mps: 0.0,
+        shift_length_m,
+    });
+    let factor = (0..9_u16, any::<bool>(), prop::collection::vec(control, 0..4)).prop_map(
+        |(behavior, is_driving_forward, control_points)| PlanningFactor {
+            behavior,
+            is_driving_forward,
+            detail: "".into(),
+            control_points,
+        },
+    );
+    let told_factors = (prop::sample::select(FactorTopic::ALL.to_vec()), prop::collection::vec(factor, 0..3))
+        .prop_map(|(topic, factors)| PlannerInput::Factors { topic, factors: factors.into() });
+    prop_oneof![
+        4 => odometry,
+        2 => routes,
+        2 => paths,
+        3 => told_factors,
+        1 => any::<bool>().prop_map(PlannerInput::LaneDriving),
+        1 => any::<u8>().prop_map(PlannerInput::OwnTurnCommand),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// A side is only ever commanded with an odometry of numbers and a route of this map.
+    #[test]
+    fn whatever_is_told_a_side_has_a_ground(
+        steps in prop::collection::vec((any_told(), 0..300_u64), 1..40),
+        upstream in any::<bool>(),
+    ) {
+        let compat = if upstream { "compat = \"upstream\"" } else { "" };
+        let mut bench = decider(&format!("enabled = true\n{compat}"));
+        let (mut is_placed, mut is_routed) = (false, false);
+        for (told, ms) in steps {
+            if let PlannerInput::Odometry { odometry, .. } = &told {
+                is_placed = odometry.pose.is_finite() && odometry.speed_mps.is_finite();
+            }
+            if let PlannerInput::Route(told) = &told {
+                let lanes: Vec<i64> = told.segments.iter().map(|segment| segment.preferred).collect();
+                let mut once = lanes.clone();
+                once.sort_unstable();
+                once.dedup();
+                let known = lanes.iter().all(|lane| [1, 2, 3, 11, 12, 13].contains(lane));
+                is_routed = !lanes.is_empty() && once.len() == lanes.len() && known;
+            }
+            bench.tell(told);
+            let before = bench.turn_commands().len();
+            bench.pass_without_end(ms);
+            let sides = bench.turn_commands()[before..].iter().any(|(_, turn)| turn.side().is_some());
+            prop_assert!(!sides || is_placed && is_routed, "{:?}", bench.status("turn_signal_decider"));
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! A gateway with nothing but the decider, told by hand, on virtual time: a straight road of two lanes,
+//! one of which has a piece tagged as a left turn.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::time::{MonoTime, WallStamp};
+use signal_gateway::core::turn_signal::decision::Decision;
+use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::turn_signal::output::TurnSignalOutput;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::planner_input::{PathPoint, PlannerInput, PlannerRoute};
+use signal_gateway::core::turn_signal::route::Segment;
+use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
+
+use crate::support::clock::{at, at_ms, millis};
+use crate::support::files::MemoryFiles;
+use crate::support::virtual_gateway::VirtualGateway;
+
+/// The road: lanelets 1, 2, 3 to 60, 80 and 200 m, of which 2 turns left; 11, 12, 13 to their left.
+pub(crate) fn map() -> String {
+    let (xs, ys) = ([0, 60, 80, 200], [-1.75, 1.75, 5.25]);
+    let mut text = "<osm>\n".to_owned();
+    for (row, y) in ys.iter().enumerate() {
+        for (column, x) in xs.iter().enumerate() {
+            text += &format!(
+                "<node id='{}' lat='0' lon='0'><tag k='local_x' v='{x}'/><tag k='local_y' v='{y}'/></node>\n",
+                row * 10 + column + 1
+            );
+        }
+        for piece in 1..=3 {
+            let from = row * 10 + piece;
+            text += &format!("<way id='{}'><nd ref='{from}'/><nd ref='{}'/></way>\n", 100 + from, from + 1);
+        }
+    }
+    for row in 0..2 {
+        for piece in 1..=3 {
+            let (left, right) = (110 + row * 10 + piece, 100 + row * 10 + piece);
+            let turn = if (row, piece) == (0, 2) { "<tag k='turn_direction' v='left'/>" } else { "" };
+            text += &format!(
+                "<relation id='{}'><member type='way' ref='{left}' role='left'/>\
+                 <member type='way' ref='{right}' role='right'/><tag k='type' v='lanelet'/>\
+                 <tag k='subtype' v='road'/>{turn}</relation>\n",
+                row * 10 + piece
+            );
+        }
+    }
+    text + "</osm>\n"
+}
+
+/// A decider with these keys in `[turn_signal]`, from 10 s on.
+pub(crate) fn decider(keys: &str) -> VirtualGateway {
+    let gateway = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}\n");
+    let files = MemoryFiles::new([("gateway.toml", gateway), ("map.osm", map())]);
+    VirtualGateway::starting_at(MonoTime::from_millis(10_000), files.settings().gateway)
+}
+
+/// The planner's words in, commands and decisions out.
+impl VirtualGateway {
+    pub(crate) fn tell(&mut self, told: PlannerInput) {
+        self.handle(told);
+    }
+
+    /// Odometry on the lane of lanelets 1 to 3.
+    pub(crate) fn odometry(&mut self, x_m: f64, speed_mps: f64) {
+        let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps };
+        self.tell(PlannerInput::Odometry { odometry, stamp: self.now.wall });
+    }
+
+    /// The clock jumps: no deadline is handled before it has.
+    pub(crate) fn jump(&mut self, ms: u64) {
+        self.now = at_ms(self.ms() + ms);
+        self.handle(Input::Tick);
+    }
+
+    /// So long at one place, told ten times a second.
+    pub(crate) fn stay(&mut self, x_m: f64, speed_mps: f64, ms: u64) {
+        for _ in 0..ms / 100 {
+            self.odometry(x_m, speed_mps);
+            self.pass_without_end(100);
+        }
+    }
+
+    /// The turn commands as they went out: when, ms, and what.
+    pub(crate) fn turn_commands(&self) -> Vec<(u64, Signal)> {
+        self.stamped(|output| {
+            if let Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) = output {
+                Some((*command, *stamp))
+            } else {
+                None
+            }
+        })
+    }
+
+    pub(crate) fn hazard_commands(&self) -> Vec<(u64, Hazard)> {
+        self.stamped(|output| {
+            if let Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) = output {
+                Some((*command, *stamp))
+            } else {
+                None
+            }
+        })
+    }
+
+    pub(crate) fn decisions(&self) -> Vec<(u64, Arc<Decision>)> {
+        self.select(|output| {
+            if let Output::TurnSignal(TurnSignalOutput::Decision(decision)) = output {
+                Some(Arc::clone(decision))
+            } else {
+                None
+            }
+        })
+    }
+
+    pub(crate) fn turn(&self) -> Option<Signal> {
+        self.turn_commands().last().map(|(_, turn)| *turn)
+    }
+
+    pub(crate) fn hazard(&self) -> Option<Hazard> {
+        self.hazard_commands().last().map(|(_, hazard)| *hazard)
+    }
+
+    /// A key of the decider's status.
+    pub(crate) fn decider_value(&self, key: &str) -> String {
+        self.value("turn_signal_decider", key)
+    }
+
+    /// What of the outputs `pick` picks; its stamp is when it came.
+    fn stamped<T>(&self, pick: impl Fn(&Output) -> Option<(T, WallStamp)>) -> Vec<(u64, T)> {
+        let picked = self.outputs.iter().filter_map(|(mono, output)| Some((*mono, pick(output)?)));
+        let checked = picked.map(|(mono, (what, stamp))| {
+            assert_eq!(stamp, at(mono).wall);
+            (millis(mono), what)
+        });
+        checked.collect()
+    }
+}
+
+/// A route over these lanelets.
+pub(crate) fn route(id: u128, lanes: &[i64]) -> PlannerInput {
+    let segments = lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] }).collect();
+    let (start, goal) = (Pose::default(), Pose::new(190.0, 0.0, 0.0));
+    PlannerInput::Route(Arc::new(PlannerRoute { id, start, goal, segments }))
+}
+
+/// A planned path of this many points along the middle, a point each metre, from `x_m` on.
+pub(crate) fn path(x_m: f64, points: u32) -> Vec<PathPoint> {
+    let place = |index: u32| x_m + f64::from(index);
+    let lane = |x: f64| {
+        if x < 60.0 {
+            1
+        } else if x < 80.0 {
+            2
+        } else {
+            3
+        }
+    };
+    let point = |x: f64| PathPoint { pose: Pose::new(x, 0.0, 0.0), speed_mps: 5.0, lanes: vec![lane(x)] };
+    (0..points).map(place).map(point).collect()
+}
+
+/// A decider that has announced the turn for two seconds, standing 20 m before it.
+pub(crate) fn announcing() -> VirtualGateway {
+    let mut bench = decider("enabled = true");
+    bench.tell(route(1, &[1, 2, 3]));
+    bench.stay(36.0, 5.0, 2_000);
+    assert_eq!(bench.turn(), Some(Signal::Left));
+    bench
+}
+
+/// The period of the commands.
+pub(crate) const PERIOD: Duration = Duration::from_millis(100);

@@ -1,0 +1,91 @@
+//! docs/spec/turn-signal-decider.md, "Joining records":
+//! how the record of a manoeuvre joins that of the one before it.
+
+use signal_gateway::core::turn_signal::chain::{join_present, overwrite, pairwise_prior};
+use signal_gateway::core::turn_signal::geometry::path::PathFrame;
+use signal_gateway::core::turn_signal::section::Section;
+use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+
+use super::line::{FRONT_M, NEAREST, at, line, record};
+
+fn hazard() -> Section {
+    Section { hazard: Hazard::Enable, ..Section::default() }
+}
+
+#[test]
+fn overwrite_takes_the_new_record_unless_it_starts_later() {
+    let path = line(-20, 120);
+    let path_frame = PathFrame::new(&path, at(30.0), FRONT_M, NEAREST);
+    let previous = record(Side::Left, [0.0, 60.0], [20.0, 50.0]);
+    let right = |start: f64| record(Side::Right, [start, 100.0], [start, 100.0]);
+    let none = Section { turn: Signal::NoCommand, ..right(-5.0) };
+    for (what, previous, new, expected) in [
+        ("desired start beyond the end", previous, right(80.0), previous),
+        ("desired start at the end", previous, right(60.0), right(60.0)),
+        ("just beyond it", previous, right(60.01), previous),
+        ("a record without a command", previous, none, none),
+        ("without a command, but beyond the end", previous, right(61.0).silenced(), previous),
+        ("previous without a command", previous.silenced(), right(80.0), right(80.0)),
+        ("previous off", Section { turn: Signal::Disable, ..previous }, right(80.0), right(80.0)),
+        ("hazard lights", hazard(), right(80.0), right(80.0)),
+    ] {
+        assert_eq!(overwrite(&path_frame, previous, new), expected, "{what}");
+    }
+}
+
+#[test]
+fn the_pairwise_rule_goes_by_position() {
+    let path = line(-20, 120);
+    let previous = record(Side::Left, [0.0, 50.0], [20.0, 40.0]);
+    let new = record(Side::Right, [30.0, 80.0], [45.0, 70.0]);
+    for (x, expected) in [
+        (-3.0, None),
+        (-2.0, Some(previous)),
+        (20.0, Some(previous)),
+        (28.0, Some(previous)),
+        (41.0, Some(previous)),
+        (42.9, Some(previous)),
+        (43.0, Some(new)),
+        (51.0, Some(new)),
+        (80.0, Some(new)),
+        (81.0, None),
+    ] {
+        let path_frame = PathFrame::new(&path, at(x), 2.0, NEAREST);
+        assert_eq!(pairwise_prior(&path_frame, previous, new), expected, "x = {x}");
+        // Which came first plays a part only when starts are equal.
+        assert_eq!(pairwise_prior(&path_frame, new, previous), expected, "x = {x}, the other way round");
+    }
+}
+
+#[test]
+fn an_empty_record_at_the_origin_takes_part_upstream() {
+    let path = line(-20, 120);
+    let path_frame = PathFrame::new(&path, at(10.0), 2.0, NEAREST);
+    let new = record(Side::Right, [0.0, 80.0], [45.0, 70.0]);
+    // All its points lie behind: it is passed, and the other one stays.
+    assert_eq!(pairwise_prior(&path_frame, Section::default(), new), Some(new));
+    // Before the origin neither has begun.
+    let before = PathFrame::new(&path, at(-10.0), 2.0, NEAREST);
+    assert_eq!(pairwise_prior(&before, Section::default(), new), None);
+}
+
+#[test]
+fn by_default_only_a_present_record_replaces_one_and_hazard_lights_add_up() {
+    let left = record(Side::Left, [0.0, 60.0], [20.0, 50.0]);
+    let right = record(Side::Right, [10.0, 100.0], [30.0, 90.0]);
+    let take_new = |_: Section, new: Section| Some(new);
+    let with_hazard = |record: Section| Section { hazard: Hazard::Enable, ..record };
+    for (what, previous, new, expected) in [
+        ("nothing at all", None, None, None),
+        ("one", Some(left), None, Some(left)),
+        ("the other", None, Some(right), Some(right)),
+        ("both", Some(left), Some(right), Some(right)),
+        ("new without a command", Some(left), Some(right.silenced()), Some(left)),
+        ("both without a command", Some(left.silenced()), Some(right.silenced()), None),
+        ("hazard before", Some(hazard()), Some(right), Some(with_hazard(right))),
+        ("hazard after", Some(left), Some(hazard()), Some(with_hazard(left))),
+        ("hazard alone", Some(hazard()), None, Some(hazard())),
+    ] {
+        assert_eq!(join_present(previous, new, take_new), expected, "{what}");
+    }
+}

@@ -1,0 +1,244 @@
+//! docs/spec/turn-signal-decider.md, "Conflict patterns":
+//! conflicts of two and three records over a whole drive, in both behaviours.
+
+use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Case, Rules, Source};
+use signal_gateway::core::turn_signal::section::Section;
+use signal_gateway::core::turn_signal::signal::Side::{self, Left, Right};
+use signal_gateway::core::turn_signal::signal::Signal;
+
+use super::line::{record, resolve_at};
+
+const FRONT_M: f64 = 2.0;
+
+fn pair(p: Section, q: Section) -> Candidates {
+    Candidates { intersection: Some(p), manoeuvre: Some(q), ..Candidates::default() }
+}
+
+/// Where each side is signalled: from, whether from itself, to, whether to itself.
+pub(crate) type Stretch = (Side, f64, bool, f64, bool);
+
+/// Both ends belong to it.
+const fn closed(side: Side, from: f64, to: f64) -> Stretch {
+    (side, from, true, to, true)
+}
+/// The end does not.
+const fn until(side: Side, from: f64, to: f64) -> Stretch {
+    (side, from, true, to, false)
+}
+/// The start does not.
+const fn after(side: Side, from: f64, to: f64) -> Stretch {
+    (side, from, false, to, true)
+}
+
+fn expected_at(stretches: &[Stretch], x: f64) -> Signal {
+    let within = |(_, from, with_from, to, with_to): &&Stretch| {
+        (x > *from || *with_from && x == *from) && (x < *to || *with_to && x == *to)
+    };
+    stretches.iter().find(within).map_or(Signal::Disable, |(side, ..)| (*side).into())
+}
+
+fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: Rules) {
+    // Quarters are exact, so that boundaries are met and just missed.
+    for x in (-40..=480).map(|quarter| f64::from(quarter) / 4.0) {
+        let got = resolve_at(x, FRONT_M, candidates, rules);
+        assert_eq!(got.signal(), expected_at(stretches, x), "{id} at {x}: {:?}", got.evaluated);
+    }
+}
+
+fn left(desired: [f64; 2], required: [f64; 2]) -> Section {
+    record(Left, desired, required)
+}
+fn right(desired: [f64; 2], required: [f64; 2]) -> Section {
+    record(Right, desired, required)
+}
+
+pub(crate) fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
+    vec![
+        (
+            "C1",
+            pair(left([0.0, 60.0], [20.0, 40.0]), right([10.0, 72.0], [30.0, 50.0])),
+            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 72.0)],
+        ),
+        (
+            "C2",
+            pair(left([0.0, 80.0], [20.0, 40.0]), right([10.0, 64.0], [30.0, 50.0])),
+            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 64.0), after(Left, 64.0, 80.0)],
+        ),
+        (
+            "C3",
+            pair(left([0.0, 60.0], [20.0, 50.0]), right([10.0, 56.0], [26.0, 38.0])),
+            vec![closed(Left, -2.0, 60.0)],
+        ),
+        (
+            "C3b",
+            pair(left([0.0, 60.0], [20.0, 50.0]), right([10.0, 72.0], [26.0, 38.0])),
+            vec![closed(Left, -2.0, 60.0), after(Right, 60.0, 72.0)],
+        ),
+        (
+            "C4",
+            pair(left([0.0, 72.0], [34.0, 54.0]), right([10.0, 60.0], [20.0, 44.0])),
+            vec![until(Left, -2.0, 8.0), until(Right, 8.0, 32.0), closed(Left, 32.0, 72.0)],
+        ),
+        (
+            "C5",
+            pair(left([0.0, 80.0], [34.0, 46.0]), right([10.0, 66.0], [22.0, 58.0])),
+            vec![
+                closed(Right, 32.0, 32.0),
+                closed(Left, -2.0, 46.0),
+                after(Right, 46.0, 66.0),
+                after(Left, 66.0, 80.0),
+            ],
+        ),
+        (
+            "C6",
+            pair(left([0.0, 70.0], [20.0, 28.0]), right([10.0, 60.0], [40.0, 50.0])),
+            vec![until(Left, -2.0, 38.0), closed(Right, 38.0, 60.0), after(Left, 60.0, 70.0)],
+        ),
+        (
+            "C7",
+            pair(left([0.0, 80.0], [44.0, 56.0]), right([10.0, 60.0], [18.0, 26.0])),
+            vec![until(Left, -2.0, 8.0), until(Right, 8.0, 42.0), closed(Left, 42.0, 80.0)],
+        ),
+        (
+            "C8",
+            pair(left([0.0, 80.0], [30.0, 40.0]), right([10.0, 60.0], [30.0, 50.0])),
+            vec![
+                closed(Right, 28.0, 28.0),
+                closed(Left, -2.0, 40.0),
+                after(Right, 40.0, 60.0),
+                after(Left, 60.0, 80.0),
+            ],
+        ),
+        (
+            "C9",
+            pair(left([0.0, 80.0], [30.0, 40.0]), right([10.0, 60.0], [30.0, 40.0])),
+            vec![until(Left, -2.0, 8.0), until(Right, 8.0, 28.0), closed(Left, 28.0, 80.0)],
+        ),
+        (
+            "C10",
+            pair(left([0.0, 80.0], [20.0, 40.0]), right([0.0, 60.0], [30.0, 50.0])),
+            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 60.0), after(Left, 60.0, 80.0)],
+        ),
+        (
+            "C11",
+            pair(left([0.0, 80.0], [30.0, 50.0]), right([0.0, 60.0], [20.0, 40.0])),
+            vec![until(Right, -2.0, 28.0), closed(Left, 28.0, 80.0)],
+        ),
+        (
+            "same required end",
+            pair(left([0.0, 80.0], [20.0, 40.0]), right([10.0, 60.0], [30.0, 40.0])),
+            vec![closed(Left, -2.0, 40.0), after(Right, 40.0, 60.0), after(Left, 60.0, 80.0)],
+        ),
+        (
+            "T1",
+            Candidates {
+                intersection: Some(left([0.0, 90.0], [20.0, 30.0])),
+                roundabout: Some(right([10.0, 100.0], [40.0, 50.0])),
+                manoeuvre: Some(left([30.0, 80.0], [60.0, 70.0])),
+            },
+            vec![
+                until(Left, -2.0, 38.0),
+                until(Right, 38.0, 58.0),
+                closed(Left, 58.0, 80.0),
+                after(Right, 80.0, 100.0),
+            ],
+        ),
+        (
+            "T2",
+            Candidates {
+                intersection: Some(left([0.0, 90.0], [60.0, 70.0])),
+                roundabout: Some(right([10.0, 100.0], [40.0, 50.0])),
+                manoeuvre: Some(left([20.0, 80.0], [22.0, 30.0])),
+            },
+            vec![
+                until(Left, -2.0, 8.0),
+                until(Right, 8.0, 18.0),
+                until(Left, 18.0, 38.0),
+                until(Right, 38.0, 58.0),
+                closed(Left, 58.0, 90.0),
+                after(Right, 90.0, 100.0),
+            ],
+        ),
+        (
+            "T3",
+            Candidates {
+                intersection: Some(left([0.0, 60.0], [20.0, 30.0])),
+                roundabout: Some(right([0.0, 60.0], [32.0, 40.0])),
+                manoeuvre: Some(left([0.0, 60.0], [42.0, 50.0])),
+            },
+            vec![closed(Left, -2.0, 30.0), after(Right, 30.0, 40.0), after(Left, 40.0, 60.0)],
+        ),
+    ]
+}
+
+#[test]
+fn every_listed_conflict_is_settled_as_upstream_does() {
+    for (id, candidates, stretches) in cases() {
+        check(id, &candidates, &stretches, Rules::default());
+    }
+}
+
+/// W3: the glitch at P's required start is gone; nothing else changes.
+#[test]
+fn by_default_no_single_sample_stands_out_at_the_required_start() {
+    let rules = Rules { start_belongs_to_before: true, ..Rules::default() };
+    for (id, candidates, mut stretches) in cases() {
+        stretches.retain(|(_, from, _, to, _)| from != to);
+        check(id, &candidates, &stretches, rules);
+    }
+}
+
+#[test]
+fn three_records_name_their_winners() {
+    use Source::{Intersection, Manoeuvre, Roundabout};
+    for (id, x, winner) in [
+        ("T1", 30.0, Intersection),
+        ("T1", 40.0, Roundabout),
+        ("T1", 70.0, Manoeuvre),
+        ("T1", 90.0, Roundabout),
+        ("T2", 0.0, Intersection),
+        ("T2", 10.0, Roundabout),
+        ("T2", 30.0, Manoeuvre),
+        ("T2", 50.0, Roundabout),
+        ("T2", 80.0, Intersection),
+        ("T3", 0.0, Intersection),
+        ("T3", 35.0, Roundabout),
+        ("T3", 50.0, Manoeuvre),
+    ] {
+        let (_, candidates, _) = cases().into_iter().find(|(other, ..)| *other == id).unwrap();
+        let got = resolve_at(x, FRONT_M, &candidates, Rules::default());
+        assert_eq!(got.winner.unwrap().source, winner, "{id} at {x}");
+    }
+}
+
+#[test]
+fn every_branch_has_its_label_and_the_loser_its_reason() {
+    let candidates = |id: &str| cases().into_iter().find(|(other, ..)| *other == id).unwrap().1;
+    for (id, x, case, winner) in [
+        ("C3", 20.0, Case::A1, Source::Intersection),
+        ("C1", 20.0, Case::A2, Source::Intersection),
+        ("C6", 30.0, Case::A3, Source::Intersection),
+        ("C1", 41.0, Case::A4, Source::Manoeuvre),
+        ("C5", 30.0, Case::B1, Source::Intersection),
+        ("C5", 50.0, Case::B1, Source::Manoeuvre),
+        ("C4", 20.0, Case::B2, Source::Manoeuvre),
+        ("C4", 40.0, Case::B2, Source::Intersection),
+    ] {
+        let got = resolve_at(x, FRONT_M, &candidates(id), Rules::default());
+        assert_eq!((got.case, got.winner.unwrap().source), (Some(case), winner), "{id} at {x}");
+        let lost = got
+            .evaluated
+            .iter()
+            .find(|other| matches!(other.outcome, CandidateOutcome::LostTo { .. }))
+            .unwrap();
+        assert_eq!(lost.outcome, CandidateOutcome::LostTo { source: winner, case }, "{id} at {x}");
+        assert_ne!(lost.source, winner);
+    }
+    let fates =
+        |x: f64| resolve_at(x, FRONT_M, &candidates("C1"), Rules::default()).evaluated.map(|w| w.outcome);
+    assert_eq!(
+        fates(-3.0),
+        [CandidateOutcome::NotReached, CandidateOutcome::Absent, CandidateOutcome::NotReached]
+    );
+    assert_eq!(fates(65.0), [CandidateOutcome::Passed, CandidateOutcome::Absent, CandidateOutcome::Won]);
+}

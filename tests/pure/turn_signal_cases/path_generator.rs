@@ -1,0 +1,89 @@
+//! P1 to P7: the smaller decider of upstream's path generator, on two turns of a test map.
+
+use signal_gateway::core::turn_signal::geometry::polyline::{at_arc, headed, length_m};
+use signal_gateway::core::turn_signal::geometry::{Point, Pose};
+use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::path_generator::decide;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::route::Route;
+use signal_gateway::core::turn_signal::signal::Signal;
+
+pub(crate) const ROUTE: [i64; 5] = [500, 501, 489, 497, 494];
+
+fn lane(id: i64, turn_direction: TurnDirection, points: &[(f64, f64)], followers: Vec<i64>) -> Lane {
+    let centerline: Vec<Point> = points.iter().map(|(x, y)| Point::new(*x, *y)).collect();
+    let aside = |left_m: f64| headed(&centerline).iter().map(|pose| pose.place(0.0, left_m)).collect();
+    Lane {
+        id,
+        turn_direction,
+        left_bound: aside(1.5),
+        right_bound: aside(-1.5),
+        followers,
+        centerline,
+        ..Lane::default()
+    }
+}
+
+/// `count` equal pieces.
+fn straight([(ax, ay), (bx, by)]: [(f64, f64); 2], count: u32) -> Vec<(f64, f64)> {
+    let share = |n| f64::from(n) / f64::from(count);
+    (0..=count).map(|n| (ax + (bx - ax) * share(n), ay + (by - ay) * share(n))).collect()
+}
+
+pub(crate) fn consecutive_turn() -> LaneNetwork {
+    use TurnDirection::{Left, None, Right};
+    LaneNetwork::new(
+        [
+            lane(500, None, &straight([(12.110, 101.383), (51.509, 101.580)], 8), vec![501]),
+            lane(501, Right, &[(51.509, 101.580), (54.375, 100.372), (55.472, 97.493)], vec![489]),
+            lane(489, None, &[(55.472, 97.493), (55.457, 94.080)], vec![497]),
+            lane(
+                497,
+                Left,
+                &[(55.457, 94.080), (56.276, 90.845), (58.528, 88.386), (61.673, 87.292), (65.042, 87.183)],
+                vec![494],
+            ),
+            lane(494, None, &straight([(65.042, 87.183), (148.749, 86.902)], 17), vec![]),
+        ],
+        Vec::new(),
+    )
+}
+
+fn signal(before_end_of: (i64, f64), speed_mps: f64, change: fn(&mut Parameters)) -> Signal {
+    let road = consecutive_turn();
+    let route = Route::single_file(1, Pose::default(), &ROUTE).unwrap();
+    let centerline = &road.lane(before_end_of.0).unwrap().centerline;
+    let position = at_arc(centerline, length_m(centerline) - before_end_of.1).unwrap();
+    let odometry = Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps };
+    let mut parameters = Parameters::DEPLOYED;
+    change(&mut parameters);
+    decide((&road, &route), &ROUTE, odometry, 3.79, &parameters)
+}
+
+#[test]
+fn the_lengths_are_those_of_the_map() {
+    let road = consecutive_turn();
+    for (id, expected) in [(500, 39.399), (501, 6.191), (489, 3.413), (497, 13.373), (494, 83.707)] {
+        assert!((road.lane(id).unwrap().length_m() - expected).abs() < 2e-3, "{id}");
+    }
+}
+
+#[test]
+fn every_listed_place_gives_its_command() {
+    for (id, place, speed, expected) in [
+        ("P1", (500, 40.0), 0.0, Signal::NoCommand),
+        ("P3", (500, 40.0), 3.5, Signal::Right),
+        ("P5", (501, 1.0), 0.0, Signal::Left),
+        ("P7", (497, 1.0), 0.0, Signal::Left),
+        ("standing within the search distance", (500, 33.0), 0.0, Signal::Right),
+        ("standing just outside", (500, 34.0), 0.0, Signal::NoCommand),
+        ("before the required end", (501, 5.0), 0.0, Signal::Right),
+        ("on the last lanelet of the route", (494, 10.0), 0.0, Signal::NoCommand),
+    ] {
+        assert_eq!(signal(place, speed, |_| {}), expected, "{id}");
+    }
+    let narrow = |parameters: &mut Parameters| parameters.intersection_search_distance_m = 0.0;
+    assert_eq!(signal((501, 1.0), 0.0, narrow), Signal::NoCommand, "0.6 m before the next turn");
+    assert_eq!(signal((489, 3.4), 0.0, narrow), Signal::Left, "it is behind the front already");
+}

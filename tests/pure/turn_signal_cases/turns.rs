@@ -1,0 +1,210 @@
+//! I1 to I7: turns at intersections, in both behaviours.
+
+use std::time::Duration;
+
+use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::turn_signal::intersection::turns;
+use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
+use signal_gateway::core::turn_signal::signal::Signal;
+
+use super::drive::{Drive, straight_lane, turn};
+use super::line::{at, blinking, samples};
+
+fn with_left_turn(mode: Compat) -> Drive {
+    let mut drive = Drive::new(mode);
+    drive.seen.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
+    drive
+}
+
+fn none(_: f64) -> Vec<signal_gateway::core::turn_signal::manoeuvre::Manoeuvre> {
+    Vec::new()
+}
+
+#[test]
+fn i1_one_left_lanelet() {
+    for mode in [Upstream, Improved] {
+        let mut drive = with_left_turn(mode);
+        let signals = drive.through(samples(0.0, 116.0, 1.0), 10.0, none);
+        assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I1 {mode:?}");
+        assert_eq!(drive.decider.intersection_start(5), Some(at(37.0)), "the memory");
+        drive.step(117.0, 10.0, &[]);
+        assert_eq!(drive.decider.intersection_start(5), None, "the memory is cleared");
+        let after = drive.through(samples(117.0, 140.0, 1.0), 10.0, none);
+        assert_eq!(blinking(after), []);
+    }
+}
+
+#[test]
+fn i2_slowing_down_drops_the_signal_upstream_and_not_by_default() {
+    use Signal::{Disable, Left};
+    let (mut upstream, mut default) = (with_left_turn(Upstream), with_left_turn(Improved));
+    for (x, speed, compat, improved) in [
+        (36.0, 10.0, Disable, Disable),
+        (37.0, 10.0, Left, Left),
+        (40.0, 10.0, Left, Left),
+        (45.0, 5.0, Disable, Left),
+        (50.0, 1.0, Disable, Left),
+        (60.0, 0.5, Disable, Left),
+        (65.0, 0.5, Left, Left),
+        (116.0, 3.0, Left, Left),
+        (116.1, 3.0, Disable, Disable),
+    ] {
+        for (drive, expected) in [(&mut upstream, compat), (&mut default, improved)] {
+            drive.wait(Duration::from_secs(2));
+            let mode = drive.settings.mode;
+            assert_eq!(drive.step(x, speed, &[]).turn, expected, "I2 {mode:?} at {x}, {speed} m/s");
+            let memory = drive.decider.intersection_start(5);
+            assert_eq!(memory, Some(at(37.0)).filter(|_| (37.0..=116.0).contains(&x)), "at {x}");
+        }
+    }
+}
+
+#[test]
+fn a_long_stop_far_away_ends_the_announcement_and_moving_on_begins_it_anew() {
+    let mut drive = with_left_turn(Improved);
+    assert_eq!(drive.step(37.0, 10.0, &[]).turn, Signal::Left);
+    for second in 0..=40 {
+        drive.wait(Duration::from_secs(1));
+        let turn = drive.step(50.0, 0.0, &[]).turn;
+        let expected = if second <= 20 { Signal::Left } else { Signal::Disable };
+        assert_eq!(turn, expected, "after {second} s");
+    }
+    drive.wait(Duration::from_secs(1));
+    assert_eq!(drive.step(50.0, 8.0, &[]).turn, Signal::Left, "in view again");
+    assert_eq!(drive.decider.intersection_start(5), Some(at(50.0)));
+}
+
+#[test]
+fn i3_a_distance_of_its_own() {
+    for mode in [Upstream, Improved] {
+        let mut drive = with_left_turn(mode);
+        drive.seen.turns[0].search_distance_m = Some(10.0);
+        let signals = drive.through(samples(0.0, 130.0, 0.5), 10.0, none);
+        assert_eq!(blinking(signals), [(Left, 86.5, 116.0)], "I3 {mode:?}");
+        let mut drive = with_left_turn(mode);
+        drive.seen.turns[0].search_distance_m = Some(0.0);
+        let signals = drive.through(samples(0.0, 130.0, 0.5), 10.0, none);
+        assert_eq!(blinking(signals), [(Left, 96.5, 116.0)], "distance 0 {mode:?}");
+    }
+}
+
+#[test]
+fn i4_right_then_left() {
+    let two = |mode| {
+        let mut drive = Drive::new(mode);
+        drive.seen.turns = vec![
+            turn(501, TurnDirection::Right, 39.399, 45.590, 41.399),
+            turn(497, TurnDirection::Left, 49.003, 62.376, 57.003),
+        ];
+        drive.through((-100..=700).map(|tenth| f64::from(tenth) / 10.0), 3.0, none)
+    };
+    assert_eq!(blinking(two(Upstream)), [(Right, -3.3, 41.3), (Left, 41.4, 62.3)], "I4");
+    // By default half a second passes in between: the first sample after 1.5 m at 3 m/s.
+    assert_eq!(blinking(two(Improved)), [(Right, -3.3, 41.3), (Left, 43.0, 62.3)], "I4 by default");
+}
+
+#[test]
+fn i5_split_turns_are_two_upstream_and_one_by_default() {
+    let lanes = || {
+        let lane = |id, from, to, followers| Lane {
+            turn_direction: TurnDirection::Left,
+            followers,
+            ..straight_lane(id, from, to)
+        };
+        let before = Lane { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
+        LaneNetwork::new([before, lane(2, 100.0, 108.0, vec![3]), lane(3, 108.0, 116.0, vec![])], Vec::new())
+    };
+    let mut drive = Drive::on(lanes(), &[1, 2, 3], Upstream);
+    let got = turns(&drive.scene(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
+    assert_eq!(got.iter().map(|turn| turn.id).collect::<Vec<_>>(), [2, 3]);
+    drive.seen.turns = vec![
+        turn(2, TurnDirection::Left, 100.0, 108.0, 105.0),
+        turn(3, TurnDirection::Left, 108.0, 116.0, 114.0),
+    ];
+    let signals = drive.through(samples(0.0, 105.0, 1.0), 10.0, none);
+    assert_eq!(blinking(signals), [(Left, 37.0, 105.0)], "I5");
+    let memory = [2, 3].map(|id| drive.decider.intersection_start(id));
+    assert_eq!(memory, [Some(at(37.0)), Some(at(45.0))]);
+    assert_eq!(drive.step(105.0, 10.0, &[]).intersection.turn.unwrap().pose, at(100.0));
+    assert_eq!(drive.step(106.0, 10.0, &[]).intersection.turn.unwrap().pose, at(108.0));
+    assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), [(Left, 106.0, 116.0)]);
+
+    let mut drive = Drive::on(lanes(), &[1, 2, 3], Improved);
+    let got = turns(&drive.scene(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
+    let [joined] = got.as_slice() else { panic!("not joined: {got:?}") };
+    assert_eq!((joined.id, joined.front, joined.back), (2, at(100.0), at(116.0)));
+    drive.seen.turns = got;
+    let signals = drive.through(samples(0.0, 130.0, 1.0), 10.0, none);
+    assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I5 by default");
+    assert_eq!(drive.decider.intersection_start(3), None);
+}
+
+#[test]
+fn turns_to_different_sides_or_apart_are_not_joined() {
+    let lane = |id, from, to, turn_direction, followers| Lane {
+        turn_direction,
+        followers,
+        ..straight_lane(id, from, to)
+    };
+    use TurnDirection::{Left, None, Right};
+    for (what, middle, count) in [
+        ("other side", lane(3, 110.0, 120.0, Right, vec![4]), 3),
+        ("plain between", lane(3, 110.0, 120.0, None, vec![4]), 2),
+        ("no follower", lane(3, 110.0, 120.0, Left, vec![]), 2),
+        ("three in a row", lane(3, 110.0, 120.0, Left, vec![4]), 1),
+    ] {
+        let road = LaneNetwork::new(
+            [lane(2, 100.0, 110.0, Left, vec![3]), middle, lane(4, 120.0, 130.0, Left, vec![])],
+            Vec::new(),
+        );
+        let drive = Drive::on(road, &[2, 3, 4], Improved);
+        let got = turns(&drive.scene(at(90.0), 10.0), &[2, 3, 4], Signal::NoCommand);
+        assert_eq!(got.len(), count, "{what}");
+    }
+}
+
+#[test]
+fn i6_the_stop_rule_lets_plain_lanelets_stand_in_the_queue() {
+    let road = || {
+        let plain = Lane { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
+        let left = Lane { turn_direction: TurnDirection::Left, ..straight_lane(2, 100.0, 116.0) };
+        LaneNetwork::new([plain, left], Vec::new())
+    };
+    let ids = |mode, x: f64, speed, manoeuvre| {
+        let drive = Drive::on(road(), &[1, 2], mode);
+        turns(&drive.scene(at(x), speed), &[1, 2], manoeuvre).iter().map(|turn| turn.id).collect::<Vec<_>>()
+    };
+    use Signal::{Left, NoCommand, Right};
+    for (what, got, expected) in [
+        ("8 m left", ids(Upstream, 92.0, 0.0, Left), vec![1, 2]),
+        ("12 m left", ids(Upstream, 88.0, 0.0, Left), vec![2]),
+        ("rolling", ids(Upstream, 92.0, 0.1, Left), vec![2]),
+        ("nothing signalled", ids(Upstream, 92.0, 0.0, NoCommand), vec![2]),
+        ("other side", ids(Upstream, 92.0, 0.0, Right), vec![2]),
+        ("by default", ids(Improved, 92.0, 0.0, Left), vec![2]),
+    ] {
+        assert_eq!(got, expected, "{what}");
+    }
+}
+
+#[test]
+fn i7_the_start_lies_at_the_rear_axle() {
+    let mut drive = with_left_turn(Upstream);
+    let decision = drive.step(37.0, 10.0, &[]);
+    let ahead = decision.intersection.turn.unwrap();
+    assert!(ahead.approaching() && (ahead.distance_m - 59.21).abs() < 1e-9, "{ahead:?}");
+    let inside = drive.step(97.0, 10.0, &[]).intersection.turn.unwrap();
+    assert!(inside.active);
+}
+
+#[test]
+fn by_default_a_lanelet_that_leaves_the_path_is_forgotten() {
+    for (mode, kept) in [(Upstream, Some(at(40.0))), (Improved, None)] {
+        let mut drive = with_left_turn(mode);
+        drive.step(40.0, 10.0, &[]);
+        drive.seen.turns.clear();
+        drive.step(41.0, 10.0, &[]);
+        assert_eq!(drive.decider.intersection_start(5), kept, "W8 {mode:?}");
+    }
+}

@@ -1,0 +1,292 @@
+//! The decider on a map, from inputs to command and explanation: where the distance path comes from,
+//! what is done with old, missing, bad inputs.
+
+use std::time::Duration;
+
+use proptest::prelude::*;
+use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decision::{Basis, Decision};
+use signal_gateway::core::turn_signal::distance_path::DistancePath;
+use signal_gateway::core::turn_signal::geometry::path::PathError;
+use signal_gateway::core::turn_signal::geometry::{Point, Pose};
+use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
+use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork};
+use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use signal_gateway::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
+use signal_gateway::core::turn_signal::parameters::Parameters;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::route::Route;
+use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+
+use super::drive::straight_lane;
+use super::line::at;
+use super::path_generator::{ROUTE, consecutive_turn};
+
+const START: MonoTime = MonoTime::from_millis(50_000);
+
+fn odometry(x_m: f64, y_m: f64, yaw_rad: f64, speed_mps: f64, at: MonoTime) -> Timed<Odometry> {
+    Timed { at, value: Odometry { pose: Pose::new(x_m, y_m, yaw_rad), speed_mps } }
+}
+
+fn inputs<'a>(odometry: Timed<Odometry>, road: &'a LaneNetwork, route: &'a Route) -> Inputs<'a> {
+    Inputs {
+        odometry: Some(odometry),
+        road: Some(road),
+        route: Some(route),
+        planned_path: None,
+        manoeuvres: &[],
+        lane_driving: true,
+    }
+}
+
+fn route_of(id: u128, lanes: &[i64]) -> Route {
+    Route::single_file(id, Pose::default(), lanes).unwrap()
+}
+
+fn decider(mode: Compat) -> Decider {
+    Decider::new(Settings::deployed(mode))
+}
+
+/// Right, then left, measured on the map: the required end of 501 lies 2 m into it, that of 497 8 m.
+#[test]
+fn two_turns_of_a_map() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    for mode in [Upstream, Improved] {
+        let mut decider = decider(mode);
+        let mut now = START;
+        let mut turn_at = |x, y, yaw, speed| {
+            now = now.after(Duration::from_secs(2));
+            decider.decide(&inputs(odometry(x, y, yaw, speed, now), &road, &route), now).turn
+        };
+        let turns = [
+            // 500: 34 m from its end, then 33 m: 30 m and the front.
+            turn_at(17.4, 101.41, 0.005, 0.0),
+            turn_at(18.5, 101.415, 0.005, 0.0),
+            turn_at(51.0, 101.577, 0.005, 3.0),
+            // 501: 1 m and 5 m into it.
+            turn_at(52.4, 101.3, -0.4, 3.0),
+            turn_at(55.1, 98.4, -1.2, 3.0),
+        ];
+        use Signal::{Disable, Left, Right};
+        assert_eq!(&turns[..4], [Disable, Right, Right, Right], "{mode:?}");
+        let changed = [turns[4], turn_at(55.46, 95.0, -1.57, 3.0)];
+        let expected = if mode == Upstream { [Left, Left] } else { [Disable, Left] };
+        assert_eq!(changed, expected, "{mode:?}: by default a gap lies between");
+        assert_eq!(turn_at(65.0, 87.18, 0.0, 3.0), Left, "{mode:?}");
+        assert_eq!(turn_at(66.0, 87.18, 0.0, 3.0), Disable, "{mode:?}");
+    }
+}
+
+#[test]
+fn the_distance_path_follows_the_route() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let ego = Pose::new(40.0, 101.5, 0.0);
+    let parameters = Parameters::DEPLOYED;
+    let whole = DistancePath::new((&road, &route), &parameters, ego, 500, 100.0).unwrap();
+    assert_eq!(whole.lanes, ROUTE);
+    let lengths: f64 = ROUTE.iter().map(|id| road.lane(*id).unwrap().length_m()).sum();
+    // Smoothed corners are a little longer or shorter than sharp ones.
+    assert!((whole.path.length_m() - lengths).abs() < 0.5, "{} {lengths}", whole.path.length_m());
+    let spacing = whole.path.poses().windows(2).map(|pair| pair[0].position.distance_m(pair[1].position));
+    assert!(spacing.take(10).all(|gap| (gap - 2.0).abs() < 1e-6), "a point every 2 m");
+
+    let near = Parameters { path_forward_length_m: 15.0, ..parameters };
+    let force_off = DistancePath::new((&road, &route), &near, ego, 500, 20.0).unwrap();
+    assert_eq!(force_off.lanes, [500, 501]);
+    assert!((force_off.path.length_m() - 35.0).abs() < 0.1);
+    assert!((force_off.path.poses()[0].position.x_m - 20.0).abs() < 0.1);
+
+    let empty = LaneNetwork::new([Lane { id: 1, ..Lane::default() }], Vec::new());
+    let short = DistancePath::new((&empty, &route_of(1, &[1])), &parameters, ego, 1, 100.0);
+    assert_eq!(short, Err(PathError::TooShort));
+}
+
+fn blind(decision: &Decision, finding: Finding) {
+    assert_eq!((decision.turn, decision.hazard), (Signal::NoCommand, Hazard::NoCommand), "{decision}");
+    assert_eq!((&decision.basis, &decision.findings[..]), (&Basis::NoInputs, &[finding][..]));
+}
+
+#[test]
+fn without_what_is_indispensable_there_is_no_command() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let now = START;
+    let fresh = odometry(45.0, 101.5, 0.0, 3.0, now);
+    let whole = inputs(fresh, &road, &route);
+    let old = Duration::from_millis(501);
+    let ago = MonoTime::from_millis(49_499);
+    let ahead = now.after(old);
+    for mode in [Upstream, Improved] {
+        let decide = |inputs: &Inputs<'_>| decider(mode).decide(inputs, now);
+        assert_eq!(decide(&whole).turn, Signal::Right);
+        blind(&decide(&Inputs { odometry: None, ..whole }), Finding::NoOdometry);
+        blind(&decide(&Inputs { road: None, ..whole }), Finding::NoRoad);
+        blind(&decide(&Inputs { route: None, ..whole }), Finding::NoRoute);
+        blind(&decide(&Inputs { lane_driving: false, ..whole }), Finding::NotLaneDriving);
+        let with = |odometry| decide(&Inputs { odometry: Some(odometry), ..whole });
+        blind(&with(Timed { at: ago, ..fresh }), Finding::OldOdometry { age: old });
+        blind(&with(Timed { at: ahead, ..fresh }), Finding::FutureOdometry { ahead: old });
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for spoiled in [
+                odometry(bad, 0.0, 0.0, 3.0, now),
+                odometry(0.0, bad, 0.0, 3.0, now),
+                odometry(0.0, 0.0, bad, 3.0, now),
+                odometry(0.0, 0.0, 0.0, bad, now),
+            ] {
+                blind(&with(spoiled), Finding::OdometryNotFinite);
+            }
+        }
+        let limit = MonoTime::from_millis(49_500);
+        assert_eq!(with(Timed { at: limit, ..fresh }).turn, Signal::Right, "as old as the limit");
+    }
+}
+
+#[test]
+fn the_next_deadline_is_when_an_input_turns_old() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let fresh = odometry(45.0, 101.5, 0.0, 3.0, START);
+    let mut decider = decider(Improved);
+    let due = decider.decide(&inputs(fresh, &road, &route), START).next_deadline.unwrap();
+    assert_eq!(due, START.after(Duration::from_nanos(500_000_001)));
+    let just_before = START.after(Duration::from_millis(500));
+    assert_eq!(decider.decide(&inputs(fresh, &road, &route), just_before).turn, Signal::Right);
+    assert_eq!(decider.decide(&inputs(fresh, &road, &route), due).turn, Signal::NoCommand);
+}
+
+fn change(end: Option<Pose>) -> Manoeuvre {
+    Manoeuvre::LaneChange(LaneChange {
+        side: Side::Left,
+        phase: LaneChangePhase::Running,
+        start: None,
+        crossing: None,
+        end,
+        previous_path: Vec::new(),
+        minimum_length_m: 0.0,
+    })
+}
+
+#[test]
+fn an_empty_path_or_a_map_without_lanes_leaves_what_the_manoeuvres_want() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let fresh = odometry(45.0, 101.5, 0.0, 3.0, START);
+    let manoeuvres = [Timed { at: START, value: change(Some(Pose::new(50.0, 101.5, 0.0))) }];
+    let empty = LaneNetwork::default();
+    for mode in [Upstream, Improved] {
+        let whole =
+            Inputs { planned_path: Some(Timed { at: START, value: 0 }), ..inputs(fresh, &road, &route) };
+        let got = decider(mode).decide(&whole, START);
+        assert_eq!((got.turn, got.hazard), (Signal::NoCommand, Hazard::Disable), "{mode:?}");
+        assert_eq!(got.findings, [Finding::EmptyPlannedPath]);
+        let got = decider(mode).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
+        assert_eq!((got.turn, got.basis), (Signal::Left, Basis::ManoeuvreAlone(Signal::Left)));
+        let got = decider(mode).decide(&inputs(fresh, &empty, &route), START);
+        assert_eq!((got.turn, &got.findings[..]), (Signal::NoCommand, &[Finding::NoLaneAround][..]));
+        let pointless = LaneNetwork::new([Lane { id: 500, ..Lane::default() }], Vec::new());
+        let got = decider(mode).decide(&inputs(fresh, &pointless, &route), START);
+        assert_eq!(got.findings, [Finding::NoDistancePath(PathError::TooShort)]);
+        assert_eq!(got.turn, Signal::NoCommand);
+        let crooked = Lane { id: 500, centerline: vec![Point::new(f64::NAN, 0.0); 3], ..Lane::default() };
+        let got =
+            decider(mode).decide(&inputs(fresh, &LaneNetwork::new([crooked], Vec::new()), &route), START);
+        assert_eq!(got.turn.side(), None, "{got}");
+        assert!(!got.findings.is_empty(), "{got}");
+    }
+}
+
+#[test]
+fn old_manoeuvres_are_left_out_and_bad_ones_not_signalled() {
+    let road = LaneNetwork::new([straight_lane(1, -60.0, 300.0)], Vec::new());
+    let route = route_of(1, &[1]);
+    let decide = |mode, at_ms, end| {
+        let manoeuvres = [Timed { at: MonoTime::from_millis(at_ms), value: change(Some(end)) }];
+        let fresh = odometry(0.0, 0.0, 0.0, 3.0, START);
+        decider(mode).decide(&Inputs { manoeuvres: &manoeuvres, ..inputs(fresh, &road, &route) }, START)
+    };
+    for mode in [Upstream, Improved] {
+        assert_eq!(decide(mode, 49_000, at(60.0)).turn, Signal::Left);
+        let old = decide(mode, 48_999, at(60.0));
+        let age = Duration::from_millis(1001);
+        assert_eq!(old.turn, Signal::Disable);
+        assert_eq!(old.findings, [Finding::OldManoeuvre { kind: ManoeuvreKind::LaneChange, age }]);
+        let bad = decide(mode, 50_000, Pose::new(f64::NAN, 0.0, 0.0));
+        assert_eq!(bad.turn, Signal::Disable);
+        assert!(bad.to_string().contains("manoeuvre: a point of it is not a number"), "{bad}");
+    }
+}
+
+#[test]
+fn a_new_route_clears_what_was_remembered_by_default() {
+    let (road, one, other) = (consecutive_turn(), route_of(1, &ROUTE), route_of(2, &ROUTE));
+    for mode in [Upstream, Improved] {
+        let mut decider = decider(mode);
+        decider.decide(&inputs(odometry(45.0, 101.5, 0.0, 3.0, START), &road, &one), START);
+        let before = decider.intersection_start(501).unwrap();
+        let later = START.after(Duration::from_millis(100));
+        let got = decider.decide(&inputs(odometry(46.0, 101.5, 0.0, 3.0, later), &road, &other), later);
+        assert_eq!((got.turn, &got.findings[..]), (Signal::Right, &[Finding::NewRoute][..]));
+        let kept = decider.intersection_start(501) == Some(before);
+        assert_eq!(kept, mode == Upstream, "W8 {mode:?}");
+    }
+}
+
+#[test]
+fn a_clock_that_goes_back_is_told_and_begins_anew() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let mut decider = decider(Improved);
+    let mut at = |millis, x| {
+        let now = MonoTime::from_millis(millis);
+        decider.decide(&inputs(odometry(x, 101.5, 0.0, 3.0, now), &road, &route), now)
+    };
+    assert_eq!(at(50_000, 45.0).turn, Signal::Right);
+    let back = at(10_000, 45.1);
+    assert_eq!(back.findings, [Finding::TimeWentBack { by: Duration::from_secs(40) }]);
+    assert_eq!(back.turn, Signal::Right);
+    assert!(at(10_100, 45.2).findings.is_empty());
+    assert_eq!(at(90_000_000, 45.3).turn, Signal::Right, "a jump ahead with a fresh pose is harmless");
+}
+
+#[test]
+fn a_decision_explains_itself() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let manoeuvres = [Timed { at: START, value: change(Some(Pose::new(58.0, 100.0, 0.0))) }];
+    let whole = inputs(odometry(45.0, 101.55, 0.0, 3.0, START), &road, &route);
+    let got = decider(Upstream).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
+    let text = got.to_string();
+    for part in [
+        "RIGHT: intersection by ",
+        "intersection: won (RIGHT, ds -3.79 de ",
+        "roundabout: no record",
+        "manoeuvre: lost to intersection by ",
+        "lane change: signalled",
+    ] {
+        assert!(text.contains(part), "`{part}` in {text}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Any inputs at any time: no panic, and a side only with reasons.
+    #[test]
+    fn nothing_makes_it_panic_or_invent(
+        steps in proptest::collection::vec(
+            (any::<u32>(), any::<u32>(), any::<f64>(), any::<f64>(), any::<f64>(), -5.0..30.0_f64, any::<bool>()), 1..12,
+        ),
+        compat in any::<bool>(),
+    ) {
+        let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+        let mut decider = decider(if compat { Upstream } else { Improved });
+        for (now, at, x, y, yaw, speed, wild) in steps {
+            let now = MonoTime::from_millis(u64::from(now));
+            let at = MonoTime::from_millis(u64::from(at));
+            let (x, y, at) = if wild { (x, y, at) } else { (40.0 + speed, 101.5, now) };
+            let got = decider.decide(&inputs(odometry(x, y, yaw, speed, at), &road, &route), now);
+            if let Basis::Candidates(resolution) = &got.basis {
+                prop_assert!(got.turn.side().is_none() || got.held.is_some() || resolution.winner.is_some());
+            } else {
+                prop_assert_eq!(got.turn, Signal::NoCommand);
+            }
+        }
+    }
+}

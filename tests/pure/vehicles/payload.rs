@@ -1,0 +1,43 @@
+//! Frames written bit by bit, as a second opinion on what the gateway's own decoder reads.
+
+use signal_gateway::core::can::frame::{CanId, Frame};
+
+/// The frame of `ID LENGTH start|length@order=value…`, e.g. `614 8 29|2@0=3`: three hexadecimal
+/// digits make a standard identifier, eight an extended one; bits as in a DBC.
+pub(crate) fn frame(text: &str) -> Frame {
+    let mut words = text.split_whitespace();
+    let (id, length) = (words.next().unwrap(), words.next().unwrap().parse().unwrap());
+    let mut data = vec![0; length];
+    for word in words {
+        let numbers: Vec<u64> = word.split(['|', '@', '=']).map(|part| part.parse().unwrap()).collect();
+        set_bits(&mut data, numbers[0], numbers[1], numbers[2] == 1, numbers[3]);
+    }
+    let number = u32::from_str_radix(id, 16).unwrap();
+    let can_id = if id.len() == 3 { CanId::standard(number) } else { CanId::extended(number) };
+    Frame::classic(can_id.unwrap(), &data).unwrap()
+}
+
+/// Intel counts up from the least significant bit. Motorola begins with the most significant one,
+/// goes down in its byte and on at bit 7 of the next.
+fn set_bits(data: &mut [u8], start: u64, length: u64, intel: bool, value: u64) {
+    assert!(value < 1 << length, "{value} does not fit in {length} bits");
+    let mut bit = start;
+    for step in 0..length {
+        let weight = if intel { step } else { length - 1 - step };
+        data[usize::try_from(bit / 8).unwrap()] |= u8::from(value >> weight & 1 == 1) << (bit % 8);
+        bit = if intel {
+            bit + 1
+        } else if bit.is_multiple_of(8) {
+            bit + 15
+        } else {
+            bit - 1
+        };
+    }
+}
+
+#[test]
+fn bits_are_set_where_a_dbc_counts_them() {
+    assert_eq!(frame("123 2 4|6@1=33").to_string(), "123#1002");
+    assert_eq!(frame("123 2 3|6@0=33").to_string(), "123#0840");
+    assert_eq!(frame("0CFDCC27 1").to_string(), "0CFDCC27#00");
+}

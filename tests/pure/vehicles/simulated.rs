@@ -1,0 +1,182 @@
+//! Every shipped vehicle, simulated from its own profile: what its lights do is what the gateway
+//! reports, and what breaks is found.
+
+use signal_gateway::config::Settings;
+use signal_gateway::core::simulated_vehicle::request;
+use signal_gateway::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
+use signal_gateway::core::time::{MonoTime, WallStamp};
+use signal_gateway::core::vehicle_lights::binding::{
+    HazardBinding, HazardSource, LightsBinding, TurnBinding,
+};
+use signal_gateway::vehicle_timeline::{Form, VehicleTimeline};
+
+use crate::pure::vehicles::playback::{Playback, TURN, play_log};
+use crate::pure::vehicles::{profile, profile_names};
+
+/// A log of the vehicle; each line of the script is a time in seconds and a request.
+fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
+    let plan = settings.vehicle_plan().unwrap();
+    let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
+    let start = WallStamp::from_nanos(1_700_000_000_000_000_000);
+    let timeline = VehicleTimeline { form: Form::Candump, interfaces, start };
+    let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), MonoTime::ZERO);
+    for line in script.lines().filter(|line| !line.trim().is_empty()) {
+        let (at, request) = request::line(line).unwrap().unwrap();
+        vehicle.schedule(MonoTime::ZERO.after(at.unwrap()), request);
+    }
+    let (mut log, mut now) = (String::new(), MonoTime::ZERO);
+    loop {
+        vehicle.settle(now);
+        while let Some(output) = vehicle.poll_output() {
+            if let Output::Frame { .. } | Output::Error { .. } = output {
+                log.push_str(&timeline.line(&output, now).unwrap());
+                log.push('\n');
+            }
+        }
+        let next = vehicle.next_deadline(now).unwrap();
+        assert!(next > now, "a deadline that has passed would never be waited for");
+        if next > MonoTime::from_millis(seconds * 1000) {
+            return log;
+        }
+        now = next;
+    }
+}
+
+fn play(name: &str, script: &str, seconds: u64) -> Playback {
+    let settings = profile(name);
+    let log = drive(settings, script, seconds);
+    play_log(settings, &log)
+}
+
+/// The report of the moment, by the list of its changes.
+fn at<'a>(changes: &[(u64, &'a str)], ms: u64) -> &'a str {
+    changes.iter().rev().find(|(since, _)| *since <= ms).map_or("never", |(_, report)| report)
+}
+
+/// What the turn report can show of a vehicle: whether each state is known from what it sends.
+fn shows_turn(lights: &LightsBinding) -> bool {
+    matches!(lights.turn, TurnBinding::From(_))
+}
+
+/// Signs of hazard lights; a profile may have none.
+fn shows_hazard(lights: &LightsBinding) -> bool {
+    match &lights.hazard {
+        HazardBinding::From(sources) => sources.list.iter().any(|named| match &named.source {
+            HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
+            HazardSource::BothSides => match &lights.turn {
+                TurnBinding::From(sources) => sources.list.iter().any(|named| named.source.shows_both()),
+                TurnBinding::LeftOut | TurnBinding::NotFitted => false,
+            },
+        }),
+        HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => false,
+    }
+}
+
+#[test]
+fn what_each_shipped_vehicle_shows_is_what_is_reported() {
+    let script = "10 stalk left\n20 stalk off\n30 stalk right\n40 stalk off\n50 hazard on\n60 hazard off";
+    let (mut turns, mut hazards) = (0, 0);
+    for name in profile_names() {
+        let lights = &profile(&name).gateway.lights;
+        if !shows_turn(lights) {
+            continue;
+        }
+        let playback = play(&name, script, 70);
+        let turn: Vec<_> = [9, 19, 29, 39, 49].iter().map(|s| at(&playback.turn, s * 1000)).collect();
+        let expected = ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT", "DISABLE"];
+        assert_eq!(turn, expected, "{name}: {:?}", playback.turn);
+        turns += 1;
+        if shows_hazard(lights) {
+            let hazard: Vec<_> = [49, 59, 69].iter().map(|s| at(&playback.hazard, s * 1000)).collect();
+            assert_eq!(hazard, ["DISABLE", "ENABLE", "DISABLE"], "{name}: {:?}", playback.hazard);
+            hazards += 1;
+        }
+    }
+    assert_eq!((turns, hazards), (36, 19), "profiles whose lights can be told from what they send");
+}
+
+#[test]
+fn a_tap_flashes_three_times() {
+    for name in ["pacmod", "hyundai_i30_2014", "vw_mqb"] {
+        let playback = play(name, "10 tap left", 20);
+        let on = playback.turn.iter().position(|(_, report)| *report == "ENABLE_LEFT").unwrap();
+        let (since, until) = (playback.turn[on].0, playback.turn[on + 1].0);
+        assert!((9_900..10_700).contains(&since), "{name}: {:?}", playback.turn);
+        // Lamps are held for a while after the last flash.
+        assert!((11_900..13_200).contains(&until), "{name}: {:?}", playback.turn);
+    }
+}
+
+#[test]
+fn reports_end_when_nothing_that_can_be_used_comes() {
+    let table = [
+        ("pacmod", "fault report not_available", "not available"),
+        ("pacmod", "fault report fault", "fault"),
+        ("pacmod", "fault report undefined", "invalid"),
+        ("pacmod", "fault drop", "stale"),
+        ("pacmod", "fault silent", "stale"),
+        ("new_eagle_dbw", "fault freeze-counter", "repeated counter"),
+        ("tesla_model3", "fault drop 1 ID3F5VCFRONT_lighting", "stale"),
+        ("subaru_global", "fault corrupt", "wrong checksum"),
+        ("subaru_global", "fault freeze-counter Dashlights", "repeated counter"),
+    ];
+    for (name, fault, words) in table {
+        let playback = play(name, &format!("5 stalk left\n10 {fault}\n15 clear"), 25);
+        assert_eq!(at(&playback.turn, 9_900), "ENABLE_LEFT", "{name} {fault}");
+        assert_eq!(at(&playback.turn, 14_900), "stops", "{name} {fault}: {:?}", playback.turn);
+        assert_eq!(at(&playback.turn, 24_900), "ENABLE_LEFT", "{name} {fault}: {:?}", playback.turn);
+        let said = |wanted: &str| {
+            playback.told.iter().any(|told| {
+                told.task == TURN && (10_000..15_000).contains(&told.ms) && told.message.contains(wanted)
+            })
+        };
+        let told: Vec<_> = playback.told.iter().map(|told| (told.ms, told.message.as_str())).collect();
+        assert!(said(words), "{name} {fault}: {told:?}");
+    }
+}
+
+#[test]
+fn some_lost_frames_change_nothing_and_contents_that_stand_still_are_believed() {
+    let quiet = play("pacmod", "5 stalk left\n10 fault drop 0.3\n20 stalk off", 30);
+    assert_eq!(quiet.turn.len(), 3, "{:?}", quiet.turn);
+    assert!((20_000..21_500).contains(&quiet.turn[2].0), "{:?}", quiet.turn);
+    let standing = play("new_eagle_dbw", "5 stalk left\n10 fault freeze-contents\n15 stalk off", 20);
+    assert_eq!(at(&standing.turn, 19_900), "ENABLE_LEFT", "{:?}", standing.turn);
+    let lying = play("pacmod", "5 stalk left\n10 fault false-report right\n15 clear", 20);
+    assert_eq!((at(&lying.turn, 14_900), at(&lying.turn, 19_900)), ("ENABLE_RIGHT", "ENABLE_LEFT"));
+}
+
+#[test]
+fn a_broken_bulb_is_found() {
+    for (name, words) in [("tesla_model3", "left front turn lamp"), ("hyundai_i30_2014", "bulb")] {
+        let playback = play(name, "5 stalk left\n10 fault bulb left", 20);
+        assert_eq!(at(&playback.turn, 19_900), "ENABLE_LEFT", "{name}");
+        let found =
+            |task: &str| playback.told.iter().any(|told| told.task == task && told.message.contains(words));
+        let told: Vec<_> = playback.told.iter().map(|told| (told.ms, told.message.as_str())).collect();
+        assert!(found(TURN), "{name}: {told:?}");
+    }
+}
+
+#[test]
+fn bus_off_is_seen_and_ends() {
+    let playback = play("pacmod", "5 stalk left\n10 fault bus-off 5", 20);
+    let bus = |from: u64, to: u64| {
+        let told = playback.told.iter().filter(move |told| (from..to).contains(&told.ms));
+        told.map(|told| told.message.clone()).collect::<Vec<_>>()
+    };
+    assert!(bus(9_900, 10_100).iter().any(|message| message.contains("bus-off")), "{:?}", bus(9_000, 16_000));
+    assert_eq!((at(&playback.turn, 14_900), at(&playback.turn, 19_900)), ("stops", "ENABLE_LEFT"));
+}
+
+#[test]
+fn the_same_script_gives_the_same_log_and_another_seed_another_one() {
+    let settings = profile("subaru_global");
+    let script = "1 fault drop 0.5\n1 fault corrupt 0.5\n2 stalk left";
+    let log = drive(settings, script, 10);
+    assert_eq!(log, drive(settings, script, 10));
+    assert_ne!(log, drive(settings, "1 fault drop 0.5\n1 fault corrupt 0.4\n2 stalk left", 10));
+    // Which frames are lost does not depend on which ones are wrong.
+    let stamps = |log: &str| log.lines().map(|line| line[..20].to_owned()).collect::<Vec<_>>();
+    assert_eq!(stamps(&log), stamps(&drive(settings, "1 fault drop 0.5\n2 stalk left", 10)));
+}

@@ -1,0 +1,16 @@
+//! What the tests of all four programs share: peers, processes, interfaces, files in memory.
+
+#![allow(dead_code)] // each program uses its part
+
+pub(crate) mod clock;
+pub(crate) mod command_vehicle;
+pub(crate) mod drive_script;
+pub(crate) mod files;
+pub(crate) mod json_process;
+pub(crate) mod peer;
+pub(crate) mod prerequisite;
+pub(crate) mod process;
+pub(crate) mod property;
+pub(crate) mod slcan;
+pub(crate) mod vcan;
+pub(crate) mod virtual_gateway;

@@ -1,0 +1,113 @@
+//! What a test needs of the machine it runs on. A test without it is skipped where everybody sees it; with
+//! `tests/run --full` it fails, unless the machine is allowed to lack the thing.
+
+use std::io::Write as _;
+
+/// Something a machine may not have, by the name that `may_lack` in `tests/run` lists it under.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Prerequisite {
+    /// A CAN interface `vcan0`, and root to make more: what `tests/with-vcan` provides.
+    Vcan,
+    /// A CAN interface on a serial line: the kernel's `slcan`.
+    Slcan,
+    /// `cansend` and `canplayer` of can-utils.
+    CanUtils,
+    /// A Python with the pinned peers, named by `SIGNAL_GATEWAY_PEER_PYTHON`.
+    PeerPython,
+    /// A C++ compiler and the headers of Fast DDS 2.
+    FastDds,
+    /// Root and iproute2, to make network namespaces.
+    NetworkNamespaces,
+    /// Recordings and DBC files of real vehicles, which are not the project's to publish.
+    SharedData,
+    /// A `systemd-analyze` that can judge a unit file.
+    SystemdAnalyze,
+}
+
+impl Prerequisite {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Vcan => "vcan",
+            Self::Slcan => "slcan",
+            Self::CanUtils => "can-utils",
+            Self::PeerPython => "peer-python",
+            Self::FastDds => "fast-dds",
+            Self::NetworkNamespaces => "network-namespaces",
+            Self::SharedData => "shared-data",
+            Self::SystemdAnalyze => "systemd-analyze",
+        }
+    }
+
+    /// The error that a helper returns to [`require!`].
+    pub(crate) fn missing(self, why: impl Into<String>) -> Missing {
+        Missing { what: self, why: why.into() }
+    }
+}
+
+/// A prerequisite that is not there, and why.
+#[derive(Debug)]
+pub(crate) struct Missing {
+    what: Prerequisite,
+    why: String,
+}
+
+impl Missing {
+    /// Reports the test as skipped, on standard error and past the capture of libtest.
+    ///
+    /// # Panics
+    /// If `SIGNAL_GATEWAY_MAY_LACK` is set and does not list the prerequisite.
+    pub(crate) fn skip(&self, test: &str) {
+        let (what, why) = (self.what.name(), &self.why);
+        if let Ok(may_lack) = std::env::var("SIGNAL_GATEWAY_MAY_LACK") {
+            let allowed = may_lack.split_whitespace().any(|name| name == what);
+            assert!(allowed, "{what} is missing, and a full run must have it: {why}");
+        }
+        let line = format!("skipped: {test}: {what}: {why}\n");
+        std::io::stderr().write_all(line.as_bytes()).unwrap();
+    }
+}
+
+/// The value of a `Result<_, Missing>`; without it, the test ends here and is reported as skipped.
+macro_rules! require {
+    ($found:expr) => {
+        match $found {
+            Ok(found) => found,
+            Err(missing) => {
+                missing.skip($crate::support::prerequisite::test_name(std::any::type_name_of_val(&|| ())));
+                return;
+            }
+        }
+    };
+}
+pub(crate) use require;
+
+/// The test's name as libtest prints it, from the type name of a closure in it.
+pub(crate) fn test_name(closure: &'static str) -> &'static str {
+    let name = closure.split_once("::").map_or(closure, |(_, name)| name);
+    name.split_once("::{{closure}}").map_or(name, |(name, _)| name)
+}
+
+/// The pinned peers: `cyclonedds`, `cantools`, `python-can`.
+pub(crate) fn peer_python() -> Result<std::path::PathBuf, Missing> {
+    let python = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON");
+    let why = "SIGNAL_GATEWAY_PEER_PYTHON is not set (tests/run sets it)";
+    python.map(Into::into).ok_or_else(|| Prerequisite::PeerPython.missing(why))
+}
+
+/// `cansend` and `canplayer`.
+pub(crate) fn can_utils() -> Result<(), Missing> {
+    let there = ["cansend", "canplayer"].map(|tool| std::process::Command::new(tool).output().is_ok());
+    there
+        .iter()
+        .all(|there| *there)
+        .then_some(())
+        .ok_or_else(|| Prerequisite::CanUtils.missing("not installed"))
+}
+
+/// The folder with files of real vehicles: `SIGNAL_GATEWAY_SHARED`, or `../shared` beside the project.
+pub(crate) fn shared_data() -> Result<std::path::PathBuf, Missing> {
+    let given = std::env::var_os("SIGNAL_GATEWAY_SHARED").map(std::path::PathBuf::from);
+    let folder =
+        given.unwrap_or_else(|| concat!(env!("CARGO_MANIFEST_DIR"), "/../shared").into()).join("data");
+    if folder.is_dir() { Ok(folder) } else { Err(Prerequisite::SharedData.missing("../shared is absent")) }
+}

@@ -1,0 +1,179 @@
+//! The built binary as a process, and a folder with its configuration.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Condvar, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// What no wait should ever come near.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
+
+/// How long an orderly end may take.
+const STOP_LIMIT: Duration = Duration::from_secs(1);
+
+/// A folder with a configuration; it goes when the test ends.
+pub(crate) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    /// The shipped demo vehicle on `interface`; `keys` are further ones, top-level keys first.
+    pub(crate) fn with_demo_vehicle(interface: &str, keys: &str) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let profile = std::fs::read_to_string(shipped.join("config/vehicles/demo_vehicle.toml")).unwrap();
+        let dbc = format!("{}/dbc/demo_vehicle.dbc", shipped.display());
+        folder.write("demo_vehicle.toml", &profile.replace("../../dbc/demo_vehicle.dbc", &dbc));
+        let (top, sections) = keys.split_at(keys.find('[').unwrap_or(keys.len()));
+        let buses = format!("[can.body]\ninterface = \"{interface}\"\n");
+        folder.write("gateway.toml", &format!("profile = \"demo_vehicle.toml\"\n{top}{buses}{sections}"));
+        folder
+    }
+
+    /// Nothing but a configuration.
+    #[allow(dead_code)] // most tests want a vehicle
+    pub(crate) fn with_configuration(text: &str) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        folder.write("gateway.toml", text);
+        folder
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    #[allow(dead_code)] // not every test adds something
+    pub(crate) fn append(&self, name: &str, text: &str) {
+        let before = std::fs::read_to_string(self.path().join(name)).unwrap();
+        self.write(name, &(before + text));
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path().join(name), text).unwrap();
+    }
+}
+
+/// `[ros]` on this machine only, in a domain that no other test uses.
+pub(crate) fn ros() -> String {
+    ros_in(super::peer::domain())
+}
+
+/// Likewise, in this domain.
+pub(crate) fn ros_in(domain: u16) -> String {
+    let enabled = cfg!(feature = "ros");
+    format!("[ros]\nenabled = {enabled}\ndomain_id = {domain}\nonly_networks = [\"127.0.0.1\"]\n")
+}
+
+/// Asserts that something took no longer than `limit`; longer only by what other work on the machine takes
+/// from it, which is seen in a process that does next to nothing.
+pub(crate) fn assert_in_time(what: &str, took: Duration, limit: Duration) {
+    if took <= limit {
+        return;
+    }
+    let begun = Instant::now();
+    Command::new(env!("CARGO_BIN_EXE_signal-gateway")).arg("--version").output().unwrap();
+    let slack = 20 * begun.elapsed();
+    assert!(took <= limit + slack, "{what} took {took:?}, not {limit:?}, nor {slack:?} more");
+}
+
+/// A running gateway. Killed at the latest when the test ends, which prints its log if it failed.
+pub(crate) struct Process {
+    child: Child,
+    started: Instant,
+    log: Arc<(Mutex<Vec<String>>, Condvar)>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Process {
+    /// `signal-gateway run` with the folder's configuration.
+    pub(crate) fn run(folder: &Folder) -> Self {
+        Self::run_with(folder, |_| {})
+    }
+
+    /// Likewise, with something changed about the command.
+    pub(crate) fn run_with(folder: &Folder, change: impl FnOnce(&mut Command)) -> Self {
+        Self::start(folder.path(), |command| {
+            command.args(["run", "--config"]).arg(folder.path().join("gateway.toml"));
+            change(command);
+        })
+    }
+
+    pub(crate) fn start(directory: &Path, change: impl FnOnce(&mut Command)) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.current_dir(directory).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        for variable in ["RUST_LOG", "ROS_DISTRO", "ROS_DOMAIN_ID", "NOTIFY_SOCKET", "WATCHDOG_USEC"] {
+            command.env_remove(variable);
+        }
+        change(&mut command);
+        let started = Instant::now();
+        let mut child = command.spawn().unwrap();
+        let lines = BufReader::new(child.stderr.take().unwrap()).lines();
+        let log = Arc::<(Mutex<Vec<String>>, Condvar)>::default();
+        let writer = Arc::clone(&log);
+        let reader = std::thread::spawn(move || {
+            for line in lines.map_while(Result::ok) {
+                writer.0.lock().unwrap().push(line);
+                writer.1.notify_all();
+            }
+        });
+        Self { child, started, log, reader: Some(reader) }
+    }
+
+    /// When it was started.
+    #[allow(dead_code)] // not every test looks at it
+    pub(crate) fn started(&self) -> Instant {
+        self.started
+    }
+
+    /// What it has said on standard error so far.
+    pub(crate) fn log(&self) -> Vec<String> {
+        self.log.0.lock().unwrap().clone()
+    }
+
+    /// Waits until a line of the log contains `part`.
+    pub(crate) fn wait_for_log(&mut self, part: &str) {
+        let lacks = |lines: &mut Vec<String>| !lines.iter().any(|line| line.contains(part));
+        let (log, timeout) =
+            self.log.1.wait_timeout_while(self.log.0.lock().unwrap(), DEADLINE, lacks).unwrap();
+        drop(log);
+        assert!(!timeout.timed_out(), "the log never said {part:?}");
+    }
+
+    pub(crate) fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    /// Sends a signal, and expects an orderly end within [`STOP_LIMIT`]; returns how long it took.
+    pub(crate) fn stop(&mut self, signal: &str) -> Duration {
+        let asked = Instant::now();
+        let kill = format!("kill -{signal} {}", self.child.id());
+        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+        let status = self.ended();
+        let took = asked.elapsed();
+        assert_eq!(status.code(), Some(0), "after SIG{signal}: {status}");
+        assert_in_time(&format!("the end after SIG{signal}"), took, STOP_LIMIT);
+        took
+    }
+
+    /// Waits for its end, when the log is complete.
+    pub(crate) fn ended(&mut self) -> ExitStatus {
+        let asked = Instant::now();
+        while asked.elapsed() < DEADLINE {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                self.reader.take().into_iter().for_each(|reader| reader.join().unwrap());
+                return status;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        panic!("it does not end");
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ended = (self.child.kill(), self.child.wait());
+        if std::thread::panicking() {
+            let _unseen = writeln!(std::io::stderr(), "the gateway's log:\n{}", self.log().join("\n"));
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! A gateway on virtual time: inputs go in at the present instant, time passes from deadline to deadline, and
+//! what comes out is kept.
+
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::command::output::CommandOutput;
+use signal_gateway::core::command::sender::SendFailure;
+use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::gateway::{Gateway, GatewaySettings};
+use signal_gateway::core::time::{MonoTime, Now};
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput::{self, HazardLights, TurnIndicators};
+
+use super::clock::{at, millis};
+
+pub(crate) struct VirtualGateway {
+    pub(crate) gateway: Gateway,
+    pub(crate) now: Now,
+    /// Everything that came out but diagnostics, and when.
+    pub(crate) outputs: Vec<(MonoTime, Output)>,
+    /// Every status whose level or message changed.
+    pub(crate) changes: Vec<StatusChange>,
+    /// Until then no frame can be sent, for lack of room.
+    pub(crate) queue_full_until: MonoTime,
+}
+
+/// A status that is not what it was.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct StatusChange {
+    pub(crate) at: MonoTime,
+    /// The status's name without the node's.
+    pub(crate) task: String,
+    pub(crate) level: Level,
+    pub(crate) message: String,
+}
+
+impl VirtualGateway {
+    /// At time zero, with every link up.
+    pub(crate) fn new(settings: GatewaySettings) -> Self {
+        Self::starting_at(MonoTime::ZERO, settings)
+    }
+
+    pub(crate) fn starting_at(start: MonoTime, settings: GatewaySettings) -> Self {
+        let mut started = Self {
+            gateway: Gateway::new(settings, LinkState::Up, at(start)),
+            now: at(start),
+            outputs: Vec::new(),
+            changes: Vec::new(),
+            queue_full_until: MonoTime::ZERO,
+        };
+        started.take_outputs();
+        started
+    }
+
+    pub(crate) fn handle(&mut self, input: impl Into<Input>) {
+        self.gateway.handle(input, self.now);
+        self.take_outputs();
+    }
+
+    /// A classic frame on the first bus.
+    pub(crate) fn receive(&mut self, id: CanId, data: &[u8]) {
+        let frame = Frame::classic(id, data).unwrap();
+        self.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: self.now.wall });
+    }
+
+    /// Goes on to the next deadline, which is handled, or to `until` if that comes first; says whether it was
+    /// a deadline.
+    pub(crate) fn step(&mut self, until: MonoTime) -> bool {
+        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
+        let is_deadline = deadline <= until;
+        self.now = at(deadline.min(until));
+        if is_deadline {
+            self.handle(Input::Tick);
+            let next = self.gateway.next_deadline(self.now.mono);
+            assert!(next > self.now.mono, "a deadline that does not move");
+        }
+        is_deadline
+    }
+
+    /// Handles every deadline up to that time, also the one that falls on it.
+    pub(crate) fn pass_until(&mut self, ms: u64) {
+        while self.step(MonoTime::from_millis(ms)) {}
+    }
+
+    pub(crate) fn pass(&mut self, ms: u64) {
+        self.pass_until(self.ms() + ms);
+    }
+
+    /// Likewise, but the deadline that falls on the end waits for the inputs of that instant.
+    pub(crate) fn pass_without_end(&mut self, ms: u64) {
+        let end = MonoTime::from_millis(self.ms() + ms);
+        while self.step(MonoTime::from_nanos(end.as_nanos() - 1)) {}
+        self.now = at(end);
+    }
+
+    /// The present in whole milliseconds.
+    pub(crate) fn ms(&self) -> u64 {
+        millis(self.now.mono)
+    }
+
+    /// What was published on the turn topic, in order: when, ms, and the constant's name, or `stops`.
+    pub(crate) fn turn_reports(&self) -> Vec<(u64, &'static str)> {
+        self.select(|output| {
+            if let Output::VehicleLights(TurnIndicators { report, .. }) = output {
+                return Some(report.name());
+            }
+            (*output == Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators)).then_some("stops")
+        })
+    }
+
+    /// Likewise of the hazard topic.
+    pub(crate) fn hazard_reports(&self) -> Vec<(u64, &'static str)> {
+        self.select(|output| {
+            if let Output::VehicleLights(HazardLights { report, .. }) = output {
+                return Some(report.name());
+            }
+            (*output == Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights)).then_some("stops")
+        })
+    }
+
+    pub(crate) fn turn_states(&self) -> Vec<&'static str> {
+        self.turn_reports().into_iter().map(|(_, state)| state).collect()
+    }
+
+    pub(crate) fn hazard_states(&self) -> Vec<&'static str> {
+        self.hazard_reports().into_iter().map(|(_, state)| state).collect()
+    }
+
+    /// What of the outputs `pick` picks, and when it came, ms.
+    pub(crate) fn select<T>(&self, pick: impl Fn(&Output) -> Option<T>) -> Vec<(u64, T)> {
+        self.outputs.iter().filter_map(|(at, output)| Some((millis(*at), pick(output)?))).collect()
+    }
+
+    /// The status of a task now, by the end of its name.
+    pub(crate) fn status(&self, task: &str) -> Status {
+        let statuses = self.gateway.statuses(self.now.mono);
+        statuses.into_iter().find(|status| status.name.ends_with(task)).unwrap()
+    }
+
+    /// Level and message of a task now.
+    pub(crate) fn level_and_message(&self, task: &str) -> (Level, String) {
+        let status = self.status(task);
+        (status.level, status.message)
+    }
+
+    /// A key of a task's status now.
+    pub(crate) fn value(&self, task: &str, key: &str) -> String {
+        let values = self.status(task).values;
+        let value = values.iter().find(|(name, _)| *name == key);
+        value.unwrap_or_else(|| panic!("no {key} in {values:?}")).1.clone()
+    }
+
+    /// Changes of a task's status.
+    pub(crate) fn changes_of(&self, task: &str) -> impl Iterator<Item = &StatusChange> {
+        self.changes.iter().filter(move |change| change.task == task)
+    }
+
+    fn take_outputs(&mut self) {
+        let at = self.now.mono;
+        while let Some(output) = self.gateway.poll_output() {
+            if let Output::Diagnostics { diagnostics, stamp } = output {
+                assert_eq!(stamp, self.now.wall);
+                let changed = diagnostics.statuses.into_iter().filter(|_| !diagnostics.refresh);
+                self.changes.extend(changed.map(|status| StatusChange {
+                    at,
+                    task: status.name.split_once(": ").unwrap().1.to_owned(),
+                    level: status.level,
+                    message: status.message,
+                }));
+            } else if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output
+                && at < self.queue_full_until
+            {
+                self.gateway.not_sent(frame, SendFailure::QueueFull, self.now);
+            } else {
+                self.outputs.push((at, output));
+            }
+        }
+    }
+}

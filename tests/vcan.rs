@@ -1,0 +1,14 @@
+//! The gateway on a real CAN interface; run under `tests/with-vcan`.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of tests fail like tests
+
+mod support;
+
+mod vcan {
+    mod vcan_bus;
+    #[cfg(feature = "ros")]
+    mod vcan_commands;
+    mod vcan_controller;
+    #[cfg(feature = "ros")]
+    mod vcan_gateway;
+}

@@ -1,0 +1,334 @@
+//! One CAN bus on a real interface, with all that can become of an interface.
+
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
+
+use signal_gateway::core::can::error_frame::ErrorFrame;
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::io::can::bus::{BusSocketSettings, receive};
+use signal_gateway::io::can::transmit::Transmitter;
+use socketcan::{
+    CanAnyFrame, CanDataFrame, CanErrorFrame, CanFdFrame, CanFdSocket, CanInterface, CanRemoteFrame,
+    EmbeddedFrame as _, ExtendedId, Id, Socket as _, StandardId,
+};
+use tokio::sync::mpsc::{Receiver, channel};
+use tokio::time::timeout;
+
+use crate::support::prerequisite::require;
+use crate::support::process::DEADLINE;
+use crate::support::vcan::{Vcan, wall};
+
+const BUS: BusIndex = BusIndex(3);
+const FIRST: CanId = CanId::Standard(0x123);
+const SECOND: CanId = CanId::Extended(0x18FE_F100);
+
+fn send(vcan: &Vcan, frames: impl IntoIterator<Item = CanAnyFrame>) {
+    let socket = CanFdSocket::open(vcan.name).unwrap();
+    for frame in frames {
+        socket.write_frame(&frame).unwrap();
+    }
+}
+
+fn settings(interface: &str, ids: &[CanId]) -> BusSocketSettings {
+    BusSocketSettings {
+        bus: BUS,
+        interface: interface.to_owned(),
+        ids: ids.to_vec(),
+        receive_buffer_bytes: 4 << 20,
+        transmitter: Transmitter::default(),
+    }
+}
+
+/// The consumer's end.
+struct Inbox {
+    inputs: Receiver<Vec<CanInput>>,
+    task: tokio::task::JoinHandle<()>,
+}
+
+impl Inbox {
+    /// Of `ids`, with a channel for 64 batches, once the bus is up.
+    async fn of(vcan: &Vcan, ids: &[CanId]) -> Self {
+        let mut inbox = Self::start(settings(vcan.name, ids), 64);
+        inbox.until_link(LinkState::Up).await;
+        inbox
+    }
+
+    fn start(settings: BusSocketSettings, batches: usize) -> Self {
+        let (sender, inputs) = channel(batches);
+        Self { inputs, task: tokio::spawn(receive(settings, sender)) }
+    }
+
+    async fn batch(&mut self) -> Vec<CanInput> {
+        timeout(DEADLINE, self.inputs.recv()).await.expect("an input in time").expect("the task goes on")
+    }
+
+    /// Batches up to and with the first that has an input like this.
+    async fn until(&mut self, wanted: impl Fn(&CanInput) -> bool) -> Vec<Vec<CanInput>> {
+        let mut batches = Vec::new();
+        while !batches.last().is_some_and(|batch: &Vec<CanInput>| batch.iter().any(&wanted)) {
+            batches.push(self.batch().await);
+        }
+        batches
+    }
+
+    async fn until_link(&mut self, state: LinkState) -> Vec<CanInput> {
+        let is_it = |input: &CanInput| *input == CanInput::Link { bus: BUS, state };
+        self.until(is_it).await.concat()
+    }
+
+    async fn until_frame(&mut self, wanted: Frame) -> Vec<Vec<CanInput>> {
+        self.until(|input| matches!(input, CanInput::Frame { frame, .. } if *frame == wanted)).await
+    }
+}
+
+fn classic(id: CanId, data: &[u8]) -> Frame {
+    Frame::classic(id, data).unwrap()
+}
+
+/// The frame as the socketcan crate sends it.
+fn sent(frame: &Frame) -> CanAnyFrame {
+    let id = id(frame.id());
+    if frame.is_fd() {
+        CanFdFrame::new(id, frame.data()).unwrap().into()
+    } else {
+        CanDataFrame::new(id, frame.data()).unwrap().into()
+    }
+}
+
+fn id(id: CanId) -> Id {
+    match id {
+        CanId::Standard(id) => StandardId::new(id).unwrap().into(),
+        CanId::Extended(id) => ExtendedId::new(id).unwrap().into(),
+    }
+}
+
+fn frames(inputs: &[CanInput]) -> Vec<Frame> {
+    inputs
+        .iter()
+        .filter_map(|input| if let CanInput::Frame { frame, .. } = input { Some(*frame) } else { None })
+        .collect()
+}
+
+/// `count` different frames of one id.
+fn numbered(id: CanId, count: u32) -> impl Iterator<Item = CanAnyFrame> {
+    (0..count).map(move |number| sent(&classic(id, &number.to_be_bytes())))
+}
+
+#[tokio::test]
+async fn classic_fd_and_29_bit_frames_come_with_the_time_the_kernel_received_them() {
+    let vcan = require!(Vcan::new("vcan-stamp"));
+    let mut inbox = Inbox::of(&vcan, &[FIRST, SECOND]).await;
+    let expected = [
+        classic(FIRST, &[1, 2, 3]),
+        classic(SECOND, &[]),
+        Frame::fd(FIRST, &[7; 64]).unwrap(),
+        Frame::fd(SECOND, &[8; 12]).unwrap(),
+    ];
+    let before = wall();
+    send(&vcan, expected.iter().map(sent));
+    let after = wall();
+    let inputs = inbox.until_frame(expected[3]).await.concat();
+    assert_eq!(frames(&inputs), expected);
+    for input in inputs {
+        let CanInput::Frame { bus, stamp, .. } = input else { panic!("{input:?}") };
+        assert_eq!(bus, BUS);
+        assert!((before..=after).contains(&stamp.as_nanos()), "{before} {stamp:?} {after}");
+    }
+}
+
+#[tokio::test]
+async fn the_kernel_hides_other_ids_other_lengths_of_id_and_remote_requests() {
+    let vcan = require!(Vcan::new("vcan-filter"));
+    let mut inbox = Inbox::of(&vcan, &[FIRST, SECOND]).await;
+    let wanted = classic(FIRST, &[1]);
+    send(
+        &vcan,
+        [
+            sent(&classic(CanId::Standard(0x122), &[])),
+            sent(&classic(CanId::Extended(0x123), &[])),
+            sent(&classic(CanId::Extended(0x18FE_F101), &[])),
+            CanRemoteFrame::new_remote(id(FIRST), 1).unwrap().into(),
+            sent(&wanted),
+        ],
+    );
+    assert_eq!(frames(&inbox.until_frame(wanted).await.concat()), [wanted]);
+}
+
+#[tokio::test]
+async fn without_ids_only_error_frames_come_with_all_they_say() {
+    let vcan = require!(Vcan::new("vcan-error"));
+    let mut inbox = Inbox::of(&vcan, &[]).await;
+    let (bus_off_and_controller, data) = (0x44, [0, 0x20, 0, 0, 0, 0, 255, 9]);
+    let error = CanErrorFrame::new_error(bus_off_and_controller, &data).unwrap();
+    send(&vcan, [sent(&classic(FIRST, &[])), error.into()]);
+    let error = ErrorFrame::new(bus_off_and_controller, &data);
+    assert_eq!(inbox.batch().await, [CanInput::ErrorFrame { bus: BUS, error }]);
+}
+
+#[tokio::test]
+async fn frames_a_full_buffer_could_not_take_are_counted() {
+    let vcan = require!(Vcan::new("vcan-drops"));
+    let settings = BusSocketSettings { receive_buffer_bytes: 1, ..settings(vcan.name, &[FIRST, SECOND]) };
+    let mut inbox = Inbox::start(settings, 1);
+    inbox.until_link(LinkState::Up).await;
+    let next = classic(SECOND, &[]);
+    for round in 1..=2 {
+        send(&vcan, numbered(FIRST, 2000)); // one thread: the task takes none of them meanwhile
+        let mut inputs = inbox.batch().await;
+        // The kernel tells of a loss with the next frame it has room for.
+        send(&vcan, [sent(&next)]);
+        inputs.extend(inbox.until_frame(next).await.concat());
+        let received = u32::try_from(frames(&inputs).len()).unwrap() - 1;
+        let drops =
+            inputs.iter().map(|input| if let CanInput::Drops { lost, .. } = input { *lost } else { 0 });
+        let lost: u32 = drops.sum();
+        assert_eq!(received + lost, 2000, "round {round}: {received} received, {lost} lost");
+        assert!(received > 0 && lost > 1000, "round {round}: {received} received, {lost} lost");
+    }
+}
+
+#[tokio::test]
+async fn an_interface_set_down_is_reported_and_taken_up_again() {
+    let vcan = require!(Vcan::new("vcan-down"));
+    let mut inbox = Inbox::of(&vcan, &[FIRST]).await;
+    for round in 0..3 {
+        vcan.bring_down();
+        assert_eq!(inbox.until_link(LinkState::Down).await.len(), 1);
+        vcan.bring_up();
+        assert_eq!(inbox.until_link(LinkState::Up).await.len(), 1);
+        let frame = classic(FIRST, &[round]);
+        send(&vcan, [sent(&frame)]);
+        inbox.until_frame(frame).await;
+    }
+}
+
+#[tokio::test]
+async fn an_interface_deleted_and_made_again_is_found_by_its_name() {
+    let vcan = require!(Vcan::new("vcan-again"));
+    let mut inbox = Inbox::of(&vcan, &[FIRST]).await;
+    for round in 0..3 {
+        vcan.delete();
+        inbox.until_link(LinkState::Missing).await;
+        vcan.create();
+        inbox.until_link(LinkState::Up).await;
+        let frame = classic(FIRST, &[round]);
+        send(&vcan, [sent(&frame)]);
+        inbox.until_frame(frame).await;
+    }
+}
+
+#[tokio::test]
+async fn a_loss_too_short_to_be_seen_is_reported_and_frames_before_it_are_not_taken_for_new() {
+    let vcan = require!(Vcan::new("vcan-short"));
+    let mut inbox = Inbox::of(&vcan, &[FIRST, SECOND]).await;
+    let losses: [(&dyn Fn(), u8); 2] =
+        [(&|| (vcan.bring_down(), vcan.bring_up()).1, 1), (&|| (vcan.delete(), vcan.create()).1, 2)];
+    for (lose, round) in losses {
+        // One thread: the task does not run before the wait below, and finds the frame and the loss.
+        send(&vcan, [sent(&classic(FIRST, &[round]))]);
+        lose();
+        let inputs = inbox.until_link(LinkState::Up).await;
+        let lost = [LinkState::Down, LinkState::Missing].map(|state| CanInput::Link { bus: BUS, state });
+        assert!(lost.iter().any(|link| inputs.contains(link)), "{inputs:?}");
+        assert_eq!(frames(&inputs), []);
+        let fresh = classic(SECOND, &[round]);
+        send(&vcan, [sent(&fresh)]);
+        assert_eq!(frames(&inbox.until_frame(fresh).await.concat()), [fresh]);
+    }
+}
+
+#[tokio::test]
+async fn an_interface_that_appears_later_is_waited_for() {
+    let vcan = require!(Vcan::new("vcan-later"));
+    vcan.delete();
+    let mut inbox = Inbox::start(settings(vcan.name, &[FIRST]), 64);
+    assert_eq!(inbox.batch().await, [CanInput::Link { bus: BUS, state: LinkState::Missing }]);
+    CanInterface::create_vcan(vcan.name, None).unwrap();
+    assert_eq!(inbox.batch().await, [CanInput::Link { bus: BUS, state: LinkState::Down }]);
+    vcan.bring_up();
+    assert_eq!(inbox.batch().await, [CanInput::Link { bus: BUS, state: LinkState::Up }]);
+}
+
+/// The clock is advanced to the next look as soon as nothing else is left to do.
+#[tokio::test(start_paused = true)]
+async fn an_interface_that_appears_is_announced_without_waiting_for_the_next_look() {
+    let vcan = require!(Vcan::new("vcan-told"));
+    vcan.delete();
+    let started = tokio::time::Instant::now();
+    let mut inbox = Inbox::start(settings(vcan.name, &[FIRST]), 64);
+    inbox.until_link(LinkState::Missing).await;
+    vcan.create();
+    inbox.until_link(LinkState::Up).await;
+    assert!(started.elapsed() < Duration::from_secs(1), "announced, not looked for");
+}
+
+#[tokio::test]
+async fn an_interface_that_is_no_can_interface_fails() {
+    let mut inbox = Inbox::start(settings("lo", &[]), 64);
+    assert_eq!(inbox.batch().await, [CanInput::Link { bus: BUS, state: LinkState::Failed(libc::ENODEV) }]);
+}
+
+#[tokio::test]
+async fn a_busy_bus_wakes_the_gateway_no_more_often_than_every_5_ms_and_never_for_other_ids() {
+    let vcan = require!(Vcan::new("vcan-busy"));
+    let end = classic(SECOND, &[]);
+    let others: Vec<_> = (1..25).map(|step| CanId::Standard(step * 7)).collect();
+    for (others, relevant) in [(&others[..0], 80), (&others[..], 2000)] {
+        let mut inbox = Inbox::of(&vcan, &[others, &[FIRST, SECOND]].concat()).await;
+        let (started, wakeups_before) = (Instant::now(), wakeups());
+        let name = vcan.name;
+        // 2,000 frames in a second, every 25th of FIRST.
+        let sender = std::thread::spawn(move || {
+            let socket = CanFdSocket::open(name).unwrap();
+            for number in 0..2000_u16 {
+                let id = if number % 25 == 0 { FIRST } else { CanId::Standard(number % 25 * 7) };
+                let frame = sent(&classic(id, &number.to_be_bytes()));
+                socket.write_frame(&frame).unwrap();
+                std::thread::sleep(Duration::from_micros(500));
+            }
+            socket.write_frame(&sent(&end)).unwrap();
+        });
+        let batches = inbox.until_frame(end).await;
+        let wakeups = wakeups() - wakeups_before;
+        sender.join().unwrap();
+        let count = batches.concat().len() - 1;
+        let bound = started.elapsed().as_millis() / 5 + 2;
+        let distinct: HashSet<_> = frames(&batches.concat()).iter().map(Frame::to_string).collect();
+        println!("{count} of 2000 frames relevant: {} batches, {wakeups} wake-ups", batches.len());
+        assert_eq!((count, distinct.len()), (relevant, relevant + 1), "none lost, none twice, no other");
+        assert!(batches.len() as u128 <= bound, "{} batches, {bound} expected", batches.len());
+        assert!(wakeups <= batches.len() * 3 / 2 + 20, "{wakeups} wake-ups for {} batches", batches.len());
+        inbox.task.abort();
+    }
+}
+
+#[tokio::test]
+async fn a_burst_of_many_batches_comes_whole_and_in_order() {
+    let vcan = require!(Vcan::new("vcan-burst"));
+    let end = classic(SECOND, &[]);
+    for count in [63, 64, 65, 5000] {
+        let mut inbox = Inbox::of(&vcan, &[FIRST, SECOND]).await; // for the task, a frame after a pause
+        send(&vcan, numbered(FIRST, count).chain([sent(&end)]));
+        let inputs = inbox.until_frame(end).await.concat();
+        let expected = numbered(FIRST, count).chain([sent(&end)]).map(|frame| frame.data().to_vec());
+        assert!(frames(&inputs).iter().map(|frame| frame.data().to_vec()).eq(expected), "{count}");
+        assert_eq!(inputs.len(), count as usize + 1, "no drops");
+    }
+}
+
+/// How often this thread, which runs task and test, has gone to sleep.
+fn wakeups() -> usize {
+    let status = std::fs::read_to_string("/proc/thread-self/status").unwrap();
+    let count = status.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+    count.unwrap().trim().parse().unwrap()
+}
+
+#[tokio::test]
+async fn the_task_ends_when_nobody_listens() {
+    let vcan = require!(Vcan::new("vcan-nobody"));
+    let Inbox { inputs, task } = Inbox::of(&vcan, &[FIRST]).await;
+    drop(inputs);
+    timeout(DEADLINE, task).await.expect("the task ends on an idle bus").unwrap();
+}

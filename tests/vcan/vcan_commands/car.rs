@@ -1,0 +1,65 @@
+//! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which obeys, has a driver,
+//! and says what its lights do.
+
+use std::process::Command;
+
+use crate::support::json_process::{JsonProcess, Line, Mark};
+use crate::support::process::Folder;
+
+/// A running vehicle.
+pub(crate) struct Car(JsonProcess);
+
+/// Lights and who wants them: `left`, `command`.
+pub(crate) type Lights = (String, String);
+
+impl Car {
+    /// With the folder's profile, on an interface.
+    pub(crate) fn start(folder: &Folder, interface: &str, options: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.args(["vehicle", "--json", "--interface", interface, "--profile"]);
+        command.arg(folder.path().join("profile.toml")).args(options).current_dir(folder.path());
+        Self(JsonProcess::start("the vehicle", &mut command))
+    }
+
+    /// Asks for something, in the words of its standard input.
+    pub(crate) fn ask(&self, request: &str) {
+        self.0.send(request);
+    }
+
+    /// Now, to look from there on.
+    pub(crate) fn mark(&self) -> Mark {
+        self.0.mark()
+    }
+
+    /// Waits until its lights do this, and gives all they have done since `mark`.
+    pub(crate) fn wait_for_lights(&self, mark: Mark, lights: &str, who: &str) -> Vec<Lights> {
+        let mut seen = Vec::new();
+        self.0.find(mark, &format!("lights {lights} ({who})"), |line| {
+            seen.push(lights_of(line)?);
+            (seen.last()? == &(lights.to_owned(), who.to_owned())).then_some(())
+        });
+        seen
+    }
+
+    /// What its lights have done since `mark`.
+    pub(crate) fn lights_since(&self, mark: Mark) -> Vec<Lights> {
+        self.0.lines(mark).iter().filter_map(lights_of).collect()
+    }
+
+    /// When that was, in seconds of its own.
+    pub(crate) fn seconds_of_lights(&self, mark: Mark) -> Vec<f64> {
+        let lines = self.0.lines(mark);
+        let lights = lines.iter().filter(|line| lights_of(line).is_some());
+        lights.filter_map(|(_, line)| line["t"].as_f64()).collect()
+    }
+
+    /// Whether it has said since `mark` that it has dropped a command that came no more.
+    pub(crate) fn has_dropped_a_command(&self, mark: Mark) -> bool {
+        self.0.lines(mark).iter().any(|(_, line)| line["what"] == "command_timed_out")
+    }
+}
+
+fn lights_of((_, line): &Line) -> Option<Lights> {
+    let word = |key: &str| line[key].as_str().map(str::to_owned);
+    (line["what"] == "lights").then(|| Some((word("lights")?, word("who")?)))?
+}

@@ -1,0 +1,68 @@
+//! A queue of the kernel that is really full: frames wait, and none is lost or counted twice.
+
+use super::commander::{Commander, Durability, ERROR, OK, TRANSMISSION, WARN};
+use super::vehicles::{Change, NEW_EAGLE, PATIENT};
+use crate::support::json_process::Mark;
+use crate::support::peer::{Cyclone, domain};
+use crate::support::prerequisite::require;
+use crate::support::process::{self, DEADLINE, Process};
+use crate::support::slcan::Adapter;
+
+/// Ten failures in a row take half a second: long enough for a warning to be seen before the error.
+const SLOWLY_AGAIN: (&str, &str) = ("period_ms = 50", "period_ms = 50\nmin_send_interval_ms = 50");
+
+#[test]
+fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_counter_goes_on() {
+    let adapter = require!(Adapter::plug_in());
+    let cyclone = require!(Cyclone::on_loopback());
+    let domain = domain();
+    let ros = process::ros_in(domain);
+    let keys = format!("{PATIENT}{ros}");
+    let change = Change { profile: &[SLOWLY_AGAIN], ..Change::NONE };
+    let folder = NEW_EAGLE.folder(&adapter.name, &keys, &change);
+    let commander = Commander::start(&cyclone, domain, Durability::Volatile);
+    let mut gateway = Process::run(&folder);
+    commander.wait_for_readers(Mark::START, true);
+    let heard = commander.say("mode 1 10; turn 2 10; hazard 1 10");
+    commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    let wait = |asked: &str| {
+        let begun = std::time::Instant::now();
+        let newest = || adapter.frames(NEW_EAGLE.command).last().map(|data| (NEW_EAGLE.asks)(data));
+        while newest() != Some(asked) {
+            assert!(begun.elapsed() < DEADLINE, "{asked} never came: {:?}", newest());
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+    };
+    wait("left");
+
+    let heard = commander.mark();
+    let others = adapter.stall();
+    assert!(others > 0, "nothing but the gateway's frames was in the queue");
+    commander.status(heard, TRANSMISSION, WARN, "frames are delayed");
+    commander.status(heard, TRANSMISSION, ERROR, "frames cannot be sent");
+    // Whatever is wanted meanwhile is in the first frame that finds room.
+    commander.say("hazard 2 10");
+    let failed = commander.count(heard, TRANSMISSION, "queue_full", 10);
+    let heard = commander.mark();
+    adapter.go_on();
+    commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    wait("hazard");
+    commander.say("hazard 1 10");
+    wait("left");
+    gateway.stop("TERM");
+
+    let log = gateway.log();
+    let at = |part: &str| log.iter().position(|line| line.contains(part)).unwrap_or_else(|| panic!("{part}"));
+    assert!(
+        at("WARN command_transmission: frames are delayed") < at("ERROR command_transmission: frames cannot")
+    );
+    let frames = adapter.frames(NEW_EAGLE.command);
+    let counter = NEW_EAGLE.counter.unwrap();
+    println!("{failed} times full, {others} frames of others in front, {} frames on the bus", frames.len());
+    for (index, data) in frames.iter().enumerate() {
+        assert_eq!(usize::from(counter(data)), index % 16, "frame {index} of {}", frames.len());
+    }
+    let mut asked: Vec<_> = frames.iter().map(|data| (NEW_EAGLE.asks)(data)).collect();
+    asked.dedup();
+    assert_eq!(asked[..4], ["off", "left", "hazard", "left"]);
+}

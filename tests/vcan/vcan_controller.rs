@@ -1,0 +1,265 @@
+//! What the gateway says of a real link: of a controller with states, without hardware (the kernel's
+//! serial-line CAN on a pseudo-terminal), of a reader that stalls, of a bus that falls asleep.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use signal_gateway::config::files::Files;
+use signal_gateway::config::{Overrides, load};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::gateway::Gateway;
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::io::can::bus::{BusSocketSettings, receive};
+use signal_gateway::io::can::transmit::Transmitter;
+use socketcan::nl::CanState;
+use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame as _, Socket as _, StandardId};
+use tokio::sync::mpsc::{Receiver, channel};
+use tokio::time::timeout;
+
+use crate::support::prerequisite::require;
+use crate::support::process::DEADLINE;
+use crate::support::slcan::Adapter;
+use crate::support::vcan::Vcan;
+
+const BUS: BusIndex = BusIndex(0);
+
+/// The gateway, fed by the receiver of one interface as the daemon does it.
+struct Desk {
+    gateway: Gateway,
+    inputs: Receiver<Vec<CanInput>>,
+    started: Instant,
+    /// Level and message of the interface whenever they changed, newest last.
+    said: Vec<(Level, String)>,
+    turn: Vec<String>,
+    reports: usize,
+}
+
+impl Desk {
+    fn open(interface: &str, receive_buffer_bytes: usize) -> Self {
+        let settings = load(&Texts(interface.to_owned()), Path::new("gateway.toml"), &Overrides::default());
+        let settings = settings.unwrap_or_else(|refused| panic!("{refused}")).gateway;
+        let ids = settings.relevant_ids(BUS);
+        let (sender, inputs) = channel(64);
+        let interface = interface.to_owned();
+        let transmitter = Transmitter::default();
+        let receiver = BusSocketSettings { bus: BUS, interface, ids, receive_buffer_bytes, transmitter };
+        tokio::spawn(receive(receiver, sender));
+        let started = Instant::now();
+        let gateway = Gateway::new(settings, LinkState::Missing, now(started));
+        Self { gateway, inputs, started, said: vec![], turn: vec![], reports: 0 }
+    }
+
+    /// Runs until what was said fulfils `wanted`.
+    async fn until(&mut self, wanted: impl Fn(&Self) -> bool) {
+        let end = Instant::now() + DEADLINE;
+        loop {
+            self.hear();
+            if wanted(self) {
+                return;
+            }
+            assert!(Instant::now() < end, "only {:#?} {:#?}", self.said, self.turn);
+            let deadline = self.gateway.next_deadline(now(self.started).mono).as_nanos();
+            let wait = Duration::from_nanos(deadline).saturating_sub(self.started.elapsed());
+            let batch = timeout(wait, self.inputs.recv()).await;
+            let now = now(self.started);
+            self.gateway.handle(Input::Tick, now);
+            for input in batch.map_or_else(|_| vec![], |batch| batch.expect("the receiver goes on")) {
+                self.gateway.handle(input, now);
+            }
+        }
+    }
+
+    async fn until_said(&mut self, level: Level, message: &str) {
+        self.until(|desk| desk.said.last() == Some(&(level, message.to_owned()))).await;
+    }
+
+    fn hear(&mut self) {
+        while let Some(output) = self.gateway.poll_output() {
+            match output {
+                Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
+                    for status in diagnostics.statuses {
+                        if status.name.ends_with(": turn_indicators") {
+                            self.turn.push(status.message);
+                        } else if !status.name.ends_with(": hazard_lights") {
+                            self.said.push((status.level, status.message));
+                        }
+                    }
+                }
+                Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. }) => self.reports += 1,
+                Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
+                    panic!("nothing but reports here")
+                }
+                Output::VehicleLights(
+                    VehicleLightsOutput::HazardLights { .. }
+                    | VehicleLightsOutput::WithdrawTurnIndicators
+                    | VehicleLightsOutput::WithdrawHazardLights,
+                )
+                | Output::Diagnostics { .. } => {}
+            }
+        }
+    }
+
+    fn value(&self, key: &str) -> Option<String> {
+        let statuses = self.gateway.statuses(now(self.started).mono);
+        let values = statuses.into_iter().last().unwrap().values;
+        values.into_iter().find(|(name, _)| *name == key).map(|(_, value)| value)
+    }
+}
+
+fn now(started: Instant) -> Now {
+    let elapsed = u64::try_from(started.elapsed().as_nanos()).unwrap();
+    Now { mono: MonoTime::from_nanos(elapsed), wall: WallStamp::from_nanos(0) }
+}
+
+struct Texts(String);
+
+impl Files for Texts {
+    fn read(&self, path: &Path) -> std::io::Result<Vec<u8>> {
+        match path.to_str() {
+            Some("gateway.toml") => {
+                Ok(format!("profile = \"car.toml\"\n[can.body]\ninterface = \"{}\"\n", self.0).into())
+            }
+            Some("car.toml") => Ok(PROFILE.into()),
+            Some("car.dbc") => Ok("BO_ 291 TURN: 2 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n".into()),
+            _ => Err(std::io::ErrorKind::NotFound.into()),
+        }
+    }
+}
+
+/// Long limits: a loaded machine must not make a silence of a pause.
+const PROFILE: &str = r#"
+name = "test car"
+[bus.body]
+dbc = "car.dbc"
+alive_timeout_ms = 2000
+may_sleep = true
+[message.TURN]
+timeout_ms = 2000
+[turn]
+signal = "TURN.CODE"
+off = [0]
+left = [1]
+right = [2]
+[hazard]
+from = "unbound"
+"#;
+
+#[tokio::test]
+async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
+    let adapter = require!(Adapter::plug_in());
+    let interface = adapter.name.clone();
+    let mut desk = Desk::open(&interface, 65_536);
+    desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
+    desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await; // the kernel's word
+    adapter.say("t1232AABB\r");
+    desk.until_said(Level::Ok, "receiving").await;
+
+    adapter.say("sw100096\rt1232AABB\r");
+    desk.until_said(Level::Warn, "error-warning: the bus is disturbed").await;
+    assert_eq!(desk.value("rx_errors").as_deref(), Some("100"));
+    assert_eq!(desk.value("tx_errors").as_deref(), Some("96"));
+    assert_eq!(desk.value("last_error").unwrap(), "controller (rx warning), tx 96, rx 100 (0 s ago)");
+
+    adapter.say("sp130020\rt1232AABB\r");
+    desk.until_said(Level::Warn, "error-passive: the bus is heavily disturbed").await;
+
+    adapter.say("sb000256\r");
+    let off = format!(
+        "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart"
+    );
+    desk.until_said(Level::Error, &off).await;
+    desk.until(|desk| desk.turn.last().is_some_and(|said| said.ends_with(" is bus-off"))).await;
+    assert_eq!(desk.value("bus_off_count").as_deref(), Some("1"));
+    assert_eq!(desk.value("controller").as_deref(), Some("bus-off"));
+
+    let reports = desk.reports;
+    adapter.say("sa000000\rt1232AABB\r");
+    desk.until(|desk| {
+        desk.said.last() == Some(&(Level::Ok, "receiving".to_owned())) && desk.reports > reports
+    })
+    .await;
+    assert_eq!(desk.turn.last().unwrap(), "publishing");
+    assert_eq!(desk.value("bus_off_count").as_deref(), Some("1"));
+
+    adapter.say("e2bc\rt1232AABB\r");
+    desk.until_said(Level::Warn, "receiving, with recent drops, error frames or bad lines").await;
+    drop(adapter);
+    desk.until_said(Level::Error, &format!("{interface} is missing")).await;
+    println!("interface: {:#?}\nturn: {:#?}", desk.said, desk.turn);
+    let levels: Vec<_> = desk.said.iter().map(|(level, _)| *level).collect();
+    let (ok, warn, error) = (Level::Ok, Level::Warn, Level::Error);
+    // Between bus-off and the first frame the bus is silent for a moment.
+    let expected = [error, warn, ok, warn, warn, error, warn, ok, warn, error];
+    assert_eq!(levels, expected, "each said once: {:#?}", desk.said);
+}
+
+#[tokio::test]
+async fn the_kernel_is_asked_for_a_state_that_no_error_frame_announced() {
+    let adapter = require!(Adapter::plug_in());
+    let can = adapter.interface();
+    adapter.say("sp130020\r"); // before anybody listens
+    let passive = |state: Option<CanState>| state == Some(CanState::ErrorPassive);
+    let end = Instant::now() + DEADLINE;
+    while !passive(can.state().unwrap()) {
+        assert!(Instant::now() < end);
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+    let mut desk = Desk::open(&adapter.name, 65_536);
+    let text = "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile yet";
+    desk.until_said(Level::Warn, text).await;
+    assert_eq!(desk.value("error_frames").as_deref(), Some("0"));
+    // Nor must the way back be announced: after down and up the driver is active without a word.
+    can.bring_down().unwrap();
+    can.bring_up().unwrap();
+    desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await;
+    adapter.say("t1232AABB\r");
+    desk.until_said(Level::Ok, "receiving").await;
+}
+
+#[tokio::test]
+async fn frames_lost_while_the_reader_stalls_are_counted_in_diagnostics() {
+    let vcan = require!(Vcan::new("vcan-stall"));
+    let mut desk = Desk::open(vcan.name, 1); // the smallest buffer there is
+    desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
+    let socket = CanSocket::open(vcan.name).unwrap();
+    let frame = CanDataFrame::new(StandardId::new(0x123).unwrap(), &[0, 0]).unwrap();
+    for _ in 0..2000 {
+        socket.write_frame(&frame).unwrap(); // one thread: the reader stands still meanwhile
+    }
+    desk.until_said(Level::Ok, "receiving").await;
+    let queued = |desk: &Desk| desk.value("frames").unwrap().parse::<u64>().unwrap();
+    let received = queued(&desk);
+    desk.until(|desk| {
+        // The kernel tells of a loss with the next frame it has room for.
+        socket.write_frame(&frame).unwrap();
+        desk.value("drops").unwrap() != "0" && queued(desk) > received
+    })
+    .await;
+    let text = "receiving, with recent drops, error frames or bad lines";
+    desk.until_said(Level::Warn, text).await;
+    let drops: u64 = desk.value("drops").unwrap().parse().unwrap();
+    assert!((1000..2000).contains(&drops), "{drops}");
+}
+
+#[tokio::test]
+async fn a_bus_that_may_sleep_falls_asleep_and_wakes_up_with_one_word_each() {
+    let vcan = require!(Vcan::new("vcan-sleep"));
+    let mut desk = Desk::open(vcan.name, 65_536);
+    desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
+    let socket = CanSocket::open(vcan.name).unwrap();
+    let frame = CanDataFrame::new(StandardId::new(0x123).unwrap(), &[1, 0]).unwrap();
+    let first = desk.turn.len();
+    for _ in 0..2 {
+        socket.write_frame(&frame).unwrap();
+        desk.until_said(Level::Ok, "receiving").await;
+        desk.until_said(Level::Ok, "asleep").await;
+    }
+    vcan.delete();
+    desk.until_said(Level::Error, "vcan-sleep is missing").await;
+    let asleep = "unknown: no frame of TURN since bus vcan-sleep fell asleep";
+    assert_eq!(desk.turn[first..first + 4], ["publishing", asleep, "publishing", asleep]);
+}
