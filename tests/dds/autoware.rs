@@ -15,7 +15,7 @@ use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::signal::Hazard;
 
 use super::session::{Gateway, KINDS, Role};
-use crate::support::json_process::JsonProcess;
+use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 
@@ -32,8 +32,11 @@ fn wait_for_matches(gateway: &Gateway, peer: &JsonProcess) {
 
 fn arrival(gateway: &Gateway, subscription: usize) -> Value {
     let (name, _) = KINDS[subscription];
-    let arrived = |line: &Value| line["event"] == "arrived" && line["subscription"] == subscription;
-    gateway.next(name, arrived)["what"].clone()
+    gateway.next(name, |line| is_arrival(line, subscription))["what"].clone()
+}
+
+fn is_arrival(line: &Value, subscription: usize) -> bool {
+    line["event"] == "arrived" && line["subscription"] == subscription
 }
 
 /// What each topic's sample says, in the order of [`KINDS`].
@@ -78,8 +81,10 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
         peer.send(&format!("say {topic}"));
     }
     let gateway = Role::new(domain).with_autoware().start();
+    // In whichever order their writers are discovered.
     for subscription in [1, 4] {
-        assert_eq!(arrival(&gateway, subscription), expected()[subscription]);
+        let arrived = gateway.wait_for(Mark::START, KINDS[subscription].0, |line| is_arrival(line, subscription));
+        assert_eq!(arrived["what"], expected()[subscription]);
     }
     wait_for_matches(&gateway, &peer);
     assert_eq!(gateway.status()["incoming"][5]["received"], 0, "an old scenario");

@@ -31,16 +31,18 @@ impl LiveTime {
         Self { offset: offset(now), reached: whole_micros(now.mono), steps: 0 }
     }
 
-    /// When an input with this stamp, read at `read`, happened: not before inputs and deadlines
-    /// already placed, not after it was read.
+    /// When an input with this stamp, read at `read`, happened, in whole microseconds: not before inputs and
+    /// deadlines already placed, not after it was read.
     pub fn arrival(&mut self, stamp: WallStamp, read: Now) -> Now {
         if (offset(read) - self.offset).abs() > STEP {
             self.offset = offset(read);
             self.steps += 1;
         }
         let placed = stamp.as_nanos().saturating_add(self.offset);
-        let placed = whole_micros(MonoTime::from_nanos(u64::try_from(placed).unwrap_or(0)));
-        self.reached = placed.min(read.mono).max(self.reached);
+        let placed = MonoTime::from_nanos(u64::try_from(placed).unwrap_or(0));
+        // Behind a deadline that was handled, up to the next microsecond: read from a log, it must not come
+        // before that deadline.
+        self.reached = next_whole_micros(whole_micros(placed.min(read.mono)).max(self.reached));
         self.now(self.reached)
     }
 
@@ -71,6 +73,10 @@ fn whole_micros(at: MonoTime) -> MonoTime {
     MonoTime::from_nanos(at.as_nanos() / 1000 * 1000)
 }
 
+fn next_whole_micros(at: MonoTime) -> MonoTime {
+    MonoTime::from_nanos(at.as_nanos().div_ceil(1000).saturating_mul(1000))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,8 +101,8 @@ mod tests {
         let second = live.arrival(at(1_250).wall, at(4_000));
         assert_eq!((second.mono.as_nanos(), second.wall.as_nanos()), (1_250_000, WALL + 1_250_000));
         assert_eq!(live.deadline(MonoTime::from_nanos(1_300_001)).mono.as_nanos(), 1_300_001);
-        assert_eq!(arrival(&mut live, 1_290, 4_100), 1_300_001, "what was handled stays handled");
-        assert_eq!(arrival(&mut live, 9_000, 5_000), 5_000_007, "nothing comes from the future");
+        assert_eq!(arrival(&mut live, 1_290, 4_100), 1_301_000, "what was handled stays handled");
+        assert_eq!(arrival(&mut live, 9_000, 5_000), 5_000_000, "nothing comes from the future");
     }
 
     #[test]

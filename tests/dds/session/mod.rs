@@ -97,6 +97,11 @@ impl Gateway {
         self.0.next(what, is_it)
     }
 
+    /// Waits for the first line after `mark` that `is_it`.
+    pub(crate) fn wait_for(&self, mark: Mark, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
+        self.0.wait_for(mark, what, is_it).1
+    }
+
     /// The lines of that time.
     pub(crate) fn next_during(&self, time: Duration) -> Vec<Value> {
         self.0.next_during(time)
