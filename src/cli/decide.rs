@@ -10,12 +10,12 @@ use super::Failure;
 use crate::config::drive;
 use crate::config::files::Disk;
 use crate::core::compat::Compat;
-use crate::drive::chart::DriveChart;
-use crate::drive::course::Course;
-use crate::drive::run::Run;
-use crate::drive::text::Changes;
-use crate::drive::verdict::Verdicts;
-use crate::drive::{json, text};
+use crate::desk::drive::chart::DriveChart;
+use crate::desk::drive::course::Course;
+use crate::desk::drive::run::Run;
+use crate::desk::drive::text::Changes;
+use crate::desk::drive::verdict::Verdicts;
+use crate::desk::drive::{json, text};
 
 pub(super) const HELP: &str = "\
 Examples:

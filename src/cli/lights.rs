@@ -21,12 +21,12 @@ use crate::core::time::MonoTime;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::event_log::ScenarioOutcome;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::lights_timeline::chart::ChartTimeline;
-use crate::lights_timeline::display::Style;
-use crate::lights_timeline::json;
-use crate::lights_timeline::run::{Run, Step};
-use crate::lights_timeline::span::Span;
-use crate::lights_timeline::text::{TextTimeline, line};
+use crate::desk::lights::chart::ChartTimeline;
+use crate::desk::lights::display::Style;
+use crate::desk::lights::json;
+use crate::desk::lights::run::{Run, Step};
+use crate::desk::lights::span::Span;
+use crate::desk::lights::text::{TextTimeline, line};
 
 pub(super) const HELP: &str = "\
 Examples:

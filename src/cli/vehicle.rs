@@ -14,11 +14,12 @@ use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings, VehicleEvent};
-use crate::core::time::{MonoTime, WallStamp};
+use crate::core::simulated_vehicle::{Output, SimulationSettings, VehicleEvent};
+use crate::core::time::WallStamp;
 use crate::daemon::vehicle::{Seen, VehicleRun, run_vehicle};
+use crate::desk;
 use crate::io::can::controller::has_controller;
-use crate::vehicle_timeline::{Form, VehicleTimeline};
+use crate::report::vehicle::{Form, VehicleTimeline};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -150,26 +151,16 @@ fn drive(settings: &Settings, mut run: VehicleRun, timeline: &VehicleTimeline) -
 /// The vehicle on virtual time.
 fn write_log(run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut vehicle = SimulatedVehicle::new(run.plan, run.simulation, MonoTime::ZERO);
-    for (at, request) in run.script {
-        vehicle.schedule(MonoTime::ZERO.after(at), request);
-    }
-    let end = MonoTime::ZERO.after(run.until.unwrap_or(LOG_LENGTH));
-    let mut now = MonoTime::ZERO;
-    loop {
-        vehicle.settle(now);
-        while let Some(output) = vehicle.poll_output() {
-            if let Some(line) = timeline.line(&output, now) {
-                writeln!(out, "{line}")?;
-            } else if let Output::Happened(VehicleEvent::NotPossible(why)) = &output {
-                say(&format!("without effect on the bus: {why}"));
-            }
+    let length = run.until.unwrap_or(LOG_LENGTH);
+    desk::vehicle::run(run.plan, run.simulation, run.script, length, |output, at| {
+        if let Some(line) = timeline.line(output, at) {
+            return writeln!(out, "{line}");
         }
-        match vehicle.next_deadline(now).filter(|next| *next <= end) {
-            Some(next) => now = next,
-            None => break,
+        if let Output::Happened(VehicleEvent::NotPossible(why)) = output {
+            say(&format!("without effect on the bus: {why}"));
         }
-    }
+        Ok(())
+    })?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
 }

@@ -12,9 +12,9 @@ use signal_gateway::core::compat::Compat::{Improved, Upstream};
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
-use signal_gateway::drive::course::Course;
-use signal_gateway::drive::run::Run;
-use signal_gateway::drive::verdict::Verdicts;
+use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::run::Run;
+use signal_gateway::desk::drive::verdict::Verdicts;
 
 use super::coverage::{CONFLICTS, MANOEUVRES, ONLY_A_GAP, WEAKNESSES};
 

@@ -8,7 +8,7 @@ use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::vehicle_lights::binding::{
     HazardBinding, HazardSource, LightsBinding, TurnBinding,
 };
-use signal_gateway::vehicle_timeline::{Form, VehicleTimeline};
+use signal_gateway::report::vehicle::{Form, VehicleTimeline};
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
 use crate::pure::vehicles::{profile, profile_names};

@@ -106,7 +106,7 @@ mod tests {
     use crate::core::time::WallStamp;
     use crate::io::can::log::Log;
     use crate::replay::{Replay, Routes};
-    use crate::timeline::Changes;
+    use crate::report::gateway::Changes;
 
     const WALL_MS: i64 = 1_700_000_000_000;
 

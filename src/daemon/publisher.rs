@@ -265,7 +265,7 @@ mod tests {
         fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
             match path.to_str() {
                 Some("gateway.toml") => Ok(self.0.clone().into_bytes()),
-                Some("map.osm") => Ok(include_bytes!("../tests/maps/crossroads.osm").to_vec()),
+                Some("map.osm") => Ok(include_bytes!("../../tests/maps/crossroads.osm").to_vec()),
                 _ => Err(io::ErrorKind::NotFound.into()),
             }
         }

@@ -9,7 +9,7 @@ use crate::core::map::lanelet::TurnDirection;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::resolve::Source;
 use crate::core::turn_signal::signal::{Hazard, Signal};
-use crate::picture::strip_chart::{Group, IndicatorState, Look, Piece, Row, StripChart};
+use crate::report::chart::strip_chart::{Group, IndicatorState, Look, Piece, Row, StripChart};
 
 /// Records whose ends lie nearer than this are one, metres: some have starts that move on.
 const SAME_M: f64 = 1.0;

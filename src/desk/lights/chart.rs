@@ -13,7 +13,7 @@ use crate::core::traffic_light::emission::GroupState;
 use crate::core::traffic_light::event_log::ScenarioEvent;
 use crate::core::traffic_light::scenario::{Action, ControllerIndex};
 use crate::core::traffic_light::target::{Channel, Layer};
-use crate::picture::timeline_chart::{Bar, Lane, Look, Mark, Row, TimelineChart};
+use crate::report::chart::timeline_chart::{Bar, Lane, Look, Mark, Row, TimelineChart};
 
 /// Collects bars while a scenario runs.
 #[derive(Debug)]

@@ -1,17 +1,11 @@
-//! The gateway over a recording, on virtual time.
-//!
-//! The recording's stamps drive the clock: virtual time is zero at the first frame and moves with
-//! the stamps, never backwards. Deadlines that lie before the next frame come first, so the same
-//! recording gives the same outputs byte for byte, however fast it is played.
+//! A recording as inputs with virtual times.
 
 use std::io;
-use std::path::Path;
 use std::time::Duration;
 
+use super::routes::Routes;
 use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
-use crate::core::gateway::event::{Input, Output};
-use crate::core::gateway::{Gateway, GatewaySettings};
+use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::candump::Content;
 use crate::io::can::log::{Log, Record};
@@ -23,174 +17,6 @@ pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 /// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
 /// clock was set back.
 const LATE_LINE: Duration = Duration::from_secs(1);
-
-/// A gateway that is being fed from a recording.
-#[derive(Debug)]
-pub struct Replay {
-    gateway: Gateway,
-    tape: Tape,
-    next: Option<(CanInput, Now)>,
-    now: Now,
-    ended: bool,
-}
-
-impl Replay {
-    /// Reads up to the first frame; stamps are those of the recording.
-    ///
-    /// # Errors
-    /// When the recording cannot be read.
-    pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
-        Self::begin(settings, Tape::new(log, routes))
-    }
-
-    /// Likewise, with all stamps moved by a constant, so that the first is `start`.
-    ///
-    /// # Errors
-    /// When the recording cannot be read.
-    pub fn starting_at(
-        start: WallStamp,
-        settings: GatewaySettings,
-        log: Log,
-        routes: Routes,
-    ) -> io::Result<Self> {
-        let mut tape = Tape::new(log, routes);
-        tape.start = Some(start);
-        Self::begin(settings, tape)
-    }
-
-    fn begin(settings: GatewaySettings, mut tape: Tape) -> io::Result<Self> {
-        let next = tape.next_input()?;
-        let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
-        let now = next.as_ref().map_or(start, |(_, now)| *now);
-        // Nobody may hear today what was commanded then.
-        let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
-        Ok(Self { gateway, tape, next, now, ended: false })
-    }
-
-    /// When the next step happens, virtual; `None` at the end of the recording.
-    pub fn next_time(&self) -> Option<MonoTime> {
-        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
-        match &self.next {
-            Some((_, frame)) => Some(deadline.min(frame.mono)),
-            None => self.ended.then_some(deadline),
-        }
-    }
-
-    /// Takes the next step: a deadline, or the next frame. False at the end of the recording.
-    ///
-    /// # Errors
-    /// When the recording cannot be read on; everything before has been handled.
-    pub fn step(&mut self) -> io::Result<bool> {
-        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
-        match self.next.take_if(|(_, at)| at.mono < deadline) {
-            Some((input, at)) => {
-                self.now = at;
-                self.gateway.handle(input, at);
-                self.next = self.tape.next_input()?;
-                Ok(true)
-            }
-            None if self.next.is_none() && !self.ended => Ok(false),
-            None => {
-                self.now = Now { mono: deadline, wall: self.now.wall.after(deadline.since(self.now.mono)) };
-                self.gateway.handle(Input::Tick, self.now);
-                Ok(true)
-            }
-        }
-    }
-
-    /// Tells the gateway that nothing more will come; from now on only deadlines happen.
-    pub fn end(&mut self) {
-        self.ended = true;
-        for (_, bus) in &self.tape.routes.0 {
-            self.gateway.handle(CanInput::Link { bus: *bus, state: LinkState::Ended }, self.now);
-        }
-    }
-
-    /// Puts in the same recording again; virtual time and stamps go on.
-    ///
-    /// # Errors
-    /// When the recording cannot be read.
-    pub fn rewind(&mut self, log: Log) -> io::Result<()> {
-        self.tape.rewind(log);
-        self.next = self.tape.next_input()?;
-        Ok(())
-    }
-
-    /// The next output of the steps taken so far.
-    pub fn poll_output(&mut self) -> Option<Output> {
-        self.gateway.poll_output()
-    }
-
-    /// Virtual time, and the wall time that belongs to it.
-    pub fn now(&self) -> Now {
-        self.now
-    }
-
-    /// The gateway.
-    pub fn gateway(&self) -> &Gateway {
-        &self.gateway
-    }
-
-    /// The next input of the recording and its virtual time, if no deadline lies before it.
-    pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
-        let (input, at) = self.next.as_ref()?;
-        (at.mono < self.gateway.next_deadline(self.now.mono)).then_some((input, at.mono))
-    }
-
-    /// Takes the next input past the gateway.
-    ///
-    /// # Errors
-    /// When the recording cannot be read on.
-    pub fn skim(&mut self) -> io::Result<Option<CanInput>> {
-        let Some((input, at)) = self.next.take() else { return Ok(None) };
-        self.now = at;
-        self.next = self.tape.next_input()?;
-        Ok(Some(input))
-    }
-
-    /// Virtual time of the last entry read, of whatever interface.
-    pub fn length(&self) -> MonoTime {
-        self.tape.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
-    }
-
-    /// What was read so far.
-    pub fn counts(&self) -> Counts {
-        self.tape.counts
-    }
-
-    /// The log.
-    pub fn log(&self) -> &Log {
-        &self.tape.log
-    }
-}
-
-/// Which bus each interface name of a log belongs to.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Routes(pub Vec<(String, BusIndex)>);
-
-impl Routes {
-    /// Each configured interface under its own name.
-    pub fn by_interface(settings: &GatewaySettings) -> Self {
-        let names = settings.buses.iter().map(|bus| bus.interface.clone());
-        Self(names.zip((0..=u8::MAX).map(BusIndex)).collect())
-    }
-
-    /// Takes the log's interface for the bus, whatever it is called, when there is one of each.
-    pub fn adopt_only_interface(&mut self, log: &Path) {
-        if let [(interface, _)] = self.0.as_mut_slice()
-            && let [only] = Log::interfaces_in(log).as_slice()
-            && only != interface
-        {
-            tracing::info!("the recording's {only} is taken for {interface}");
-            interface.clone_from(only);
-        }
-    }
-
-    /// The bus of an interface name.
-    pub fn bus_of(&self, interface: &str) -> Option<BusIndex> {
-        self.0.iter().find(|(name, _)| name == interface).map(|(_, bus)| *bus)
-    }
-}
 
 /// What was read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -207,18 +33,18 @@ pub struct Counts {
 
 /// The recording as inputs with virtual times.
 #[derive(Debug)]
-struct Tape {
-    log: Log,
-    routes: Routes,
+pub(super) struct Tape {
+    pub(super) log: Log,
+    pub(super) routes: Routes,
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
     shift: i64,
     /// What the next record's stamp becomes, when the recording begins or begins again.
-    start: Option<WallStamp>,
+    pub(super) start: Option<WallStamp>,
     /// Comes after the bad lines that stood before it.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
-    counts: Counts,
+    pub(super) counts: Counts,
 }
 
 /// Virtual time, and the newest stamp that was seen by then.
@@ -229,18 +55,23 @@ struct TapeClock {
 }
 
 impl Tape {
-    fn new(log: Log, routes: Routes) -> Self {
+    pub(super) fn new(log: Log, routes: Routes) -> Self {
         let counts = Counts::default();
         Self { log, routes, clock: None, shift: 0, start: None, held: None, bad_reported: 0, counts }
     }
 
-    fn rewind(&mut self, log: Log) {
+    /// Virtual time of the last entry read, of whatever interface.
+    pub(super) fn length(&self) -> MonoTime {
+        self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
+    }
+
+    pub(super) fn rewind(&mut self, log: Log) {
         self.log = log;
         self.bad_reported = 0;
         self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
     }
 
-    fn next_input(&mut self) -> io::Result<Option<(CanInput, Now)>> {
+    pub(super) fn next_input(&mut self) -> io::Result<Option<(CanInput, Now)>> {
         if let Some(held) = self.held.take() {
             return Ok(Some(held));
         }

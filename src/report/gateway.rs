@@ -15,12 +15,12 @@ use crate::core::traffic_light::emission::Emission;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
-use crate::explanation::Explanation;
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
     TurnIndicatorsReport,
 };
 use crate::io::ros::topics::Topics;
+use crate::report::decision::Explanation;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
 ///

@@ -7,7 +7,7 @@ use super::display;
 use super::verdict::Verdicts;
 use crate::core::compat::Compat;
 use crate::core::turn_signal::decision::Decision;
-use crate::explanation::Explanation;
+use crate::report::decision::Explanation;
 
 /// The line for a decision, without line end.
 pub fn line(mode: Compat, cycle: &Cycle, decision: &Decision) -> String {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
-use crate::timeline::{Changes, Event, task_of};
+use crate::report::gateway::{Changes, Event, task_of};
 
 /// How much a terminal shows beside the events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
