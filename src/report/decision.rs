@@ -1,174 +1,81 @@
-//! A turn-signal decision as JSON: what is commanded, who won by which rule, why each other candidate
-//! lost. One form, for the lines of a replay and of a drive.
+//! A decision of the turn signal decider: fields for programs, reasons for people.
 
-use serde::Serialize;
+use std::fmt::Display;
+use std::mem::{Discriminant, discriminant};
+
+use serde_json::{Value, json};
 
 use crate::core::turn_signal::decision::{Basis, Decision};
+use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::intersection::TurnAhead;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
-use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
+use crate::core::turn_signal::min_duration::Held;
+use crate::core::turn_signal::resolve::{CandidateOutcome, Case, EvaluatedCandidate, Resolution, Source};
 use crate::core::turn_signal::section::Distances;
+use crate::core::turn_signal::signal::{Hazard, Signal};
 
-/// A decision with its reasons.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Explanation {
-    /// Turn command: `NO_COMMAND`, `DISABLE`, `LEFT` or `RIGHT`.
-    pub turn: String,
-    /// Hazard command: `NO_COMMAND`, `DISABLE` or `ENABLE`.
-    pub hazard: String,
-    /// What it rests on: `no_inputs`, `hazard`, `manoeuvres` (there is no path to measure on) or `candidates`.
-    pub basis: &'static str,
-    /// Who is signalled: `intersection`, `roundabout` or `manoeuvre`.
-    pub winner: Option<String>,
-    /// The branch of the prior rule that decided last, `A1` to `B2`; `null` when nothing was compared.
-    pub case: Option<String>,
-    /// Why the command is not what the winner asks for: `LEFT is on for too short a time`, ….
-    pub held: Option<String>,
-    /// The turn that is signalled, when it is one at an intersection.
-    pub intersection: Option<Turn>,
-    /// Every candidate, in the order that settles equal starts; none unless candidates were evaluated.
-    pub candidates: Vec<Candidate>,
-    /// What each manoeuvre of the planner came to, in the order of the chain.
-    pub manoeuvres: Vec<Outcome>,
-    /// What is wrong with the inputs, in words.
-    pub findings: Vec<String>,
+/// The commands, the candidate that won by which rule, and why each other one lost, as an object that
+/// `decide --help` describes. Distances are metres to the micrometre, negative behind the vehicle.
+pub fn fields(decision: &Decision) -> Value {
+    let basis = match decision.basis {
+        Basis::NoInputs => "no_inputs",
+        Basis::Hazard => "hazard",
+        Basis::ManoeuvreAlone(_) => "manoeuvres",
+        Basis::Candidates(_) => "candidates",
+    };
+    let intersection = decision.intersection.turn.map(|TurnAhead { side, active, distance_m, .. }| {
+        json!({
+            "side": side.to_string(), "active": active, "distance_m": to_the_micrometre(distance_m)
+        })
+    });
+    let manoeuvre = |outcome: &ManoeuvreOutcome| json!({ "kind": outcome.kind.to_string(), "why": outcome.why.to_string() });
+    json!({
+        "turn": decision.turn.to_string(),
+        "hazard": decision.hazard.to_string(),
+        "basis": basis,
+        "winner": text(winner(decision)),
+        "case": text(case(decision)),
+        "held": text(decision.held),
+        "intersection": intersection,
+        "candidates": evaluated(decision).iter().map(candidate).collect::<Vec<_>>(),
+        "manoeuvres": decision.remarks.iter().map(manoeuvre).collect::<Vec<_>>(),
+        "findings": decision.findings.iter().map(Finding::to_string).collect::<Vec<_>>(),
+    })
 }
 
-/// One candidate.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Candidate {
-    /// `intersection`, `roundabout` or `manoeuvre`.
-    pub source: String,
-    /// What it asks for.
-    pub turn: String,
-    /// It is signalled.
-    pub won: bool,
-    /// What became of it, in words.
-    pub why: String,
-    /// Who it lost a comparison to.
-    pub lost_to: Option<String>,
-    /// The branch by which it lost.
-    pub lost_by: Option<String>,
-    /// How far its four points are; `null` without a record.
-    pub distances: Option<Metres>,
+fn candidate(evaluated: &EvaluatedCandidate) -> Value {
+    let lost = match evaluated.outcome {
+        CandidateOutcome::LostTo { source, case } => Some((source, case)),
+        CandidateOutcome::Absent
+        | CandidateOutcome::NoSide
+        | CandidateOutcome::NotFinite
+        | CandidateOutcome::NotReached
+        | CandidateOutcome::Passed
+        | CandidateOutcome::Finished
+        | CandidateOutcome::Won => None,
+    };
+    let (lost_to, lost_by) = lost.unzip();
+    let distances = |distances: Distances| {
+        json!({
+            "desired_start_m": to_the_micrometre(distances.desired_start_m),
+            "desired_end_m": to_the_micrometre(distances.desired_end_m),
+            "required_start_m": to_the_micrometre(distances.required_start_m),
+            "required_end_m": to_the_micrometre(distances.required_end_m),
+        })
+    };
+    json!({
+        "source": evaluated.source.to_string(),
+        "turn": evaluated.turn.to_string(),
+        "won": evaluated.outcome == CandidateOutcome::Won,
+        "why": evaluated.outcome.to_string(),
+        "lost_to": text(lost_to),
+        "lost_by": text(lost_by),
+        "distances": evaluated.distances.map(distances),
+    })
 }
 
-/// Distances along the path, metres to the micrometre, negative = behind: starts from the front, ends
-/// from the rear axle.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Metres {
-    /// From here it may be signalled.
-    pub desired_start_m: f64,
-    /// Up to here it may be signalled.
-    pub desired_end_m: f64,
-    /// From here it must be signalled.
-    pub required_start_m: f64,
-    /// Up to here it must be signalled.
-    pub required_end_m: f64,
-}
-
-/// A turn at an intersection that is signalled.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Turn {
-    /// `LEFT` or `RIGHT`.
-    pub side: String,
-    /// The front is past its start.
-    pub active: bool,
-    /// Front to its start, metres.
-    pub distance_m: f64,
-}
-
-/// What a manoeuvre came to.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Outcome {
-    /// `pull-out`, `avoidance`, `lane change`, `pull-over` or `side shift`.
-    pub kind: String,
-    /// Why it is signalled, or not.
-    pub why: String,
-}
-
-impl Explanation {
-    /// The form of a decision.
-    pub fn of(decision: &Decision) -> Self {
-        let resolution = match &decision.basis {
-            Basis::Candidates(resolution) => Some(resolution),
-            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
-        };
-        Self {
-            turn: decision.turn.to_string(),
-            hazard: decision.hazard.to_string(),
-            basis: match decision.basis {
-                Basis::NoInputs => "no_inputs",
-                Basis::Hazard => "hazard",
-                Basis::ManoeuvreAlone(_) => "manoeuvres",
-                Basis::Candidates(_) => "candidates",
-            },
-            winner: resolution.and_then(|all| all.winner).map(|winner| winner.source.to_string()),
-            case: resolution.and_then(|all| all.case).map(|case| case.to_string()),
-            held: decision.held.map(|held| held.to_string()),
-            intersection: decision.intersection.turn.map(Turn::of),
-            candidates: resolution
-                .map(|all| all.evaluated.iter().map(Candidate::of).collect())
-                .unwrap_or_default(),
-            manoeuvres: decision.remarks.iter().copied().map(Outcome::of).collect(),
-            findings: decision.findings.iter().map(ToString::to_string).collect(),
-        }
-    }
-
-    /// On one line, without line end.
-    pub fn to_json(&self) -> String {
-        // Plain structs of numbers and strings: this cannot fail.
-        serde_json::to_string(self).unwrap_or_default()
-    }
-}
-
-impl Candidate {
-    fn of(evaluated: &EvaluatedCandidate) -> Self {
-        let lost = match evaluated.outcome {
-            CandidateOutcome::LostTo { source, case } => Some((source.to_string(), case.to_string())),
-            CandidateOutcome::Absent
-            | CandidateOutcome::NoSide
-            | CandidateOutcome::NotFinite
-            | CandidateOutcome::NotReached
-            | CandidateOutcome::Passed
-            | CandidateOutcome::Finished
-            | CandidateOutcome::Won => None,
-        };
-        let (lost_to, lost_by) = lost.unzip();
-        Self {
-            source: evaluated.source.to_string(),
-            turn: evaluated.turn.to_string(),
-            won: evaluated.outcome == CandidateOutcome::Won,
-            why: evaluated.outcome.to_string(),
-            lost_to,
-            lost_by,
-            distances: evaluated.distances.map(Metres::of),
-        }
-    }
-}
-
-impl Metres {
-    fn of(distances: Distances) -> Self {
-        Self {
-            desired_start_m: to_the_micrometre(distances.desired_start_m),
-            desired_end_m: to_the_micrometre(distances.desired_end_m),
-            required_start_m: to_the_micrometre(distances.required_start_m),
-            required_end_m: to_the_micrometre(distances.required_end_m),
-        }
-    }
-}
-
-impl Turn {
-    fn of(turn: TurnAhead) -> Self {
-        let TurnAhead { side, active, distance_m, .. } = turn;
-        Self { side: side.to_string(), active, distance_m: to_the_micrometre(distance_m) }
-    }
-}
-
-impl Outcome {
-    fn of(remark: ManoeuvreOutcome) -> Self {
-        Self { kind: remark.kind.to_string(), why: remark.why.to_string() }
-    }
+fn text(value: Option<impl Display>) -> Option<String> {
+    value.map(|value| value.to_string())
 }
 
 /// Zero has no sign.
@@ -176,19 +83,89 @@ fn to_the_micrometre(metres: f64) -> f64 {
     (metres * 1e6).round() / 1e6 + 0.0
 }
 
+/// The candidates, if they were evaluated.
+const fn resolution(decision: &Decision) -> Option<&Resolution> {
+    match &decision.basis {
+        Basis::Candidates(resolution) => Some(resolution),
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
+    }
+}
+
+/// Each candidate with what became of it, in the order that settles equal starts; empty unless candidates were
+/// evaluated.
+pub fn evaluated(decision: &Decision) -> &[EvaluatedCandidate] {
+    resolution(decision).map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
+}
+
+/// The candidate that is signalled.
+pub fn winner(decision: &Decision) -> Option<Source> {
+    resolution(decision)?.winner.map(|winner| winner.source)
+}
+
+/// The branch of the prior rule that decided last; `None` when nothing was compared.
+pub fn case(decision: &Decision) -> Option<Case> {
+    resolution(decision)?.case
+}
+
+/// What the decision rests on, in a word or two.
+pub(super) fn basis(decision: &Decision) -> String {
+    match &decision.basis {
+        Basis::NoInputs => "no inputs".to_owned(),
+        Basis::Hazard => "hazard lights".to_owned(),
+        Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
+        Basis::Candidates(resolution) => match (resolution.winner, resolution.case) {
+            (Some(winner), Some(case)) => format!("{} by {case}", winner.source),
+            (Some(winner), None) => format!("{}, alone", winner.source),
+            (None, _) => "no candidate".to_owned(),
+        },
+    }
+}
+
+/// Every reason, one a line: candidates, hold, manoeuvres, findings.
+pub(super) fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
+    let candidates = evaluated(decision).iter().map(EvaluatedCandidate::to_string);
+    let held = decision.held.map(|held| format!("held: {held}"));
+    let manoeuvres = decision.remarks.iter().map(ManoeuvreOutcome::to_string);
+    let findings = decision.findings.iter().map(|finding| format!("finding: {finding}"));
+    candidates.chain(held).chain(manoeuvres).chain(findings)
+}
+
+/// A decision without distances and ages, which change all the time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Essence {
+    commands: (Signal, Hazard),
+    basis: String,
+    candidates: Vec<(Signal, CandidateOutcome)>,
+    held: Option<Held>,
+    manoeuvres: Vec<ManoeuvreOutcome>,
+    findings: Vec<Discriminant<Finding>>,
+}
+
+impl Essence {
+    pub(super) fn of(decision: &Decision) -> Self {
+        let candidates = evaluated(decision).iter().map(|evaluated| (evaluated.turn, evaluated.outcome));
+        Self {
+            commands: (decision.turn, decision.hazard),
+            basis: basis(decision),
+            candidates: candidates.collect(),
+            held: decision.held,
+            manoeuvres: decision.remarks.clone(),
+            findings: decision.findings.iter().map(discriminant).collect(),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::core::turn_signal::geometry::Pose;
     use crate::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
-    use crate::core::turn_signal::inputs::Finding;
     use crate::core::turn_signal::intersection::IntersectionInfo;
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
-    use crate::core::turn_signal::min_duration::Held;
     use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
-    use crate::core::turn_signal::signal::{Hazard, Side, Signal};
+    use crate::core::turn_signal::signal::Side;
 
     fn decision(basis: Basis) -> Decision {
         Decision {
@@ -226,7 +203,7 @@ mod tests {
         let findings = vec![Finding::EmptyPlannedPath];
         let evaluated = Decision { held, remarks, findings, ..decision(Basis::Candidates(resolution)) };
         assert_eq!(
-            Explanation::of(&evaluated).to_json(),
+            fields(&evaluated).to_string(),
             concat!(
                 r#"{"turn":"LEFT","hazard":"DISABLE","basis":"candidates","winner":"intersection","case":"A2","#,
                 r#""held":"LEFT is on for too short a time","intersection":null,"candidates":["#,
@@ -247,8 +224,9 @@ mod tests {
             (Basis::Hazard, "hazard"),
             (Basis::ManoeuvreAlone(Signal::Left), "manoeuvres"),
         ] {
-            let told = Explanation::of(&decision(basis));
-            assert_eq!((told.basis, told.winner, told.candidates.len()), (name, None, 0));
+            let fields = fields(&decision(basis));
+            assert_eq!(fields["basis"], name);
+            assert_eq!((&fields["winner"], &fields["candidates"]), (&Value::Null, &json!([])));
         }
     }
 }

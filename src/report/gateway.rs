@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
+use serde_json::json;
 
+use super::{decision, seconds};
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::BusIndex;
 use crate::core::command::output::CommandOutput;
@@ -20,14 +22,13 @@ use crate::io::ros::messages::{
     TurnIndicatorsReport,
 };
 use crate::io::ros::topics::Topics;
-use crate::report::decision::Explanation;
 
 /// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
 ///
 /// Every published report is a line. Diagnostics are a line whenever a status changes, with the
 /// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
 /// when it, or the reason for it, is another than before; its topic is [`DECISIONS`] and its data an
-/// [`Explanation`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
+/// object, see [`decision::fields`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
 /// `{"bus": name, "id": number, "extended": bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is
 /// false in a dry run, and always in a replay.
 #[derive(Debug, Clone)]
@@ -45,16 +46,6 @@ pub const DECISIONS: &str = "turn_signal_decision";
 
 /// In the place of a topic for frames to the vehicle, which are not published.
 pub const FRAMES: &str = "command_frame";
-
-#[derive(Serialize)]
-struct FrameData<'a> {
-    bus: &'a str,
-    id: u32,
-    extended: bool,
-    fd: bool,
-    data: String,
-    sent: bool,
-}
 
 #[derive(Serialize)]
 struct JsonLine<'a, T> {
@@ -78,7 +69,7 @@ impl JsonTimeline {
             Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
                 self.frame((*bus, frame), false, at)
             }
-            Output::Diagnostics { diagnostics, stamp } if !diagnostics.refresh => json(
+            Output::Diagnostics { diagnostics, stamp } if !diagnostics.refresh => line(
                 at,
                 &self.topics.diagnostics,
                 DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
@@ -90,10 +81,10 @@ impl JsonTimeline {
     fn vehicle_lights(&self, output: &VehicleLightsOutput, at: MonoTime) -> Option<String> {
         match *output {
             VehicleLightsOutput::TurnIndicators { report, stamp } => {
-                json(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(report, stamp))
+                line(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(report, stamp))
             }
             VehicleLightsOutput::HazardLights { report, stamp } => {
-                json(at, &self.topics.hazard_lights, HazardLightsReport::new(report, stamp))
+                line(at, &self.topics.hazard_lights, HazardLightsReport::new(report, stamp))
             }
             VehicleLightsOutput::WithdrawTurnIndicators | VehicleLightsOutput::WithdrawHazardLights => None,
         }
@@ -101,24 +92,27 @@ impl JsonTimeline {
 
     fn turn_signal(&self, output: &TurnSignalOutput, at: MonoTime) -> Option<String> {
         match output {
-            TurnSignalOutput::Decision(decision) => json(at, DECISIONS, Explanation::of(decision)),
+            TurnSignalOutput::Decision(decision) => line(at, DECISIONS, decision::fields(decision)),
             TurnSignalOutput::TurnCommand { command, stamp } => {
                 let topic = self.topics.turn_command.as_ref()?;
-                json(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
+                line(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
             }
             TurnSignalOutput::HazardCommand { command, stamp } => {
                 let topic = self.topics.hazard_command.as_ref()?;
-                json(at, topic, HazardLightsCommand::new(*command, *stamp))
+                line(at, topic, HazardLightsCommand::new(*command, *stamp))
             }
         }
     }
 
     fn frame(&self, (bus, frame): (BusIndex, &Frame), sent: bool, at: MonoTime) -> Option<String> {
         let bus = self.buses.get(usize::from(bus.0)).map_or("", String::as_str);
-        let data = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
-        let (id, fd) = (frame.id(), frame.is_fd());
-        let extended = matches!(id, CanId::Extended(_));
-        json(at, FRAMES, FrameData { bus, id: id.number(), extended, fd, data, sent })
+        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let extended = matches!(frame.id(), CanId::Extended(_));
+        let fields = json!({
+            "bus": bus, "id": frame.id().number(), "extended": extended, "fd": frame.is_fd(),
+            "data": data, "sent": sent,
+        });
+        line(at, FRAMES, fields)
     }
 
     fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
@@ -126,18 +120,16 @@ impl JsonTimeline {
         let lines: Vec<_> = outlets
             .flat_map(|lights_topic| {
                 let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
-                messages.into_iter().filter_map(|message| json(at, &lights_topic.name, message))
+                messages.into_iter().filter_map(|message| line(at, &lights_topic.name, message))
             })
             .collect();
         (!lines.is_empty()).then(|| lines.join("\n"))
     }
 }
 
-#[allow(clippy::cast_precision_loss)] // exact to the nanosecond for 104 days
-fn json(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
-    let t = at.as_nanos() as f64 / 1e9;
+fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
     // Plain structs of numbers and strings: this cannot fail.
-    serde_json::to_string(&JsonLine { t, topic, data }).ok()
+    serde_json::to_string(&JsonLine { t: seconds(at), topic, data }).ok()
 }
 
 /// Something a person wants to hear of: a report or a status that is another than before.

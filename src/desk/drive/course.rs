@@ -10,12 +10,14 @@ use crate::config::Refused;
 use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
 use crate::core::compat::Compat;
 use crate::core::time::MonoTime;
+use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::geometry::Pose;
 use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
 use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::route::{Route, RouteError};
+use crate::report::drive::Snapshot;
 
 /// The clock shows this at the start, so that it can jump back.
 const START: MonoTime = MonoTime::from_millis(200_000_000);
@@ -83,6 +85,14 @@ pub struct PathPoint {
     pub pose: Pose,
     /// The lanelet there.
     pub lane: Option<LaneId>,
+}
+
+impl Cycle {
+    /// A snapshot of the cycle with what was decided at it.
+    pub fn snapshot<'a>(&self, compat: Compat, decision: &'a Decision) -> Snapshot<'a> {
+        let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
+        Snapshot { compat, at_s, at_m, pose, speed_mps, lane, decision }
+    }
 }
 
 impl Course {

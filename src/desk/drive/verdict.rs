@@ -1,12 +1,11 @@
 //! Expectations met and failed.
 
-use std::fmt;
-
 use super::course::{Course, Cycle};
-use super::display;
-use crate::config::drive::{Expectation, Interval, Wanted};
+use crate::config::drive::{Expectation, Wanted};
 use crate::core::compat::Compat;
 use crate::core::turn_signal::decision::Decision;
+use crate::report::decision::{case, winner};
+use crate::report::drive::{Failed, Verdict};
 
 /// How each expectation of one behaviour fares.
 #[derive(Debug, Clone)]
@@ -25,24 +24,13 @@ struct State {
     first_failure: Option<String>,
 }
 
-/// An expectation that failed.
-#[derive(Debug, Clone)]
-pub struct Failed<'a> {
-    /// Which.
-    pub expectation: &'a Expectation,
-    /// In which behaviour.
-    pub mode: Compat,
-    /// What came out instead, and where.
-    pub what: String,
-}
-
 impl<'a> Verdicts<'a> {
-    /// Nothing was seen yet.
+    /// Verdicts before the first cycle.
     pub fn new(course: &'a Course, mode: Compat) -> Self {
         Self { course, mode, states: vec![State::default(); course.file().expectations.len()] }
     }
 
-    /// Looks at a cycle and what was decided.
+    /// Compares the decision at a cycle with what is expected there.
     pub fn take(&mut self, cycle: &Cycle, decision: &Decision) {
         for (index, expected) in self.course.expected(cycle, self.mode) {
             let Some(state) = self.states.get_mut(index) else { continue };
@@ -58,19 +46,16 @@ impl<'a> Verdicts<'a> {
         }
     }
 
-    /// How many held.
-    pub fn met(&self) -> usize {
-        self.all().filter(|(expected, state)| state.complaint(&expected.wanted).is_none()).count()
-    }
-
-    /// Those that did not.
-    pub fn failed(&self) -> Vec<Failed<'a>> {
-        self.all()
+    /// The expectations that held and those that did not.
+    pub fn verdict(&self) -> Verdict<'a> {
+        let failed: Vec<_> = self
+            .all()
             .filter_map(|(expectation, state)| {
-                let what = state.complaint(&expectation.wanted)?;
-                Some(Failed { expectation, mode: self.mode, what })
+                let reason = state.complaint(&expectation.wanted)?;
+                Some(Failed { expectation, compat: self.mode, reason })
             })
-            .collect()
+            .collect();
+        Verdict { compat: self.mode, met: self.all().count() - failed.len(), failed }
     }
 
     fn all(&self) -> impl Iterator<Item = (&'a Expectation, &State)> {
@@ -91,7 +76,7 @@ impl State {
     }
 }
 
-/// What speaks against it.
+/// The first difference between what is wanted and what was decided.
 fn objection(wanted: &Wanted, decision: &Decision) -> Option<String> {
     let name = |source: Option<_>| source.map_or_else(|| "none".to_owned(), |source| format!("{source}"));
     if let Some(command) = wanted.command.filter(|command| *command != decision.turn) {
@@ -100,25 +85,13 @@ fn objection(wanted: &Wanted, decision: &Decision) -> Option<String> {
     if let Some(hazard) = wanted.hazard.filter(|hazard| *hazard != decision.hazard) {
         return Some(format!("hazard {hazard} wanted, {}", decision.hazard));
     }
-    let winner = display::winner(decision);
-    if let Some(wanted) = wanted.winner.filter(|wanted| *wanted != winner) {
-        return Some(format!("winner {} wanted, {}", name(wanted), name(winner)));
+    let actual = winner(decision);
+    if let Some(wanted) = wanted.winner.filter(|wanted| *wanted != actual) {
+        return Some(format!("winner {} wanted, {}", name(wanted), name(actual)));
     }
-    let case = display::case(decision);
-    wanted.case.filter(|wanted| Some(*wanted) != case).map(|wanted| {
-        let is = case.map_or_else(|| "none".to_owned(), |case| case.to_string());
+    let actual = case(decision);
+    wanted.case.filter(|wanted| Some(*wanted) != actual).map(|wanted| {
+        let is = actual.map_or_else(|| "none".to_owned(), |case| case.to_string());
         format!("case {wanted} wanted, {is}")
     })
-}
-
-/// `file:line:column: key: from 37 to 116 m, improved: LEFT wanted, DISABLE at 40.00 m (4.000 s)`
-impl fmt::Display for Failed<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (from, to, unit) = match self.expectation.interval {
-            Interval::Metres { from, to, .. } => (from, to, "m"),
-            Interval::Seconds { from, to, .. } => (from, to, "s"),
-        };
-        let (place, mode) = (&self.expectation.location, display::mode(self.mode));
-        write!(f, "{place}: from {from} to {to} {unit}, {mode}: {}", self.what)
-    }
 }

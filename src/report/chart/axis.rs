@@ -1,31 +1,33 @@
-//! Values along the picture, times or metres: where they lie, and where the ticks go.
+//! Values along a chart, seconds or metres: where they lie, and where the ticks go.
 
 /// Steps of seconds that people count in; below and above them 1, 2, 5 times powers of ten.
 const CLOCK_STEPS_S: [f64; 17] = [
     1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0, 14_400.0,
     43_200.0, 86_400.0,
 ];
-/// From here on times are told in minutes, seconds.
+/// An axis that ends later has times in minutes and seconds.
 const LONG_S: f64 = 300.0;
 
-/// A stretch of time over a stretch of the picture.
+/// The quantity along a chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// Seconds.
+    Time,
+    /// Metres.
+    Distance,
+}
+
+/// An interval of time or distance over a part of the chart's width.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
+    along: Along,
     from: f64,
     to: f64,
     left_px: f64,
     width_px: f64,
-    unit: Unit,
 }
 
-/// What is counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Unit {
-    Seconds,
-    Metres,
-}
-
-/// A place on the axis with its number.
+/// A value on the axis with its number.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     pub(super) value: f64,
@@ -33,20 +35,11 @@ pub(super) struct Tick {
 }
 
 impl Axis {
-    /// Seconds `from` to `to`, from `left_px` on. A stretch without length or end is a second long.
-    pub(super) fn new(from: f64, to: f64, left_px: f64, width_px: f64) -> Self {
-        Self::of(Unit::Seconds, from, to, left_px, width_px)
-    }
-
-    /// The same for metres.
-    pub(super) fn of_metres(from: f64, to: f64, left_px: f64, width_px: f64) -> Self {
-        Self::of(Unit::Metres, from, to, left_px, width_px)
-    }
-
-    fn of(unit: Unit, from: f64, to: f64, left_px: f64, width_px: f64) -> Self {
+    /// Values `from` to `to`, from `left_px` on. An interval without length or end has the length 1.
+    pub(super) fn new(along: Along, (from, to): (f64, f64), left_px: f64, width_px: f64) -> Self {
         let from = if from.is_finite() { from } else { 0.0 };
         let to = if to.is_finite() && to > from { to } else { from + 1.0 };
-        Self { from, to, left_px, width_px, unit }
+        Self { along, from, to, left_px, width_px }
     }
 
     /// Where a value lies; what is outside lies at the edge.
@@ -64,7 +57,7 @@ impl Axis {
     pub(super) fn ticks(&self, gap_px: f64) -> Vec<Tick> {
         let least = (self.to - self.from) * (gap_px / self.width_px).max(0.001);
         let step = CLOCK_STEPS_S.into_iter().find(|step| *step >= least && least > 0.5);
-        let step = step.filter(|_| self.unit == Unit::Seconds);
+        let step = step.filter(|_| self.along == Along::Time);
         let step = step.unwrap_or_else(|| decimal_step(least));
         let first = (self.from / step).ceil();
         let mut ticks = Vec::new();
@@ -77,9 +70,17 @@ impl Axis {
         ticks
     }
 
-    /// What the numbers are.
+    /// Both ends of a bar, with their unit.
+    pub(super) fn interval(&self, from: f64, to: f64) -> String {
+        match self.along {
+            Along::Time => format!("{} s to {} s", seconds(from), seconds(to)),
+            Along::Distance => format!("{from:.2} m to {to:.2} m"),
+        }
+    }
+
+    /// Quantity and unit of the numbers.
     pub(super) fn caption(&self) -> &'static str {
-        if self.unit == Unit::Metres {
+        if self.along == Along::Distance {
             "way [m]"
         } else if self.is_long() {
             if self.to >= 3_600.0 { "time [h:min:s]" } else { "time [min:s]" }
@@ -89,7 +90,7 @@ impl Axis {
     }
 
     fn is_long(&self) -> bool {
-        self.unit == Unit::Seconds && self.to > LONG_S
+        self.along == Along::Time && self.to > LONG_S
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a rounded time from 0 on
@@ -108,6 +109,12 @@ impl Axis {
     }
 }
 
+/// Seconds, to the millisecond, without needless zeros.
+pub(super) fn seconds(value: f64) -> String {
+    let rounded = (value * 1e3).round() / 1e3;
+    rounded.to_string()
+}
+
 /// The smallest of 1, 2, 5 times a power of ten that is not below.
 fn decimal_step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
@@ -119,7 +126,11 @@ mod tests {
     use super::*;
 
     fn labels(to: f64) -> Vec<String> {
-        Axis::new(0.0, to, 0.0, 1_000.0).ticks(80.0).into_iter().map(|tick| tick.label).collect()
+        Axis::new(Along::Time, (0.0, to), 0.0, 1_000.0)
+            .ticks(80.0)
+            .into_iter()
+            .map(|tick| tick.label)
+            .collect()
     }
 
     #[test]
@@ -135,7 +146,7 @@ mod tests {
 
     #[test]
     fn metres_stay_metres() {
-        let axis = Axis::of_metres(0.0, 1_200.0, 0.0, 1_000.0);
+        let axis = Axis::new(Along::Distance, (0.0, 1_200.0), 0.0, 1_000.0);
         let labels: Vec<_> = axis.ticks(80.0).into_iter().map(|tick| tick.label).collect();
         assert_eq!(
             labels,
@@ -147,7 +158,7 @@ mod tests {
     #[test]
     fn ticks_keep_their_distance_and_lie_inside() {
         for to in [0.001, 0.7, 5.0, 59.0, 61.0, 1_000.0, 3_600.0, 1e6] {
-            let axis = Axis::new(0.0, to, 100.0, 900.0);
+            let axis = Axis::new(Along::Time, (0.0, to), 100.0, 900.0);
             let xs: Vec<_> = axis.ticks(60.0).iter().map(|tick| axis.x(tick.value)).collect();
             assert!(xs.len() >= 3, "{to}: {xs:?}");
             assert!(xs.windows(2).all(|pair| pair[1] - pair[0] >= 59.9), "{to}: {xs:?}");
@@ -158,7 +169,7 @@ mod tests {
     #[test]
     fn a_stretch_without_length_is_drawn_all_the_same() {
         for (from, to) in [(0.0, 0.0), (3.0, 1.0), (f64::NAN, f64::INFINITY)] {
-            let axis = Axis::new(from, to, 0.0, 100.0);
+            let axis = Axis::new(Along::Time, (from, to), 0.0, 100.0);
             assert!(axis.x(from.max(0.0)).is_finite() && !axis.ticks(10.0).is_empty());
         }
     }

@@ -1,19 +1,20 @@
-//! What the looks of a picture mean: those that occur in it, each with a sample.
+//! What the looks of a chart mean: those that occur in it, each with a sample.
 
-use super::bar::{Look, Place};
-use super::ink;
-use super::svg::{Element, words};
-use super::text;
+use std::collections::BTreeSet;
+
+use super::look::Look;
+use super::style::Style;
+use super::svg::{Element, Place, words};
+use super::{ink, text};
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
 const SIZE_PX: f64 = 11.0;
-const SAMPLE_PX: f64 = 26.0;
-const LINE_PX: f64 = 22.0;
 
 /// Samples with their meaning, for what occurs among these looks.
-pub(super) fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
+fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
     let mut bulbs = BulbSet::EMPTY;
     let (mut dark, mut several) = (false, false);
+    let mut commands = BTreeSet::new();
     for look in looks {
         match look {
             Look::Bulbs(set) => {
@@ -21,6 +22,7 @@ pub(super) fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, S
                 several |= set.len() > 1;
                 bulbs = bulbs.union(*set);
             }
+            Look::Command(kind, indicator) => drop(commands.insert((*kind, *indicator))),
             Look::Named(_) => {}
         }
     }
@@ -44,23 +46,32 @@ pub(super) fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, S
     if dark {
         entries.push((Look::Bulbs(BulbSet::EMPTY), "dark".to_owned()));
     }
+    let commands = commands.into_iter().map(|(kind, indicator)| Look::Command(kind, indicator));
+    entries.extend(commands.map(|look| (look.clone(), look.description())));
     entries
 }
 
 /// Draws the entries from left to right, in as many lines as needed; returns the height as well.
-pub(super) fn draw(entries: &[(Look, String)], left: f64, right: f64, top: f64) -> (Vec<Element>, f64) {
+pub(super) fn draw<'a>(
+    looks: impl Iterator<Item = &'a Look>,
+    style: &Style,
+    (left, right): (f64, f64),
+    top: f64,
+) -> (Vec<Element>, f64) {
+    let (sample_px, height) = style.sample;
     let (mut x, mut y) = (left, top);
     let mut drawn = Vec::new();
-    for (look, meaning) in entries {
-        let width = SAMPLE_PX + 6.0 + text::width(meaning, SIZE_PX) + 16.0;
+    let entries = entries(looks);
+    for (look, meaning) in &entries {
+        let width = sample_px + 6.0 + text::width(meaning, SIZE_PX) + 16.0;
         if x + width > right && x > left {
-            (x, y) = (left, y + LINE_PX);
+            (x, y) = (left, y + style.legend_line);
         }
-        drawn.extend(look.draw(Place { x, y, width: SAMPLE_PX, height: 16.0 }));
-        let label = words(x + SAMPLE_PX + 6.0, y + 8.0 + SIZE_PX * 0.36, SIZE_PX, meaning);
-        drawn.push(label.with("fill", ink::SOFT));
+        drawn.extend(look.draw(Place { x, y, width: sample_px, height }, style.base_line));
+        let base_line = y + height / 2.0 + SIZE_PX * style.base_line;
+        drawn.push(words(x + sample_px + 6.0, base_line, SIZE_PX, meaning).with("fill", ink::SOFT));
         x += width;
     }
-    let height = if entries.is_empty() { 0.0 } else { y + LINE_PX - top };
+    let height = if entries.is_empty() { 0.0 } else { y + style.legend_line - top };
     (drawn, height)
 }

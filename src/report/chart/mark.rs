@@ -1,19 +1,9 @@
 //! Vertical marks: their texts as steps above the lanes or, when they do not fit there, as numbers
 //! with a list below.
 
-use super::axis::Axis;
-use super::ink;
+use super::axis::{Axis, seconds};
 use super::svg::{Element, line, words};
-use super::text;
-
-/// A moment with a text.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mark {
-    /// When, seconds.
-    pub at_s: f64,
-    /// What happened.
-    pub text: String,
-}
+use super::{Mark, ink, text};
 
 const SIZE_PX: f64 = 11.0;
 const LEVEL_PX: f64 = 15.0;
@@ -49,9 +39,9 @@ struct Listed {
 impl<'a> Marks<'a> {
     pub(super) fn new(marks: &'a [Mark], axis: &Axis) -> Self {
         let mut marks: Vec<_> = marks.iter().collect();
-        marks.sort_by(|one, other| one.at_s.total_cmp(&other.at_s));
+        marks.sort_by(|one, other| one.at.total_cmp(&other.at));
         let mut moments: Vec<Moment<'_>> = Vec::new();
-        for Mark { at_s, text } in marks {
+        for Mark { at: at_s, text } in marks {
             match moments.last_mut().filter(|moment| moment.at_s.total_cmp(at_s).is_eq()) {
                 Some(moment) => moment.texts.push(text),
                 None => moments.push(Moment { at_s: *at_s, texts: vec![text] }),
@@ -85,11 +75,11 @@ impl<'a> Marks<'a> {
             let x = axis.x(moment.at_s);
             let level = self.levels.get(index).copied();
             let y = top + pixels(level.unwrap_or(0)) * LEVEL_PX;
-            let told = format!("{} s: {}", seconds(moment.at_s), moment.text());
+            let title = format!("{} s: {}", seconds(moment.at_s), moment.text());
             let stroke =
                 line((x, if level.is_some() { y } else { y + LEVEL_PX - 2.0 }), (x, bottom), ink::MARK);
             let mut group = Element::new("g").with("class", "mark").with("fill", ink::MARK);
-            group = group.child(Element::new("title").text(&told));
+            group = group.child(Element::new("title").text(&title));
             group = group.child(stroke.with("stroke-dasharray", "4 3").with("stroke-opacity", 0.75));
             if level.is_some() {
                 group = group.child(words(x + 4.0, y + SIZE_PX, SIZE_PX, &moment.text()));
@@ -166,12 +156,6 @@ impl Moment<'_> {
     }
 }
 
-/// Seconds, to the millisecond, without needless zeros.
-pub(super) fn seconds(value: f64) -> String {
-    let rounded = (value * 1e3).round() / 1e3;
-    rounded.to_string()
-}
-
 /// A step for each text such that no line runs through one: to the right of a mark, lower steps are
 /// free. `None` when they do not fit.
 fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
@@ -192,15 +176,16 @@ fn pixels(number: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::axis::Along;
     use super::*;
 
     fn mark(at_s: f64, text: &str) -> Mark {
-        Mark { at_s, text: text.into() }
+        Mark { at: at_s, text: text.into() }
     }
 
     #[test]
     fn texts_step_down_where_the_one_before_is_in_the_way() {
-        let axis = Axis::new(0.0, 10.0, 0.0, 1_000.0);
+        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
         let given = [mark(8.0, "d"), mark(1.0, "a long text"), mark(1.2, "b"), mark(1.2, "c")];
         let marks = Marks::new(&given, &axis);
         assert_eq!(marks.levels, [0, 1, 0]);
@@ -210,7 +195,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_numbered_and_listed() {
-        let axis = Axis::new(0.0, 10.0, 0.0, 1_000.0);
+        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
         let crowd: Vec<_> = (0..200).map(|number| mark(f64::from(number) * 0.01, "a long text")).collect();
         let long = [mark(1.0, &"long ".repeat(50)), mark(1.0, "b"), mark(2.0, "c")];
         let listed = |given: &[Mark]| {

@@ -2,6 +2,15 @@
 
 use std::fmt::{self, Display, Write};
 
+/// A rectangle of the chart, pixels.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
+}
+
 /// An element with what is in it.
 #[derive(Debug, Clone)]
 pub(super) struct Element {

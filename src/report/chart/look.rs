@@ -1,7 +1,8 @@
-//! One bar: how a light looks for a while, or a name such as that of a phase.
+//! How the state of a bar looks: bulbs, a name, or a command.
 
+use super::command::{CommandKind, IndicatorState};
 use super::ink::{self, Ink};
-use super::svg::{Element, line, pixels, rect, words};
+use super::svg::{Element, Place, line, pixels, rect, words};
 use super::text;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
@@ -11,20 +12,12 @@ pub enum Look {
     /// A light: a stripe for each bulb, from the first in the order of keys at the top. Without
     /// bulbs it is dark, which is a thin line.
     Bulbs(BulbSet),
-    /// Words in a box.
+    /// A box with a name, such as a phase or a lanelet.
     Named(String),
+    /// A turn signal or hazard lights.
+    Command(CommandKind, IndicatorState),
 }
 
-/// Where a bar lies, pixels.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
-}
-
-const SINGLE_PX: f64 = 18.0;
 const STRIPE_PX: f64 = 12.0;
 const MAX_STRIPES: u8 = 6;
 /// A narrower bar is all border.
@@ -38,28 +31,56 @@ impl Look {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
             Self::Bulbs(bulbs) => bulbs.to_string(),
             Self::Named(name) => name.clone(),
+            Self::Command(kind, indicator) => kind.description(*indicator),
         }
     }
 
-    /// How high a row must be to show it.
-    pub(super) fn height(&self) -> f64 {
+    /// How high a row must be to show it, where `single_px` is enough for a line of text.
+    pub(super) fn height(&self, single_px: f64) -> f64 {
         match self {
             Self::Bulbs(bulbs) => {
                 let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
-                SINGLE_PX.max(f64::from(stripes) * STRIPE_PX)
+                single_px.max(f64::from(stripes) * STRIPE_PX)
             }
-            Self::Named(_) => SINGLE_PX,
+            Self::Named(_) | Self::Command(..) => single_px,
         }
     }
 
-    /// The bar, without words about it.
-    pub(super) fn draw(&self, place: Place) -> Vec<Element> {
+    /// Whether bars of this look may lie one over the other.
+    pub(super) fn overlaps(&self) -> bool {
+        matches!(self, Self::Command(..))
+    }
+
+    /// The bar; `base_line` is where text stands below its middle, as a factor of its size.
+    pub(super) fn draw(&self, place: Place, base_line: f64) -> Vec<Element> {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => vec![dark(place)],
             Self::Bulbs(bulbs) => stripes(bulbs, place),
-            Self::Named(name) => named(name, place),
+            Self::Named(name) => {
+                let edge = if place.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
+                let field = rect(place.x, place.y, place.width, place.height);
+                labelled(
+                    field.with("fill", ink::BOX).with("stroke", edge),
+                    (name, ink::DARK),
+                    place,
+                    base_line,
+                )
+            }
+            Self::Command(kind, indicator) => {
+                let label = kind.label(*indicator);
+                labelled(kind.field(*indicator, place), label, place, base_line)
+            }
         }
     }
+}
+
+/// A field with as much of its label as fits.
+fn labelled(field: Element, (label, fill): (&str, &str), place: Place, base_line: f64) -> Vec<Element> {
+    let shown = text::fitted(label, SIGN_PX, place.width - 6.0);
+    let y = place.y + place.height / 2.0 + SIGN_PX * base_line;
+    let label = words(place.x + place.width / 2.0, y, SIGN_PX, &shown).with("text-anchor", "middle");
+    let label = (!shown.is_empty()).then(|| label.with("fill", fill));
+    [field].into_iter().chain(label).collect()
 }
 
 /// Hatchings that bars refer to.
@@ -99,17 +120,6 @@ fn pattern_name(kind: &str, color: Color) -> String {
 fn dark(place: Place) -> Element {
     let y = place.y + place.height / 2.0;
     line((place.x, y), (place.x + place.width, y), ink::DARK).with("stroke-width", 1.5)
-}
-
-fn named(name: &str, place: Place) -> Vec<Element> {
-    let shown = text::fitted(name, SIGN_PX, place.width - 6.0);
-    let edge = if place.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
-    let field = rect(place.x, place.y, place.width, place.height).with("fill", ink::BOX).with("stroke", edge);
-    let mut drawn = vec![field];
-    if !shown.is_empty() {
-        drawn.push(centred(place, SIGN_PX, &shown).with("fill", ink::DARK));
-    }
-    drawn
 }
 
 fn stripes(bulbs: &BulbSet, place: Place) -> Vec<Element> {
