@@ -5,7 +5,7 @@
 use super::bytes;
 use super::car::Car;
 use super::commander::{Commander, Durability, ERROR, HAZARD, OK, TRANSMISSION, TURN, WARN};
-use super::recording::Recording;
+use super::recording::{BusTime, Recording};
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, TESLA, Vehicle};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
@@ -173,7 +173,7 @@ fn day(setup: &'static Setup, vcan: &Vcan, cyclone: &Cyclone) {
     }
     gateway.stop("TERM");
     day.recording.finish();
-    let frames = day.recording.since(0, vehicle.command);
+    let frames = day.recording.since(BusTime::START, vehicle.command);
     assert_eq!((vehicle.asks)(&frames.last().unwrap().data), vehicle.nothing, "the last frame");
     assert!(!gateway.log().iter().any(|line| line.contains("somebody else")), "own frames are not foreign");
     bytes::check(&folder, vehicle, &frames, &["off", "left", "right", "hazard", vehicle.nothing]);
@@ -219,18 +219,18 @@ impl Day<'_> {
         self.setup.vehicle.nothing
     }
 
-    fn mark(&self) -> usize {
+    fn mark(&self) -> BusTime {
         self.recording.mark()
     }
 
     /// What was asked since then, one word for each run of frames.
-    fn asked(&self, mark: usize) -> Vec<&'static str> {
+    fn asked(&self, mark: BusTime) -> Vec<&'static str> {
         let vehicle = self.setup.vehicle;
         vehicle.runs(&self.recording.since(mark, vehicle.command))
     }
 
     /// Waits until the newest frame since then asks for this.
-    fn wait(&self, mark: usize, asked: &str) {
+    fn wait(&self, mark: BusTime, asked: &str) {
         let vehicle = self.setup.vehicle;
         let is_it = |frames: &[&super::recording::Seen]| {
             frames.last().is_some_and(|frame| (vehicle.asks)(&frame.data) == asked)
@@ -247,7 +247,7 @@ impl Day<'_> {
     }
 
     /// Nothing but this was asked since then, and it was.
-    fn only(&self, mark: usize, asked: &str) {
+    fn only(&self, mark: BusTime, asked: &str) {
         let begun = self.mark();
         self.recording.wait(begun, self.setup.vehicle.command, "a frame", |frames| !frames.is_empty());
         assert_eq!(self.asked(mark), [asked]);

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::car::Car;
 use super::commander::{Commander, Durability, HAZARD, OK, TRANSMISSION, TURN, WARN};
-use super::recording::{Recording, Seen};
+use super::recording::{BusTime, Recording, Seen};
 use super::rhythm::ms;
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, PATIENT, Vehicle};
 use crate::support::json_process::Mark;
@@ -51,7 +51,7 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
         commander.status(heard, TURN, WARN, "no command received");
         commander.status(heard, HAZARD, WARN, "no command received");
     }
-    let frames = recording.since(0, PACMOD.command);
+    let frames = recording.since(BusTime::START, PACMOD.command);
     assert_eq!(PACMOD.runs(&frames), ["none"]);
     let mark = recording.mark();
     commander.say("turn 2 10");
@@ -86,7 +86,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     gateway.stop("TERM");
     recording.finish();
 
-    let frames = recording.since(0, vehicle.command);
+    let frames = recording.since(BusTime::START, vehicle.command);
     let after = recording.since(before, vehicle.command);
     let before = &frames[..frames.len() - after.len()];
     let first_left = after.iter().position(|frame| (vehicle.asks)(&frame.data) == "left").unwrap();
