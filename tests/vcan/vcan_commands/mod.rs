@@ -119,7 +119,7 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     let autoware = Commander::start(domain);
     let mut gateway = Process::run(&folder);
     let say = |turn, hazard, wanted: &str| {
-        let mark = recording.mark();
+        let mark = BusTime::now();
         autoware.say_until(turn, hazard, || asked(&recording, mark).last() == Some(&wanted));
     };
     // In manual mode frames go out, and no command gives them authority.
@@ -138,13 +138,13 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     // A link that was down: the present state again, with the next counter.
     vcan.bring_down();
     gateway.wait_for_log("nothing can be sent on body");
-    let mark = recording.mark();
+    let mark = BusTime::now();
     vcan.bring_up();
     wait_for(&recording, mark, "hazard, any turn");
     vehicle.set(STATE, AUTONOMOUS);
     say(Signal::Left, Hazard::Disable, "left");
 
-    let mark = recording.mark();
+    let mark = BusTime::now();
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
     recording.finish();
     let last = asked(&recording, mark);

@@ -29,6 +29,11 @@ pub(crate) struct BusTime(Duration);
 impl BusTime {
     /// Before the first frame.
     pub(crate) const START: Self = Self(Duration::ZERO);
+
+    /// The present, to look from there on, whether or not earlier frames have been read yet.
+    pub(crate) fn now() -> Self {
+        Self(Duration::from_nanos(wall().cast_unsigned()))
+    }
 }
 
 /// A listener on one interface.
@@ -69,11 +74,6 @@ impl Recording {
         Self { frames, end, thread: Some(thread) }
     }
 
-    /// The present instant, to look from there on, whether or not earlier frames have been read yet.
-    pub(crate) fn mark(&self) -> BusTime {
-        BusTime(Duration::from_nanos(wall().cast_unsigned()))
-    }
-
     /// How many frames have this identifier.
     pub(crate) fn count(&self, id: u32) -> usize {
         self.frames.0.lock().unwrap().iter().filter(|frame| frame.id == id).count()
@@ -100,7 +100,7 @@ impl Recording {
 
     /// Ends, with all that was on the bus up to now.
     pub(crate) fn finish(&mut self) {
-        let _again = self.end.set(self.mark().0);
+        let _again = self.end.set(BusTime::now().0);
         let _ended = self.thread.take().map(JoinHandle::join);
     }
 }
