@@ -60,6 +60,11 @@ impl Live {
         Some(at)
     }
 
+    /// The time of the last step, or the beginning.
+    pub fn now(&self) -> Now {
+        self.time.now(self.handled)
+    }
+
     /// Gives out the frames to the vehicle that are due at `read`, after the steps until then.
     pub fn settle_commands(&mut self, read: Now) {
         self.commands_at = self.commands_at.max(read.mono);

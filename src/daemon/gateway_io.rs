@@ -71,8 +71,9 @@ impl GatewayIo {
         transmitters: &[Transmitter],
         clock: &Clock,
     ) -> Result<(), DaemonError> {
-        let read = clock.now();
-        self.emit(|| sent_output(live, transmitters, clock), read)?;
+        let (read, started) = (clock.now(), live.now());
+        // What the gateway says before its first step, when it began.
+        self.emit(|| sent_output(live, transmitters, clock), started)?;
         while let Some(at) = live.step(read.mono, |input, at| {
             if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
                 faults.keep(*input, at);
