@@ -5,6 +5,8 @@
 
 use std::time::Duration;
 
+pub mod timer_table;
+
 /// Monotonic time in nanoseconds since an arbitrary origin. Never runs backwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct MonoTime(u64);
