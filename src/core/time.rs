@@ -14,6 +14,8 @@ pub struct MonoTime(u64);
 impl MonoTime {
     /// The origin.
     pub const ZERO: Self = Self(0);
+    /// The end of time, 584 years after the origin.
+    pub const MAX: Self = Self(u64::MAX);
 
     /// A time `nanos` ns after the origin.
     pub const fn from_nanos(nanos: u64) -> Self {

@@ -1,5 +1,5 @@
-//! What is requested of the vehicle now: hazard before turn, within what the control mode grants, without
-//! fighting the driver, and with a defined state when a sender falls silent.
+//! Arbitration: which request goes to the vehicle now. Hazard lights come before turn indicators, within what
+//! the control mode grants, without fighting the driver, and with a defined state when a sender falls silent.
 
 use super::Turn;
 use super::control_mode::{Grants, Mode};
@@ -14,19 +14,19 @@ pub struct VehicleRequest {
     pub hazard: Option<bool>,
 }
 
-/// What is wanted instead, when a sender that wanted something has fallen silent.
+/// What is requested instead, when a sender with a request has fallen silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TimeoutAction {
     /// Its lights off.
     #[default]
     Off,
-    /// What it wanted last.
+    /// Its last request.
     Hold,
     /// Hazard lights on.
     Hazard,
 }
 
-/// What the vehicle is asked for in the last frames before the gateway ends.
+/// What the last frames before the gateway ends request of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ShutdownAction {
     /// Nothing: authority is given back.
@@ -38,48 +38,49 @@ pub enum ShutdownAction {
     Hazard,
 }
 
-/// What does not change while the gateway runs.
+/// The rules of arbitration that the configuration sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Rules {
-    /// When the turn command falls silent.
+    /// The request after a timeout of the turn command.
     pub on_turn_timeout: TimeoutAction,
-    /// When the hazard command falls silent.
+    /// The request after a timeout of the hazard command.
     pub on_hazard_timeout: TimeoutAction,
-    /// At the end.
+    /// The request when the gateway ends.
     pub on_shutdown: ShutdownAction,
 }
 
-/// Everything that decides.
+/// Everything that arbitration decides on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Situation {
-    /// Of the turn command.
+    /// State of the turn command.
     pub turn: CommandState<Turn>,
-    /// Of the hazard command.
+    /// State of the hazard command.
     pub hazard: CommandState<bool>,
     /// The control mode.
     pub mode: Mode,
-    /// Functions the driver has taken.
+    /// Functions that the driver has taken over.
     pub driver: Grants,
-    /// Whether the hazard lights may be the driver's for all that is known.
+    /// Whether no report says whether the hazard lights are on, so that they may be the driver's.
     pub hazard_without_feedback: bool,
     /// Whether the gateway is about to end.
     pub stopping: bool,
 }
 
-/// Why a function is asked for what it is, or for nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Why this is requested of a function, or nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum DecisionReason {
-    /// The command says so.
+    /// The command requests it.
     Commanded,
     /// The hazard lights are on, which come before turn indicators.
     HazardFirst,
-    /// The command has fallen silent, and this is the state for that.
+    /// The command has timed out, and this is the state for that.
     TimedOut,
-    /// Nothing is wanted.
+    /// The command requests nothing.
     NoCommand,
-    /// No command has come since start.
+    /// No command has been received since start.
     NeverCommanded,
     /// The control mode does not allow it.
+    #[default]
     NotGranted,
     /// The driver does something else.
     Driver,
@@ -89,21 +90,21 @@ pub enum DecisionReason {
     Stopping,
 }
 
-/// What is asked for, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// What is requested of the vehicle, and why; by default nothing, since no control mode is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Decision {
     /// What goes into the frames.
     pub request: VehicleRequest,
-    /// The same before the driver had a say: what the report is held against.
+    /// The same as if there were no driver, which the report is compared with.
     pub wanted: VehicleRequest,
-    /// About the turn indicators.
+    /// The reason for the turn indicators.
     pub turn: DecisionReason,
-    /// About the hazard lights.
+    /// The reason for the hazard lights.
     pub hazard: DecisionReason,
 }
 
 impl DecisionReason {
-    /// For people.
+    /// The reason in words.
     pub fn text(self) -> &'static str {
         match self {
             Self::Commanded => "as commanded",
@@ -119,7 +120,7 @@ impl DecisionReason {
     }
 }
 
-/// Decides.
+/// Arbitrates.
 pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
     let (mut turn, mut turn_why) = requested(situation.turn, |last| match rules.on_turn_timeout {
         TimeoutAction::Hold => last,
@@ -156,7 +157,7 @@ pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
     if situation.driver.turn && request.turn.is_some() {
         (request.turn, turn_why) = (None, DecisionReason::Driver);
     }
-    // On is safe whoever wants it: only an off gives way.
+    // On is safe whoever requests it: only an off gives way.
     if request.hazard == Some(false) {
         if situation.driver.hazard {
             (request.hazard, hazard_why) = (None, DecisionReason::Driver);
@@ -167,12 +168,15 @@ pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
     Decision { request, wanted, turn: turn_why, hazard: hazard_why }
 }
 
-/// What a command state comes to; `silent` = what to make of the last request of a sender that fell silent.
-fn requested<T>(command_state: CommandState<T>, silent: impl FnOnce(T) -> T) -> (Option<T>, DecisionReason) {
+/// The request of a command state; `on_timeout` makes it of the last request of a sender that fell silent.
+fn requested<T>(
+    command_state: CommandState<T>,
+    on_timeout: impl FnOnce(T) -> T,
+) -> (Option<T>, DecisionReason) {
     match command_state {
         CommandState::NeverReceived => (None, DecisionReason::NeverCommanded),
         CommandState::NoCommand | CommandState::TimedOut(None) => (None, DecisionReason::NoCommand),
         CommandState::Requested(requested) => (Some(requested), DecisionReason::Commanded),
-        CommandState::TimedOut(Some(last)) => (Some(silent(last)), DecisionReason::TimedOut),
+        CommandState::TimedOut(Some(last)) => (Some(on_timeout(last)), DecisionReason::TimedOut),
     }
 }
