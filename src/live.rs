@@ -60,12 +60,17 @@ impl Live {
         Some(at)
     }
 
+    /// The time of the last step, or the beginning.
+    pub fn now(&self) -> Now {
+        self.time.now(self.handled)
+    }
+
     /// Queues the frames to the vehicle that are due at `read`, after the steps until then.
     pub fn settle_commands(&mut self, read: Now) {
         self.gateway.settle_commands(read);
     }
 
-    /// Whether the last frames to the vehicle are given out, after
+    /// True if the last frames to the vehicle are given out, after
     /// [`CommandInput::Stop`](crate::core::command::input::CommandInput::Stop).
     pub fn is_finished(&self) -> bool {
         self.gateway.is_finished()

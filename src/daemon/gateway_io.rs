@@ -73,8 +73,9 @@ impl GatewayIo {
         transmitters: &[Transmitter],
         clock: &Clock,
     ) -> Result<(), DaemonError> {
-        let read = clock.now();
-        self.emit_and_send(live, transmitters, clock, read)?;
+        let (read, started) = (clock.now(), live.now());
+        // The outputs from before the first step belong to the start.
+        self.emit_and_send(live, transmitters, clock, started)?;
         while let Some(at) = live.step(read.mono, |input, at| {
             if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
                 faults.keep(*input, at);
