@@ -50,7 +50,7 @@ impl AllowList {
         Ok(permission)
     }
 
-    /// Whether the message is in the list.
+    /// True if the message is in the list.
     pub fn contains(&self, bus: BusIndex, id: CanId) -> bool {
         self.0.contains(&(bus, id))
     }

@@ -5,7 +5,7 @@ use super::Turn;
 use super::control_mode::{Grants, Mode};
 use super::intake::CommandState;
 
-/// What is requested of the vehicle with authority; `None` = this function is left to the vehicle.
+/// A request to the vehicle, with authority; `None` = this function is left to the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct VehicleRequest {
     /// Turn indicators.
@@ -14,7 +14,7 @@ pub struct VehicleRequest {
     pub hazard: Option<bool>,
 }
 
-/// What is requested instead, when a sender with a request has fallen silent.
+/// The request instead of the last one of a sender that has fallen silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TimeoutAction {
     /// Its lights off.
@@ -26,7 +26,7 @@ pub enum TimeoutAction {
     Hazard,
 }
 
-/// What the last frames before the gateway ends request of the vehicle.
+/// The request in the last frames before the gateway ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ShutdownAction {
     /// Nothing: authority is given back.
@@ -60,9 +60,9 @@ pub struct Situation {
     pub mode: Mode,
     /// Functions that the driver has taken over.
     pub driver: Grants,
-    /// Whether no report says whether the hazard lights are on, so that they may be the driver's.
+    /// True if no report shows the hazard lights, so that they may be on by the driver.
     pub hazard_without_feedback: bool,
-    /// Whether the gateway is about to end.
+    /// True if the gateway is about to end.
     pub stopping: bool,
 }
 
@@ -84,19 +84,19 @@ pub enum DecisionReason {
     NotGranted,
     /// The driver does something else.
     Driver,
-    /// No report says whether the hazard lights are on, and so perhaps the driver's.
+    /// No report shows the hazard lights, so that they may be on by the driver.
     NoFeedback,
     /// The gateway is about to end.
     Stopping,
 }
 
-/// What is requested of the vehicle, and why; by default nothing, since no control mode is known.
+/// The request to the vehicle and its reasons; by default nothing, since no control mode is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Decision {
-    /// What goes into the frames.
+    /// The request that goes into the frames.
     pub request: VehicleRequest,
-    /// The same as if there were no driver, which the report is compared with.
-    pub wanted: VehicleRequest,
+    /// The request as if there were no driver, which the report is compared with.
+    pub commanded: VehicleRequest,
     /// The reason for the turn indicators.
     pub turn: DecisionReason,
     /// The reason for the hazard lights.
@@ -122,17 +122,17 @@ impl DecisionReason {
 
 /// Arbitrates.
 pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
-    let (mut turn, mut turn_why) = requested(situation.turn, |last| match rules.on_turn_timeout {
+    let (mut turn, mut turn_reason) = requested(situation.turn, |last| match rules.on_turn_timeout {
         TimeoutAction::Hold => last,
         TimeoutAction::Off | TimeoutAction::Hazard => Turn::Off,
     });
-    let (mut hazard, mut hazard_why) = requested(situation.hazard, |last| match rules.on_hazard_timeout {
+    let (mut hazard, mut hazard_reason) = requested(situation.hazard, |last| match rules.on_hazard_timeout {
         TimeoutAction::Hold => last,
         TimeoutAction::Off => false,
         TimeoutAction::Hazard => true,
     });
-    if rules.on_turn_timeout == TimeoutAction::Hazard && turn_why == DecisionReason::TimedOut {
-        (hazard, hazard_why) = (Some(true), DecisionReason::TimedOut);
+    if rules.on_turn_timeout == TimeoutAction::Hazard && turn_reason == DecisionReason::TimedOut {
+        (hazard, hazard_reason) = (Some(true), DecisionReason::TimedOut);
     }
     if situation.stopping {
         (turn, hazard) = match rules.on_shutdown {
@@ -140,32 +140,32 @@ pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
             ShutdownAction::Off => (Some(Turn::Off), Some(false)),
             ShutdownAction::Hazard => (Some(Turn::Off), Some(true)),
         };
-        (turn_why, hazard_why) = (DecisionReason::Stopping, DecisionReason::Stopping);
+        (turn_reason, hazard_reason) = (DecisionReason::Stopping, DecisionReason::Stopping);
     }
     let grants = situation.mode.grants();
     if !grants.turn {
-        (turn, turn_why) = (None, DecisionReason::NotGranted);
+        (turn, turn_reason) = (None, DecisionReason::NotGranted);
     }
     if !grants.hazard {
-        (hazard, hazard_why) = (None, DecisionReason::NotGranted);
+        (hazard, hazard_reason) = (None, DecisionReason::NotGranted);
     }
     if hazard == Some(true) && turn.is_some() {
-        (turn, turn_why) = (Some(Turn::Off), DecisionReason::HazardFirst);
+        (turn, turn_reason) = (Some(Turn::Off), DecisionReason::HazardFirst);
     }
-    let wanted = VehicleRequest { turn, hazard };
-    let mut request = wanted;
+    let commanded = VehicleRequest { turn, hazard };
+    let mut request = commanded;
     if situation.driver.turn && request.turn.is_some() {
-        (request.turn, turn_why) = (None, DecisionReason::Driver);
+        (request.turn, turn_reason) = (None, DecisionReason::Driver);
     }
     // On is safe whoever requests it: only an off gives way.
     if request.hazard == Some(false) {
         if situation.driver.hazard {
-            (request.hazard, hazard_why) = (None, DecisionReason::Driver);
+            (request.hazard, hazard_reason) = (None, DecisionReason::Driver);
         } else if situation.hazard_without_feedback {
-            (request.hazard, hazard_why) = (None, DecisionReason::NoFeedback);
+            (request.hazard, hazard_reason) = (None, DecisionReason::NoFeedback);
         }
     }
-    Decision { request, wanted, turn: turn_why, hazard: hazard_why }
+    Decision { request, commanded, turn: turn_reason, hazard: hazard_reason }
 }
 
 /// The request of a command state; `on_timeout` makes it of the last request of a sender that fell silent.

@@ -1,4 +1,4 @@
-//! Compares the vehicle's report with what is requested of it.
+//! Compares the vehicle's report with the request to it.
 
 use std::num::NonZeroU8;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::Turn;
 use crate::core::time::{MonoTime, deadline_after};
 
-/// How long the vehicle may take to show what is requested.
+/// The time the vehicle may take to show a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Limits {
     /// Time until a difference is a warning.
@@ -17,7 +17,7 @@ pub struct Limits {
 
 /// A state of lights that can be compared with a report.
 pub trait Lights: Copy + Eq {
-    /// Whether a light is on.
+    /// True if a light is on.
     fn is_lit(self) -> bool;
     /// The name in texts.
     fn name(self) -> &'static str;
@@ -44,7 +44,7 @@ impl Lights for bool {
     }
 }
 
-/// Whether the report complies with what is requested.
+/// The result of comparing the report with the request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Compliance {
     /// Nothing is requested.
@@ -102,10 +102,10 @@ pub struct FeedbackMonitor<T> {
     requested_since: MonoTime,
     /// Since when the report has not shown the request.
     mismatch_since: Option<MonoTime>,
-    /// Whether the report has shown the present request.
+    /// True if the report has shown the present request.
     complied_once: bool,
     own_lights: OwnLights,
-    /// Whether a light was on by the last report.
+    /// True if a light was on by the last report.
     reported_lit: bool,
     /// The light that was the driver's by the last report.
     driver_light: Option<T>,
@@ -195,12 +195,12 @@ impl<T: Lights> FeedbackMonitor<T> {
         self.compliance
     }
 
-    /// Whether the driver has this function.
+    /// True if the driver has this function.
     pub fn is_driver_override(&self) -> bool {
         self.compliance == Compliance::DriverOverride
     }
 
-    /// Whether a light that is on, or may be, was switched on by request.
+    /// True if a light that is on, or may be, was switched on by request.
     pub fn is_own_light(&self) -> bool {
         self.own_lights != OwnLights::None
     }

@@ -45,7 +45,7 @@ pub struct CommandFlow {
     pub(super) reported: Reported,
     pub(super) turn_feedback: FeedbackMonitor<Turn>,
     pub(super) hazard_feedback: FeedbackMonitor<bool>,
-    /// The last value of each signal that tells of the driver.
+    /// The last value of each signal for a driver override.
     driver_signals: Vec<bool>,
     /// The sender of each message of the profile.
     outputs: Vec<MessageOutput>,
@@ -82,14 +82,14 @@ struct MessageOutput {
     last_contents: Option<Contents>,
 }
 
-/// What the statuses are made of; a change of it is news.
+/// The present state as the statuses show it; a change of it is news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Finding {
     pub(super) decision: Decision,
     pub(super) mode: Mode,
     pub(super) turn: FunctionFinding<Turn>,
     pub(super) hazard: FunctionFinding<bool>,
-    /// Whether all attempts with a button were without response.
+    /// True if all attempts with a button were without response.
     pub(super) button_given_up: bool,
     /// The first bus that commands cannot be sent on.
     pub(super) cut_off: Option<BusIndex>,
@@ -179,7 +179,7 @@ impl CommandFlow {
         }
     }
 
-    /// Takes what is reported of the vehicle's lights now.
+    /// Takes the present reports of the vehicle's lights.
     pub fn handle_report(&mut self, reported: Reported) {
         self.reported = reported;
     }
@@ -209,7 +209,7 @@ impl CommandFlow {
         self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// Whether nothing is left to be sent after [`CommandInput::Stop`].
+    /// True if nothing is left to be sent after [`CommandInput::Stop`].
     pub fn is_finished(&self) -> bool {
         self.stopping && self.outputs.iter().all(|output| !output.sender.is_waiting())
     }
@@ -273,7 +273,7 @@ impl CommandFlow {
         self.finding.decision
     }
 
-    /// What the profile binds.
+    /// The binding of the profile.
     pub fn binding(&self) -> &CommandBinding {
         &self.binding
     }
@@ -379,21 +379,21 @@ impl CommandFlow {
     /// nothing of the vehicle. While the hazard lights are on, reports of turn indicators show nothing.
     fn supervise(&mut self, decision: Decision, overrides: Grants, now: MonoTime) -> Grants {
         let Reported { turn, hazard } = self.reported;
-        let wanted = Some(decision.wanted).filter(|_| self.is_live()).unwrap_or_default();
-        let is_hazard = wanted.hazard == Some(true) || hazard == Some(true);
+        let commanded = Some(decision.commanded).filter(|_| self.is_live()).unwrap_or_default();
+        let is_hazard = commanded.hazard == Some(true) || hazard == Some(true);
         if is_hazard {
-            self.turn_feedback.suspend(wanted.turn, overrides.turn);
+            self.turn_feedback.suspend(commanded.turn, overrides.turn);
         } else {
-            self.turn_feedback.update(wanted.turn, turn, overrides.turn, now);
+            self.turn_feedback.update(commanded.turn, turn, overrides.turn, now);
         }
-        self.hazard_feedback.update(wanted.hazard, hazard, overrides.hazard, now);
+        self.hazard_feedback.update(commanded.hazard, hazard, overrides.hazard, now);
         let drivers = self.hazard_feedback.is_driver_override();
         // Where one signal requests both, a side would end hazard lights that are left to the vehicle.
         let would_end = match hazard {
-            Some(true) => wanted.hazard.is_none() || (wanted.hazard == Some(false) && drivers),
+            Some(true) => commanded.hazard.is_none() || (commanded.hazard == Some(false) && drivers),
             None => {
                 let own_lights = self.hazard_feedback.is_own_light() || self.turn_feedback.is_own_light();
-                wanted.turn == Some(Turn::Off) && !is_hazard && !own_lights
+                commanded.turn == Some(Turn::Off) && !is_hazard && !own_lights
             }
             Some(false) => false,
         };
@@ -434,7 +434,7 @@ impl CommandFlow {
     }
 }
 
-/// Whether frames can be sent on a bus.
+/// True if frames can be sent on a bus.
 fn can_send(bus: &Bus, now: MonoTime) -> bool {
     bus.link() == LinkState::Up && bus.controller().shown(now) != Some(ControllerState::BusOff)
 }

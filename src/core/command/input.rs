@@ -1,4 +1,4 @@
-//! What the command machine is given: commands, who drives the vehicle, and what became of its frames.
+//! The inputs of the command machine: commands, the control mode, and the fate of its frames.
 
 use super::allow_list::CommandFrame;
 use super::control_mode::ControlMode;

@@ -8,7 +8,7 @@ use super::stale_message_filter::StaleMessageFilter;
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// How long a refused message is shown.
+/// The time for which a refused message is shown.
 const REFUSAL_SHOWN: Duration = Duration::from_secs(1);
 /// So many changes of the request within so long come from more than one sender, as a rule.
 const OSCILLATION: (usize, Duration) = (5, Duration::from_secs(1));
@@ -39,7 +39,7 @@ impl From<HazardCommand> for Option<bool> {
     }
 }
 
-/// What a sender commands now.
+/// The present command of a sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CommandState<T> {
     /// Nothing has been received since start.
@@ -154,13 +154,13 @@ impl<T: Copy + PartialEq> Intake<T> {
         }
     }
 
-    /// Whether the request changes faster than one sender would change it.
+    /// True if the request changes faster than one sender would change it.
     pub fn is_oscillating(&self, now: MonoTime) -> bool {
         self.changes.len() == OSCILLATION.0
             && self.changes.front().is_some_and(|at| now.since(*at) <= OSCILLATION.1)
     }
 
-    /// What the sender commands now. `NO_COMMAND` takes no request back: it holds until its own timeout, but no
+    /// The present command of the sender. `NO_COMMAND` takes no request back: it holds until its own timeout, but no
     /// longer, also when the sender falls silent.
     pub fn command_state(&self, now: MonoTime) -> CommandState<T> {
         let Some((last_used, _)) = self.last_used else { return CommandState::NeverReceived };

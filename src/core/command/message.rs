@@ -27,7 +27,7 @@ pub struct CommandMessage {
     pub enable: Option<Enable>,
     /// Counter and checksum; the same kinds as of received messages.
     pub protection: Option<Protection>,
-    /// What is sent without authority.
+    /// The frames that are sent without authority.
     pub idle: Idle,
     /// When it is sent.
     pub timing: SendTiming,
@@ -70,7 +70,7 @@ pub struct Enable {
     pub off: Patch,
 }
 
-/// What is sent while nothing is requested with authority.
+/// The frames that are sent while nothing is requested with authority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Idle {
     /// Frames without a request.
@@ -98,7 +98,7 @@ pub struct SendTiming {
 pub struct Contents {
     /// The bytes.
     pub data: [u8; MAX_DATA],
-    /// Whether it requests something of the vehicle.
+    /// True if it requests something of the vehicle.
     pub authority: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Commands to the vehicle: from Autoware or the decider, through arbitration, into frames, and compared with the
+//! Commands to the vehicle: from Autoware or the decider, through arbitration into frames, and compared with the
 //! vehicle's report (docs/spec/vehicle-interface.md, "Arbitration of commands").
 //!
 //! Vocabulary: a *command* is one message of a sender; its *command state* is what its messages come to now; a

@@ -1,4 +1,4 @@
-//! What the command machine gives out.
+//! The outputs of the command machine.
 
 use super::allow_list::CommandFrame;
 use crate::core::can::frame::Frame;
@@ -7,13 +7,13 @@ use crate::core::can::link::BusIndex;
 /// One frame to send, or to show.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CommandOutput {
-    /// Send a frame to the vehicle, and give back what became of it before the next deadline:
+    /// Send a frame to the vehicle, and give its fate back before the next settling:
     /// [`CommandInput::Sent`](super::input::CommandInput::Sent) or
     /// [`CommandInput::SendFailed`](super::input::CommandInput::SendFailed).
     Transmit {
         /// The frame and its bus.
         frame: CommandFrame,
-        /// Whether its contents differ from those of the last frame of this message, but for counter and checksum.
+        /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
         is_news: bool,
     },
     /// In a dry run, the frame that would be sent to the vehicle now.
@@ -22,7 +22,7 @@ pub enum CommandOutput {
         bus: BusIndex,
         /// The frame.
         frame: Frame,
-        /// Whether its contents differ from those of the last frame of this message, but for counter and checksum.
+        /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
         is_news: bool,
     },
 }

@@ -8,9 +8,9 @@ use crate::core::time::MonoTime;
 /// The timing of the presses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PushButtonSettings {
-    /// How long the button is held down.
+    /// The time the button is held down.
     pub press: Duration,
-    /// How long to wait for the report afterwards; longer than the report takes, since a second press takes the
+    /// The time to wait for the report afterwards; longer than the report takes, since a second press takes the
     /// first one back.
     pub wait: Duration,
     /// The most presses for one request.
@@ -30,7 +30,7 @@ pub struct PushButton {
     settings: PushButtonSettings,
     state: ButtonState,
     requested: Option<bool>,
-    /// Whether the report has shown the request: what happens afterwards is somebody else's doing.
+    /// True if the report has shown the request: later changes are somebody else's doing.
     done: bool,
     presses: u8,
 }
@@ -72,7 +72,7 @@ impl PushButton {
         matches!(self.state, ButtonState::Pressed { .. })
     }
 
-    /// Whether all attempts for the present request were without response.
+    /// True if all attempts for the present request were without response.
     pub fn has_given_up(&self) -> bool {
         self.state == ButtonState::Released && !self.done && self.is_exhausted()
     }

@@ -14,7 +14,7 @@ use crate::core::validation::integrity::Protection;
 const MAX_UNCONFIRMED: usize = 8;
 /// Failures in a row after which sending counts as broken.
 const BROKEN_AFTER: u32 = 10;
-/// How long a foreign frame is a finding.
+/// The time for which a foreign frame is a finding.
 const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
 
 /// Why a frame was not sent.
@@ -196,12 +196,12 @@ impl Sender {
         self.due.into_iter().chain(foreign).min()
     }
 
-    /// Whether a frame is still to be sent.
+    /// True if a frame is still to be sent.
     pub fn is_waiting(&self) -> bool {
         self.due.is_some()
     }
 
-    /// How badly sending goes; `None` while the last frame was sent.
+    /// The problem with sending; `None` while the last frame was sent.
     pub fn problem(&self) -> Option<SendProblem> {
         match self.failures {
             0 => None,
@@ -210,7 +210,7 @@ impl Sender {
         }
     }
 
-    /// Whether somebody else has sent this message within the last second.
+    /// True if somebody else has sent this message within the last second.
     pub fn has_conflicting_sender(&self, now: MonoTime) -> bool {
         self.foreign_at.is_some_and(|at| now.since(at) <= FOREIGN_SHOWN)
     }
@@ -221,7 +221,7 @@ impl Sender {
     }
 }
 
-/// How badly sending goes.
+/// A problem with sending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SendProblem {
     /// The last frame could not be sent.

@@ -14,7 +14,7 @@ use crate::core::validation::table::{Role, SignalTable};
 pub struct CommandSettings {
     /// Whose commands are carried out.
     pub source: CommandSource,
-    /// Whether frames are sent.
+    /// Frames are sent, or this is a dry run.
     pub transmit: Transmit,
     /// Where the control mode comes from.
     pub mode_from: ModeFrom,
@@ -22,9 +22,9 @@ pub struct CommandSettings {
     pub turn_timeout: Duration,
     /// The longest time without a hazard command.
     pub hazard_timeout: Duration,
-    /// What is requested after a timeout and at the end.
+    /// The requests after a timeout and at the end.
     pub rules: Rules,
-    /// How long the vehicle may take to show a request.
+    /// The time the vehicle may take to show a request.
     pub limits: Limits,
 }
 
@@ -35,11 +35,11 @@ pub enum CommandSource {
     #[default]
     Topic,
     /// The turn command of this gateway's own decider; the hazard command of its topic, or on when the
-    /// decider wants them on.
+    /// decider commands on.
     Decider,
 }
 
-/// Whether frames are sent.
+/// True if frames are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Transmit {
     /// Dry run: everything is decided and shown, nothing is sent.
@@ -61,7 +61,7 @@ pub enum ModeFrom {
     Signal,
 }
 
-/// What the vehicle profile binds for commands; nothing by default.
+/// The binding of the vehicle profile for commands; empty by default.
 #[derive(Debug, Clone, Default)]
 pub struct CommandBinding {
     /// The only messages that can be sent.
@@ -86,12 +86,12 @@ pub struct DriverSign {
 }
 
 impl CommandBinding {
-    /// Whether the profile has no command messages.
+    /// True if the profile has no command messages.
     pub fn is_empty(&self) -> bool {
         self.messages.is_empty()
     }
 
-    /// Whether one signal requests turn indicators and hazard lights.
+    /// True if one signal requests turn indicators and hazard lights.
     pub fn shares_signal(&self) -> bool {
         self.messages.iter().filter_map(|message| message.turn.as_ref()).any(|turn| turn.hazard.is_some())
     }

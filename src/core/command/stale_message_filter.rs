@@ -22,7 +22,7 @@ impl StaleMessageFilter {
         Self { started, suspected_at: None }
     }
 
-    /// Whether a message is not to be used: its sender was not active before (`is_active`), and its stamp is
+    /// True if a message is not to be used: its sender was not active before (`is_active`), and its stamp is
     /// older than `limit` or from before the start. A sender that goes on is accepted whatever its clock shows,
     /// from its second message on; one without stamps (zero) from the first.
     pub(super) fn rejects_as_stale(

@@ -21,7 +21,7 @@ impl CommandFlow {
         let turn = FunctionView {
             finding: turn,
             request: decision.request.turn,
-            wanted: decision.wanted.turn,
+            commanded: decision.commanded.turn,
             reason: decision.turn,
             intake: &self.turn,
             feedback: self.turn_feedback.counts(),
@@ -29,7 +29,7 @@ impl CommandFlow {
         let hazard = FunctionView {
             finding: hazard,
             request: decision.request.hazard,
-            wanted: decision.wanted.hazard,
+            commanded: decision.commanded.hazard,
             reason: decision.hazard,
             intake: &self.hazard,
             feedback: self.hazard_feedback.counts(),
@@ -125,7 +125,7 @@ fn mode_text(mode: Mode) -> String {
 struct FunctionView<'a, T> {
     finding: &'a FunctionFinding<T>,
     request: Option<T>,
-    wanted: Option<T>,
+    commanded: Option<T>,
     reason: DecisionReason,
     intake: &'a Intake<T>,
     feedback: FeedbackCounts,
@@ -135,7 +135,7 @@ impl<T: Lights> FunctionView<'_, T> {
     fn text(&self) -> StatusText {
         let finding = self.finding;
         let request = request_text(self.request);
-        let wanted = request_text(self.wanted);
+        let commanded = request_text(self.commanded);
         let reported = finding.reported.map_or("nothing", Lights::name);
         let has_timed_out = matches!(finding.command_state, CommandState::TimedOut(_));
         match (finding.refusal, finding.compliance) {
@@ -143,7 +143,7 @@ impl<T: Lights> FunctionView<'_, T> {
                 (Level::Error, format!("undefined command {number} is ignored"))
             }
             (_, Compliance::Mismatch) => {
-                (Level::Error, format!("commanded {wanted}, but the vehicle reports {reported}"))
+                (Level::Error, format!("commanded {commanded}, but the vehicle reports {reported}"))
             }
             (_, _) if has_timed_out && self.reason != DecisionReason::NotGranted => {
                 (Level::Error, format!("the command has timed out: {request}"))
@@ -155,13 +155,13 @@ impl<T: Lights> FunctionView<'_, T> {
                 (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
             }
             (None, Compliance::Overdue) => {
-                (Level::Warn, format!("commanded {wanted}, but the vehicle still reports {reported}"))
+                (Level::Warn, format!("commanded {commanded}, but the vehicle still reports {reported}"))
             }
             (None, Compliance::NoFeedback) => {
-                (Level::Warn, format!("commanded {wanted}, and no report shows it"))
+                (Level::Warn, format!("commanded {commanded}, and no report shows it"))
             }
             (None, Compliance::DriverOverride) => {
-                (Level::Warn, format!("commanded {wanted}, left to the driver: {reported}"))
+                (Level::Warn, format!("commanded {commanded}, left to the driver: {reported}"))
             }
             (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
                 if self.reason == DecisionReason::NeverCommanded {

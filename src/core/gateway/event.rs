@@ -42,7 +42,7 @@ pub enum Output {
     Command(CommandOutput),
     /// Publish `DiagnosticArray`.
     Diagnostics {
-        /// What it says.
+        /// Its statuses.
         diagnostics: Diagnostics,
         /// Header stamp: now.
         stamp: WallStamp,

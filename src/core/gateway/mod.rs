@@ -50,15 +50,15 @@ pub struct GatewaySettings {
     pub node: String,
     /// The buses; [`BusIndex`] points here.
     pub buses: Vec<BusSettings>,
-    /// What the vehicle profile binds for the vehicle's lights.
+    /// The binding of the vehicle profile for the vehicle's lights.
     pub lights: LightsBinding,
-    /// What the vehicle profile binds for traffic-light states from the network.
+    /// The binding of the vehicle profile for traffic-light states from the network.
     pub v2i: V2iBinding,
     /// Traffic lights; without them, what `v2i` binds is not used.
     pub traffic_lights: Option<FlowSettings>,
     /// The turn signal decider; without it, its topics are not used.
     pub turn_signal: Option<DeciderSettings>,
-    /// Commands to the vehicle, and what the vehicle profile binds for them; without them none is used.
+    /// Commands to the vehicle, with the binding of the vehicle profile; without them no command is used.
     pub command: Option<(CommandSettings, CommandBinding)>,
     /// When reports are published.
     pub publish: Publish,
@@ -170,7 +170,7 @@ impl Gateway {
         self.commands.as_ref().and_then(CommandFlow::next_deadline)
     }
 
-    /// Whether nothing is left to be sent after [`CommandInput::Stop`]; always, when nothing is ever sent.
+    /// True if nothing is left to be sent after [`CommandInput::Stop`]; always without commands.
     pub fn is_finished(&self) -> bool {
         self.commands.as_ref().is_none_or(CommandFlow::is_finished)
     }

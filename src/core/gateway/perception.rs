@@ -213,7 +213,7 @@ impl Perception {
         changed
     }
 
-    /// Whether all statuses are to be published anew; samples the rates they show.
+    /// True if all statuses are to be published anew; samples the rates they show.
     pub(super) fn refresh_statuses(&mut self, now: MonoTime) -> bool {
         if !self.timers.is_expired(Timer::Diagnostics, now) {
             return false;

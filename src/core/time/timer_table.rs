@@ -37,7 +37,7 @@ impl<T: Copy + Eq> TimerTable<T> {
         self.timers.iter().filter_map(|(_, at)| *at).min()
     }
 
-    /// Whether a timer is running and its time has come.
+    /// True if a timer is running and its time has come.
     pub fn is_expired(&self, timer: T, now: MonoTime) -> bool {
         self.expired(now).any(|expired| expired == timer)
     }
