@@ -334,7 +334,6 @@ fn rejected(input: &Input) -> u64 {
         | Input::Can(_)
         | Input::Planner(_)
         | Input::Command(_)
-        | Input::Tick
-        | Input::Stop => 0,
+        | Input::Tick => 0,
     }
 }
