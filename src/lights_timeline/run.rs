@@ -25,8 +25,8 @@ pub struct Run {
 #[derive(Debug, Clone, Default)]
 pub struct Shown {
     stores: BTreeMap<StoreId, BTreeMap<i64, LightObservation>>,
-    internal: Option<Arc<Content>>,
-    external: Option<Arc<Content>>,
+    internal: Option<Content>,
+    external: Option<Content>,
 }
 
 /// One time at which something was due.
@@ -91,7 +91,9 @@ impl Run {
                 LightsTopic::V2i => &mut self.shown.external,
                 LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => continue,
             };
-            if kept.as_ref() != Some(&emission.content) {
+            let is_same =
+                |kept: &Content| kept.is_shared_with(&emission.content) || *kept == emission.content;
+            if !kept.as_ref().is_some_and(is_same) {
                 has_changed = true;
                 *kept = Some(emission.content);
             }
@@ -167,12 +169,12 @@ impl Shown {
 
     /// The groups last sent as what the camera sees; none before the first message.
     pub fn internal(&self) -> Option<&[Arc<GroupState>]> {
-        groups(self.internal.as_deref())
+        groups(self.internal.as_ref())
     }
 
     /// The groups last sent over V2I, with predictions; none before the first message.
     pub fn external(&self) -> Option<&[Arc<GroupState>]> {
-        groups(self.external.as_deref())
+        groups(self.external.as_ref())
     }
 }
 
