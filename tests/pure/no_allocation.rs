@@ -265,7 +265,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
             while let Some(output) = gateway.poll_output() {
                 let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output else { continue };
                 messages += 1;
-                if let Content::Groups(list) = &*emission.content {
+                if let Content::Groups(list) = &emission.content {
                     groups += list.len();
                 }
             }
