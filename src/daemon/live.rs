@@ -1,14 +1,12 @@
-//! The gateway on live inputs, step by step as a replay of them would go.
+//! The gateway on live inputs: perception step by step as a replay of them would go, commands in real time.
 //!
-//! Inputs are handled as soon as they are read, at the time they were received. A deadline is
-//! handled before the first input that was received after it, or [`LAG`] after its time. Frames to the
-//! vehicle wait for nothing of that: they are due by the clock.
+//! Inputs of perception are handled as soon as they are read, at the time they were received. A deadline is
+//! handled before the first input that was received after it, or [`LAG`] after its time. Commands and frames
+//! to the vehicle wait for nothing of that: they are due by the clock.
 
 use std::collections::VecDeque;
 
 use crate::core::can::link::LinkState;
-use crate::core::command::allow_list::CommandFrame;
-use crate::core::command::sender::SendFailure;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::live_time::{LAG, LiveTime};
 use crate::core::gateway::{Gateway, GatewaySettings};
@@ -19,35 +17,37 @@ use crate::core::time::{MonoTime, Now};
 pub struct Live {
     gateway: Gateway,
     time: LiveTime,
-    /// Read, not handled yet.
+    /// Inputs of perception that are read, but not handled yet.
     waiting: VecDeque<(Input, Now)>,
     handled: MonoTime,
-    /// When commands were settled last.
-    commands_at: MonoTime,
 }
 
 impl Live {
     /// Begins at `now` with the link of each bus.
     pub fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
-        let mut gateway = Gateway::with_links(settings, links, now);
-        gateway.set_commands_apart();
+        let gateway = Gateway::with_links(settings, links, now);
         let (time, handled) = (LiveTime::starting_at(now), now.mono);
-        Self { gateway, time, waiting: VecDeque::new(), handled, commands_at: handled }
+        Self { gateway, time, waiting: VecDeque::new(), handled }
     }
 
-    /// Takes what was read at `read`. Then call [`Self::step`] until it gives `None`.
+    /// Takes what was read at `read`: commands at once, the inputs of perception in their turn. Then call
+    /// [`Self::step`] until it gives `None`, and [`Self::settle_commands`].
     pub fn take<I: Into<Input>>(&mut self, inputs: impl IntoIterator<Item = I>, read: Now) {
         for input in inputs {
-            let input = input.into();
-            let at = self.time.arrival(input.stamp().unwrap_or(read.wall), read);
-            self.waiting.push_back((input, at));
+            match input.into() {
+                Input::Command(input) => self.gateway.handle_command(input, read),
+                input @ (Input::Can(_) | Input::TrafficLight(_) | Input::Planner(_) | Input::Tick) => {
+                    let at = self.time.arrival(input.stamp().unwrap_or(read.wall), read);
+                    self.waiting.push_back((input, at));
+                }
+            }
         }
     }
 
-    /// Handles the next input or tick that is due at `read`, after `observe` has looked at it; says when it
-    /// happened.
+    /// Handles the next input or deadline of perception that is due at `read`, after `observe` has seen it; gives
+    /// the time at which it happened, or `None` when nothing is due.
     pub fn step(&mut self, read: MonoTime, observe: impl FnOnce(&Input, Now)) -> Option<Now> {
-        let deadline = self.gateway.next_deadline(self.handled).max(self.handled);
+        let deadline = self.next_deadline();
         let is_input = self.waiting.front().map(|(_, at)| at.mono < deadline);
         let (input, at) = match is_input {
             None if deadline.after(LAG) > read => return None,
@@ -56,40 +56,39 @@ impl Live {
         };
         observe(&input, at);
         self.handled = at.mono;
-        self.gateway.handle(input, at);
+        self.gateway.handle_perception(input, at);
         Some(at)
     }
 
-    /// Gives out the frames to the vehicle that are due at `read`, after the steps until then.
+    /// The time of the last step, or the beginning.
+    pub fn now(&self) -> Now {
+        self.time.now(self.handled)
+    }
+
+    /// Queues the frames to the vehicle that are due at `read`, after the steps until then.
     pub fn settle_commands(&mut self, read: Now) {
-        self.commands_at = self.commands_at.max(read.mono);
         self.gateway.settle_commands(read);
     }
 
-    /// Says when a frame among the outputs was sent, before anything else is done.
-    pub fn sent(&mut self, frame: &CommandFrame, at: MonoTime) {
-        self.gateway.sent(frame, at);
-    }
-
-    /// Takes back a frame among the outputs that could not be sent, before anything else is done.
-    pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, read: Now) {
-        self.gateway.not_sent(frame, why, read);
-    }
-
-    /// Whether the last frames to the vehicle are out, after [`Input::Stop`].
+    /// True if the last frames to the vehicle are given out, after
+    /// [`CommandInput::Stop`](crate::core::command::input::CommandInput::Stop).
     pub fn is_finished(&self) -> bool {
         self.gateway.is_finished()
     }
 
     /// When to call [`Self::step`] and [`Self::settle_commands`] again if nothing is read before.
     pub fn wake_at(&self) -> MonoTime {
-        let step = self.gateway.next_deadline(self.handled).max(self.handled).after(LAG);
-        self.gateway.next_command_deadline(self.commands_at).map_or(step, |due| due.min(step))
+        let step = self.next_deadline().after(LAG);
+        self.gateway.next_command_deadline().map_or(step, |due| due.min(step))
     }
 
-    /// The next output of the steps taken so far.
+    /// The next output, oldest first.
     pub fn poll_output(&mut self) -> Option<Output> {
         self.gateway.poll_output()
+    }
+
+    fn next_deadline(&self) -> MonoTime {
+        self.gateway.next_perception_deadline().max(self.handled)
     }
 }
 

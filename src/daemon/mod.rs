@@ -21,6 +21,7 @@ use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
 use crate::io::can::bus::{BusSocketSettings, receive};
@@ -183,7 +184,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         let wake = end.map_or(wake, |end| wake.min(end));
         tokio::select! {
             () = gateway_io.stop.requested(), if end.is_none() => {
-                live.take([Input::Stop], clock.now());
+                live.take([CommandInput::Stop], clock.now());
                 end = Some(Instant::now() + LAST_FRAMES);
             }
             () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),

@@ -1,6 +1,6 @@
-//! The gateway over a recording, on virtual time.
+//! The gateway over a recording, on virtual time: both of its machines on one clock.
 //!
-//! The recording's stamps drive the clock: virtual time is zero at the first frame and moves with
+//! The recording's stamps drive that clock: virtual time is zero at the first frame and moves with
 //! the stamps, never backwards. Deadlines that lie before the next frame come first, so the same
 //! recording gives the same outputs byte for byte, however fast it is played.
 
@@ -64,7 +64,7 @@ impl Replay {
 
     /// When the next step happens, virtual; `None` at the end of the recording.
     pub fn next_time(&self) -> Option<MonoTime> {
-        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
+        let deadline = self.gateway.next_deadline().max(self.now.mono);
         match &self.next {
             Some((_, frame)) => Some(deadline.min(frame.mono)),
             None => self.ended.then_some(deadline),
@@ -76,7 +76,7 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read on; everything before has been handled.
     pub fn step(&mut self) -> io::Result<bool> {
-        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
+        let deadline = self.gateway.next_deadline().max(self.now.mono);
         match self.next.take_if(|(_, at)| at.mono < deadline) {
             Some((input, at)) => {
                 self.now = at;
@@ -129,7 +129,7 @@ impl Replay {
     /// The next input of the recording and its virtual time, if no deadline lies before it.
     pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
         let (input, at) = self.next.as_ref()?;
-        (at.mono < self.gateway.next_deadline(self.now.mono)).then_some((input, at.mono))
+        (at.mono < self.gateway.next_deadline()).then_some((input, at.mono))
     }
 
     /// Takes the next input past the gateway.

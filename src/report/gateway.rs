@@ -231,8 +231,6 @@ fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::core::compat::Compat;
     use crate::core::diagnostics::Diagnostics;
@@ -290,7 +288,7 @@ mod tests {
         let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
-            let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::groups(groups)));
+            let (stamp, content) = (WallStamp::from_nanos(3), Content::groups(groups));
             Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
         };
         let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;

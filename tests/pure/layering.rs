@@ -25,7 +25,7 @@ const CORE_FLOORS: &[&[&str]] = &[
     &["dbc"],
     &["can", "map"],
     &["diagnostics"],
-    &["time", "compat"],
+    &["time", "compat", "light_command"],
 ];
 /// Crates that compute and touch nothing; any other dependency is barred from `core`.
 const PURE_CRATES: &[&str] =

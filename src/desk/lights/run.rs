@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::traffic_light::emission::LightsTopic;
+use crate::core::traffic_light::emission::{Content, LightsTopic};
 use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
 use crate::core::traffic_light::event_log::{Note, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
@@ -60,7 +60,9 @@ impl Run {
                 LightsTopic::V2i => &mut self.states.external,
                 LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => continue,
             };
-            if kept.as_ref() != Some(&emission.content) {
+            let is_same =
+                |kept: &Content| kept.is_shared_with(&emission.content) || *kept == emission.content;
+            if !kept.as_ref().is_some_and(is_same) {
                 has_changed = true;
                 *kept = Some(emission.content);
             }
