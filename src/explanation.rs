@@ -16,7 +16,8 @@ pub struct Explanation {
     pub turn: String,
     /// Hazard command: `NO_COMMAND`, `DISABLE` or `ENABLE`.
     pub hazard: String,
-    /// What it rests on: `no_inputs`, `hazard`, `manoeuvres` (there is no path to measure on) or `candidates`.
+    /// What it rests on: `no_inputs`, `hazard`, `manoeuvres` (there is no path to measure on), `candidates` or
+    /// `path_generator`.
     pub basis: &'static str,
     /// Who is signalled: `intersection`, `roundabout` or `manoeuvre`.
     pub winner: Option<String>,
@@ -92,7 +93,7 @@ impl Explanation {
     pub fn of(decision: &Decision) -> Self {
         let resolution = match &decision.basis {
             Basis::Candidates(resolution) => Some(resolution),
-            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
+            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => None,
         };
         Self {
             turn: decision.turn.to_string(),
@@ -101,6 +102,7 @@ impl Explanation {
                 Basis::NoInputs => "no_inputs",
                 Basis::Hazard => "hazard",
                 Basis::ManoeuvreAlone(_) => "manoeuvres",
+                Basis::PathGenerator(_) => "path_generator",
                 Basis::Candidates(_) => "candidates",
             },
             winner: resolution.and_then(|all| all.winner).map(|winner| winner.source.to_string()),
@@ -179,12 +181,13 @@ fn to_the_micrometre(metres: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::turn_signal::geometry::Pose;
-    use crate::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
+    use crate::core::map::geometry::Pose;
+    use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::inputs::Finding;
     use crate::core::turn_signal::intersection::IntersectionInfo;
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
     use crate::core::turn_signal::min_duration::Held;
+    use crate::core::turn_signal::path_generator::TaggedLanelet;
     use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
@@ -246,6 +249,7 @@ mod tests {
             (Basis::NoInputs, "no_inputs"),
             (Basis::Hazard, "hazard"),
             (Basis::ManoeuvreAlone(Signal::Left), "manoeuvres"),
+            (Basis::PathGenerator(TaggedLanelet::Own(7)), "path_generator"),
         ] {
             let told = Explanation::of(&decision(basis));
             assert_eq!((told.basis, told.winner, told.candidates.len()), (name, None, 0));

@@ -4,8 +4,8 @@
 use super::course::{Course, Cycle};
 use super::display;
 use crate::config::drive::{AvoidanceLine, Expectation, Interval, PlanKind};
-use crate::core::compat::Compat;
-use crate::core::map::lanelet::TurnDirection;
+use crate::core::map::lane_network::TurnDirection;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::resolve::Source;
 use crate::core::turn_signal::signal::{Hazard, Signal};
@@ -24,7 +24,7 @@ pub struct DriveChart<'a> {
 
 #[derive(Debug, Clone)]
 struct CompatRun {
-    mode: Compat,
+    mode: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Shown>,
 }
@@ -53,7 +53,7 @@ impl<'a> DriveChart<'a> {
     }
 
     /// Takes down what was decided at a cycle; the cycles of one behaviour come one after the other.
-    pub fn take(&mut self, mode: Compat, cycle: &Cycle, decision: &Decision) {
+    pub fn take(&mut self, mode: DeciderCompat, cycle: &Cycle, decision: &Decision) {
         if self.runs.last().is_none_or(|run| run.mode != mode) {
             self.runs.push(CompatRun { mode, records: Vec::new(), signals: Vec::new() });
         }
@@ -215,7 +215,7 @@ impl CompatRun {
         if !expected.is_empty() {
             rows.push(Row { label: "expected".to_owned(), pieces: expected });
         }
-        Group { label: display::mode(self.mode).to_owned(), rows }
+        Group { label: self.mode.name().to_owned(), rows }
     }
 }
 

@@ -8,11 +8,11 @@ use super::planner::{Sight, offset_m};
 use super::route_path::{Change, RoutePath, RoutePathError};
 use crate::config::Refused;
 use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
-use crate::core::compat::Compat;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::polyline::{back_pose, front_pose};
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::time::MonoTime;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
-use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::route::{Route, RouteError};
@@ -129,7 +129,11 @@ impl Course {
     }
 
     /// What is expected at a cycle in one behaviour, by position in the file.
-    pub fn expected(&self, cycle: &Cycle, mode: Compat) -> impl Iterator<Item = (usize, &Expectation)> {
+    pub fn expected(
+        &self,
+        cycle: &Cycle,
+        mode: DeciderCompat,
+    ) -> impl Iterator<Item = (usize, &Expectation)> {
         let (at_m, at_s) = (cycle.at_m, cycle.at_s);
         let all = self.file.expectations.iter().enumerate();
         all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.interval.holds(at_m, at_s))

@@ -1,22 +1,13 @@
 //! Decisions in short words.
 
-use crate::core::compat::Compat;
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::resolve::{Case, Resolution, Source};
-
-/// Whose behaviour.
-pub(super) const fn mode(mode: Compat) -> &'static str {
-    match mode {
-        Compat::Improved => "improved",
-        Compat::Upstream => "upstream",
-    }
-}
 
 /// The candidates, if they were evaluated.
 pub(super) const fn resolution(decision: &Decision) -> Option<&Resolution> {
     match &decision.basis {
         Basis::Candidates(resolution) => Some(resolution),
-        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => None,
     }
 }
 
@@ -36,6 +27,7 @@ pub(super) fn basis(decision: &Decision) -> String {
         Basis::NoInputs => "no inputs".to_owned(),
         Basis::Hazard => "hazard lights".to_owned(),
         Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
+        Basis::PathGenerator(tagged) => format!("path generator, {tagged}"),
         Basis::Candidates(resolution) => match (resolution.winner, resolution.case) {
             (Some(winner), Some(case)) => format!("{} by {case}", winner.source),
             (Some(winner), None) => format!("{}, alone", winner.source),

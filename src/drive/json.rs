@@ -3,17 +3,16 @@
 use serde::Serialize;
 
 use super::course::Cycle;
-use super::display;
 use super::verdict::Verdicts;
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::explanation::Explanation;
 
 /// The line for a decision, without line end.
-pub fn line(mode: Compat, cycle: &Cycle, decision: &Decision) -> String {
+pub fn line(mode: DeciderCompat, cycle: &Cycle, decision: &Decision) -> String {
     let position = cycle.pose.position;
     text(&Line {
-        compat: display::mode(mode),
+        compat: mode.name(),
         t: cycle.at_s,
         at_m: cycle.at_m,
         x_m: position.x_m,
@@ -25,13 +24,13 @@ pub fn line(mode: Compat, cycle: &Cycle, decision: &Decision) -> String {
 }
 
 /// The line that sums a behaviour up, without line end.
-pub fn summary(mode: Compat, verdicts: &Verdicts<'_>) -> String {
+pub fn summary(mode: DeciderCompat, verdicts: &Verdicts<'_>) -> String {
     let failed = verdicts
         .failed()
         .into_iter()
         .map(|failed| FailedOut { expectation: failed.expectation.location.to_string(), what: failed.what });
     let summary = SummaryOut { met: verdicts.met(), failed: failed.collect() };
-    text(&SummaryLine { compat: display::mode(mode), expectations: summary })
+    text(&SummaryLine { compat: mode.name(), expectations: summary })
 }
 
 fn text(line: &impl Serialize) -> String {

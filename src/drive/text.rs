@@ -5,7 +5,7 @@ use std::mem::{Discriminant, discriminant};
 use super::course::Cycle;
 use super::display;
 use super::verdict::Verdicts;
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
@@ -55,8 +55,8 @@ impl Changes {
 }
 
 /// The heading of a behaviour.
-pub fn heading(mode: Compat) -> String {
-    format!("{}\n{:>9}  {:>9}  {:>8}", display::mode(mode), "seconds", "metres", "m/s")
+pub fn heading(mode: DeciderCompat) -> String {
+    format!("{}\n{:>9}  {:>9}  {:>8}", mode.name(), "seconds", "metres", "m/s")
 }
 
 /// One decision: when, where, how fast, what, on what ground; then every reason.

@@ -5,14 +5,14 @@ use std::fmt;
 use super::course::{Course, Cycle};
 use super::display;
 use crate::config::drive::{Expectation, Interval, Wanted};
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 
 /// How each expectation of one behaviour fares.
 #[derive(Debug, Clone)]
 pub struct Verdicts<'a> {
     course: &'a Course,
-    mode: Compat,
+    mode: DeciderCompat,
     states: Vec<State>,
 }
 
@@ -31,14 +31,14 @@ pub struct Failed<'a> {
     /// Which.
     pub expectation: &'a Expectation,
     /// In which behaviour.
-    pub mode: Compat,
+    pub mode: DeciderCompat,
     /// What came out instead, and where.
     pub what: String,
 }
 
 impl<'a> Verdicts<'a> {
     /// Nothing was seen yet.
-    pub fn new(course: &'a Course, mode: Compat) -> Self {
+    pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
         Self { course, mode, states: vec![State::default(); course.file().expectations.len()] }
     }
 
@@ -118,7 +118,7 @@ impl fmt::Display for Failed<'_> {
             Interval::Metres { from, to, .. } => (from, to, "m"),
             Interval::Seconds { from, to, .. } => (from, to, "s"),
         };
-        let (place, mode) = (&self.expectation.location, display::mode(self.mode));
+        let (place, mode) = (&self.expectation.location, self.mode.name());
         write!(f, "{place}: from {from} to {to} {unit}, {mode}: {}", self.what)
     }
 }
