@@ -224,9 +224,9 @@ impl Gateway {
                     self.forget_bus(bus);
                 }
             }
-            CanInput::Drops { lost, .. } => known.dropped(lost, now.mono),
+            CanInput::Drops { lost, .. } => known.frames_dropped(lost, now.mono),
             CanInput::ErrorFrame { error, .. } => known.error_frame(error, now.mono),
-            CanInput::Controller { report, .. } => known.controller_told(report, now.mono),
+            CanInput::Controller { report, .. } => known.controller_reported(report, now.mono),
             CanInput::BadRecords { count, .. } => known.bad_records(count, now.mono),
         }
         true
