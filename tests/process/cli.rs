@@ -226,7 +226,7 @@ fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
     let pacmod = "config/vehicles/pacmod.toml";
     let vehicle = |args: &[&str]| refused(2, &[&["vehicle", "--profile"], args].concat());
     let text = vehicle(&[pacmod, "--candump", "--script", script.to_str().unwrap()]);
-    assert!(text.contains("day.txt:2: `up` cannot follow `stalk`: left, right or off"), "{text}");
+    assert!(text.contains("day.txt:2: expected left, right or off after `stalk`, found `up`"), "{text}");
     let text = vehicle(&["config/vehicles/v2x_unit.toml", "--candump"]);
     assert!(text.contains("there is nothing to simulate"), "{text}");
     let text = vehicle(&[pacmod, "--interface", "body=vcan0"]);
