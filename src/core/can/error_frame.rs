@@ -320,8 +320,8 @@ mod tests {
     fn pure_state_change_is_distinguished_from_loss() {
         let alone = |class, bits| ErrorFrame::new(class, &[0, bits]).is_state_alone();
         assert!(alone(0x204, 0x08) && alone(0x40, 0) && alone(0x100, 0));
-        assert!(!alone(0x8C, 0x08), "an error on the wire beside it");
-        assert!(!alone(0x4, 0x09), "an overflow beside it");
+        assert!(!alone(0x8C, 0x08), "an error on the wire as well");
+        assert!(!alone(0x4, 0x09), "an overflow as well");
         assert!(!alone(0x4, 0), "no state at all");
     }
 

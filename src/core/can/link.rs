@@ -11,7 +11,7 @@ pub enum LinkState {
     Up,
     /// The interface exists but is down (`ENETDOWN`).
     Down,
-    /// There is no interface of that name (`ENODEV`), e.g. an unplugged adapter.
+    /// There is no interface with that name (`ENODEV`), e.g. an unplugged adapter.
     Missing,
     /// The interface exists but cannot be opened, with the `errno`.
     Failed(i32),

@@ -68,8 +68,8 @@ impl Driver {
     }
 
     /// Switches the hazard lights on or off, or toggles them for `None`.
-    pub(super) fn press_hazard(&mut self, wanted: Option<bool>, who: Who, now: MonoTime) {
-        if wanted == Some(self.hazard.is_some()) {
+    pub(super) fn press_hazard(&mut self, on: Option<bool>, who: Who, now: MonoTime) {
+        if on == Some(self.hazard.is_some()) {
             return;
         }
         self.hazard = if self.hazard.is_some() { None } else { Some(who) };

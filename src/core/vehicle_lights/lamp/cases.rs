@@ -269,7 +269,7 @@ fn hazard_during_left_ends_with_left() {
 fn lamps_one_frame_apart_do_not_interrupt_hazard() {
     let mut recorder = Recorder::cyclic(50);
     recorder.play(50, 0, 6000, |t| (flash(t, 700, 50), t >= 50 && flash(t - 50, 700, 50)));
-    assert_eq!(recorder.states(), [Left, Both], "one frame of left before both can be told");
+    assert_eq!(recorder.states(), [Left, Both], "one frame of left before both are lit");
 }
 
 #[test]

@@ -43,11 +43,16 @@ fn presses(frames: &[(u64, StalkPosition)], now: u64) -> Vec<PressRecord> {
     presses
 }
 
-/// A request: its side, whether it is latched, and its last instant in ms.
-type On = Option<(bool, bool, u64)>;
+/// A request with its last instant in ms.
+#[derive(Debug, Clone, Copy)]
+struct Request {
+    left: bool,
+    latched: bool,
+    until: u64,
+}
 
 /// Request at `now` after all presses.
-fn expected(settings: StalkSettings, presses: &[PressRecord], now: u64) -> On {
+fn expected(settings: StalkSettings, presses: &[PressRecord], now: u64) -> Option<Request> {
     let (last, earlier) = presses.split_last()?;
     // The request at the start of the last press, from the earlier ones alone.
     let before = expected(settings, earlier, last.begin);
@@ -56,23 +61,25 @@ fn expected(settings: StalkSettings, presses: &[PressRecord], now: u64) -> On {
         Some(limit) => from + u64::try_from(limit.as_millis()).unwrap(),
         None => u64::MAX,
     };
-    let tapped = (last.left, false, (last.begin + comfort).max(last.release.unwrap_or(u64::MAX)));
-    let lasting = (last.left, true, last.release.map_or(u64::MAX, limit));
-    let fresh = if last.full.is_some() { lasting } else { tapped };
+    let left = last.left;
+    let until = (last.begin + comfort).max(last.release.unwrap_or(u64::MAX));
+    let tapped = Request { left, latched: false, until };
+    let latched = Request { left, latched: true, until: last.release.map_or(u64::MAX, limit) };
+    let fresh = if last.full.is_some() { latched } else { tapped };
     let rule = if last.full.is_some() { settings.opposite_full } else { settings.opposite_half };
-    let on = match before {
-        Some((left, _, _)) if left != last.left => (rule == OppositePress::Switches).then_some(fresh),
-        Some((_, true, _)) => (settings.repeat == RepeatedPress::Keeps).then_some(lasting),
+    let request = match before {
+        Some(before) if before.left != left => (rule == OppositePress::Switches).then_some(fresh),
+        Some(before) if before.latched => (settings.repeat == RepeatedPress::Keeps).then_some(latched),
         Some(_) | None => Some(fresh),
     };
     // A press without a release before the next one lasts until then. Comfort flashing that has ended
     // by the release ends at that instant.
-    let ended = |(_, lasting, until): (bool, bool, u64)| match last.release {
-        Some(release) if !lasting && until == release && last.begin + comfort < release => now >= until,
-        Some(_) => now > until,
+    let ended = |Request { latched, until, .. }: &Request| match last.release {
+        Some(release) if !latched && *until == release && last.begin + comfort < release => now >= *until,
+        Some(_) => now > *until,
         None => false,
     };
-    on.filter(|on| !ended(*on))
+    request.filter(|request| !ended(request))
 }
 
 fn positions() -> impl Strategy<Value = StalkPosition> {
@@ -113,7 +120,10 @@ proptest! {
         let mut stalk = MomentaryStalk::new(settings);
         let mut frames = vec![];
         let mut now = 0;
-        let code = |on: On| on.map_or(TurnCode::Off, |(left, ..)| if left { TurnCode::Left } else { TurnCode::Right });
+        let code = |request: Option<Request>| TurnCode::from_sides(match request {
+            Some(request) => (request.left, !request.left),
+            None => (false, false),
+        });
         for (step, position) in steps {
             let next = now + step;
             // Times between frames, too: in ms, and a deadline falls a nanosecond after one.

@@ -1,4 +1,4 @@
-//! Checksums that vehicle makers put into their messages.
+//! Checksums of vehicle manufacturers.
 //!
 //! The stored checksum is read through its signal in the DBC, so a rule defines only the sum, not the
 //! position of the result. The field that holds the checksum is never part of its own sum.
