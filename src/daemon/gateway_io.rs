@@ -10,6 +10,8 @@ use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 
 use super::DaemonError;
 use super::fault_recorder::FaultRecorder;
+use super::live::Live;
+use super::publisher::Publisher;
 use crate::config::Settings;
 use crate::core::can::link::LinkState;
 use crate::core::command::allow_list::CommandFrame;
@@ -23,10 +25,8 @@ use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
-use crate::live::Live;
-use crate::publisher::Publisher;
-use crate::timeline::JsonTimeline;
-use crate::view::View;
+use crate::report::gateway::JsonTimeline;
+use crate::report::view::View;
 
 /// Everything the outputs go to, and the request to stop.
 pub(super) struct GatewayIo {

@@ -5,6 +5,8 @@
 
 mod fault_recorder;
 mod gateway_io;
+pub mod live;
+pub mod publisher;
 pub mod vehicle;
 
 use std::future::pending;
@@ -27,12 +29,12 @@ use crate::io::can::log::Log;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
-use crate::live::Live;
-use crate::publisher::PublisherError;
 use crate::replay::{Replay, Routes};
-use crate::timeline::JsonTimeline;
-use crate::view::View;
+use crate::report::gateway::JsonTimeline;
+use crate::report::view::View;
 use gateway_io::{GatewayIo, StopSignals};
+use live::Live;
+use publisher::PublisherError;
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]

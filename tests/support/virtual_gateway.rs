@@ -14,6 +14,7 @@ use signal_gateway::core::time::{MonoTime, Now};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput::{self, HazardLights, TurnIndicators};
 
 use super::clock::{at, millis};
+use super::diagnostics::assert_listed;
 
 pub(crate) struct VirtualGateway {
     pub(crate) gateway: Gateway,
@@ -163,7 +164,7 @@ impl VirtualGateway {
             if let Output::Diagnostics { diagnostics, stamp } = output {
                 assert_eq!(stamp, self.now.wall);
                 let changed = diagnostics.statuses.into_iter().filter(|_| !diagnostics.refresh);
-                self.changes.extend(changed.map(|status| StatusChange {
+                self.changes.extend(changed.inspect(assert_listed).map(|status| StatusChange {
                     at,
                     task: status.name.split_once(": ").unwrap().1.to_owned(),
                     level: status.level,

@@ -4,15 +4,15 @@ use super::reader::{MAX_S, Reader, keyword, metres, modes, number};
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
 use crate::config::reading::value::Value;
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::{Case, Source};
 use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// What must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
-    /// In which behaviours.
-    pub modes: Vec<Compat>,
+    /// The behaviours in which it must hold.
+    pub modes: Vec<DeciderCompat>,
     /// Where, or when.
     pub interval: Interval,
     /// What.
@@ -100,7 +100,7 @@ pub(super) fn expectations(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<Exp
 
 fn expectation(reader: &mut Reader, value: &Value) -> Option<Expectation> {
     let mut fields = Fields::of(reader, value)?;
-    let modes = modes(reader, &mut fields, "compat");
+    let modes = modes(reader, &mut fields);
     let interval = interval(reader, &mut fields);
     let wanted = Wanted {
         command: keyword(reader, &mut fields, "command", &COMMANDS),

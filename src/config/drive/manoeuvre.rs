@@ -6,7 +6,7 @@ use super::reader::{
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
 use crate::config::reading::value::Value;
-use crate::core::turn_signal::lane_network::LaneId;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::signal::Side;
 
 /// A manoeuvre as it is written.

@@ -24,16 +24,16 @@ pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
 use crate::config::files::Files;
-use crate::config::map::read_road_map;
+use crate::config::map::read_lane_network;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
 use crate::config::reading::value::Value;
 use crate::config::reading::yaml_text::from_yaml;
-use crate::core::compat::Compat;
-use crate::core::turn_signal::geometry::Point;
-use crate::core::turn_signal::lane_network::LaneNetwork;
+use crate::core::map::geometry::Point;
+use crate::core::map::lane_network::LaneNetwork;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::parameters::{Parameters, Vehicle};
 use reader::{MAX_S, Reader, SEE, metres};
 
@@ -47,8 +47,8 @@ pub struct DriveFile {
     pub name: Option<String>,
     /// What it is about.
     pub description: Option<String>,
-    /// Whose behaviours it is for, improved first.
-    pub modes: Vec<Compat>,
+    /// The behaviours it is for, improved first.
+    pub modes: Vec<DeciderCompat>,
     /// The decider's parameters, those of the country and those set one by one.
     pub parameters: Parameters,
     /// The vehicle.
@@ -113,7 +113,7 @@ fn interpret(files: &dyn Files, root: &Value, path: &Path, reader: &mut Reader) 
     let name = top.text(reader, "name").map(|given| given.text);
     let description = top.text(reader, "description").map(|given| given.text);
     let map = top.required(reader, "map");
-    let modes = reader::modes(reader, &mut top, "compat");
+    let modes = reader::modes(reader, &mut top);
     let parameters = setting::parameters(files, reader, &mut top);
     let vehicle = setting::vehicle(reader, &mut top);
     let planning_hz = reader::number(reader, &mut top, "planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
@@ -130,8 +130,8 @@ fn interpret(files: &dyn Files, root: &Value, path: &Path, reader: &mut Reader) 
         reader.refuse(&root.location, "until_m is not beyond start_m", "the drive goes forward: give more");
     }
     let map_path = path.parent().unwrap_or(Path::new("")).join(&map.as_ref()?.text);
-    let road = match read_road_map(files, &map_path) {
-        Ok(map) => LaneNetwork::of_map(&map),
+    let road = match read_lane_network(files, &map_path) {
+        Ok(road) => road,
         Err(reason) => {
             let reason = format!("{}: {reason}", map_path.display());
             let remedy = "give the path of a lanelet2 map, relative to this file";

@@ -8,9 +8,9 @@ use crate::config::reading::fields::{Fields, LocatedText, Refuse, given};
 use crate::config::reading::location::{Location, SourceLocation, line};
 use crate::config::reading::problem::Problem;
 use crate::config::reading::value::{Kind, Value};
-use crate::core::compat::Compat;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
+use crate::core::turn_signal::compat::DeciderCompat;
 
 /// Where the keys are explained.
 pub(super) const SEE: &str = "docs/turn-signal-scenarios.md";
@@ -39,11 +39,15 @@ struct UsedLane {
     location: SourceLocation,
 }
 
-const MODES: [(&str, &[Compat]); 3] = [
-    ("improved", &[Compat::Improved]),
-    ("upstream", &[Compat::Upstream]),
-    ("both", &[Compat::Improved, Compat::Upstream]),
+const MODES: [(&str, &[DeciderCompat]); 5] = [
+    (DeciderCompat::Improved.name(), &[DeciderCompat::Improved]),
+    (DeciderCompat::Upstream.name(), &[DeciderCompat::Upstream]),
+    (DeciderCompat::PathGenerator.name(), &[DeciderCompat::PathGenerator]),
+    ("both", BOTH),
+    ("all", &DeciderCompat::ALL),
 ];
+/// The behaviours of the behavior path planner, which the rules of all records are for.
+const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstream];
 
 /// What was found so far.
 pub(super) struct Reader {
@@ -282,7 +286,7 @@ pub(super) fn place_within(
     Some(at_m)
 }
 
-/// A key that says whose behaviour; both without it.
-pub(super) fn modes(reader: &mut Reader, fields: &mut Fields<'_>, key: &'static str) -> Vec<Compat> {
-    keyword(reader, fields, key, &MODES).unwrap_or(&[Compat::Improved, Compat::Upstream]).to_vec()
+/// The behaviours that the key `compat` names; improved and upstream without it.
+pub(super) fn modes(reader: &mut Reader, fields: &mut Fields<'_>) -> Vec<DeciderCompat> {
+    keyword(reader, fields, "compat", &MODES).unwrap_or(BOTH).to_vec()
 }

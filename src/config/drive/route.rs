@@ -4,7 +4,7 @@ use super::reader::{Reader, list, pose};
 use crate::config::reading::fields::{Fields, items};
 use crate::config::reading::location::SourceLocation;
 use crate::config::reading::value::{Kind, Value};
-use crate::core::turn_signal::geometry::Pose;
+use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::route::Segment;
 
 /// A route as it is written.

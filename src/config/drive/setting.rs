@@ -7,7 +7,7 @@ use crate::config::country::{NoCountry, country};
 use crate::config::files::Files;
 use crate::config::reading::fields::{Fields, given};
 use crate::config::reading::value::{Kind, Value};
-use crate::core::turn_signal::geometry::Point;
+use crate::core::map::geometry::Point;
 use crate::core::turn_signal::parameters::{Parameters, Vehicle};
 
 /// Faster is not a drive, m/s.

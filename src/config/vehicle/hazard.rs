@@ -170,10 +170,7 @@ fn sources(
 }
 
 fn lamp_hold(turn: Option<&TurnBinding>) -> Duration {
-    match turn {
-        Some(TurnBinding::From(sources)) => longest_hold(&sources.list),
-        Some(TurnBinding::NotFitted | TurnBinding::LeftOut) | None => Duration::ZERO,
-    }
+    turn.map_or(Duration::ZERO, |turn| longest_hold(turn.sources()))
 }
 
 fn from(
@@ -219,6 +216,8 @@ fn hazard_source(
             None
         }
         HazardFrom::BothSides => {
+            let shows_both =
+                |turn: &TurnBinding| turn.sources().iter().any(|named| named.source.shows_both());
             if turn.is_some_and(|turn| !shows_both(turn)) {
                 let remedy = "give [turn] `both` values or `both_on = \"hazard\"`, or change `from`";
                 binder.refuse(at, "the turn binding cannot show both sides on", remedy);
@@ -232,14 +231,6 @@ fn hazard_source(
             require!(binder, span, file.{ signal, off, reasons }, remedy);
             reason_source(binder, file, signal, off, reasons)
         }
-    }
-}
-
-/// Whether a turn binding can show "both sides on".
-fn shows_both(turn: &TurnBinding) -> bool {
-    match turn {
-        TurnBinding::NotFitted | TurnBinding::LeftOut => false,
-        TurnBinding::From(sources) => sources.list.iter().any(|named| named.source.shows_both()),
     }
 }
 

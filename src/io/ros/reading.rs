@@ -1,4 +1,4 @@
-//! A sample's bytes as the gateway's input that its subscription is for. Any bytes are safe to try.
+//! Decodes a sample's bytes to the gateway's input that its subscription is for. Any bytes are safe to decode.
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
@@ -16,7 +16,7 @@ use crate::core::light_command::EnumOrUnknown;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::turn_signal::planner_input::PlannerInput;
 
-/// Byte order of CDR, as the sample's header tells it.
+/// Byte order of CDR, as the sample's header names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Endian {
     /// `CDR_BE`.
@@ -25,26 +25,26 @@ pub enum Endian {
     Little,
 }
 
-/// Why bytes are not what the topic is for.
+/// Why bytes are not a message of the topic.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
-    /// Another layout, or cut off.
+    /// The bytes have another layout, or are cut off; the text is the decoder's.
     #[error("{0}")]
     Layout(String),
-    /// Another layout that happens to begin like ours.
+    /// The bytes have another layout that happens to begin like this one.
     #[error("{used} of {length} bytes are a message")]
     Leftover {
-        /// Bytes of what was read.
+        /// Bytes that were decoded.
         used: usize,
-        /// Bytes there are.
+        /// Bytes of the sample.
         length: usize,
     },
-    /// A command that does not exist.
+    /// The hazard command has an undefined value.
     #[error("{0} is not a hazard command")]
     Hazard(u8),
 }
 
-/// Reads a sample of a kind, without its encapsulation header.
+/// Decodes a sample of a kind, without its encapsulation header.
 pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Input, Unreadable> {
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
@@ -96,8 +96,8 @@ struct Bytes<'a> {
 }
 
 impl Bytes<'_> {
-    /// A message that fills its bytes, but for what fills up to a multiple of four: another layout
-    /// would decode by chance, but hardly to its end.
+    /// Decodes a message that takes all of the bytes, but for padding to a multiple of four: another layout may decode
+    /// by chance, but hardly to its end.
     fn whole<M: DeserializeOwned>(self) -> Result<M, Unreadable> {
         let read = match self.endian {
             Endian::Big => cdr_encoding::from_bytes::<M, BigEndian>(self.bytes),
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_read_in_both_byte_orders_and_with_what_fills_up() {
+    fn text_is_read_in_both_byte_orders_and_with_padding() {
         let text = Some(TrafficLightInput::Command("ab".to_owned()).into());
         assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0], Endian::Little), text);
         assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0, 0], Endian::Little), text);

@@ -8,7 +8,7 @@ use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::live::Live;
+use signal_gateway::daemon::live::Live;
 
 use crate::pure::command_model::bench::{mode, settings, turn};
 use crate::support::clock::at_ms;

@@ -9,7 +9,7 @@ use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::drive::course::Course;
+use signal_gateway::desk::drive::course::Course;
 
 use super::recording::{BusTime, Recording, Seen};
 use super::vehicles::{Change, PACMOD};

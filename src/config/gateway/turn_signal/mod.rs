@@ -12,19 +12,25 @@ use toml::Spanned;
 
 use crate::config::country::{NoCountry, country};
 use crate::config::files::Files;
-use crate::config::map::read_road_map;
+use crate::config::map::read_lane_network;
 use crate::config::reading::checker::Checker;
-use crate::config::reading::keyword::Keyword;
-use crate::core::compat::Compat;
+use crate::config::reading::keyword::{Keyword, keywords};
+use crate::core::map::lane_network::LaneNetwork;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::decider::Settings as DeciderSettings;
 use crate::core::turn_signal::flow::{FlowSettings, Limits, Role};
 use crate::core::turn_signal::inputs::AgeLimits;
-use crate::core::turn_signal::lane_network::LaneNetwork;
 use crate::core::turn_signal::min_duration::MinDurations;
 use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters, Vehicle};
 pub use topics::{DeciderInputs, DeciderOutputs};
 use topics::{DeciderInputsFile, DeciderOutputsFile, distinct, inputs, outputs};
+
+keywords!(DeciderCompat {
+    "improved" => DeciderCompat::Improved,
+    "upstream" => DeciderCompat::Upstream,
+    "path_generator" => DeciderCompat::PathGenerator,
+});
 
 /// `[turn_signal]`
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -37,9 +43,9 @@ pub struct TurnSignalFile {
     pub shadow: Option<Spanned<bool>>,
     /// Lanelet2 map, relative to this file.
     pub map: Option<Spanned<String>>,
-    /// Whose behaviour.
+    /// The behaviour of the decider.
     #[serde(default)]
-    pub compat: Keyword<Compat>,
+    pub compat: Keyword<DeciderCompat>,
     /// Country whose rules are meant, ISO 3166, or a file of rules.
     pub country: Option<Spanned<String>>,
     /// Cycles a second.
@@ -139,7 +145,7 @@ pub(super) fn turn_signal(
     let before = checker.problems.len();
     let map = map(checker, files, file.map.as_ref());
     let (country, parameters) = parameters(checker, files, file);
-    let mode = file.compat.0;
+    let compat = file.compat.0;
     let period = period(checker, file.planning_hz.as_ref());
     let min_durations = MinDurations {
         minimum_on: time(checker, file.minimum_on_ms.as_ref(), 0, MinDurations::READABLE.minimum_on),
@@ -159,7 +165,7 @@ pub(super) fn turn_signal(
         return None;
     }
     let (map, road) = map?;
-    let decider = DeciderSettings { mode, parameters, vehicle, age_limits, min_durations };
+    let decider = DeciderSettings { compat, parameters, vehicle, age_limits, min_durations };
     let role = if shadow.is_some() { Role::Shadow { tolerance } } else { Role::Command };
     Some(TurnSignalConfig {
         flow: FlowSettings { decider, road: Arc::new(road), role, period, limits },
@@ -184,9 +190,8 @@ fn map(
         return None;
     };
     let path = checker.beside(given);
-    let road = read_road_map(files, &path).and_then(|map| match map.lanelets() {
-        [] => Err("it has no lanelet".to_owned()),
-        [_, ..] => Ok(LaneNetwork::of_map(&map)),
+    let road = read_lane_network(files, &path).and_then(|road| {
+        if road.lanes().next().is_none() { Err("it has no lanelet".to_owned()) } else { Ok(road) }
     });
     let remedy = "name a lanelet2 map, relative to this file";
     road.map_err(|reason| checker.refuse(given, format!("{}: {reason}", path.display()), remedy))

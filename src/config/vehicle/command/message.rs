@@ -20,7 +20,7 @@ use crate::core::command::patch::Patch;
 use crate::core::command::push_button::PushButtonSettings;
 use crate::core::dbc::model::{Message, Number};
 use crate::core::validation::integrity::Protection;
-use crate::core::validation::integrity::counter::Counts;
+use crate::core::validation::integrity::counter::IncrementsOn;
 
 keywords!(Idle { "neutral" => Idle::Neutral, "silent" => Idle::Silent });
 
@@ -385,7 +385,7 @@ fn within(
 /// Counter and checksum, by the same rules as of received messages.
 fn protection(binder: &mut Binder<'_>, file: &CommandMessageFile, message: &Message) -> Option<Protection> {
     if let Some(counter) = &file.counter
-        && counter.get_ref().increments_on.0 == Counts::Changes
+        && counter.get_ref().increments_on.0 == IncrementsOn::Changes
     {
         let remedy = "remove `increments_on`";
         binder.refuse(counter.get_ref().signal.span(), "the counter of a command counts every frame", remedy);

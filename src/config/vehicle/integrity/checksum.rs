@@ -7,13 +7,13 @@ use super::super::binder::Binder;
 use super::field::field;
 use crate::config::reading::keyword::{Keyword, keywords};
 use crate::core::dbc::model::Message;
-use crate::core::validation::integrity::checksum::{Checksum, Crc8, Crc16, Extra, Parameters, Rule, Sum};
+use crate::core::validation::integrity::checksum::{Checksum, CrcRule, Extra, Parameters, Rule, Sum};
 
 // What of the identifier goes into the checksum, its low byte first.
 keywords!(Extra {
     "none" => Extra::Nothing,
     "before" => Extra::IdentifierBefore,
-    "behind" => Extra::IdentifierBehind,
+    "after" => Extra::IdentifierAfter,
 });
 
 /// `checksum = { kind = …, signal = … }`
@@ -112,9 +112,9 @@ fn rule(file: &ChecksumFile, length: usize) -> Result<Rule, String> {
         ChecksumKind::Toyota => Rule::Sum(Sum::TOYOTA),
         ChecksumKind::Subaru | ChecksumKind::Tesla => Rule::Sum(Sum::IDENTIFIER),
         ChecksumKind::Mazda => Rule::Sum(Sum::MAZDA),
-        ChecksumKind::J1850 => Rule::Crc8(Crc8::j1850()),
+        ChecksumKind::J1850 => Rule::Crc(CrcRule::j1850()),
         ChecksumKind::FcaGiorgio => match file.xorout.map(u8::try_from) {
-            Some(Ok(last_xor)) => Rule::Crc8(Crc8::giorgio(last_xor)),
+            Some(Ok(last_xor)) => Rule::Crc(CrcRule::giorgio(last_xor)),
             Some(Err(_)) | None => return Err("Giorgio needs `xorout`, the message's own 8 bits".to_owned()),
         },
         ChecksumKind::Psa => match file.start {
@@ -127,12 +127,12 @@ fn rule(file: &ChecksumFile, length: usize) -> Result<Rule, String> {
             let Some(Ok(constants)) = constants else {
                 return Err("VW needs `constants`, sixteen of them".to_owned());
             };
-            Rule::Crc8(Crc8::volkswagen(constants))
+            Rule::Crc(CrcRule::volkswagen(constants))
         }
         ChecksumKind::VwPq | ChecksumKind::Xor8 => Rule::Xor { start },
         ChecksumKind::HyundaiFd => {
-            let crc = Crc16::hyundai_fd(length);
-            Rule::Crc16(crc.ok_or_else(|| format!("Hyundai's CRC is not known for {length} bytes"))?)
+            let crc = CrcRule::hyundai_fd(length);
+            Rule::Crc(crc.ok_or_else(|| format!("Hyundai's CRC is not known for {length} bytes"))?)
         }
         ChecksumKind::Sum8 => Rule::Sum(Sum {
             start,
@@ -145,30 +145,22 @@ fn rule(file: &ChecksumFile, length: usize) -> Result<Rule, String> {
                 u8::try_from(value.unwrap_or(0)).map_err(|_| format!("`{key}` of a CRC-8 has 8 bits"))
             };
             let poly = file.poly.ok_or("a CRC needs `poly`")?;
-            Rule::Crc8(Crc8::new(
-                Parameters {
-                    poly: word(Some(poly), "poly")?,
-                    init: word(file.init, "init")?,
-                    xorout: word(file.xorout, "xorout")?,
-                    refin: file.reflected,
-                    refout: file.reflected,
-                },
-                file.identifier.0,
-                file.bytes,
-            ))
+            let parameters = Parameters::crc8(
+                word(Some(poly), "poly")?,
+                word(file.init, "init")?,
+                word(file.xorout, "xorout")?,
+            );
+            crc(file, parameters)
         }
-        ChecksumKind::Crc16 => Rule::Crc16(Crc16::new(
-            Parameters {
-                poly: file.poly.ok_or("a CRC needs `poly`")?,
-                init: file.init.unwrap_or(0),
-                xorout: file.xorout.unwrap_or(0),
-                refin: file.reflected,
-                refout: file.reflected,
-            },
-            file.identifier.0,
-            file.bytes,
-        )),
+        ChecksumKind::Crc16 => {
+            let poly = file.poly.ok_or("a CRC needs `poly`")?;
+            crc(file, Parameters::crc16(poly, file.init.unwrap_or(0), file.xorout.unwrap_or(0)))
+        }
     })
+}
+
+fn crc(file: &ChecksumFile, parameters: Parameters) -> Rule {
+    Rule::Crc(CrcRule::new(parameters.with_reflection(file.reflected), file.identifier.0, file.bytes))
 }
 
 /// Refuses keys that another kind has.

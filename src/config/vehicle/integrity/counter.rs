@@ -7,9 +7,9 @@ use super::super::binder::Binder;
 use super::field::field;
 use crate::config::reading::keyword::{Keyword, keywords};
 use crate::core::dbc::model::Message;
-use crate::core::validation::integrity::counter::{Counter, CounterRule, Counts};
+use crate::core::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
 
-keywords!(Counts { "sends" => Counts::Sends, "changes" => Counts::Changes });
+keywords!(IncrementsOn { "sends" => IncrementsOn::Sends, "changes" => IncrementsOn::Changes });
 
 /// `counter = { signal = … }`
 #[derive(Debug, Clone, Deserialize)]
@@ -32,7 +32,7 @@ pub struct CounterFile {
     pub sync_after: u8,
     /// What it counts.
     #[serde(default)]
-    pub increments_on: Keyword<Counts>,
+    pub increments_on: Keyword<IncrementsOn>,
 }
 
 fn one_step() -> u32 {
@@ -55,7 +55,9 @@ pub(in crate::config::vehicle) fn counter(
     let limit = |value: i128| u32::try_from(value).unwrap_or(if value < 0 { 0 } else { u32::MAX });
     let rule = CounterRule::new(file.first.unwrap_or(limit(lowest)), file.last.unwrap_or(limit(highest)))
         .and_then(|rule| rule.with_max_step(file.max_step))
-        .map(|rule| rule.with_counts(file.increments_on.0).with_tolerated_repeats(file.tolerated_repeats))
+        .map(|rule| {
+            rule.with_increments_on(file.increments_on.0).with_tolerated_repeats(file.tolerated_repeats)
+        })
         .map(|rule| rule.with_sync_after(file.sync_after));
     match rule.and_then(|rule| Counter::new(rule, signal)) {
         Ok(counter) => Some(counter),
