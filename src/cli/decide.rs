@@ -41,7 +41,7 @@ The exit code is 5 when an expectation failed.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {
-    /// Drive scenario (.toml, .yaml)
+    /// Drive scenario (.toml)
     scenario: PathBuf,
     /// Whose behaviour; default: those that the scenario is for
     #[arg(long, value_name = "WHOSE", value_enum)]

@@ -107,18 +107,6 @@ expectations: 1 met, 0 failed
 }
 
 #[test]
-fn yaml_says_the_same_as_toml() {
-    let yaml = "map: map.osm
-until_m: 130
-route: {segments: [[1, 11], 2, 3]}
-drive: {speed: [{at_m: 0, mps: 10}]}
-expect: [{from_m: 37, to_m: 116, command: LEFT, winner: intersection, tolerance_m: 0}]
-";
-    let of_toml = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}")).out(&[]);
-    assert_eq!(Bench::new("turn.yaml", yaml).out(&[]), of_toml);
-}
-
-#[test]
 fn json_holds_every_cycle_with_its_reasons() {
     let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
     let lines = |args: &[&str]| -> Vec<Value> {
