@@ -108,11 +108,11 @@ fuzz_target!(|bytes: &[u8]| {
             (_, choice) => {
                 // As a caller does who has nothing else to do.
                 for _ in 0..choice & 7 {
-                    let deadline = gateway.next_deadline(now.mono).max(now.mono);
+                    let deadline = gateway.next_deadline().max(now.mono);
                     now.wall = now.wall.after(deadline.since(now.mono));
                     now.mono = deadline;
                     gateway.handle(Input::Tick, now);
-                    assert!(gateway.next_deadline(now.mono) > now.mono, "a deadline that does not move");
+                    assert!(gateway.next_deadline() > now.mono, "a deadline that does not move");
                     drain(&mut gateway, &mut shown);
                 }
                 Input::Tick
@@ -146,7 +146,7 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     }
     assert!(count <= 6, "{count} outputs of one input");
     for (task, shown) in [Task::TurnIndicators, Task::HazardLights].into_iter().zip(shown) {
-        let (trouble, published) = gateway.lights().trouble(task);
+        let (trouble, published) = gateway.lights().failure(task);
         assert_eq!(published, *shown, "{task:?}");
         if matches!(trouble, Some(FaultKind::Unknown | FaultKind::Invalid)) {
             assert!(!published, "{task:?} in doubt");

@@ -7,15 +7,16 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::Failure;
+use super::arguments::{draw, file_name};
 use crate::config::drive;
 use crate::config::files::Disk;
-use crate::core::compat::Compat;
-use crate::drive::chart::DriveChart;
-use crate::drive::course::Course;
-use crate::drive::run::Run;
-use crate::drive::text::Changes;
-use crate::drive::verdict::Verdicts;
-use crate::drive::{json, text};
+use crate::core::turn_signal::compat::DeciderCompat;
+use crate::desk::drive::course::Course;
+use crate::desk::drive::run::Run;
+use crate::desk::drive::verdict::Verdicts;
+use crate::report::Form;
+use crate::report::drive::DriveWriter;
+use crate::report::drive::chart::DriveChart;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -34,7 +35,8 @@ With --json each line is one object:
    \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
    \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
    \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
-From \"turn\" on it is the form that a replay has; what there is none of is null. The last line of each behaviour is
+From \"turn\" on it is the form that a replay has; what there is none of is null. With path_generator the
+basis is \"path_generator\", without candidates. The last line of each behaviour is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 The exit code is 5 when an expectation failed.";
@@ -43,8 +45,8 @@ The exit code is 5 when an expectation failed.";
 pub(super) struct DecideArgs {
     /// Drive scenario (.toml)
     scenario: PathBuf,
-    /// Whose behaviour; default: those that the scenario is for
-    #[arg(long, value_name = "WHOSE", value_enum)]
+    /// Behaviour of the decider; default: those that the scenario is for
+    #[arg(long, value_name = "COMPAT", value_enum)]
     compat: Option<CompatArg>,
     /// Print JSON lines
     #[arg(long)]
@@ -59,10 +61,13 @@ pub(super) struct DecideArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CompatArg {
-    /// Ours
+    /// Autoware's behavior path planner without its weaknesses
     Improved,
-    /// That of Autoware
+    /// Autoware's behavior path planner
     Upstream,
+    /// Autoware's core path generator
+    #[value(name = "path_generator")]
+    PathGenerator,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -78,57 +83,38 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let course = Course::new(drive::read(&Disk, &args.scenario)?)?;
     let modes = match args.compat {
         None => course.file().modes.clone(),
-        Some(CompatArg::Improved) => vec![Compat::Improved],
-        Some(CompatArg::Upstream) => vec![Compat::Upstream],
+        Some(CompatArg::Improved) => vec![DeciderCompat::Improved],
+        Some(CompatArg::Upstream) => vec![DeciderCompat::Upstream],
+        Some(CompatArg::PathGenerator) => vec![DeciderCompat::PathGenerator],
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(&course));
+    let mut writer = DriveWriter::new(Form::json_if(args.json));
+    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(course.file()));
     let mut has_failed = false;
     for mode in modes {
-        let verdicts = decide(args, &course, mode, &mut chart, &mut out)?;
-        has_failed |= !verdicts.failed().is_empty();
-        if args.json {
-            writeln!(out, "{}", json::summary(mode, &verdicts))?;
-        } else {
-            text::summary(&verdicts).iter().try_for_each(|line| writeln!(out, "{line}"))?;
+        let (mut run, mut verdicts) = (Run::new(&course, mode), Verdicts::new(&course, mode));
+        if let Some(heading) = writer.begin(mode) {
+            writeln!(out, "{heading}")?;
         }
+        for cycle in course.cycles() {
+            let decision = run.step(&cycle);
+            verdicts.take(&cycle, &decision);
+            let snapshot = cycle.snapshot(mode, &decision);
+            if let Some(lines) = writer.write(&snapshot, args.every == Every::Cycle) {
+                writeln!(out, "{lines}")?;
+            }
+            if let Some(chart) = &mut chart {
+                chart.add(&snapshot);
+            }
+        }
+        let verdict = verdicts.verdict();
+        has_failed |= !verdict.failed.is_empty();
+        writeln!(out, "{}", writer.end(&verdict))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let file_name = || args.scenario.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let title = course.file().name.clone().unwrap_or_else(file_name);
-        let svg = chart.strip_chart(title).to_svg();
-        std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
+        let title = course.file().name.clone().unwrap_or_else(|| file_name(&args.scenario));
+        draw(path, &chart.chart(title))?;
     }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
-}
-
-fn decide<'a>(
-    args: &DecideArgs,
-    course: &'a Course,
-    mode: Compat,
-    chart: &mut Option<DriveChart<'a>>,
-    out: &mut impl Write,
-) -> io::Result<Verdicts<'a>> {
-    let (mut run, mut verdicts) = (Run::new(course, mode), Verdicts::new(course, mode));
-    let mut changes = Changes::default();
-    if !args.json {
-        writeln!(out, "{}", text::heading(mode))?;
-    }
-    for cycle in course.cycles() {
-        let decision = run.step(&cycle);
-        verdicts.take(&cycle, &decision);
-        if let Some(chart) = chart {
-            chart.take(mode, &cycle, &decision);
-        }
-        if !changes.take(&decision) && args.every == Every::Change {
-            continue;
-        }
-        if args.json {
-            writeln!(out, "{}", json::line(mode, &cycle, &decision))?;
-        } else {
-            text::lines(&cycle, &decision).iter().try_for_each(|line| writeln!(out, "{line}"))?;
-        }
-    }
-    Ok(verdicts)
 }

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::files::Files;
+use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::LightMap;
 use crate::core::map::light_roads::{LampSource, LightRoads};
 use crate::core::map::osm;
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
-use crate::core::map::road_map::RoadMap;
 
 /// The lights of a map in a file.
 ///
@@ -26,8 +26,8 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 ///
 /// # Errors
 /// The reason in words.
-pub(super) fn read_road_map(files: &dyn Files, path: &Path) -> Result<RoadMap, String> {
-    RoadMap::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
+pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
+    LaneNetwork::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
 }
 
 fn read(files: &dyn Files, path: &Path) -> Result<Vec<u8>, String> {

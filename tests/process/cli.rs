@@ -124,7 +124,7 @@ fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
         assert!(out(&["check", "--config", shipped]).contains("0 warnings"), "{shipped}");
     }
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
-    let (_, behind) = readme.split_once("## Configuration in five minutes\n\n```toml\n").unwrap();
+    let (_, behind) = readme.split_once("```toml\n").unwrap();
     let (shown, _) = behind.split_once("```").unwrap();
     let profiles = concat!("profile = \"", env!("CARGO_MANIFEST_DIR"), "/config/vehicles/");
     let (folder, path) = file("gateway.toml", &shown.replace("profile = \"vehicles/", profiles));
@@ -226,7 +226,7 @@ fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
     let pacmod = "config/vehicles/pacmod.toml";
     let vehicle = |args: &[&str]| refused(2, &[&["vehicle", "--profile"], args].concat());
     let text = vehicle(&[pacmod, "--candump", "--script", script.to_str().unwrap()]);
-    assert!(text.contains("day.txt:2: `up` cannot follow `stalk`: left, right or off"), "{text}");
+    assert!(text.contains("day.txt:2: expected left, right or off after `stalk`, found `up`"), "{text}");
     let text = vehicle(&["config/vehicles/v2x_unit.toml", "--candump"]);
     assert!(text.contains("there is nothing to simulate"), "{text}");
     let text = vehicle(&[pacmod, "--interface", "body=vcan0"]);

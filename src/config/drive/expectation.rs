@@ -4,15 +4,15 @@ use super::reader::{MAX_S, metres, modes};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::{Case, Source};
 use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// A condition that must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
-    /// Modes in which it must hold.
-    pub modes: Vec<Compat>,
+    /// Behaviours in which it must hold.
+    pub modes: Vec<DeciderCompat>,
     /// Stretch or time in which it must hold.
     pub interval: Interval,
     /// Condition.

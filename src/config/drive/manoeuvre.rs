@@ -4,7 +4,7 @@ use super::reader::{Lanes, MAX_S, Moment, from_to, metres, moment, offset};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
-use crate::core::turn_signal::lane_network::LaneId;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::signal::Side;
 
 /// A manoeuvre as it is written.

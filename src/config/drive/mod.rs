@@ -24,15 +24,15 @@ pub use setting::{SpeedProfile, Stop};
 
 use crate::config::dimensions;
 use crate::config::files::Files;
-use crate::config::map::read_road_map;
+use crate::config::map::read_lane_network;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
-use crate::core::compat::Compat;
-use crate::core::turn_signal::geometry::Point;
-use crate::core::turn_signal::lane_network::LaneNetwork;
+use crate::core::map::geometry::Point;
+use crate::core::map::lane_network::LaneNetwork;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::parameters::{Parameters, Vehicle};
 use reader::{Lanes, MAX_S, SEE, metres};
 
@@ -46,8 +46,8 @@ pub struct DriveFile {
     pub name: Option<String>,
     /// Description.
     pub description: Option<String>,
-    /// Modes in which it is driven, improved first.
-    pub modes: Vec<Compat>,
+    /// Behaviours for which it is, improved first.
+    pub modes: Vec<DeciderCompat>,
     /// Parameters of the decider: those of the country, and those set one by one.
     pub parameters: Parameters,
     /// Dimensions of the vehicle.
@@ -120,9 +120,9 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let map_at = top.at("map");
     top.done();
     let map = map?;
-    let road = read_road_map(files, &map).map_err(|reason| format!("{}: {reason}", map.display()));
+    let road = read_lane_network(files, &map).map_err(|reason| format!("{}: {reason}", map.display()));
     let remedy = "give the path of a lanelet2 map, relative to this file";
-    let road = LaneNetwork::of_map(&checker.accept(map_at, road, remedy)?);
+    let road = checker.accept(map_at, road, remedy)?;
     lanes.check(checker, &road);
     let (speed, stops, points) = drive?;
     Some(DriveFile {

@@ -7,9 +7,9 @@ use crate::config::reading::checker::{Checker, Keywords};
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
 use crate::config::reading::value::Value;
-use crate::core::compat::Compat;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
+use crate::core::turn_signal::compat::DeciderCompat;
 
 /// The document that explains the keys.
 pub(super) const SEE: &str = "docs/turn-signal-scenarios.md";
@@ -29,12 +29,15 @@ pub enum Moment {
     AtS(f64),
 }
 
-/// The modes that a key can name.
-const MODES: Keywords<&[Compat]> = &[
-    ("improved", &[Compat::Improved]),
-    ("upstream", &[Compat::Upstream]),
-    ("both", &[Compat::Improved, Compat::Upstream]),
+const MODES: Keywords<&[DeciderCompat]> = &[
+    (DeciderCompat::Improved.name(), &[DeciderCompat::Improved]),
+    (DeciderCompat::Upstream.name(), &[DeciderCompat::Upstream]),
+    (DeciderCompat::PathGenerator.name(), &[DeciderCompat::PathGenerator]),
+    ("both", BOTH),
+    ("all", &DeciderCompat::ALL),
 ];
+/// The behaviours of the behavior path planner, which the rules of all records are for.
+const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstream];
 
 /// Collects the lanelets that a file names.
 #[derive(Default)]
@@ -43,7 +46,7 @@ pub(super) struct Lanes(RefCell<Vec<(LaneId, SourceLocation)>>);
 impl Lanes {
     /// Reads the id of a lanelet, to be looked up in the map.
     pub(super) fn lane(&self, checker: &Checker, value: &Value) -> Option<LaneId> {
-        let id = checker.number(value, &(LaneId::MIN..=LaneId::MAX), "")?;
+        let id = checker.whole(value)?;
         self.0.borrow_mut().push((id, checker.source_location(&value.location)));
         Some(id)
     }
@@ -134,7 +137,7 @@ pub(super) fn from_to(fields: &Fields<'_>) -> Option<(f64, f64)> {
     Some((from_m, to_m))
 }
 
-/// The modes that a key names; all of them without it.
-pub(super) fn modes(fields: &Fields<'_>) -> Vec<Compat> {
-    fields.keyword("compat", MODES).unwrap_or(&[Compat::Improved, Compat::Upstream]).to_vec()
+/// The behaviours that the key `compat` names; improved and upstream without it.
+pub(super) fn modes(fields: &Fields<'_>) -> Vec<DeciderCompat> {
+    fields.keyword("compat", MODES).unwrap_or(BOTH).to_vec()
 }

@@ -5,7 +5,7 @@ use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
 use crate::config::reading::value::{Value, items};
-use crate::core::turn_signal::geometry::Pose;
+use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::route::Segment;
 
 const EXAMPLE: &str = "give a list of lists of lanelet ids, the preferred one first: [[1], [2, 3]]";
@@ -38,7 +38,7 @@ pub(super) fn route(lanes: &Lanes, top: &Fields<'_>) -> Option<RoutePlan> {
 
 /// Reads the keys `segments` and `id` of any table.
 pub(super) fn plan(lanes: &Lanes, fields: &Fields<'_>) -> Option<RoutePlan> {
-    let id = fields.number("id", 0..=u128::MAX, "");
+    let id = fields.whole("id");
     fields.require(&["segments"], "")?;
     let given = fields.list("segments", EXAMPLE);
     let segments: Vec<Segment> =

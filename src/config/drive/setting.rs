@@ -5,7 +5,7 @@ use crate::config::country::country_at;
 use crate::config::files::Files;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::Value;
-use crate::core::turn_signal::geometry::Point;
+use crate::core::map::geometry::Point;
 use crate::core::turn_signal::parameters::Parameters;
 
 /// The highest speed of a drive, m/s.

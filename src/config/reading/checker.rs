@@ -135,22 +135,36 @@ impl Checker {
         range: &RangeInclusive<T>,
         unit: &str,
     ) -> Option<T> {
+        let remedy = format!("give {} to {}", range.start(), with_unit(&range.end().to_string(), unit));
+        self.number_that(value, |number| range.contains(number), unit, &remedy)
+    }
+
+    /// A whole number of any size that its type can hold.
+    pub(in crate::config) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
+        self.number_that(value, |_| true, "", "give a whole number")
+    }
+
+    fn number_that<T: FromStr>(
+        &self,
+        value: &Value,
+        is_allowed: impl Fn(&T) -> bool,
+        unit: &str,
+        remedy: &str,
+    ) -> Option<T> {
         let text = match &value.kind {
             Kind::Scalar { text, is_quoted: false } => text.trim(),
             Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => "",
         };
-        let number: Result<T, _> = text.parse();
         let is_whole = text.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
-        let reason = match number {
-            Ok(number) if range.contains(&number) => return Some(number),
+        let reason = match text.parse() {
+            Ok(number) if is_allowed(&number) => return Some(number),
             Err(_) if text.parse::<f64>().is_err() => {
                 format!("expected a number, found {}", value.described())
             }
             Err(_) if !is_whole => format!("expected a whole number, found {text}"),
             Ok(_) | Err(_) => format!("{} is out of range", with_unit(text, unit)),
         };
-        let remedy = format!("give {} to {}", range.start(), with_unit(&range.end().to_string(), unit));
-        self.refuse(&value.location, reason, &remedy);
+        self.refuse(&value.location, reason, remedy);
         None
     }
 

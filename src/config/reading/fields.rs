@@ -170,6 +170,11 @@ impl<'c> Fields<'c> {
         self.number(key, range, unit)
     }
 
+    /// A whole number of any size that its type can hold.
+    pub(in crate::config) fn whole<T: FromStr>(&self, key: &'static str) -> Option<T> {
+        self.checker.whole(self.value(key)?)
+    }
+
     /// A time within a range of milliseconds.
     pub(in crate::config) fn millis(
         &self,

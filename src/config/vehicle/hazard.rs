@@ -54,10 +54,7 @@ pub(super) fn hazard(
         fields.set_form("without a source");
         return Some(none);
     }
-    let hold = match turn {
-        Some(TurnBinding::From(sources)) => longest_hold(&sources.list),
-        Some(TurnBinding::NotFitted | TurnBinding::LeftOut) | None => Duration::ZERO,
-    };
+    let hold = turn.map_or(Duration::ZERO, |turn| longest_hold(turn.sources()));
     let source = |binder: &mut Binder<'_>, fields: &Fields<'_>| source(binder, fields, turn);
     sources(binder, fields, source, |_| hold).map(HazardBinding::From)
 }
@@ -83,6 +80,8 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBindin
         }
         HazardFrom::BothSides => {
             fields.set_form("with from = \"both_sides\"");
+            let shows_both =
+                |turn: &TurnBinding| turn.sources().iter().any(|named| named.source.shows_both());
             if turn.is_some_and(|turn| !shows_both(turn)) {
                 let remedy = "give [turn] `both` values or `both_on = \"hazard\"`, or change `from`";
                 fields.refuse("from", "the turn binding cannot show both sides on", remedy);
@@ -110,14 +109,6 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBindin
             fields.set_form("with from = \"reason\"");
             reason(binder, fields)
         }
-    }
-}
-
-/// Whether a turn binding can show both sides on.
-fn shows_both(turn: &TurnBinding) -> bool {
-    match turn {
-        TurnBinding::NotFitted | TurnBinding::LeftOut => false,
-        TurnBinding::From(sources) => sources.list.iter().any(|named| named.source.shows_both()),
     }
 }
 

@@ -65,7 +65,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<i64>) -> O
 
 /// Reads a relation or way id, which no other state has.
 fn id(fields: &Fields<'_>, ids: &mut Vec<i64>) -> Option<i64> {
-    let number = fields.number("id", i64::MIN..=i64::MAX, "")?;
+    let number = fields.whole("id")?;
     if number == 0 {
         fields.refuse("id", "0 is not an id", "give the id of a regulatory element or of a light's way");
     }
@@ -197,7 +197,7 @@ fn cycle(
     for entry in entries {
         entry.require(&["intersection", "group", "id"], "");
         let number = |key, (lowest, highest): (i128, i128), name: &str| {
-            let raw = i128::from(entry.number(key, i64::MIN..=i64::MAX, "")?);
+            let raw = entry.whole::<i128>(key)?;
             if raw < lowest || raw > highest {
                 let reason = format!("{name} cannot hold {raw}");
                 entry.refuse(key, reason, &format!("its raw values are {lowest} to {highest}"));

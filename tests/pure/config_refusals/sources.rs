@@ -33,7 +33,7 @@ fn lamps_that_frames_cannot_tell_from_dark_ones_are_refused() {
                  right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
                  lamp = { period_ms = 50, hold_ms = @@500 }\n",
                 "turn.lamp.hold_ms",
-                "a hold of 500ms is shorter than the darkness",
+                "a hold of 500ms is shorter than the dark time",
                 "remove hold_ms",
             ),
             row(

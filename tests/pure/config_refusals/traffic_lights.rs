@@ -6,6 +6,8 @@ use crate::pure::config_refusals::{load_texts, sound};
 type Row = (&'static str, &'static str, &'static str, &'static str);
 
 const ROWS: &[Row] = &[
+    // A behaviour of the turn signal decider.
+    ("compat = @@'path_generator'", "compat", "unknown value \"path_generator\"", "improved, upstream"),
     ("v2i_rate_hz = @@0", "v2i_rate_hz", "0 Hz is out of range", "0.001 to 1000"),
     ("frame_rate_hz = @@nan", "frame_rate_hz", "nan Hz", "0.001 to 1000"),
     ("v2i_timeout_ms = @@0", "v2i_timeout_ms", "0 ms", "1 to 3600000"),

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::geometry::Pose;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, PlannerInput, PlanningFactor,
 };
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::io::ros::topics::Topics;
-use signal_gateway::timeline::JsonTimeline;
+use signal_gateway::report::gateway::JsonTimeline;
 
 use super::bench::{PERIOD, announcing, decider, path, route};
 

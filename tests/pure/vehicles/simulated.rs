@@ -5,10 +5,8 @@ use signal_gateway::config::Settings;
 use signal_gateway::core::simulated_vehicle::request;
 use signal_gateway::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
 use signal_gateway::core::time::{MonoTime, WallStamp};
-use signal_gateway::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, LightsBinding, TurnBinding,
-};
-use signal_gateway::vehicle_timeline::{Form, VehicleTimeline};
+use signal_gateway::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding};
+use signal_gateway::report::vehicle::CandumpLog;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
 use crate::pure::vehicles::{profile, profile_names};
@@ -18,7 +16,7 @@ fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
     let plan = settings.vehicle_plan().unwrap();
     let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let start = WallStamp::from_nanos(1_700_000_000_000_000_000);
-    let timeline = VehicleTimeline { form: Form::Candump, interfaces, start };
+    let candump = CandumpLog { interfaces, start };
     let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), MonoTime::ZERO);
     for line in script.lines().filter(|line| !line.trim().is_empty()) {
         let (at, request) = request::line(line).unwrap().unwrap();
@@ -29,7 +27,7 @@ fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
         vehicle.settle(now);
         while let Some(output) = vehicle.poll_output() {
             if let Output::Frame { .. } | Output::Error { .. } = output {
-                log.push_str(&timeline.line(&output, now).unwrap());
+                log.push_str(&candump.line(&output, now).unwrap());
                 log.push('\n');
             }
         }
@@ -60,16 +58,10 @@ fn shows_turn(lights: &LightsBinding) -> bool {
 
 /// Signs of hazard lights; a profile may have none.
 fn shows_hazard(lights: &LightsBinding) -> bool {
-    match &lights.hazard {
-        HazardBinding::From(sources) => sources.list.iter().any(|named| match &named.source {
-            HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
-            HazardSource::BothSides => match &lights.turn {
-                TurnBinding::From(sources) => sources.list.iter().any(|named| named.source.shows_both()),
-                TurnBinding::LeftOut | TurnBinding::NotFitted => false,
-            },
-        }),
-        HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => false,
-    }
+    lights.hazard.sources().iter().any(|named| match &named.source {
+        HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
+        HazardSource::BothSides => lights.turn.sources().iter().any(|named| named.source.shows_both()),
+    })
 }
 
 #[test]

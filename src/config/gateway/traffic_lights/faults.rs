@@ -10,9 +10,9 @@ pub(super) fn faults(fields: Fields<'_>) -> Option<Faults> {
     let time = |key| fields.millis(key, 0..=max_ms).unwrap_or_default();
     let share = |key| fields.number(key, 0.0..=1.0, "").unwrap_or_default();
     let length = |key| fields.number(key, 1.0..=f64::MAX, "messages").unwrap_or(1.0);
-    let offset_ms = fields.number("stamp_offset_ms", i64::MIN..=i64::MAX, "ms");
+    let offset_ms: Option<i64> = fields.whole("stamp_offset_ms");
     let settings = FaultSettings {
-        seed: fields.number("seed", 0..=u64::MAX, "").unwrap_or_default(),
+        seed: fields.whole("seed").unwrap_or_default(),
         latency: time("latency_ms"),
         jitter: time("jitter_ms"),
         loss: share("loss"),

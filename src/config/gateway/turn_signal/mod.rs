@@ -9,21 +9,25 @@ use std::time::Duration;
 use crate::config::country::country_at;
 use crate::config::dimensions::vehicle;
 use crate::config::files::Files;
-use crate::config::map::read_road_map;
+use crate::config::map::read_lane_network;
 use crate::config::reading::checker::{Keywords, LocatedText};
 use crate::config::reading::fields::Fields;
-use crate::core::compat::Compat;
+use crate::core::map::lane_network::LaneNetwork;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::decider::Settings as DeciderSettings;
 use crate::core::turn_signal::flow::{FlowSettings, Limits, Role};
 use crate::core::turn_signal::inputs::AgeLimits;
-use crate::core::turn_signal::lane_network::LaneNetwork;
 use crate::core::turn_signal::min_duration::MinDurations;
 use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters};
 use topics::topics;
 pub use topics::{DeciderInputs, DeciderOutputs};
 
-const COMPAT: Keywords<Compat> = &[("improved", Compat::Improved), ("upstream", Compat::Upstream)];
+const COMPAT: Keywords<DeciderCompat> = &[
+    (DeciderCompat::Improved.name(), DeciderCompat::Improved),
+    (DeciderCompat::Upstream.name(), DeciderCompat::Upstream),
+    (DeciderCompat::PathGenerator.name(), DeciderCompat::PathGenerator),
+];
 
 /// The settings of the decider.
 #[derive(Debug, Clone)]
@@ -58,7 +62,7 @@ const MAX_MS: u64 = 60_000;
 pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnSignalConfig> {
     let checker = fields.checker;
     let before = checker.count();
-    let mode = fields.keyword("compat", COMPAT).unwrap_or_default();
+    let compat = fields.keyword("compat", COMPAT).unwrap_or_default();
     let map = map(files, &fields);
     let (country, parameters) = parameters(files, &fields);
     let hz = fields.number("planning_hz", 1.0..=100.0, "Hz").unwrap_or(DEFAULT_HZ);
@@ -83,7 +87,7 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
         return None;
     }
     let (map, road) = map?;
-    let decider = DeciderSettings { mode, parameters, vehicle, age_limits, min_durations };
+    let decider = DeciderSettings { compat, parameters, vehicle, age_limits, min_durations };
     let role = if is_shadow { Role::Shadow { tolerance } } else { Role::Command };
     Some(TurnSignalConfig {
         flow: FlowSettings { decider, road: Arc::new(road), role, period, limits },
@@ -102,9 +106,8 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
         fields.refuse("map", "the turn signal decider has no map", remedy);
     }
     let path = fields.path("map")?;
-    let road = read_road_map(files, &path).and_then(|map| match map.lanelets() {
-        [] => Err("it has no lanelet".to_owned()),
-        [_, ..] => Ok(LaneNetwork::of_map(&map)),
+    let road = read_lane_network(files, &path).and_then(|road| {
+        if road.lanes().next().is_none() { Err("it has no lanelet".to_owned()) } else { Ok(road) }
     });
     let road = road.map_err(|reason| format!("{}: {reason}", path.display()));
     let road = fields.checker.accept(fields.at("map"), road, remedy)?;

@@ -173,8 +173,8 @@ impl Parts<'_> {
                 checker.refuse(&entry.location, reason, "set signals with integer raw values");
                 continue;
             }
-            if let Some(raw) = checker.number(&entry.value, &(i64::MIN..=i64::MAX), "")
-                && let Err(error) = patch.set(&signal.codec, raw.into())
+            if let Some(raw) = checker.whole::<i128>(&entry.value)
+                && let Err(error) = patch.set(&signal.codec, raw)
             {
                 let reason = format!("{} cannot be {raw}", signal.name);
                 checker.refuse(&entry.value.location, reason, &error.to_string());

@@ -7,19 +7,19 @@ use super::super::binder::Binder;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::core::dbc::model::Message;
-use crate::core::validation::integrity::checksum::{Checksum, Crc8, Crc16, Extra, Parameters, Rule, Sum};
+use crate::core::validation::integrity::checksum::{Checksum, CrcRule, Extra, Parameters, Rule, Sum};
 
 const SEE: &str = "see [message.*] checksum in config/gateway.toml";
 
 /// The part of the identifier in the checksum, its low byte first.
 const IDENTIFIER: Keywords<Extra> =
-    &[("none", Extra::Nothing), ("before", Extra::IdentifierBefore), ("behind", Extra::IdentifierBehind)];
+    &[("none", Extra::Nothing), ("before", Extra::IdentifierBefore), ("after", Extra::IdentifierAfter)];
 
 /// Kinds of checksum, with the reader of each; it reads no keys but its own.
 const KINDS: Keywords<fn(&Fields<'_>, &Message) -> Option<Rule>> = &[
     ("honda", |_, _| Some(Rule::Honda)),
     ("toyota", |_, _| Some(Rule::Sum(Sum::TOYOTA))),
-    ("j1850", |_, _| Some(Rule::Crc8(Crc8::j1850()))),
+    ("j1850", |_, _| Some(Rule::Crc(CrcRule::j1850()))),
     ("fca_giorgio", giorgio),
     ("subaru", |_, _| Some(Rule::Sum(Sum::IDENTIFIER))),
     ("tesla", |_, _| Some(Rule::Sum(Sum::IDENTIFIER))),
@@ -52,7 +52,7 @@ pub(super) fn checksum(binder: &Binder<'_>, fields: Fields<'_>, message: &Messag
 
 fn giorgio(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
     fields.require(&["xorout"], SEE);
-    Some(Rule::Crc8(Crc8::giorgio(fields.number("xorout", 0..=0xFF, "")?)))
+    Some(Rule::Crc(CrcRule::giorgio(fields.number("xorout", 0..=0xFF, "")?)))
 }
 
 fn psa(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
@@ -61,7 +61,7 @@ fn psa(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
 }
 
 fn volkswagen(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
-    Some(Rule::Crc8(Crc8::volkswagen(sixteen_bytes(fields, "constants", SEE)?)))
+    Some(Rule::Crc(CrcRule::volkswagen(sixteen_bytes(fields, "constants", SEE)?)))
 }
 
 fn xor(fields: &Fields<'_>) -> Rule {
@@ -69,9 +69,9 @@ fn xor(fields: &Fields<'_>) -> Rule {
 }
 
 fn hyundai_fd(fields: &Fields<'_>, message: &Message) -> Option<Rule> {
-    let crc = Crc16::hyundai_fd(message.length);
+    let crc = CrcRule::hyundai_fd(message.length);
     let crc = crc.ok_or_else(|| format!("Hyundai's CRC is not known for {} bytes", message.length));
-    fields.checker.accept(fields.at("kind"), crc, SEE).map(Rule::Crc16)
+    fields.checker.accept(fields.at("kind"), crc, SEE).map(Rule::Crc)
 }
 
 fn sum8(fields: &Fields<'_>) -> Rule {
@@ -81,27 +81,32 @@ fn sum8(fields: &Fields<'_>) -> Rule {
 }
 
 fn crc8(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
-    Some(Rule::Crc8(Crc8::new(parameters(fields, 0xFF)?, identifier(fields), bytes(fields))))
+    let [poly, init, xorout] = crc_words(fields, 0xFF);
+    Some(crc(fields, Parameters::crc8(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
 }
 
 fn crc16(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
-    Some(Rule::Crc16(Crc16::new(parameters(fields, 0xFFFF)?, identifier(fields), bytes(fields))))
+    let [poly, init, xorout] = crc_words(fields, 0xFFFF);
+    Some(crc(fields, Parameters::crc16(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
 }
 
-/// Reads the parameters of a CRC, each up to `highest`.
-fn parameters<T: From<u8> + Copy + FromStr + Display + PartialOrd>(
+/// Reads `poly`, `init` and `xorout`, each up to `highest`.
+fn crc_words<T: From<u8> + Copy + FromStr + Display + PartialOrd>(
     fields: &Fields<'_>,
     highest: T,
-) -> Option<Parameters<T>> {
+) -> [Option<T>; 3] {
     fields.require(&["poly"], SEE);
-    let [poly, init, xorout] =
-        ["poly", "init", "xorout"].map(|key| fields.number(key, T::from(0)..=highest, ""));
-    let is_reflected = fields.flag("reflected").unwrap_or_default();
-    let (init, xorout) = (init.unwrap_or(T::from(0)), xorout.unwrap_or(T::from(0)));
-    if poly.is_none() {
+    let words = ["poly", "init", "xorout"].map(|key| fields.number(key, T::from(0)..=highest, ""));
+    if words[0].is_none() {
         fields.accept_rest();
     }
-    Some(Parameters { poly: poly?, init, xorout, refin: is_reflected, refout: is_reflected })
+    words
+}
+
+fn crc(fields: &Fields<'_>, parameters: Parameters) -> Rule {
+    let is_reflected = fields.flag("reflected").unwrap_or_default();
+    let parameters = parameters.with_reflection(is_reflected);
+    Rule::Crc(CrcRule::new(parameters, identifier(fields), bytes(fields)))
 }
 
 fn identifier(fields: &Fields<'_>) -> Extra {

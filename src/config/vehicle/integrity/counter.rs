@@ -4,18 +4,19 @@ use super::super::binder::Binder;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::core::dbc::model::Message;
-use crate::core::validation::integrity::counter::{Counter, CounterRule, Counts};
+use crate::core::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
 
-const COUNTS: Keywords<Counts> = &[("sends", Counts::Sends), ("changes", Counts::Changes)];
+const INCREMENTS_ON: Keywords<IncrementsOn> =
+    &[("sends", IncrementsOn::Sends), ("changes", IncrementsOn::Changes)];
 
 /// Reads the rule with the signal that holds the counter.
 pub(super) fn counter(binder: &Binder<'_>, fields: Fields<'_>, message: &Message) -> Option<Counter> {
     fields.require(&["signal"], "");
-    let value = |key| fields.number(key, 0..=u32::MAX, "");
+    let value = |key| fields.whole(key);
     let (first, last, max_step) = (value("first"), value("last"), value("max_step").unwrap_or(1));
     let repeats = fields.number("tolerated_repeats", 0..=u8::MAX, "").unwrap_or(0);
     let sync_after = fields.number("sync_after", 0..=u8::MAX, "").unwrap_or(1);
-    let counts = fields.keyword("increments_on", COUNTS).unwrap_or_default();
+    let increments_on = fields.keyword("increments_on", INCREMENTS_ON).unwrap_or_default();
     let signal = fields.string("signal");
     let at = fields.location();
     fields.done();
@@ -24,7 +25,8 @@ pub(super) fn counter(binder: &Binder<'_>, fields: Fields<'_>, message: &Message
     let limit = |value: i128| u32::try_from(value).unwrap_or(if value < 0 { 0 } else { u32::MAX });
     let counter = CounterRule::new(first.unwrap_or(limit(lowest)), last.unwrap_or(limit(highest)))
         .and_then(|rule| rule.with_max_step(max_step))
-        .map(|rule| rule.with_counts(counts).with_tolerated_repeats(repeats).with_sync_after(sync_after))
+        .map(|rule| rule.with_increments_on(increments_on).with_tolerated_repeats(repeats))
+        .map(|rule| rule.with_sync_after(sync_after))
         .and_then(|rule| Counter::new(rule, signal));
     binder.checker.accept(at, counter, "see [message.*] counter in config/gateway.toml")
 }

@@ -28,7 +28,7 @@ const PROFILES: Keywords<fn(&Fields<'_>) -> Option<Profile>> = &[
 pub(super) fn e2e(fields: Fields<'_>, length: usize) -> Option<Protection> {
     fields.require(&["profile"], "");
     let offset = fields.number("offset", 0..=64, "bytes").unwrap_or(0);
-    let max_step = fields.number("max_step", 0..=u32::MAX, "").unwrap_or(1);
+    let max_step = fields.whole("max_step").unwrap_or(1);
     let Some(profile) = fields.keyword("profile", PROFILES) else {
         fields.accept_rest();
         return None;

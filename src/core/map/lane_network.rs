@@ -1,0 +1,244 @@
+//! The lanelets of a map, with what follows and lies beside what (docs/spec/turn-signal-decider.md, "Map facts").
+
+use std::collections::BTreeMap;
+
+use crate::core::map::geometry::polyline::{length_m, nearest};
+use crate::core::map::geometry::shape::contains;
+use crate::core::map::geometry::{Point, Pose, wrapped};
+use extent::Extent;
+
+mod extent;
+mod reader;
+mod tags;
+mod topology;
+
+/// Id of a lanelet.
+pub type LaneId = i64;
+
+/// What lies along one side of a lanelet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Roadside {
+    /// A polygon of type `hatched_road_markings` shares a point with the bound.
+    pub hatched: bool,
+    /// There is a lane: a neighbour, routable or not, a shoulder, a sibling, an opposite one.
+    pub lane: bool,
+}
+
+/// The tag `turn_direction`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TurnDirection {
+    /// No tag, or a value that does not name a direction.
+    #[default]
+    None,
+    /// `straight`
+    Straight,
+    /// `left`
+    Left,
+    /// `right`
+    Right,
+}
+
+/// A lanelet.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Lane {
+    /// Its id.
+    pub id: LaneId,
+    /// Its middle, in driving direction.
+    pub centerline: Vec<Point>,
+    /// Its left bound, in driving direction.
+    pub left_bound: Vec<Point>,
+    /// Its right bound, in driving direction.
+    pub right_bound: Vec<Point>,
+    /// The tag `turn_direction`.
+    pub turn_direction: TurnDirection,
+    /// The tag `turn_signal_distance`, metres.
+    pub turn_signal_distance_m: Option<f64>,
+    /// Lanelets that go on from it, in the order of the routing graph.
+    pub followers: Vec<LaneId>,
+    /// What lies to the left.
+    pub left: Roadside,
+    /// What lies to the right.
+    pub right: Roadside,
+    /// The roundabouts it refers to, by position in [`LaneNetwork::roundabouts`], in the order of the map.
+    pub roundabouts: Vec<usize>,
+    /// On an entry: exits for which `exit_turn_signal_left` asks for left.
+    pub exits_signalled_left: Vec<LaneId>,
+    /// On an entry: exits for which `exit_turn_signal_right` asks for right.
+    pub exits_signalled_right: Vec<LaneId>,
+    /// `enable_exit_turn_signal` is `true`.
+    pub enables_exit_signal: bool,
+}
+
+/// A roundabout regulatory element.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Roundabout {
+    /// Lanelets that lead in.
+    pub entries: Vec<LaneId>,
+    /// Lanelets that lead out.
+    pub exits: Vec<LaneId>,
+    /// Lanelets of the ring.
+    pub internals: Vec<LaneId>,
+}
+
+/// Lanelets and roundabouts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LaneNetwork {
+    lanes: BTreeMap<LaneId, (Lane, Extent)>,
+    predecessors: BTreeMap<LaneId, Vec<LaneId>>,
+    roundabouts: Vec<Roundabout>,
+}
+
+impl Roadside {
+    /// Only a hatched marking, no lane: step 8 of the shift rule.
+    pub const fn is_hatched_only(self) -> bool {
+        self.hatched && !self.lane
+    }
+}
+
+impl Roundabout {
+    /// In any role.
+    pub fn contains(&self, lane: LaneId) -> bool {
+        self.entries.contains(&lane) || self.exits.contains(&lane) || self.internals.contains(&lane)
+    }
+}
+
+impl LaneNetwork {
+    /// The road of these lanelets. Of two with one id the last counts.
+    pub fn new(lanes: impl IntoIterator<Item = Lane>, roundabouts: Vec<Roundabout>) -> Self {
+        let measured = |lane: Lane| {
+            let extent = Extent::of(&lane.border());
+            (lane.id, (lane, extent))
+        };
+        let lanes: BTreeMap<_, _> = lanes.into_iter().map(measured).collect();
+        let mut predecessors: BTreeMap<LaneId, Vec<LaneId>> = BTreeMap::new();
+        for (lane, _) in lanes.values() {
+            for follower in &lane.followers {
+                predecessors.entry(*follower).or_default().push(lane.id);
+            }
+        }
+        Self { lanes, predecessors, roundabouts }
+    }
+
+    /// The lanelet with this id.
+    pub fn lane(&self, id: LaneId) -> Option<&Lane> {
+        self.lanes.get(&id).map(|(lane, _)| lane)
+    }
+
+    /// All lanelets, ascending by id.
+    pub fn lanes(&self) -> impl Iterator<Item = &Lane> {
+        self.lanes.values().map(|(lane, _)| lane)
+    }
+
+    /// Lanelets that go on from this one.
+    pub fn followers(&self, id: LaneId) -> &[LaneId] {
+        self.lane(id).map_or(&[], |lane| &lane.followers)
+    }
+
+    /// Lanelets that lead into this one, ascending.
+    pub fn predecessors(&self, id: LaneId) -> &[LaneId] {
+        self.predecessors.get(&id).map_or(&[], Vec::as_slice)
+    }
+
+    /// All roundabouts; [`Lane::roundabouts`] points here.
+    pub fn roundabouts(&self) -> &[Roundabout] {
+        &self.roundabouts
+    }
+
+    /// The roundabouts a lanelet refers to, in the order of the map.
+    pub fn roundabouts_of(&self, id: LaneId) -> impl Iterator<Item = &Roundabout> {
+        let indices = self.lane(id).map_or(&[][..], |lane| &lane.roundabouts);
+        indices.iter().filter_map(|index| self.roundabouts.get(*index))
+    }
+
+    /// The nearest of `lanes` to a pose; of equally near ones the one that faces most alike.
+    pub fn closest(&self, lanes: impl IntoIterator<Item = LaneId>, pose: Pose) -> Option<&Lane> {
+        let bounded: Vec<_> = lanes
+            .into_iter()
+            .filter_map(|id| self.lanes.get(&id))
+            .map(|(lane, extent)| (lane, extent.distances_m(pose.position)))
+            .collect();
+        // What is surely farther than another one need not be looked at closely.
+        let reach_m = bounded.iter().map(|(_, (_, most_m))| *most_m).fold(f64::INFINITY, f64::min);
+        let ranked = bounded.into_iter().filter(|(_, (least_m, _))| *least_m <= reach_m).map(|(lane, _)| {
+            let rank = (lane.distance_m(pose.position), lane.misalignment_rad(pose));
+            (lane, rank)
+        });
+        let nearest = ranked.min_by(|(_, (near, facing)), (_, (other_near, other_facing))| {
+            near.total_cmp(other_near).then(facing.total_cmp(other_facing))
+        });
+        nearest.map(|(lane, _)| lane)
+    }
+}
+
+impl Lane {
+    /// Length of the centerline, metres.
+    pub fn length_m(&self) -> f64 {
+        length_m(&self.centerline)
+    }
+
+    /// `point` lies within the bounds.
+    pub fn contains(&self, point: Point) -> bool {
+        contains(&self.ring(), point)
+    }
+
+    /// Distance to its area, metres; to its centerline when it has no bounds.
+    pub fn distance_m(&self, point: Point) -> f64 {
+        if self.contains(point) {
+            return 0.0;
+        }
+        nearest(&self.border(), point).map_or(f64::INFINITY, |foot| foot.distance_m)
+    }
+
+    /// How far a pose faces away from the centerline next to it, radians, 0 to π.
+    pub fn misalignment_rad(&self, pose: Pose) -> f64 {
+        let facing = nearest(&self.centerline, pose.position).map_or(0.0, |foot| foot.yaw_rad);
+        wrapped(facing - pose.yaw_rad).abs()
+    }
+
+    /// The closed line around its area; its centerline when it has none.
+    fn border(&self) -> Vec<Point> {
+        let mut ring = self.ring();
+        ring.extend(ring.first().copied());
+        if ring.len() > 3 { ring } else { self.centerline.clone() }
+    }
+
+    fn ring(&self) -> Vec<Point> {
+        self.left_bound.iter().chain(self.right_bound.iter().rev()).copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Lanelets of any shape, also without area, without points and far from being numbers.
+        #[test]
+        fn the_closest_is_the_first_of_the_least_distance(
+            lines in prop::collection::vec(prop::collection::vec((coordinate(), coordinate()), 0..5), 0..8),
+            (x_m, y_m) in (-9.0..9.0_f64, -9.0..9.0_f64),
+        ) {
+            let points = |line: &Vec<(f64, f64)>| line.iter().map(|(x, y)| Point::new(*x, *y)).collect();
+            let lane = |(id, line): (LaneId, &Vec<(f64, f64)>)| Lane {
+                id,
+                centerline: points(line),
+                left_bound: if id % 3 == 0 { Vec::new() } else { points(line) },
+                ..Lane::default()
+            };
+            let road = LaneNetwork::new((0..).zip(&lines).map(lane), Vec::new());
+            let pose = Pose::new(x_m, y_m, 0.0);
+            let rank = |lane: &&Lane| (lane.distance_m(pose.position), lane.misalignment_rad(pose));
+            let plain = road.lanes().min_by(|one, other| {
+                let (one, other) = (rank(one), rank(other));
+                one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1))
+            });
+            let closest = road.closest(0..9, pose);
+            prop_assert_eq!(closest.map(|lane| lane.id), plain.map(|lane| lane.id));
+        }
+    }
+
+    fn coordinate() -> impl Strategy<Value = f64> {
+        prop_oneof![20 => -9.0..9.0_f64, 10 => (-3..4_i8).prop_map(f64::from), 1 => Just(f64::NAN)]
+    }
+}

@@ -1,0 +1,132 @@
+//! Reception of command messages: intact, in sequence and not timed out.
+
+use std::time::Duration;
+
+use super::VehicleEvent;
+use crate::core::can::frame::{Frame, MAX_DATA};
+use crate::core::can::link::BusIndex;
+use crate::core::command::Turn;
+use crate::core::command::message::CommandMessage;
+use crate::core::time::{MonoTime, deadline_after};
+use crate::core::validation::integrity::{IntegrityChecker, IntegrityVerdict, MessageIntegrity};
+
+/// Number of periods without a frame after which a command times out by default.
+const PERIODS: u32 = 5;
+
+/// Lights requested by commands; `None` = no request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct LightsRequest {
+    pub(super) turn: Option<Turn>,
+    pub(super) hazard: Option<bool>,
+}
+
+/// Effect of a command frame.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct FrameEffect {
+    /// True if it presses a momentary button.
+    pub(super) presses: bool,
+    /// Event to report; `None` = nothing.
+    pub(super) event: Option<VehicleEvent>,
+}
+
+/// Receiver of one command message.
+#[derive(Debug, Clone)]
+pub(super) struct CommandReceiver {
+    message: CommandMessage,
+    checker: Option<IntegrityChecker>,
+    timeout: Duration,
+    request: LightsRequest,
+    /// Receive time of the last valid frame; `None` = no request.
+    received_at: Option<MonoTime>,
+    is_pressed: bool,
+    is_rejecting: bool,
+}
+
+impl CommandReceiver {
+    pub(super) fn new(message: &CommandMessage, timeout: Option<Duration>) -> Self {
+        let timeout = timeout.unwrap_or(message.timing.period * PERIODS);
+        let rules = message.protection.as_ref().map(|protection| MessageIntegrity {
+            length: Some(message.permission.length()),
+            protection: protection.clone(),
+            window: None,
+            forget_after: Some(timeout),
+        });
+        Self {
+            message: message.clone(),
+            checker: rules.map(IntegrityChecker::new),
+            timeout,
+            request: LightsRequest::default(),
+            received_at: None,
+            is_pressed: false,
+            is_rejecting: false,
+        }
+    }
+
+    /// Takes a frame; those of other messages have no effect.
+    pub(super) fn on_frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) -> FrameEffect {
+        let permission = &self.message.permission;
+        if (permission.bus(), permission.id()) != (bus, frame.id()) {
+            return FrameEffect::default();
+        }
+        let verdict =
+            self.checker.as_mut().map_or(IntegrityVerdict::Trusted, |checker| checker.check(frame, now));
+        let reason = match verdict {
+            IntegrityVerdict::Rejected(reject) => Some(reject.to_string()),
+            IntegrityVerdict::Trusted if frame.data().len() == permission.length() => None,
+            IntegrityVerdict::Trusted => Some("wrong length".to_owned()),
+        };
+        let was_rejecting = std::mem::replace(&mut self.is_rejecting, reason.is_some());
+        if let Some(why) = reason {
+            let message = self.message.name.clone();
+            let event = (!was_rejecting).then_some(VehicleEvent::CommandRejected { message, why });
+            return FrameEffect { presses: false, event };
+        }
+        let (request, is_pressed) = read(&self.message, frame.padded());
+        let presses = is_pressed && !self.is_pressed;
+        (self.request, self.is_pressed, self.received_at) = (request, is_pressed, Some(now));
+        FrameEffect { presses, event: None }
+    }
+
+    /// Drops a request that has timed out.
+    pub(super) fn settle(&mut self, now: MonoTime) -> Option<VehicleEvent> {
+        self.received_at.filter(|at| now.since(*at) > self.timeout)?;
+        (self.received_at, self.is_pressed) = (None, false);
+        let request = std::mem::take(&mut self.request);
+        let message = self.message.name.clone();
+        (request != LightsRequest::default()).then_some(VehicleEvent::CommandTimedOut { message })
+    }
+
+    pub(super) fn request(&self) -> LightsRequest {
+        self.request
+    }
+
+    pub(super) fn next_deadline(&self) -> Option<MonoTime> {
+        self.received_at.map(|at| deadline_after(at, self.timeout))
+    }
+}
+
+/// Request of a frame, and whether it presses a button.
+fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (LightsRequest, bool) {
+    if message.enable.as_ref().is_some_and(|enable| !enable.on.matches(data)) {
+        return (LightsRequest::default(), false);
+    }
+    let mut request = LightsRequest::default();
+    if let Some(part) = &message.turn {
+        if part.hazard.as_ref().is_some_and(|patch| patch.matches(data)) {
+            (request.turn, request.hazard) = (Some(Turn::Off), Some(true));
+        } else if !part.none.as_ref().is_some_and(|patch| patch.matches(data)) {
+            let states = [(&part.left, Turn::Left), (&part.right, Turn::Right), (&part.off, Turn::Off)];
+            request.turn = states.into_iter().find(|(patch, _)| patch.matches(data)).map(|(_, turn)| turn);
+            request.hazard = part.hazard.as_ref().map(|_| false);
+        }
+    }
+    let Some(part) = &message.hazard else { return (request, false) };
+    if part.button.is_some() {
+        return (request, part.on.matches(data));
+    }
+    if !part.none.as_ref().is_some_and(|patch| patch.matches(data)) {
+        let states = [(&part.on, true), (&part.off, false)];
+        request.hazard = states.into_iter().find(|(patch, _)| patch.matches(data)).map(|(_, on)| on);
+    }
+    (request, false)
+}

@@ -1,0 +1,266 @@
+//! The manoeuvres of a drive as the planner tells them at a cycle.
+
+use super::route_path::{RoutePath, smooth};
+use crate::config::drive::{AvoidanceLine as DrawnLine, DriveFile, Moment, Plan, PlanKind};
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathError;
+use crate::core::map::lane_network::LaneId;
+use crate::core::turn_signal::manoeuvre::Manoeuvre;
+use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
+use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
+use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
+use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
+
+/// Paths of manoeuvres reach so far behind the vehicle and ahead of it, metres.
+const BEHIND_M: f64 = 100.0;
+const AHEAD_M: f64 = 300.0;
+/// Spacing of their points, metres.
+const SPACING_M: f64 = 0.5;
+/// Points nearer to each other than this are one, metres.
+const SAME_M: f64 = 1e-6;
+/// A manoeuvre is over when its end is so far behind, metres.
+const OVER_M: f64 = 1.0;
+/// This near to the end of the first part of a path counts as there, metres.
+const NEAR_PART_END_M: f64 = 1.0;
+
+/// Where the vehicle is in its drive.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sight<'a> {
+    pub(super) file: &'a DriveFile,
+    pub(super) route_path: &'a RoutePath,
+    /// What is added to a position of the drive to make it one of the way.
+    pub(super) moved_m: f64,
+    pub(super) at_m: f64,
+    pub(super) at_s: f64,
+    /// It has driven on from where it started.
+    pub(super) departed: bool,
+}
+
+/// Offset of the vehicle from the way at a position, metres.
+pub(super) fn offset_m(file: &DriveFile, at_m: f64) -> f64 {
+    file.manoeuvres.iter().map(|plan| own_offset_m(&plan.kind, at_m, smooth)).sum()
+}
+
+impl Sight<'_> {
+    /// What the planner tells, in the order of its chain: starting first, then what is approved, then
+    /// what waits, then the goal.
+    pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
+        let mut known: Vec<&Plan> = self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();
+        known.sort_by_key(|plan| match plan.kind {
+            PlanKind::PullOut { .. } => 0,
+            PlanKind::PullOver { .. } => 3,
+            PlanKind::Avoidance { .. } | PlanKind::LaneChange { .. } | PlanKind::SideShift { .. } => {
+                if self.is_approved(plan) { 1 } else { 2 }
+            }
+        });
+        known.into_iter().filter_map(|plan| self.manoeuvre(plan)).collect()
+    }
+
+    /// A place or time that has come.
+    pub(super) fn has_come(&self, moment: Moment) -> bool {
+        match moment {
+            Moment::AtM(at_m) => self.at_m >= at_m - 1e-9,
+            Moment::AtS(at_s) => self.at_s >= at_s - 1e-9,
+        }
+    }
+
+    fn knows(&self, plan: &Plan) -> bool {
+        let is_over = match plan.known_to {
+            Some(moment) => self.has_come(moment),
+            None => self.at_m > plan.kind.end_m() + OVER_M,
+        };
+        !is_over && plan.known_from.is_none_or(|moment| self.has_come(moment))
+    }
+
+    fn is_approved(&self, plan: &Plan) -> bool {
+        plan.approved_from.is_none_or(|moment| self.has_come(moment))
+    }
+
+    /// The pose at a position of the drive.
+    fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
+        self.route_path.pose(at_m + self.moved_m, |way_m| offset_m(way_m - self.moved_m))
+    }
+
+    fn lanes(&self, plan: &Plan) -> Vec<LaneId> {
+        let here_m = self.at_m + self.moved_m;
+        plan.lanes.clone().unwrap_or_else(|| self.route_path.lanes_between(here_m - 10.0, here_m + AHEAD_M))
+    }
+
+    fn manoeuvre(&self, plan: &Plan) -> Option<Manoeuvre> {
+        let current_shift_m = own_offset_m(&plan.kind, self.at_m, smooth);
+        Some(match &plan.kind {
+            PlanKind::Avoidance { lines } => self.avoidance(plan, lines, current_shift_m)?,
+            PlanKind::LaneChange {
+                side,
+                from_m,
+                to_m,
+                crossing_m,
+                valid_path,
+                special,
+                minimum_length_m,
+            } => {
+                let phase = match (self.is_approved(plan), special) {
+                    (true, _) => LaneChangePhase::Running,
+                    (false, true) => LaneChangePhase::Unsignalled,
+                    (false, false) => LaneChangePhase::Waiting,
+                };
+                let pose = |at_m: &f64| valid_path.then(|| self.pose(*at_m, |_| 0.0));
+                Manoeuvre::LaneChange(LaneChange {
+                    side: *side,
+                    phase,
+                    start: pose(from_m),
+                    crossing: pose(crossing_m),
+                    end: pose(to_m),
+                    previous_path: self.line(self.at_m, self.at_m + AHEAD_M, |_| 0.0),
+                    minimum_length_m: *minimum_length_m,
+                })
+            }
+            PlanKind::PullOut { from_m, to_m, backwards_until_s, first_part_end_m, .. } => {
+                let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
+                Manoeuvre::PullOut(PullOut {
+                    path: self.shifted(&plan.kind).ok(),
+                    start: self.pose(*from_m, linear),
+                    end: self.pose(*to_m, linear),
+                    current_shift_m,
+                    forward: backwards_until_s.is_none_or(|until_s| self.at_s >= until_s),
+                    standing_counts: !self.departed || self.is_near(*first_part_end_m),
+                    before_start: !self.departed,
+                    lanes: self.lanes(plan),
+                })
+            }
+            PlanKind::PullOver {
+                from_m,
+                to_m,
+                decided_from,
+                deceleration_m,
+                stop_m,
+                stop_path_end_m,
+                first_part_end_m,
+                ..
+            } => {
+                let place = |at_m: Option<f64>| at_m.map(|at_m| self.pose(at_m, |_| 0.0));
+                if decided_from.is_some_and(|moment| !self.has_come(moment)) {
+                    return Some(Manoeuvre::PullOver(PullOver::Undecided(Undecided {
+                        stop_path: self.line(self.at_m - BEHIND_M, *stop_path_end_m, |_| 0.0),
+                        deceleration: place(*deceleration_m),
+                        stop: place(*stop_m),
+                    })));
+                }
+                let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
+                Manoeuvre::PullOver(PullOver::Decided(Decided {
+                    path: self.shifted(&plan.kind).ok(),
+                    start: self.pose(*from_m, linear),
+                    goal: self.pose(*to_m, linear),
+                    current_shift_m,
+                    near_first_end: self.is_near(*first_part_end_m),
+                    lanes: self.lanes(plan),
+                }))
+            }
+            PlanKind::SideShift { .. } => Manoeuvre::SideShift,
+        })
+    }
+
+    fn avoidance(&self, plan: &Plan, lines: &[DrawnLine], current_shift_m: f64) -> Option<Manoeuvre> {
+        let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
+        let path = self.shifted(&plan.kind).ok()?;
+        let index = |at_m: f64| path.nearest_index(self.pose(at_m, linear).position);
+        let mut before_m = 0.0;
+        let lines = lines.iter().enumerate().map(|(number, line)| {
+            let start_shift_m = std::mem::replace(&mut before_m, line.offset_m);
+            AvoidanceLine {
+                id: u128::try_from(number).unwrap_or_default() + 1,
+                line: ShiftLine {
+                    start_index: index(line.from_m),
+                    end_index: index(line.to_m),
+                    start: self.pose(line.from_m, linear),
+                    end: self.pose(line.to_m, linear),
+                },
+                start_shift_m,
+                end_shift_m: line.offset_m,
+            }
+        });
+        // A line that ends at the vehicle's point is not over.
+        let ahead = |line: &AvoidanceLine| line.line.end_index >= index(self.at_m);
+        Some(Manoeuvre::Avoidance(Avoidance {
+            lines: lines.filter(ahead).collect(),
+            ego_index: index(self.at_m),
+            deviation_m: 0.0,
+            current_shift_m,
+            lanes: self.lanes(plan),
+            approved: self.is_approved(plan),
+            path,
+        }))
+    }
+
+    fn is_near(&self, part_end_m: Option<f64>) -> bool {
+        part_end_m.is_some_and(|end_m| (self.at_m - end_m).abs() < NEAR_PART_END_M)
+    }
+
+    /// The path around the vehicle with offsets that change evenly.
+    fn shifted(&self, kind: &PlanKind) -> Result<ShiftedPath, PathError> {
+        let mut places = self.places(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
+        // The ends of shifts are points of the path.
+        for end_m in ends_m(kind) {
+            let index = places.partition_point(|at_m| *at_m < end_m);
+            let is_within = index > 0 && index < places.len();
+            if is_within && places.get(index).is_some_and(|at_m| at_m - end_m > SAME_M) {
+                places.insert(index, end_m);
+            }
+        }
+        let offset_m = |at_m: f64| linear_offset_m(kind, at_m);
+        let shifts_m = places.iter().map(|at_m| offset_m(*at_m)).collect();
+        ShiftedPath::new(places.iter().map(|at_m| self.pose(*at_m, offset_m)).collect(), shifts_m)
+    }
+
+    fn line(&self, from_m: f64, to_m: f64, offset_m: impl Fn(f64) -> f64) -> Vec<Pose> {
+        self.places(from_m, to_m).iter().map(|at_m| self.pose(*at_m, &offset_m)).collect()
+    }
+
+    /// Positions of the drive at equal steps that do not move with the vehicle.
+    fn places(&self, from_m: f64, to_m: f64) -> Vec<f64> {
+        let from_m = from_m.max(-self.moved_m).max(self.at_m - BEHIND_M);
+        let to_m = to_m.min(self.route_path.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
+        let mut places = Vec::new();
+        let mut at_m = (from_m / SPACING_M).ceil() * SPACING_M;
+        while at_m <= to_m {
+            places.push(at_m);
+            at_m += SPACING_M;
+        }
+        places
+    }
+}
+
+/// As paths of the planner have it: ramps without rounding.
+fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
+    own_offset_m(kind, at_m, |share| share.clamp(0.0, 1.0))
+}
+
+/// Where its shifts begin and end, metres.
+fn ends_m(kind: &PlanKind) -> Vec<f64> {
+    match kind {
+        PlanKind::Avoidance { lines } => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),
+        PlanKind::LaneChange { from_m, to_m, .. }
+        | PlanKind::PullOut { from_m, to_m, .. }
+        | PlanKind::PullOver { from_m, to_m, .. }
+        | PlanKind::SideShift { from_m, to_m, .. } => vec![*from_m, *to_m],
+    }
+}
+
+/// What one manoeuvre adds to the offset at a position; `ramp` goes from 0 to 1.
+fn own_offset_m(kind: &PlanKind, at_m: f64, ramp: impl Fn(f64) -> f64) -> f64 {
+    let part = |from_m: f64, to_m: f64| ramp((at_m - from_m) / (to_m - from_m));
+    match kind {
+        PlanKind::Avoidance { lines } => {
+            let mut offset_m = 0.0;
+            for line in lines {
+                offset_m += (line.offset_m - offset_m) * part(line.from_m, line.to_m);
+            }
+            offset_m
+        }
+        PlanKind::LaneChange { .. } => 0.0,
+        PlanKind::PullOut { from_m, to_m, offset_m, .. } => offset_m * (1.0 - part(*from_m, *to_m)),
+        PlanKind::PullOver { from_m, to_m, offset_m, .. }
+        | PlanKind::SideShift { from_m, to_m, offset_m } => offset_m * part(*from_m, *to_m),
+    }
+}

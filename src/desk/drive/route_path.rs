@@ -1,0 +1,413 @@
+//! The way of a drive: positions along the middle of the lanelets of a route, to places on the map.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, nearest};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::turn_signal::route::Segment;
+use crate::core::turn_signal::signal::Side;
+
+/// A lane change that nobody placed takes so long, metres, if there is room.
+const LANE_CHANGE_M: f64 = 50.0;
+/// Half of the piece whose direction is the heading in its middle, metres.
+const HEADING_M: f64 = 0.25;
+
+/// Where positions lie.
+#[derive(Debug, Clone)]
+pub struct RoutePath {
+    road: Arc<LaneNetwork>,
+    line: Line,
+}
+
+#[derive(Debug, Clone)]
+enum Line {
+    Lanes(Lanes),
+    /// As it was drawn, with the lanelets to be on.
+    Points(Vec<Point>, Vec<LaneId>),
+}
+
+/// Lanes of a route, side by side, with changes between them.
+#[derive(Debug, Clone)]
+struct Lanes {
+    /// Where each segment begins, and where the last one ends, metres.
+    starts_m: Vec<f64>,
+    /// At least one.
+    tracks: Vec<Track>,
+    /// From each track to the next.
+    changes: Vec<Change>,
+    /// Of all lanelets of the route, metres.
+    lengths_m: BTreeMap<LaneId, f64>,
+}
+
+/// Lanelets one after the other, one for each segment from the first on.
+#[derive(Debug, Clone)]
+struct Track {
+    first: usize,
+    lanes: Vec<LaneId>,
+}
+
+/// A lane change that moves the vehicle, metres along the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// Which way.
+    pub side: Side,
+    /// Where it begins.
+    pub from_m: f64,
+    /// Where it ends.
+    pub to_m: f64,
+}
+
+/// Why lanelets make no way.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum RoutePathError {
+    /// The lanelets do not lead on.
+    #[error(
+        "lanelet {to} follows no lanelet of the segment before, nor is there one beside it to come from; the \
+         way ends in lanelet {from}"
+    )]
+    Gap {
+        /// Where the way ends.
+        from: LaneId,
+        /// What cannot be reached.
+        to: LaneId,
+    },
+    /// A lane change lies where there are not both lanes.
+    #[error("both lanes of the lane change lie side by side from {from_m:.1} to {to_m:.1} m only")]
+    ChangeOutside {
+        /// From here.
+        from_m: f64,
+        /// To here.
+        to_m: f64,
+    },
+    /// A lanelet has no middle.
+    #[error("lanelet {lane} has no length")]
+    NoLength {
+        /// Which.
+        lane: LaneId,
+    },
+}
+
+impl RoutePath {
+    /// The way through the preferred lanelets. Where one does not follow the one before, the vehicle
+    /// changes lanes: as the first of `changes` on the proper side that lies where both lanes are,
+    /// else over fifty metres in the middle of that.
+    pub fn of_route(
+        road: Arc<LaneNetwork>,
+        segments: &[Segment],
+        changes: &[Change],
+    ) -> Result<Self, RoutePathError> {
+        let mut starts_m = vec![0.0];
+        let mut end_m = 0.0;
+        for segment in segments {
+            let length_m = road.lane(segment.preferred).map_or(0.0, Lane::length_m);
+            if length_m.is_nan() || length_m <= 0.0 {
+                return Err(RoutePathError::NoLength { lane: segment.preferred });
+            }
+            end_m += length_m;
+            starts_m.push(end_m);
+        }
+        let ids = segments.iter().flat_map(|segment| &segment.lanes);
+        let lengths_m = ids.filter_map(|id| Some((*id, road.lane(*id)?.length_m()))).collect();
+        let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
+        lanes.place_changes(&road, changes)?;
+        Ok(Self { road, line: Line::Lanes(lanes) })
+    }
+
+    /// A line as drawn, at least two points, with the lanelets it may be on.
+    pub fn of_points(road: Arc<LaneNetwork>, points: Vec<Point>, lanes: Vec<LaneId>) -> Self {
+        Self { road, line: Line::Points(points, lanes) }
+    }
+
+    /// Where it ends, metres.
+    pub fn length_m(&self) -> f64 {
+        match &self.line {
+            Line::Lanes(lanes) => lanes.starts_m.last().copied().unwrap_or_default(),
+            Line::Points(points, _) => arc_lengths_m(points).last().copied().unwrap_or_default(),
+        }
+    }
+
+    /// The place at a position, `offset_m` to the left of the way, which may change along it; beyond the
+    /// ends it goes straight on.
+    pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
+        let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
+        let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
+        Pose { position: along.place(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
+    }
+
+    /// The lanelet at a position, the one that is reached in the middle of a lane change.
+    pub fn lane_at(&self, at_m: f64) -> Option<LaneId> {
+        match &self.line {
+            Line::Lanes(lanes) => {
+                let done = |change: &&Change| at_m >= f64::midpoint(change.from_m, change.to_m);
+                let track = lanes.tracks.get(lanes.changes.iter().take_while(done).count())?;
+                track.lane(lanes.segment(at_m))
+            }
+            Line::Points(_, lanes) => {
+                let pose = self.pose(at_m, |_| 0.0);
+                self.road.closest(lanes.iter().copied(), pose).map(|lane| lane.id)
+            }
+        }
+    }
+
+    /// The lanelets between two positions, in order.
+    pub fn lanes_between(&self, from_m: f64, to_m: f64) -> Vec<LaneId> {
+        let mut found: Vec<LaneId> = Vec::new();
+        let mut at_m = from_m.max(0.0);
+        let to_m = to_m.min(self.length_m());
+        while at_m <= to_m {
+            found.extend(self.lane_at(at_m).filter(|lane| !found.contains(lane)));
+            at_m += 1.0;
+        }
+        found
+    }
+
+    /// The position nearest to a place, and how far away that is, metres.
+    pub fn nearest(&self, place: Point) -> (f64, f64) {
+        let mut line = Vec::new();
+        let mut at_m = 0.0;
+        while at_m < self.length_m() {
+            line.push(self.middle(at_m));
+            at_m += 1.0;
+        }
+        line.push(self.middle(self.length_m()));
+        let foot = nearest(&line, place);
+        // A piece of the line is a metre of the way, but for the last.
+        let arcs_m = arc_lengths_m(&line);
+        foot.map_or((0.0, f64::INFINITY), |foot| {
+            let piece = arcs_m.partition_point(|arc_m| *arc_m <= foot.arc_m).saturating_sub(1);
+            let index = u32::try_from(piece).unwrap_or(u32::MAX);
+            let start_m = arcs_m.get(piece).copied().unwrap_or_default();
+            ((f64::from(index) + foot.arc_m - start_m).min(self.length_m()), foot.distance_m)
+        })
+    }
+
+    /// Of the way itself, without offsets.
+    fn heading_rad(&self, at_m: f64) -> f64 {
+        self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M))
+    }
+
+    /// Without offsets.
+    fn middle(&self, at_m: f64) -> Point {
+        let length_m = self.length_m();
+        let within_m = at_m.clamp(0.0, length_m);
+        let on = |at_m: f64| match &self.line {
+            Line::Lanes(lanes) => lanes.place(&self.road, at_m),
+            Line::Points(points, _) => at_arc(points, at_m).unwrap_or_default(),
+        };
+        if (at_m - within_m).abs() > 0.0 {
+            let inner_m = if at_m < 0.0 { HEADING_M.min(length_m) } else { (length_m - HEADING_M).max(0.0) };
+            let (edge, inner) = (on(within_m), on(inner_m));
+            let span_m = edge.distance_m(inner);
+            let beyond = if span_m > 0.0 { (at_m - within_m).abs() / span_m } else { 0.0 };
+            return inner.toward(edge, 1.0 + beyond);
+        }
+        on(at_m)
+    }
+}
+
+impl Track {
+    fn end(&self) -> usize {
+        self.first + self.lanes.len()
+    }
+
+    fn lane(&self, segment: usize) -> Option<LaneId> {
+        self.lanes.get(segment.checked_sub(self.first)?).copied()
+    }
+}
+
+impl Lanes {
+    fn segment(&self, at_m: f64) -> usize {
+        let begun = self.starts_m.partition_point(|start_m| *start_m <= at_m);
+        begun.clamp(1, self.starts_m.len().max(2) - 1) - 1
+    }
+
+    /// The middle of a track at a position.
+    fn on_track(&self, road: &LaneNetwork, track: &Track, at_m: f64) -> Option<Point> {
+        let segment = self.segment(at_m);
+        let lane = road.lane(track.lane(segment)?)?;
+        let (start_m, end_m) = (self.starts_m.get(segment)?, self.starts_m.get(segment + 1)?);
+        let share = (at_m - start_m) / (end_m - start_m);
+        at_arc(&lane.centerline, share * self.lengths_m.get(&lane.id)?)
+    }
+
+    fn place(&self, road: &LaneNetwork, at_m: f64) -> Point {
+        let first = self.tracks.first().and_then(|track| self.on_track(road, track, at_m));
+        let mut place = first;
+        for (change, track) in self.changes.iter().zip(self.tracks.iter().skip(1)) {
+            let share = smooth((at_m - change.from_m) / (change.to_m - change.from_m));
+            if share <= 0.0 {
+                break;
+            }
+            let target = self.on_track(road, track, at_m);
+            place = match (place, target) {
+                (Some(place), Some(target)) => Some(place.toward(target, share)),
+                (place, target) => target.or(place),
+            };
+        }
+        place.unwrap_or_default()
+    }
+
+    fn place_changes(&mut self, road: &LaneNetwork, wanted: &[Change]) -> Result<(), RoutePathError> {
+        let mut left: Vec<Change> = wanted.to_vec();
+        let mut changed_m = 0.0_f64;
+        for (one, next) in self.tracks.iter().zip(self.tracks.iter().skip(1)) {
+            let start = |segment: usize| self.starts_m.get(segment).copied().unwrap_or_default();
+            let from_m = start(one.first.max(next.first)).max(changed_m);
+            let to_m = start(one.end().min(next.end()));
+            let middle_m = f64::midpoint(from_m, to_m);
+            let side = match (self.on_track(road, one, middle_m), self.on_track(road, next, middle_m)) {
+                (Some(here), Some(there)) => side_of(here, self.on_track(road, one, middle_m + 0.5), there),
+                _ => Side::Left,
+            };
+            let fits = |change: &Change| {
+                change.side == side && change.from_m >= from_m - 1e-6 && change.to_m <= to_m + 1e-6
+            };
+            let change = match left.iter().position(fits) {
+                Some(index) => left.remove(index),
+                None if left.iter().any(|change| change.side == side) => {
+                    return Err(RoutePathError::ChangeOutside { from_m, to_m });
+                }
+                None => {
+                    let half_m = (LANE_CHANGE_M / 2.0).min((to_m - from_m) / 2.0);
+                    Change { side, from_m: middle_m - half_m, to_m: middle_m + half_m }
+                }
+            };
+            changed_m = change.to_m;
+            self.changes.push(change);
+        }
+        Ok(())
+    }
+}
+
+/// From 0 to 1 without kinks; held outside.
+pub(super) fn smooth(share: f64) -> f64 {
+    let share = share.clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
+}
+
+fn side_of(here: Point, ahead: Option<Point>, there: Point) -> Side {
+    let ahead = ahead.unwrap_or(here);
+    let cross =
+        (ahead.x_m - here.x_m) * (there.y_m - here.y_m) - (ahead.y_m - here.y_m) * (there.x_m - here.x_m);
+    if cross < 0.0 { Side::Right } else { Side::Left }
+}
+
+fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<Track>, RoutePathError> {
+    let mut tracks: Vec<Track> = Vec::new();
+    for (index, segment) in segments.iter().enumerate() {
+        let Some(track) = tracks.last_mut() else {
+            tracks.push(Track { first: index, lanes: vec![segment.preferred] });
+            continue;
+        };
+        let before = index.checked_sub(1).and_then(|before| track.lane(before));
+        if before.is_some_and(|before| road.followers(before).contains(&segment.preferred)) {
+            track.lanes.truncate(index - track.first);
+            track.lanes.push(segment.preferred);
+            continue;
+        }
+        let mut beside = Track { first: index, lanes: vec![segment.preferred] };
+        lead_back(road, segments, &mut beside);
+        lead_on(road, segments, track);
+        if beside.first >= track.end() {
+            let from = track.lanes.last().copied().unwrap_or_default();
+            return Err(RoutePathError::Gap { from, to: segment.preferred });
+        }
+        tracks.push(beside);
+    }
+    Ok(tracks)
+}
+
+/// Back along the lanelets of the route that lead into a track.
+fn lead_back(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
+    while let Some(segment) = track.first.checked_sub(1).and_then(|before| segments.get(before)) {
+        let leads =
+            |lane: &&LaneId| track.lanes.first().is_some_and(|first| road.followers(**lane).contains(first));
+        let Some(lane) = segment.lanes.iter().find(leads).copied() else { return };
+        track.lanes.insert(0, lane);
+        track.first -= 1;
+    }
+}
+
+/// On along the lanelets of the route that follow a track.
+fn lead_on(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
+    while let Some(segment) = segments.get(track.end()) {
+        let follows =
+            |lane: &&LaneId| track.lanes.last().is_some_and(|last| road.followers(*last).contains(*lane));
+        let Some(lane) = segment.lanes.iter().find(follows).copied() else { return };
+        track.lanes.push(lane);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 3.5 m wide pieces of 50 m towards +x: 1, 2, 3 in the right lane and 11, 12, 13 to its left.
+    fn two_lanes() -> Arc<LaneNetwork> {
+        let lane = |id: LaneId| {
+            let (left, index) = if id > 10 { (3.5, id - 11) } else { (0.0, id - 1) };
+            let x_m = f64::from(i32::try_from(index).unwrap()) * 50.0;
+            let followers = if index < 2 { vec![id + 1] } else { Vec::new() };
+            let line = |y_m| vec![Point::new(x_m, y_m), Point::new(x_m + 50.0, y_m)];
+            Lane { id, centerline: line(left), followers, ..Lane::default() }
+        };
+        Arc::new(LaneNetwork::new([1, 2, 3, 11, 12, 13].map(lane), Vec::new()))
+    }
+
+    fn segments(lanes: &[&[LaneId]]) -> Vec<Segment> {
+        lanes.iter().map(|lanes| Segment { preferred: lanes[0], lanes: lanes.to_vec() }).collect()
+    }
+
+    fn place(route_path: &RoutePath, at_m: f64) -> (f64, f64) {
+        let position = route_path.pose(at_m, |_| 0.0).position;
+        (position.x_m, (position.y_m * 1e3).round() / 1e3)
+    }
+
+    #[test]
+    fn positions_are_metres_along_the_middle_whatever_the_lane() {
+        let route = segments(&[&[1, 11], &[12, 2], &[13]]);
+        let route_path = RoutePath::of_route(two_lanes(), &route, &[]).unwrap();
+        // Both lanes from 0 to 100 m: over 50 m in the middle.
+        let places = [0.0, 25.0, 50.0, 75.0, 150.0].map(|at_m| place(&route_path, at_m));
+        assert_eq!(places, [(0.0, 0.0), (25.0, 0.0), (50.0, 1.75), (75.0, 3.5), (150.0, 3.5)]);
+        assert_eq!(
+            [20.0, 49.0, 50.0, 140.0].map(|at_m| route_path.lane_at(at_m)),
+            [Some(1), Some(1), Some(12), Some(13)]
+        );
+        assert_eq!(route_path.lanes_between(40.0, 110.0), [1, 12, 13]);
+        assert_eq!((place(&route_path, -5.0), place(&route_path, 160.0)), ((-5.0, 0.0), (160.0, 3.5)));
+        assert_eq!(route_path.nearest(Point::new(120.5, 4.5)), (120.5, 1.0));
+
+        let placed = Change { side: Side::Left, from_m: 10.0, to_m: 20.0 };
+        let away = Change { side: Side::Right, ..placed };
+        let route_path = RoutePath::of_route(two_lanes(), &route, &[away, placed]).unwrap();
+        for (at_m, left_m) in [(10.0, 0.0), (15.0, 1.75), (20.0, 3.5)] {
+            assert!((place(&route_path, at_m).1 - left_m).abs() < 1e-9, "{at_m}");
+        }
+        let heading_deg = route_path.pose(15.0, |_| 0.0).yaw_rad.to_degrees();
+        assert!((25.0..28.0).contains(&heading_deg), "1.5 * 3.5 / 10: {heading_deg}");
+        let late = Change { to_m: 101.0, ..placed };
+        let refused = RoutePath::of_route(two_lanes(), &route, &[late]).unwrap_err();
+        assert_eq!(refused, RoutePathError::ChangeOutside { from_m: 0.0, to_m: 100.0 });
+    }
+
+    #[test]
+    fn offsets_lie_to_the_left_and_turn_the_vehicle() {
+        let route_path = RoutePath::of_route(two_lanes(), &segments(&[&[1], &[2]]), &[]).unwrap();
+        let pose = route_path.pose(30.0, |at_m| (at_m - 20.0) * 0.1);
+        assert!((pose.position.y_m - 1.0).abs() < 1e-9 && (pose.yaw_rad - 0.1_f64.atan()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn lanelets_that_lead_nowhere_are_refused() {
+        let refused =
+            |lanes: &[&[LaneId]]| RoutePath::of_route(two_lanes(), &segments(lanes), &[]).unwrap_err();
+        assert_eq!(refused(&[&[1], &[3]]), RoutePathError::Gap { from: 1, to: 3 });
+        assert_eq!(refused(&[&[1], &[12]]), RoutePathError::Gap { from: 1, to: 12 });
+        assert_eq!(refused(&[&[9]]), RoutePathError::NoLength { lane: 9 });
+    }
+}
