@@ -141,7 +141,7 @@ fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
     assert!(missing.contains("/nonexistent/gateway.toml: cannot read it"), "{missing}");
     let (folder, path) = file("bad.toml", "profile = \"x.toml\"\n[ros]\nnod = \"a\"\n");
     let text = refused(3, &["check", "--config", path.to_str().unwrap()]);
-    assert!(text.contains("bad.toml:3:1: ros.nod: unknown field `nod`"), "{text}");
+    assert!(text.contains("bad.toml:3:1: ros.nod: unknown key \"nod\""), "{text}");
     drop(folder);
     let text = refused(1, &["replay", "/nonexistent/drive.log", "--config", DEMO]);
     assert!(text.contains("/nonexistent/drive.log"), "{text}");
