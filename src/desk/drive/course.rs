@@ -8,12 +8,12 @@ use super::planner::{DrivePosition, offset_m};
 use super::route_path::{Change, RoutePath, RoutePathError};
 use crate::config::Refused;
 use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
-use crate::core::compat::Compat;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::polyline::{back_pose, front_pose};
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::time::MonoTime;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
-use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::route::{Route, RouteError};
@@ -89,7 +89,7 @@ pub struct PathPoint {
 
 impl Cycle {
     /// A snapshot of the cycle with what was decided at it.
-    pub fn snapshot<'a>(&self, compat: Compat, decision: &'a Decision) -> Snapshot<'a> {
+    pub fn snapshot<'a>(&self, compat: DeciderCompat, decision: &'a Decision) -> Snapshot<'a> {
         let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
         Snapshot { compat, at_s, at_m, pose, speed_mps, lane, decision }
     }
@@ -139,7 +139,11 @@ impl Course {
     }
 
     /// The expectations at a cycle for one behaviour, with their indices in the file.
-    pub fn expected(&self, cycle: &Cycle, mode: Compat) -> impl Iterator<Item = (usize, &Expectation)> {
+    pub fn expected(
+        &self,
+        cycle: &Cycle,
+        mode: DeciderCompat,
+    ) -> impl Iterator<Item = (usize, &Expectation)> {
         let (at_m, at_s) = (cycle.at_m, cycle.at_s);
         let all = self.file.expectations.iter().enumerate();
         all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.interval.holds(at_m, at_s))

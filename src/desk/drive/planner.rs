@@ -2,9 +2,9 @@
 
 use super::route_path::{RoutePath, smooth};
 use crate::config::drive::{AvoidanceLine as DrawnLine, DriveFile, Moment, Plan, PlanKind};
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::geometry::path::PathError;
-use crate::core::turn_signal::lane_network::LaneId;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathError;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::core::turn_signal::geometry::polyline::{arc_lengths_m, at_arc, nearest};
-use crate::core::turn_signal::geometry::{Point, Pose};
-use crate::core::turn_signal::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, nearest};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::Side;
 

@@ -1,7 +1,7 @@
 //! The decider in one behaviour over a course.
 
 use super::course::{Course, Cycle};
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decider::{Decider, Settings};
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::inputs::{Inputs, Timed};
@@ -18,7 +18,7 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// A decider without any input yet.
-    pub fn new(course: &'a Course, mode: Compat) -> Self {
+    pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
         let file = course.file();
         let settings = Settings {
             parameters: file.parameters.clone(),

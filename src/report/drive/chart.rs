@@ -1,10 +1,10 @@
 //! A drive as a chart: the lanelets of its route, what the planner does, and for each behaviour the
 //! sections of every candidate and the signal that came out.
 
-use super::{Snapshot, name};
+use super::Snapshot;
 use crate::config::drive::{AvoidanceLine, DriveFile, Expectation, Interval, PlanKind};
-use crate::core::compat::Compat;
-use crate::core::map::lanelet::TurnDirection;
+use crate::core::map::lane_network::TurnDirection;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::Source;
 use crate::core::turn_signal::signal::{Hazard, Signal};
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
@@ -23,7 +23,7 @@ pub struct DriveChart<'a> {
 
 #[derive(Debug, Clone)]
 struct CompatRun {
-    compat: Compat,
+    compat: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Driven>,
 }
@@ -199,7 +199,7 @@ impl CompatRun {
         if !expected.is_empty() {
             rows.push(Row { label: "expected".to_owned(), bars: expected });
         }
-        Lane { label: name(self.compat).to_owned(), rows }
+        Lane { label: self.compat.name().to_owned(), rows }
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use signal_gateway::config::drive;
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
 };
