@@ -108,7 +108,7 @@ pub fn case(decision: &Decision) -> Option<Case> {
     resolution(decision)?.case
 }
 
-/// What the decision rests on, in a word or two.
+/// The basis of the decision in short words.
 pub(super) fn basis(decision: &Decision) -> String {
     match &decision.basis {
         Basis::NoInputs => "no inputs".to_owned(),
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn winner_rule_distances_and_losers_are_told() {
+    fn fields_hold_winner_rule_distances_and_losers() {
         let at = |x: f64| Pose::new(x, 0.0, 0.0);
         let path = Path::new((0..80).map(|x| at(f64::from(x)))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };

@@ -65,7 +65,7 @@ fn json_lines_have_the_three_fields_and_come_out_the_same_each_time() {
     for line in lines.lines() {
         let line: serde_json::Value = serde_json::from_str(line).unwrap();
         let fields: Vec<_> = line.as_object().unwrap().keys().cloned().collect();
-        assert_eq!(fields, ["data", "t", "topic"]);
+        assert_eq!(fields, ["t", "topic", "data"]);
         let t = line["t"].as_f64().unwrap();
         assert!(t >= last, "time runs forward");
         last = t;

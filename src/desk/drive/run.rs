@@ -8,7 +8,7 @@ use crate::core::turn_signal::inputs::{Inputs, Timed};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::planner_input::Odometry;
 
-/// A decider with what it was told last.
+/// A decider with the odometry it received last.
 #[derive(Debug, Clone)]
 pub struct Run<'a> {
     course: &'a Course,
@@ -17,7 +17,7 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A decider that has seen nothing.
+    /// A decider without any input yet.
     pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
         let file = course.file();
         let settings = Settings {
@@ -28,7 +28,7 @@ impl<'a> Run<'a> {
         Self { course, decider: Decider::new(settings), odometry: None }
     }
 
-    /// What it decides at the next cycle.
+    /// The decision at the next cycle.
     pub fn step(&mut self, cycle: &Cycle) -> Decision {
         let now = cycle.now;
         if let Some(value) = cycle.odometry {

@@ -1,4 +1,4 @@
-//! A scenario from its first snapshot to its end, one step for each time at which something is due.
+//! A scenario from its start to its end, one step for each time at which something is due.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
 use crate::core::traffic_light::target::Layer;
 use crate::report::lights::{STORES, Snapshot, States};
 
-/// The scenario, as far as it has run.
+/// A scenario in progress.
 #[derive(Debug)]
 pub struct Run {
     lights: TrafficLights,
@@ -23,8 +23,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// The scenario is about to start. It is shown to its end, but no longer than `until`, and with
-    /// the camera's and the V2I topic, whatever the settings say.
+    /// A run before its start, to the end of the scenario or `until`. It has the camera's and the V2I topic,
+    /// whatever the topics of the settings.
     pub fn new(mut settings: LightsSettings, until: Duration) -> Self {
         settings.topics = [LightsTopic::Camera, LightsTopic::V2i].into();
         Self {
@@ -80,7 +80,7 @@ impl Run {
         self.lights.scenario()
     }
 
-    /// How the scenario ended; none while it goes on.
+    /// The outcome of the scenario; `None` before its end.
     pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.lights.verdict()
     }

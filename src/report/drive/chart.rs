@@ -10,7 +10,7 @@ use crate::core::turn_signal::signal::{Hazard, Signal};
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
 use crate::report::decision::evaluated;
 
-/// Records whose ends lie nearer than this are one, metres: some have starts that move on.
+/// Records whose ends are nearer than this are one, metres; starts may move on.
 const SAME_M: f64 = 1.0;
 
 /// Collects what is drawn while a drive goes on, behaviour by behaviour.
@@ -46,7 +46,7 @@ struct Record {
 }
 
 impl<'a> DriveChart<'a> {
-    /// A chart without any snapshot.
+    /// A chart without any cycle.
     pub fn new(file: &'a DriveFile) -> Self {
         Self { file, lanelets: Vec::new(), runs: Vec::new() }
     }
@@ -204,7 +204,7 @@ impl CompatRun {
 }
 
 impl Driven {
-    /// The vehicle goes the other way now.
+    /// Whether the vehicle changes direction.
     fn turns_around(&self, at_m: f64) -> bool {
         (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
     }

@@ -24,7 +24,7 @@ fn lamps_that_frames_cannot_tell_from_dark_ones_are_refused() {
                  right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
                  lamp = { period_ms = @@201 }\n",
                 "turn.lamp.period_ms",
-                "BLINK: a lamp in a message sent every 201ms cannot be told",
+                "BLINK: a flashing lamp in a message sent every 201ms cannot be distinguished from a dark one",
                 "a message sent at each change",
             ),
             row(

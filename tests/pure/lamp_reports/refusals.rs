@@ -32,10 +32,8 @@ fn outputs(commands: [&str; 2], cycle_ms: u32, lamp: &str) -> [Output; 2] {
 
 #[test]
 fn a_message_that_comes_once_a_second_is_refused_with_its_place() {
-    let by_dbc =
-        "profile.toml:9:15: turn.left_signal: LAMPS: a lamp in a message sent every 1s cannot be told";
-    let by_key =
-        "profile.toml:12:22: turn.lamp.period_ms: LAMPS: a lamp in a message sent every 1s cannot be";
+    let by_dbc = "profile.toml:9:15: turn.left_signal: LAMPS: a flashing lamp in a message sent every 1s cannot be distinguished";
+    let by_key = "profile.toml:12:22: turn.lamp.period_ms: LAMPS: a flashing lamp in a message sent every 1s cannot be";
     for (cycle_ms, lamp, words) in [(1000, "", by_dbc), (50, "period_ms = 1000", by_key)] {
         for output in outputs(["check", "run"], cycle_ms, lamp) {
             let said = String::from_utf8(output.stderr).unwrap();

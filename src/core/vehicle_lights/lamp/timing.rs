@@ -99,8 +99,8 @@ pub enum Resolution {
 pub enum Unresolvable {
     /// The message is too slow for any hold time.
     #[error(
-        "a flashing lamp in a message sent every {period:?} cannot be distinguished from a dark one (at most \
-         {MAX_PERIOD:?}): bind a logical or request signal, or a message sent at each change"
+        "a flashing lamp in a message sent every {period:?} cannot be distinguished from a dark one; the limit is \
+         {MAX_PERIOD:?}"
     )]
     TooSlow {
         /// Period of the message.
