@@ -1,4 +1,4 @@
-//! What a check says of commands to the vehicle: whether any are sent, and which frames can be.
+//! The part of a check on commands to the vehicle: whether any are sent, and the frames that can be.
 
 use super::Report;
 use crate::config::Settings;

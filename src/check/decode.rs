@@ -39,7 +39,7 @@ pub fn signals_in<'a>(
 }
 
 impl Decoder {
-    /// A decoder for what the settings bind; with `changes_only`, a signal is printed when its
+    /// A decoder for the bound signals; with `changes_only`, a signal is printed when its
     /// raw value is another than before.
     pub fn new(settings: &Settings, changes_only: bool) -> Self {
         let binding = settings.gateway.lights.clone();
@@ -47,10 +47,10 @@ impl Decoder {
         Self { last: vec![None; binding.table.signals.len()], binding, interfaces, changes_only }
     }
 
-    /// Prints what an input holds of bound signals: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`.
+    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`.
     ///
     /// # Errors
-    /// When `out` is closed.
+    /// A closed `out`.
     pub fn print(&mut self, input: &CanInput, out: &mut dyn Write) -> io::Result<()> {
         let CanInput::Frame { bus, frame, stamp } = input else { return Ok(()) };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! `check`: what is bound, what is missing, and what a recording would have given, before the drive.
+//! `check`: bindings, warnings, and the result of a recording, before the drive.
 
 mod commands;
 pub mod decode;
@@ -19,12 +19,12 @@ use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
 pub use survey::recording;
 
-/// What a check has to say.
+/// The result of a check.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Report {
     /// The text.
     pub text: String,
-    /// Things an integrator should look at before the drive.
+    /// Number of warnings, which an integrator should look at before the drive.
     pub concerns: u32,
 }
 
@@ -40,7 +40,7 @@ impl Report {
     }
 }
 
-/// Says what a configuration binds, and what of its DBCs was rejected.
+/// Lists the bindings of a configuration, and what was rejected of its DBCs.
 pub fn binding(settings: &Settings) -> Report {
     let mut report = Report::default();
     report.line("vehicle", &settings.vehicle);
@@ -95,7 +95,7 @@ pub fn binding(settings: &Settings) -> Report {
     report
 }
 
-/// What an integrator should know of a configuration that is sound.
+/// Notes for an integrator on a configuration that is accepted.
 pub fn notes(settings: &Settings) -> Vec<String> {
     let unseen = flashes_unseen(&settings.gateway.lights);
     unseen.into_iter().chain(traffic_lights::notes(settings)).collect()
@@ -124,7 +124,7 @@ fn turn_sources(turn: &TurnBinding, report: &mut Report) {
         TurnBinding::LeftOut | TurnBinding::Unbound => {
             return report.line("turn", "not in the profile: never published, no diagnostics");
         }
-        TurnBinding::NotFitted => return report.line("turn", "no indicators fitted: DISABLE for ever"),
+        TurnBinding::NotFitted => return report.line("turn", "no indicators fitted: always DISABLE"),
         TurnBinding::From(sources) => sources,
     };
     for named in &sources.list {
@@ -153,7 +153,7 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
             return report.line("hazard", "not in the profile: never published, no diagnostics");
         }
         HazardBinding::NotFitted => {
-            return report.line("hazard", "no hazard lights fitted: DISABLE for ever");
+            return report.line("hazard", "no hazard lights fitted: always DISABLE");
         }
         HazardBinding::Unbound => {
             let text = "bound to no signal: never published, diagnostics say unknown";

@@ -1,4 +1,4 @@
-//! A recording, played to its end: what came, what it meant, and what would have been published.
+//! A recording, played to its end: frames, values, and the reports that would have been published.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,10 +15,10 @@ use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::{FaultKind, Task};
 use crate::replay::Replay;
 
-/// Plays a recording to its end and says what it would have given.
+/// Plays a recording to its end and lists its frames, values and reports.
 ///
 /// # Errors
-/// When the recording cannot be read to its end.
+/// A recording that cannot be read to its end.
 pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result<()>) {
     let mut survey = Survey::new(settings, &replay);
     let outcome = loop {
@@ -37,7 +37,7 @@ pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result
     (survey.report(settings, &replay), outcome)
 }
 
-/// More different values than this are not listed one by one.
+/// The largest number of different values that are listed one by one.
 const MAX_VALUES: usize = 32;
 
 #[derive(Debug, Clone, Default)]
@@ -51,10 +51,10 @@ struct MessageSurvey {
 #[derive(Debug)]
 struct Survey {
     messages: Vec<MessageSurvey>,
-    /// Raw values of each signal: how often, and when first.
+    /// Raw values of each signal, with their number and the time of the first.
     values: Vec<BTreeMap<i128, (u64, MonoTime)>>,
-    troubles: BTreeMap<(usize, FaultKind), FaultSurvey>,
-    /// What is the case since the last step: the trouble, and whether the report is published.
+    faults: BTreeMap<(usize, FaultKind), FaultSurvey>,
+    /// State of each report since the last step: its fault, and whether it is published.
     current: [(Option<FaultKind>, bool); 2],
     /// Of the first frame on a configured interface.
     start: MonoTime,
@@ -76,7 +76,7 @@ impl Survey {
         let mut survey = Self {
             messages: vec![MessageSurvey::default(); lights.table.messages.len()],
             values: vec![BTreeMap::new(); lights.table.signals.len()],
-            troubles: BTreeMap::new(),
+            faults: BTreeMap::new(),
             current: [(None, false); 2],
             start,
             published: [Duration::ZERO; 2],
@@ -108,25 +108,25 @@ impl Survey {
         }
     }
 
-    /// Adds the time of one step to what was the case during it, then looks at what is the case now.
+    /// Adds the time of one step to the states during it, then takes over the present ones.
     fn passed(&mut self, replay: &Replay, before: MonoTime) {
         let now = replay.now().mono;
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
-            let (was_trouble, was_published) =
+            let (previous_fault, was_published) =
                 std::mem::replace(&mut self.current[index], lights.failure(task));
-            let (trouble, _) = self.current[index];
-            if let Some(survey) = was_trouble.and_then(|was| self.troubles.get_mut(&(index, was))) {
+            let (fault, _) = self.current[index];
+            if let Some(survey) = previous_fault.and_then(|was| self.faults.get_mut(&(index, was))) {
                 survey.total += now.since(before);
             }
             if was_published {
                 self.published[index] += now.since(before);
             }
-            if was_trouble != trouble
-                && let Some(trouble) = trouble
+            if previous_fault != fault
+                && let Some(fault) = fault
             {
                 let fresh = FaultSurvey { times: 0, total: Duration::ZERO, first: now };
-                self.troubles.entry((index, trouble)).or_insert(fresh).times += 1;
+                self.faults.entry((index, fault)).or_insert(fresh).times += 1;
             }
         }
     }
@@ -147,7 +147,7 @@ impl Survey {
                 .concern(&format!("{late} stamps run backwards, {jumps} times the recorder's clock jumped"));
         }
         if counts.records > 0 && counts.foreign == counts.records {
-            report.concern("no frame came on a configured interface: use --map INTERFACE=BUS");
+            report.concern("no frame was received on a configured interface: use --map INTERFACE=BUS");
         }
         self.report_messages(settings, replay, &mut report);
         self.report_values(settings, &mut report);
@@ -163,7 +163,7 @@ impl Survey {
             let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
             let (name, id) = (&message.name, message.id);
             if seen.frames == 0 {
-                report.concern(&format!("{name} ({id}) never came on {interface}"));
+                report.concern(&format!("{name} ({id}) was never received on {interface}"));
                 continue;
             }
             let gap = seen.longest_gap.as_millis();
@@ -211,21 +211,21 @@ impl Survey {
             let published = seconds_text(MonoTime::ZERO.after(self.published[index]));
             let whole = seconds_text(replay.now().mono);
             report.line("report", &format!("{} would be published for {published} of {whole}", task.name()));
-            let troubles = self.troubles.iter().filter(|((of, _), _)| *of == index);
-            for ((_, trouble), FaultSurvey { times, total, first }) in troubles {
-                let word = match trouble {
+            let faults = self.faults.iter().filter(|((of, _), _)| *of == index);
+            for ((_, fault), FaultSurvey { times, total, first }) in faults {
+                let kind = match fault {
                     FaultKind::Unknown => "unknown",
                     FaultKind::Invalid => "invalid",
                     FaultKind::HardwareFault => "hardware fault",
                 };
                 let total = seconds_text(MonoTime::ZERO.after(*total));
                 let text = format!(
-                    "{} {word} {times} times, {total} in all, first at {}",
+                    "{} {kind} {times} times, {total} in all, first at {}",
                     task.name(),
                     seconds_text(*first)
                 );
                 // Nothing is known before the first frame; that alone is not a concern.
-                let start_only = *trouble == FaultKind::Unknown
+                let start_only = *fault == FaultKind::Unknown
                     && *times == 1
                     && *first == self.start
                     && self.published[index] > Duration::ZERO;
@@ -235,8 +235,8 @@ impl Survey {
     }
 }
 
-/// What became of the frames of a message that must prove something. That the first of a counter
-/// proves nothing, also after a silence, is as it should be.
+/// Reports the integrity checks of a message's frames. The first frame of a counter cannot be checked, also after
+/// a silence; that is not a warning.
 fn report_integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
     let reasons: Vec<_> = counts
         .by_reason()
@@ -328,7 +328,7 @@ mod tests {
         for concern in [
             "! BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: 1 times, first at 1.000 s",
             "! BCM_TurnIndicators was silent for longer than its limit 1 times",
-            "! BCM_Hazard (2C1) never came on can0",
+            "! BCM_Hazard (2C1) was never received on can0",
             "! turn_indicators invalid 1 times, 0.000 s in all, first at 1.000 s",
         ] {
             assert!(report.text.contains(concern), "{concern}\n{}", report.text);

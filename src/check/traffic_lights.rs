@@ -1,4 +1,4 @@
-//! What a check says of traffic lights: states received over CAN, and what has no effect.
+//! The part of a check on traffic lights: states received over CAN, and parts without effect.
 
 use super::Report;
 use crate::config::Settings;
@@ -31,14 +31,13 @@ pub(super) fn sources(binding: &V2iBinding, report: &mut Report) {
     }
 }
 
-/// What a scenario or a profile says that has no effect.
+/// Parts of a scenario or a profile that have no effect.
 pub(super) fn notes(settings: &Settings) -> Vec<String> {
     let parts = settings.light_topics.not_interpreted.iter().map(ToString::to_string);
     let gateway = &settings.gateway;
     let lost = !gateway.v2i.is_empty() && gateway.traffic_lights.is_none();
-    let lost = lost.then(|| {
-        "v2i: what the profile receives goes nowhere; add [traffic_lights] to the configuration".to_owned()
-    });
+    let lost = lost
+        .then(|| "v2i: received states are not used; add [traffic_lights] to the configuration".to_owned());
     parts.chain(lost).collect()
 }
 

@@ -1,4 +1,4 @@
-//! What a check says of the turn signal decider: what it would run on.
+//! The part of a check on the turn-signal decider: its settings.
 
 use super::Report;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
@@ -70,7 +70,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     }
 }
 
-/// How many parameters, at the head of the table, say when to signal.
+/// The number of parameters, at the head of the table, that determine when to signal.
 const SIGNAL_PARAMETERS: usize = 14;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What several commands take: a configuration, a recording, a file for a chart.
+//! Arguments of several commands: a configuration, a recording, a file for a chart.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -34,7 +34,7 @@ pub(super) struct RecordingArgs {
     pub(super) log: Option<PathBuf>,
     #[command(flatten)]
     pub(super) config: ConfigArgs,
-    /// Take what the log calls INTERFACE as the frames of BUS of the profile; repeatable. Not needed
+    /// Use the frames of INTERFACE in the log as those of BUS in the profile; repeatable. Not needed
     /// when both have just one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     pub(super) map: Vec<(String, String)>,
@@ -83,7 +83,7 @@ pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The recording to read, and which of its interfaces are which bus.
+/// The recording to read, and the bus of each of its interfaces.
 pub(super) fn recording(args: &RecordingArgs, settings: &Settings) -> Result<(PathBuf, Routes), Failure> {
     let configured = || settings.recording.as_ref().map(|recording| recording.file.clone());
     let path = args.log.clone().or_else(configured).ok_or_else(|| {

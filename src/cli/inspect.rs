@@ -1,4 +1,4 @@
-//! `check` and `decode`: what is bound, and what frames say.
+//! `check` and `decode`: bindings, and signals by name.
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -40,7 +40,7 @@ A line of text is  seconds  where  what  for each change:
   internal, external                        groups as they are sent for camera and V2I, by
                                             relation id; external ones with what comes next
 States are short: solidOn circles are named by their colour alone. `dark` is a light without
-bulbs; `-` says that there is no entry any more. 1 is the surest; other confidences follow in
+bulbs; `-` means that there is no entry any more. 1 is the surest; other confidences follow in
 parentheses.
 
 With --json each line is one object that holds all there is at t, in seconds:
@@ -70,16 +70,16 @@ pub(super) struct LightsArgs {
     /// Whose behaviour, where the simulator's is not the best one
     #[arg(long, value_name = "WHOSE", value_enum, default_value_t)]
     compat: CompatArg,
-    /// When to stop, from 0.001 to 86400
+    /// Time at which to stop, from 0.001 to 86400
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
-    /// How often controllers and events are looked at, from 0.001 to 1000
+    /// Rate at which controllers and events are evaluated, from 0.001 to 1000
     #[arg(long, value_name = "HZ", value_parser = rate, default_value = "30")]
     frame_rate: Rate,
     /// Number of the first frame: 1 as in the simulator, 0 for a frame at the very start
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(..=1), default_value_t = 1)]
     first_frame: u8,
-    /// How often external is sent, until the scenario changes it, from 0.001 to 1000
+    /// Rate at which external is sent, until the scenario changes it, from 0.001 to 1000
     #[arg(long, value_name = "HZ", value_parser = rate, default_value = "10")]
     v2i_rate: Rate,
     /// Whether enabling V2I copies what a light shows at that time; default: true, for upstream false

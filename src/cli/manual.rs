@@ -1,4 +1,4 @@
-//! `man` and `completions`: what packages ship beside the binary.
+//! `man` and `completions`, which packages ship beside the binary.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use super::{Cli, Failure};
 
 #[derive(Debug, Args)]
 pub(super) struct CompletionsArgs {
-    /// Which shell
+    /// Name of the shell
     shell: clap_complete::Shell,
 }
 

@@ -58,7 +58,7 @@ enum Command {
     /// Run the gateway over a recording on virtual time and print what it publishes
     #[command(after_help = replay::REPLAY_HELP)]
     Replay(ReplayArgs),
-    /// Say before the drive what is bound, what is missing, and what a recording would have given
+    /// Check a configuration before the drive: bindings, warnings, and the result of a recording
     #[command(after_help = inspect::CHECK_HELP)]
     Check(CheckArgs),
     /// Print the bound signals by name with their meaning, from a recording or live
@@ -105,7 +105,7 @@ pub fn main() -> ExitCode {
         Err(failure) => {
             say(&format!("signal-gateway: {failure}"));
             ExitCode::from(match failure {
-                // ROS_DOMAIN_ID is a setting too, though it stands in the environment.
+                // ROS_DOMAIN_ID is a setting too, though it is in the environment.
                 Failure::Refused(_)
                 | Failure::Daemon(DaemonError::Publisher(
                     PublisherError::DomainId(_) | PublisherError::NotBuilt,
@@ -117,7 +117,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What a command can end with, beside success.
+/// The ways in which a command can fail.
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error("{0}")]

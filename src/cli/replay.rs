@@ -28,7 +28,7 @@ With --json every published message is one line
   {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
 and /diagnostics is a line whenever a status changes, holding the statuses that changed.
 t is virtual time since the first frame of the recording; stamps are those of the recording
-(with --ros, as [recording] stamps says).";
+(with --ros, as set by [recording] stamps).";
 
 #[derive(Debug, Args)]
 pub(super) struct ReplayArgs {
@@ -91,7 +91,7 @@ fn write_output(
     }
 }
 
-/// What a replay of a log with faults should not keep to itself.
+/// Reports the faults of a log that was replayed.
 pub(super) fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
     if counts.records == 0 {
@@ -106,7 +106,7 @@ pub(super) fn mention_losses(replay: &Replay) {
     if counts.records > 0 && counts.foreign == counts.records {
         let names = log.interfaces().join(", ");
         say(&format!(
-            "no frame came on a configured interface; the log has {names}: use --map INTERFACE=BUS"
+            "no frame was received on a configured interface; the log has {names}: use --map INTERFACE=BUS"
         ));
     }
 }

@@ -34,17 +34,17 @@ in seconds since the start, # begins a comment:
   tap left|right             the driver taps it: three flashes
   hazard on|off|press        the driver's hazard button
   mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready
-                             who drives: what the vehicle says, and which commands it obeys
+                             who drives: the mode that the vehicle reports, and the commands it obeys
   fault drop [P] [MESSAGE]   frames are lost, each with probability P (1)
   fault corrupt [P] [MESSAGE]          a random bit is wrong
-  fault freeze-counter [MESSAGE]       the counter stands still
+  fault freeze-counter [MESSAGE]       the counter stops
   fault freeze-contents [MESSAGE]      the contents stand still, counter and checksum go on
   fault false-report off|left|right|hazard  reports say that, whatever the lamps do
   fault report not_available|fault|undefined   reports say nothing that can be used
   fault bulb left|right      the side flashes twice as fast, fault signals tell it
-  fault ignore-commands      commands are not heard
-  fault bus-off SECONDS      an error frame says bus-off; silence; another says restarted
-  fault silent               nothing is sent or heard
+  fault ignore-commands      commands are ignored
+  fault bus-off SECONDS      an error frame with bus-off; silence; another with restarted
+  fault silent               nothing is sent or received
   clear                      all is whole again
 Without MESSAGE a fault is of all messages. The end of standard input does not end the vehicle.
 
@@ -70,13 +70,13 @@ pub(super) struct VehicleArgs {
     /// Requests, one a line
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
-    /// When to end; default: with SIGTERM or SIGINT, of a log 10
+    /// Time at which to end; default: with SIGTERM or SIGINT, of a log 10
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
     /// From a command to the lights
     #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(0..=60_000))]
     reaction_ms: u64,
-    /// How long a command holds after its last frame; default: five periods of its message
+    /// Time for which a command holds after its last frame; default: five periods of its message
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=60_000))]
     command_timeout_ms: Option<u64>,
     /// Flashes a minute

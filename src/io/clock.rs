@@ -16,7 +16,7 @@ impl Clock {
         Self { origin: Instant::now() }
     }
 
-    /// What time it is.
+    /// The present time.
     pub fn now(&self) -> Now {
         let mono = u64::try_from(self.origin.elapsed().as_nanos()).unwrap_or(u64::MAX);
         let wall = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();

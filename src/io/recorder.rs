@@ -14,23 +14,23 @@ pub struct Recorder {
 const PREFIX: &str = "fault-";
 
 impl Recorder {
-    /// A recorder that keeps the newest `keep` recordings in `folder`, which it makes if need be.
+    /// A recorder that keeps the newest `keep` recordings in `folder`, which it creates if necessary.
     ///
     /// # Errors
-    /// When the folder cannot be made.
+    /// A folder that cannot be created.
     pub fn new(folder: &Path, keep: usize) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         Ok(Self { folder: folder.to_owned(), keep })
     }
 
     /// Writes `fault-<name>.log` and `fault-<name>.decisions`, and removes the oldest recordings
-    /// beyond those to keep. `name` must grow with time. Gives the path of the log.
+    /// beyond those to keep. `name` must grow with time. Returns the path of the log.
     ///
     /// # Errors
-    /// When a file cannot be written; what is there stays as it was.
+    /// A file that cannot be written; existing files stay as they were.
     pub fn save(&self, name: &str, log: &str, decisions: &str) -> io::Result<PathBuf> {
         let path = self.folder.join(format!("{PREFIX}{name}.log"));
-        // The log last: where it is, its decisions are.
+        // The log last: where it exists, its decisions exist.
         write_whole(&path.with_extension("decisions"), decisions)?;
         write_whole(&path, log)?;
         self.prune()?;
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_recordings_are_kept_and_strangers_left_alone() {
+    fn the_newest_recordings_are_kept_and_other_files_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("notes.log"), "mine").unwrap();
         let recorder = Recorder::new(&folder.path().join("box"), 2).unwrap();

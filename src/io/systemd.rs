@@ -1,6 +1,6 @@
 //! The service manager: readiness, a status line and the watchdog, by `sd_notify(3)`'s protocol.
 //!
-//! Own code and no crate, for three things a gateway in a container on a vehicle wants: abstract
+//! Our own code, for three things that a gateway in a container on a vehicle needs: abstract
 //! sockets, a send that never blocks the frame loop, and addresses that are arguments in tests.
 
 use std::ffi::OsString;
@@ -10,7 +10,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-/// Whoever started this process and wants to hear of it; nobody outside systemd.
+/// The service manager that started this process; none outside systemd.
 #[derive(Debug, Default)]
 pub struct Supervisor {
     socket: Option<(UnixDatagram, SocketAddr)>,
@@ -22,7 +22,7 @@ impl Supervisor {
     /// From `NOTIFY_SOCKET`, `WATCHDOG_USEC` and `WATCHDOG_PID`; one that does nothing without them.
     ///
     /// Fails when `NOTIFY_SOCKET` is set but is not an address this process can use (neither an
-    /// absolute path nor `@name`, or too long): the unit would wait for readiness in vain.
+    /// absolute path nor `@name`, or too long): the unit would wait for readiness until its timeout.
     pub fn from_env() -> io::Result<Self> {
         Self::from_variables(|name| std::env::var_os(name), std::process::id())
     }
@@ -45,34 +45,34 @@ impl Supervisor {
         })
     }
 
-    /// Start-up is done; `status` is what `systemctl status` shows.
+    /// Announces that start-up is done; `systemctl status` shows `status`.
     pub fn ready(&mut self, status: &str) {
         self.send(&format!("READY=1\n{}", status_line(status)));
     }
 
-    /// A new line for `systemctl status`. Line breaks become spaces.
+    /// Sets the line of `systemctl status`. Line breaks become spaces.
     pub fn status(&mut self, text: &str) {
         self.send(&status_line(text));
     }
 
-    /// The frame loop still turns. To be called every [`Self::watchdog_period`].
+    /// Feeds the watchdog; to be called every [`Self::watchdog_period`].
     pub fn feed_watchdog(&mut self) {
         if self.watchdog_period.is_some() {
             self.send("WATCHDOG=1");
         }
     }
 
-    /// The gateway is on its way out.
+    /// Announces that the gateway stops.
     pub fn stopping(&mut self) {
         self.send("STOPPING=1");
     }
 
-    /// How often to feed the watchdog: half of its time; `None` when nobody watches.
+    /// The interval at which to feed the watchdog: half of its time; `None` without a watchdog.
     pub fn watchdog_period(&self) -> Option<Duration> {
         self.watchdog_period
     }
 
-    /// Messages the service manager did not take (gone, or its queue full).
+    /// The number of messages that the service manager did not take (gone, or its queue full).
     pub fn undelivered(&self) -> u64 {
         self.undelivered
     }
@@ -122,7 +122,7 @@ mod tests {
         socket
     }
 
-    fn heard(socket: &UnixDatagram) -> String {
+    fn received(socket: &UnixDatagram) -> String {
         let mut buffer = [0; 512];
         let len = socket.recv(&mut buffer).unwrap();
         String::from_utf8(buffer[..len].to_vec()).unwrap()
@@ -139,10 +139,10 @@ mod tests {
         own.feed_watchdog();
         own.status("can0 down\nREADY=0");
         own.stopping();
-        assert_eq!(heard(&manager), "READY=1\nSTATUS=can0: 12 signals");
-        assert_eq!(heard(&manager), "WATCHDOG=1");
-        assert_eq!(heard(&manager), "STATUS=can0 down READY=0");
-        assert_eq!(heard(&manager), "STOPPING=1");
+        assert_eq!(received(&manager), "READY=1\nSTATUS=can0: 12 signals");
+        assert_eq!(received(&manager), "WATCHDOG=1");
+        assert_eq!(received(&manager), "STATUS=can0 down READY=0");
+        assert_eq!(received(&manager), "STOPPING=1");
         assert_eq!(own.undelivered(), 0);
     }
 
@@ -153,11 +153,11 @@ mod tests {
         let manager = UnixDatagram::bind_addr(&address).unwrap();
         manager.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
         supervisor(&[("NOTIFY_SOCKET", &format!("@{name}"))]).unwrap().ready("up");
-        assert_eq!(heard(&manager), "READY=1\nSTATUS=up");
+        assert_eq!(received(&manager), "READY=1\nSTATUS=up");
     }
 
     #[test]
-    fn outside_systemd_nothing_is_said_and_nothing_is_missed() {
+    fn outside_systemd_nothing_is_sent_and_nothing_is_undelivered() {
         let mut own = supervisor(&[]).unwrap();
         own.ready("up");
         own.feed_watchdog();
@@ -169,18 +169,18 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("notify");
         let mut own = supervisor(&[("NOTIFY_SOCKET", path.to_str().unwrap())]).unwrap();
-        own.status("unheard");
+        own.status("lost");
         assert_eq!(own.undelivered(), 1);
         let manager = listen(&path);
-        own.status("heard");
-        assert_eq!((heard(&manager).as_str(), own.undelivered()), ("STATUS=heard", 1));
+        own.status("back");
+        assert_eq!((received(&manager).as_str(), own.undelivered()), ("STATUS=back", 1));
     }
 
     #[test]
     fn a_manager_that_does_not_read_never_blocks_the_loop() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("notify");
-        let _deaf = listen(&path);
+        let _unread = listen(&path);
         let mut own = supervisor(&[("NOTIFY_SOCKET", path.to_str().unwrap())]).unwrap();
         for _ in 0..100_000 {
             own.status("again");
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_that_is_none_is_refused() {
+    fn an_invalid_address_is_refused() {
         for address in ["", "relative", "vsock:2:1", &format!("/{}", "x".repeat(200))] {
             assert!(supervisor(&[("NOTIFY_SOCKET", address)]).is_err(), "{address}");
         }

@@ -234,7 +234,7 @@ fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
     let text = vehicle(&[pacmod, "--interface", "nosuchcan7"]);
     assert!(text.contains("nosuchcan7: ") && text.contains("ip link add dev vcan0 type vcan"), "{text}");
     let text = vehicle(&[pacmod, "--interface", "lo"]);
-    assert!(text.contains("lo: no CAN interface"), "{text}");
+    assert!(text.contains("lo: not a CAN interface"), "{text}");
     vehicle(&[pacmod, "--candump", "--json"]);
     let text = refused(1, &["vehicle", "--profile", pacmod, "--candump", "--script", "/nonexistent/day.txt"]);
     assert!(text.contains("/nonexistent/day.txt"), "{text}");

@@ -1,4 +1,4 @@
-//! The task that turns one interface into inputs, whatever becomes of the interface.
+//! The task that turns one interface into inputs, also when the interface goes away and comes back.
 
 use std::convert::Infallible;
 use std::io;
@@ -17,16 +17,16 @@ use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 
-/// Frames closer together than this are taken in batches this far apart.
+/// The interval of batches, in which frames that are closer together are received.
 const TICK: Duration = Duration::from_millis(5);
 
-/// Pauses between attempts on an interface that is there but cannot be opened: doubling, from and to.
+/// Shortest and longest pause between attempts to open an interface that exists; it doubles in between.
 const RETRY: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(30));
 
-/// What to receive, and where.
+/// Settings of one receiver.
 #[derive(Debug, Clone)]
 pub struct BusSocketSettings {
-    /// The bus the inputs are labelled with.
+    /// Bus of the inputs.
     pub bus: BusIndex,
     /// Name of the SocketCAN interface. It need not exist yet.
     pub interface: String,
@@ -34,18 +34,18 @@ pub struct BusSocketSettings {
     pub ids: Vec<CanId>,
     /// Bytes of receive buffer to ask for. The system may grant less, which is logged.
     pub receive_buffer_bytes: usize,
-    /// Opened while the interface is.
+    /// Transmitter that is open while the interface is.
     pub transmitter: Transmitter,
 }
 
-/// Receives until the channel closes: frames with the kernel's stamps, losses, error frames, the link
-/// on every change, first of all what it is at the start, and what the kernel says of the controller:
-/// once a second, and within 100 ms of an error frame or a change of any link.
+/// Receives until the channel closes: frames with the kernel's stamps, losses, error frames, the link at the
+/// start and on every change, and the kernel's view of the controller: once a second, and within 100 ms of an
+/// error frame or a change of any link.
 ///
 /// A frame after a pause is handed on at once, those that follow in batches 5 ms apart. When the
 /// channel is full, frames wait in the kernel, which counts those it has no room for. An interface
 /// that went down or away is taken up again under its name when it comes back, without the frames
-/// queued before: `ENETDOWN` and `ENODEV` are told by asking for the name again. While the interface is
+/// queued before: `ENETDOWN` and `ENODEV` are told apart by asking for the name again. While the interface is
 /// open, frames can be sent through the settings' transmitter.
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>) {
     let consumer = inputs.clone();
@@ -56,10 +56,10 @@ pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>)
     }
 }
 
-/// Nobody takes the inputs any more.
+/// The receiver of the inputs is gone.
 struct ConsumerGone;
 
-/// Why receiving ended.
+/// The reason for which receiving ended.
 enum Lost {
     Link(LinkState),
     Consumer,
@@ -193,7 +193,7 @@ impl Reception {
         }
     }
 
-    /// Hands on what is queued, at most [`BATCH`] messages, and says how many those were.
+    /// Hands on what is queued, at most [`BATCH`] messages, and returns their number.
     async fn take(&self, socket: &mut CanSocket, monitor: &mut LinkMonitor<'_>) -> Result<usize, Lost> {
         let mut batch = Vec::new();
         let count = match socket.receive(self.settings.bus, &mut batch) {
@@ -215,7 +215,7 @@ impl Reception {
         self.send(vec![CanInput::Controller { bus: self.settings.bus, report }]).await
     }
 
-    /// Hands on a link state, unless it is the one handed on last.
+    /// Hands on a link state that differs from the last one.
     async fn report(&mut self, state: LinkState) -> Result<(), ConsumerGone> {
         let before = self.reported.replace(state);
         if before == Some(state) {
@@ -241,7 +241,7 @@ impl Reception {
     }
 }
 
-/// What is watched while frames are received.
+/// The link and the controller, which are watched while frames are received.
 struct LinkMonitor<'a> {
     /// The interface the socket is bound to.
     index: c_int,
@@ -252,8 +252,7 @@ struct LinkMonitor<'a> {
 
 impl LinkMonitor<'_> {
     /// Waits until something may have happened to some link or it is time to ask for the controller,
-    /// and says what the controller's state is, or that ours is no longer the link the socket is
-    /// bound to.
+    /// and returns the controller's state, or that the link is no longer the one to which the socket is bound.
     async fn news(&mut self) -> Result<Option<ControllerReport>, LinkState> {
         tokio::select! {
             () = self.link.event() => {
@@ -269,12 +268,12 @@ impl LinkMonitor<'_> {
     }
 }
 
-/// The interface looks well and yet cannot be opened or waited for.
+/// An interface that is up and yet cannot be opened or waited for.
 fn failed(error: &io::Error) -> LinkState {
     LinkState::Failed(error.raw_os_error().unwrap_or(libc::EIO))
 }
 
-/// What an open socket says of a loss that is already over.
+/// The error of an open socket after a loss that is already over.
 fn lost(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
         Some(libc::ENETDOWN) => LinkState::Down,
@@ -307,7 +306,7 @@ mod tests {
         assert!(!task.is_finished());
     }
 
-    /// What opening `lo` as a CAN interface must give: depends on whether this kernel has CAN at all.
+    /// The expected error of opening `lo` as a CAN interface, which depends on whether this kernel has CAN.
     fn raw_can_error() -> i32 {
         match CanSocket::open(1, &[], 4096) {
             Err(error) => error.raw_os_error().unwrap(),

@@ -11,21 +11,21 @@ use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 use crate::core::can::note::Note;
 use crate::core::time::WallStamp;
 
-/// Longer lines are not candump lines (a CAN FD frame needs 200 bytes).
+/// The longest line, bytes; a CAN FD frame needs 200.
 pub const MAX_LINE: usize = 512;
 
 /// A line that could be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line<'a> {
-    /// When the frame was received.
+    /// Time of reception.
     pub stamp: WallStamp,
-    /// On which interface.
+    /// Interface that received it.
     pub interface: &'a str,
-    /// What was received.
+    /// Content.
     pub content: Content,
 }
 
-/// What a line holds.
+/// The content of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Content {
     /// A data frame.
@@ -34,11 +34,11 @@ pub enum Content {
     Remote,
     /// An error frame.
     Error(ErrorFrame),
-    /// What the black box noted beside frames.
+    /// A note of the black box beside frames.
     Note(Note),
 }
 
-/// Why a line of a recording, in this format or [another](super::formats), cannot be read.
+/// The reason why a line of a recording, in this format or [another](super::formats), cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BadLine {
     /// Longer than any line of the format.
@@ -67,13 +67,13 @@ impl fmt::Display for BadLine {
         f.write_str(match self {
             Self::TooLong => "too long for a line of a recording",
             Self::NotText => "not text",
-            Self::NoTime => "no time where it belongs",
-            Self::NoInterface => "no interface name or number",
-            Self::NoFrame => "no frame where it belongs",
-            Self::BadId => "an identifier that is not written as one, or too large",
-            Self::BadData => "data that is damaged or missing",
-            Self::BadLength => "a data length that no frame has",
-            Self::CanXl => "a CAN XL frame, which is not supported",
+            Self::NoTime => "the time is missing",
+            Self::NoInterface => "the interface is missing",
+            Self::NoFrame => "the frame is missing",
+            Self::BadId => "invalid identifier",
+            Self::BadData => "data is damaged or missing",
+            Self::BadLength => "invalid data length",
+            Self::CanXl => "CAN XL frames are not supported",
         })
     }
 }
@@ -81,7 +81,7 @@ impl fmt::Display for BadLine {
 /// Reads one line, without its line end.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_line(line: &[u8]) -> Result<Line<'_>, BadLine> {
     if line.len() > MAX_LINE {
         return Err(BadLine::TooLong);
@@ -94,7 +94,7 @@ pub fn parse_line(line: &[u8]) -> Result<Line<'_>, BadLine> {
     Ok(Line { stamp, interface, content: content(id, rest)? })
 }
 
-/// Reads a comment, `# (1436509052.249713) can0 link down`; `None` for one that is no [`Note`].
+/// Reads a comment, `# (1436509052.249713) can0 link down`; `None` for one that is not a [`Note`].
 pub fn parse_note(line: &[u8]) -> Option<Line<'_>> {
     let text = std::str::from_utf8(line.strip_prefix(b"#")?).ok()?;
     let mut words = text.split_ascii_whitespace();

@@ -1,4 +1,4 @@
-//! What the kernel says of a CAN controller: bit rate, state, restart (`IFLA_CAN_*` by netlink).
+//! The kernel's view of a CAN controller: bit rate, state, restart (`IFLA_CAN_*` by netlink).
 
 use std::io;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use super::link;
 use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 
-/// How often the kernel is asked although nothing happened.
+/// The interval at which the kernel is asked when nothing happens.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// How often it is asked at most, however many error frames come.
+/// The shortest interval at which it is asked, however many error frames come.
 const MIN_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Asks for one controller's state again and again.
@@ -46,13 +46,13 @@ impl ControllerWatch {
         self.next_look = self.next_look.map(|at| at.min(soon));
     }
 
-    /// What the kernel says now; `None` without a controller, or when it cannot be asked at present.
+    /// The kernel's report now; `None` without a controller, or when it cannot be asked at present.
     pub(super) fn look(&mut self) -> Option<ControllerReport> {
         self.last_look = Instant::now();
-        let told = params(&self.interface);
-        let has_none = told.as_ref().is_ok_and(|params| params.state.is_none());
+        let params = params(&self.interface);
+        let has_none = params.as_ref().is_ok_and(|params| params.state.is_none());
         self.next_look = (!has_none).then(|| self.last_look + LOOK_INTERVAL);
-        told.ok().as_ref().and_then(report)
+        params.ok().as_ref().and_then(report)
     }
 }
 
@@ -60,17 +60,17 @@ impl ControllerWatch {
 /// have none.
 ///
 /// # Errors
-/// The interface is not there, is none of CAN, or the kernel does not tell.
+/// An interface that does not exist, is not a CAN interface, or that the kernel does not describe.
 pub fn has_controller(interface: &str) -> io::Result<bool> {
     let params = params(interface)?;
-    let none_of_can = || io::Error::new(io::ErrorKind::InvalidInput, "no CAN interface");
+    let none_of_can = || io::Error::new(io::ErrorKind::InvalidInput, "not a CAN interface");
     link::is_can(interface).then_some(params.state.is_some()).ok_or_else(none_of_can)
 }
 
 /// Bit rate, controller state and automatic restart in one line, for the log at start. A virtual
-/// interface has none of these; what the kernel refuses to tell is left out.
+/// interface has none of these; what the kernel does not report is left out.
 pub(super) fn describe(interface: &str) -> String {
-    params(interface).map_or_else(|error| format!("not told: {error}"), |params| text(&params))
+    params(interface).map_or_else(|error| format!("unknown: {error}"), |params| text(&params))
 }
 
 fn params(interface: &str) -> io::Result<InterfaceCanParams> {
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_controller_is_told_in_one_line() {
+    fn a_controller_is_described_in_one_line() {
         let params = InterfaceCanParams {
             state: Some(CanState::ErrorPassive),
             restart_ms: Some(0),
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn an_interface_that_is_not_there_is_no_failure() {
-        assert!(describe("nosuchcan7").starts_with("not told: "));
+        assert!(describe("nosuchcan7").starts_with("unknown: "));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What the kernel says of an interface, and when that may have changed.
+//! The kernel's view of an interface, and its announcements of changes.
 
 use std::io;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
@@ -11,10 +11,10 @@ use tokio::time::{Instant, sleep_until};
 
 use crate::core::can::link::LinkState;
 
-/// How often the state is read although nothing was announced.
+/// The interval at which the state is read when nothing is announced.
 const LOOK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The index of an interface that is up, or why there is none. An interface that was deleted and
+/// The index of an interface that is up, or the reason why it has none. An interface that was deleted and
 /// made again has a new index.
 pub(super) type Link = Result<c_int, LinkState>;
 
@@ -43,7 +43,7 @@ impl LinkWatch {
         }
     }
 
-    /// What the interface is now.
+    /// The state of the interface now.
     ///
     /// Up is what the administrator set up. The carrier is not asked for: a controller loses it when it
     /// goes bus-off, and some drivers do not give it back when frames come again. Bus-off shows as an
@@ -64,7 +64,7 @@ impl LinkWatch {
         self.next_look = Instant::now() + LOOK_INTERVAL;
     }
 
-    /// Waits until the interface is something else than `known`.
+    /// Waits until the state of the interface differs from `known`.
     pub(super) async fn changed_from(&mut self, known: Link) {
         while self.look() == known {
             self.event().await;
@@ -72,14 +72,14 @@ impl LinkWatch {
     }
 }
 
-/// Whether an interface that exists is one of CAN (`ARPHRD_CAN`). One whose kind cannot be read counts as
-/// such: using it will tell.
+/// Whether an interface that exists is a CAN interface (`ARPHRD_CAN`). One whose kind cannot be read counts as
+/// one: using it will show.
 pub(super) fn is_can(interface: &str) -> bool {
     let kind = std::fs::read_to_string(format!("/sys/class/net/{interface}/type"));
     kind.ok().is_none_or(|kind| kind.trim() == libc::ARPHRD_CAN.to_string())
 }
 
-/// What to report when the interface could not be asked for.
+/// The report for an interface that could not be asked for.
 fn failed(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
         Some(libc::ENODEV | libc::ENXIO) => LinkState::Missing,
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn an_interface_is_told_from_a_missing_and_from_an_impossible_one() {
+    async fn a_missing_interface_and_an_impossible_one_differ_from_an_interface() {
         assert_eq!(LinkWatch::new("no-such-can").look(), Err(LinkState::Missing));
         let impossible = LinkState::Failed(libc::EINVAL);
         assert_eq!(LinkWatch::new("name-longer-than-any").look(), Err(impossible));

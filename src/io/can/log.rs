@@ -21,11 +21,11 @@ pub struct InterfaceIndex(pub usize);
 /// One entry of a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Record {
-    /// When it was received.
+    /// Time of reception.
     pub stamp: WallStamp,
-    /// On which interface.
+    /// Interface that received it.
     pub interface: InterfaceIndex,
-    /// What.
+    /// Content.
     pub content: Content,
 }
 
@@ -37,27 +37,27 @@ pub struct Log {
     first_bad: Option<(u64, BadLine)>,
 }
 
-/// How far into a file its interface names are looked for.
+/// The length of a file's beginning in which its interface names are looked for, entries.
 const LOOK_AHEAD: usize = 20_000;
 const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 const BUFFER: usize = 64 << 10;
-/// More names than this are a sign of garbage; the rest counts as bad lines.
+/// The largest number of names; more are a sign of garbage, and count as bad lines.
 const MAX_INTERFACES: usize = 64;
 
-/// What a log is read with.
+/// The reader of a log.
 enum Reader {
     Lines { source: Box<dyn BufRead + Send>, format: Box<dyn Lines>, line: Vec<u8>, number: u64 },
     Blf(Box<Blf>),
 }
 
-/// Where an entry stands, and the entry.
+/// Number of a line or object, and its entry.
 type Numbered<'a> = (u64, Result<Option<Entry<'a>>, BadLine>);
 
 impl Log {
     /// Opens a log file; `-` is standard input.
     ///
     /// # Errors
-    /// As the system says, and when the format is known and not supported.
+    /// An error of the system, or a format that is known and not supported.
     pub fn open(path: &Path) -> io::Result<Self> {
         if path == Path::new("-") {
             return Self::new(Box::new(io::stdin()));
@@ -69,7 +69,7 @@ impl Log {
     /// that its content has.
     ///
     /// # Errors
-    /// When the first bytes cannot be read, or the format is known and not supported.
+    /// A file whose first bytes cannot be read, or whose format is known and not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut plain = BufReader::with_capacity(BUFFER, source);
         let packed = plain.fill_buf()?.starts_with(&GZIP_MAGIC);
@@ -96,7 +96,7 @@ impl Log {
     /// The next entry; lines that cannot be read are counted and left out.
     ///
     /// # Errors
-    /// When the file cannot be read on, e.g. a truncated gzip.
+    /// A file that cannot be read on, such as a truncated gzip.
     pub fn next_record(&mut self) -> io::Result<Option<Record>> {
         while let Some((number, entry)) = self.reader.next()? {
             let record = entry.and_then(|entry| {
@@ -176,7 +176,7 @@ impl Reader {
         Ok(Self::Lines { source, format: lines, line: Vec::with_capacity(MAX_LINE), number: 0 })
     }
 
-    /// Number of the next line or object, and what it holds: `None` if it is not a frame and need not be.
+    /// Number of the next line or object, and its entry: `None` if it is not a frame and need not be.
     fn next(&mut self) -> io::Result<Option<Numbered<'_>>> {
         match self {
             Self::Blf(blf) => Ok(blf.next_entry()?.map(|entry| (blf.count(), entry))),

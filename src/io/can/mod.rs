@@ -1,16 +1,16 @@
 //! CAN buses and recordings of them.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
-//! | [`bus`] | the task that turns one interface into inputs, whatever becomes of the interface |
-//! | `link` | what the kernel says of an interface, and when that may have changed |
-//! | [`controller`] | what the kernel says of the controller below an interface |
+//! | [`bus`] | the task that turns one interface into inputs |
+//! | `link` | the kernel's view of an interface, and its announcements of changes |
+//! | [`controller`] | the kernel's view of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | [`transmit`] | sending on that socket |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | recordings on disk, in any format, plain or gzip |
 //! | [`candump`] | one line of a candump log |
-//! | [`formats`] | the other formats, and how each is recognised |
+//! | [`formats`] | the other formats, and the mark of each |
 
 pub mod bus;
 pub mod candump;

@@ -16,7 +16,7 @@ use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::WallStamp;
 
-/// Messages one call can bring.
+/// The largest number of messages of one call.
 pub(super) const BATCH: usize = 64;
 
 /// A bound, non-blocking socket and the buffers it is read into.
@@ -28,7 +28,7 @@ pub(super) struct CanSocket {
     pub(super) receive_buffer: usize,
 }
 
-/// Where one message and its control messages go.
+/// Buffers of one message and its control messages.
 #[derive(Clone, Copy)]
 #[repr(align(8))] // control messages start with a `usize`
 struct Buffer {
@@ -41,8 +41,8 @@ impl CanSocket {
     /// else when there are none) and all error frames.
     ///
     /// The receive buffer is enlarged beyond the system's limit where we may, else up to it. Errors
-    /// are those of the kernel, e.g. `EAFNOSUPPORT` without CAN, `ENODEV` when the interface is no
-    /// CAN interface, `EINVAL` for more than 512 ids.
+    /// are those of the kernel, e.g. `EAFNOSUPPORT` without CAN, `ENODEV` when the interface is
+    /// not a CAN interface, `EINVAL` for more than 512 ids.
     pub(super) fn open(interface: c_int, ids: &[CanId], receive_buffer: usize) -> io::Result<Self> {
         let fd = raw_can_socket()?;
         // Before bind: frames that arrive in between would be queued unfiltered.
@@ -62,7 +62,7 @@ impl CanSocket {
         Ok(Self { fd, buffers: Box::new([empty; BATCH]), losses: LossCount::default(), receive_buffer })
     }
 
-    /// What to wait for: a lost link shows as an error, not as something to read.
+    /// The events to wait for: a lost link shows as an error, not as something to read.
     pub(super) const INTEREST: Interest = Interest::READABLE.add(Interest::ERROR);
 
     /// Registers the socket with the runtime.
@@ -72,7 +72,7 @@ impl CanSocket {
         Ok(unsafe { AsyncFd::register_with_interest(self, Self::INTEREST)? })
     }
 
-    /// Appends what is queued, at most [`BATCH`] messages, and says how many messages that were.
+    /// Appends what is queued, at most [`BATCH`] messages, and returns their number.
     ///
     /// `WouldBlock` when nothing is queued, `ENETDOWN` and `ENODEV` once when the interface went
     /// down or away.
@@ -109,13 +109,13 @@ impl AsRawFd for CanSocket {
     }
 }
 
-/// The clock kernel stamps are made with, should one be missing.
+/// The clock of the kernel's stamps, for a frame without one.
 fn wall_now() -> WallStamp {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     WallStamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
 }
 
-/// How much of a buffer was filled.
+/// The filled part of a buffer.
 #[derive(Clone, Copy)]
 struct Lengths {
     control: usize,
@@ -195,7 +195,7 @@ fn receive_batch(fd: &OwnedFd, buffers: &mut [Buffer; BATCH]) -> io::Result<[Opt
     Ok(lengths)
 }
 
-/// The error the last call left behind when it returned `result`.
+/// The error of the last call, by its `result`.
 fn checked(result: c_int) -> io::Result<()> {
     if result < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }

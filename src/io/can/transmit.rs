@@ -1,7 +1,7 @@
-//! Sending on the socket that one interface is received on.
+//! Sends frames on the socket on which one interface is received.
 //!
 //! The kernel loops frames back to all sockets but the one that sent them. Sent on the receiving socket,
-//! the gateway's own frames never come back to it, so whatever comes with their identifiers is foreign.
+//! the gateway's own frames never come back to it, so a frame with one of their identifiers is foreign.
 
 use std::io;
 use std::os::fd::{AsFd as _, AsRawFd as _, OwnedFd};
@@ -15,7 +15,7 @@ use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::Frame;
 use crate::core::command::sender::SendFailure;
 
-/// The way out to one interface, shared by the task that receives on it and whoever sends.
+/// The transmitter of one interface, shared by the task that receives on it and the senders.
 #[derive(Debug, Clone, Default)]
 pub struct Transmitter(Arc<Shared>);
 
@@ -25,15 +25,15 @@ struct Shared {
     lost: Notify,
 }
 
-/// Where frames go.
+/// State of a transmitter.
 #[derive(Debug, Default)]
 enum Target {
-    /// Nowhere: the interface is not open.
+    /// The interface is not open.
     #[default]
     Closed,
-    /// To the kernel.
+    /// Frames go to the kernel.
     Open(OwnedFd),
-    /// Nowhere: the kernel has said that the interface is down or gone, which it says only once.
+    /// The kernel has reported that the interface is down or gone, which it reports only once.
     Lost,
 }
 
@@ -42,7 +42,7 @@ impl Transmitter {
     /// `ENETDOWN`.
     ///
     /// # Errors
-    /// The kernel's, told apart by what helps against it.
+    /// The kernel's error, classified by its remedy.
     pub fn send(&self, frame: &Frame) -> Result<(), SendFailure> {
         let (bytes, length) = wire::bytes(frame);
         self.send_bytes(bytes.get(..length).unwrap_or_default())
@@ -51,7 +51,7 @@ impl Transmitter {
     /// Lets all others on a virtual interface receive an error frame, as if their driver had made it.
     ///
     /// # Errors
-    /// As of [`Self::send`].
+    /// As for [`Self::send`].
     pub fn send_error(&self, error: ErrorFrame) -> Result<(), SendFailure> {
         self.send_bytes(&wire::error_bytes(error))
     }
@@ -62,7 +62,7 @@ impl Transmitter {
         let Err(error) = write(socket, bytes) else { return Ok(()) };
         let errno = error.raw_os_error().unwrap_or(libc::EIO);
         if matches!(errno, libc::ENETDOWN | libc::ENODEV | libc::ENXIO) {
-            // The receiver, which would have been told the same, is told by us.
+            // The kernel reports this once: the receiver learns of it from here.
             *target = Target::Lost;
             self.0.lost.notify_one();
         }
@@ -72,7 +72,7 @@ impl Transmitter {
         })
     }
 
-    /// Opens the way out over a socket, until the result is dropped.
+    /// Opens the transmitter on a socket, until the result is dropped.
     pub(super) fn open(&self, socket: &CanSocket) -> io::Result<Opened> {
         *self.target() = Target::Open(socket.as_fd().try_clone_to_owned()?);
         Ok(Opened(self.clone()))
@@ -85,13 +85,13 @@ impl Transmitter {
         }
     }
 
-    /// Nothing behind this lock can be left half done by a panic.
+    /// A panic leaves nothing half done behind this lock.
     fn target(&self) -> MutexGuard<'_, Target> {
         self.0.target.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Closes the way out when it is dropped.
+/// Closes the transmitter when it is dropped.
 pub(super) struct Opened(Transmitter);
 
 impl Drop for Opened {
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn an_interface_that_is_not_open_refuses_and_nobody_is_told_of_a_loss() {
+    async fn an_interface_that_is_not_open_refuses_frames_and_reports_no_loss() {
         let transmitter = Transmitter::default();
         assert_eq!(transmitter.send(&frame()), Err(SendFailure::Refused(libc::ENETDOWN)));
         tokio::select! {

@@ -23,7 +23,7 @@ pub(super) fn filter(id: CanId) -> libc::can_filter {
     }
 }
 
-/// What a socket delivers.
+/// A message that a socket delivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Message {
     /// A data frame.
@@ -32,7 +32,7 @@ pub(super) enum Message {
     Error(ErrorFrame),
 }
 
-/// Reads a `can_frame` or `canfd_frame`; the number of bytes tells which. `None` for remote requests
+/// Reads a `can_frame` or `canfd_frame`, by the number of bytes. `None` for remote requests
 /// and for anything malformed.
 pub(super) fn message(bytes: &[u8]) -> Option<Message> {
     let make = match bytes.len() {
@@ -58,8 +58,7 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
     make(id, data).map(Message::Data)
 }
 
-/// A frame as a `can_frame` or `canfd_frame`, and how many of the bytes it takes. FD frames keep to one
-/// bit rate.
+/// A frame as a `can_frame` or `canfd_frame`, and the number of its bytes. FD frames keep to one bit rate.
 pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
     let mut bytes = [0; libc::CANFD_MTU];
     let id = match frame.id() {
@@ -86,10 +85,10 @@ pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
     bytes
 }
 
-/// What the control messages beside a frame say.
+/// The control messages beside a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Controls {
-    /// When the kernel received the frame (`SO_TIMESTAMPNS_NEW`).
+    /// Time at which the kernel received the frame (`SO_TIMESTAMPNS_NEW`).
     pub(super) stamp: Option<WallStamp>,
     /// Frames this socket has lost since it was opened, modulo 2^32 (`SO_RXQ_OVFL`). The kernel
     /// leaves it out until the first loss.
@@ -139,7 +138,7 @@ fn stamp(body: &[u8]) -> Option<WallStamp> {
 pub(super) struct LossCount(u32);
 
 impl LossCount {
-    /// How many more than at the last call. The count may wrap; one that seems to run backwards
+    /// The difference to the count of the last call. The count may wrap; one that seems to run backwards
     /// (frames of two CPUs overtook each other) is taken for old.
     pub(super) fn advance(&mut self, count: u32) -> u32 {
         let more = count.wrapping_sub(self.0);

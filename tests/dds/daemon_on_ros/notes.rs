@@ -50,7 +50,7 @@ fn a_profile_with_states_of_v2i_and_nowhere_to_send_them_is_noted() {
     let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles/v2x_unit.toml");
     let config = format!("profile = \"{profile}\"\n{OFF}[can.v2x]\ninterface = \"no-such-can\"\n");
     let alone = folder(&config);
-    let note = "v2i: what the profile receives goes nowhere; add [traffic_lights] to the configuration";
+    let note = "v2i: received states are not used; add [traffic_lights] to the configuration";
     assert!(checked(&alone).contains(&format!("note       {note}\n")));
     let mut gateway = Process::run(&alone);
     gateway.wait_for_log("no-such-can is missing");

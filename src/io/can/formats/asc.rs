@@ -22,7 +22,7 @@ use crate::core::can::frame::CanId;
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
 
-/// What the headings said so far.
+/// The headings so far.
 #[derive(Debug, Default)]
 pub struct Asc {
     /// Start of the measurement, ns since 1970.
@@ -34,10 +34,10 @@ pub struct Asc {
     elapsed: i64,
 }
 
-/// One event: nanoseconds as they stand in the line, and what happened.
+/// One event: nanoseconds as in the line, and interface and content of a frame.
 type Event = (i64, Option<(u32, Content)>);
 
-/// Words a line without a time may begin with.
+/// The beginnings of lines without a time.
 const HEADINGS: [&str; 5] = ["internal", "no", "begin", "end", "//"];
 
 impl Lines for Asc {
@@ -101,9 +101,9 @@ fn start(words: &[&str]) -> Option<i64> {
 /// is not a frame has a time only.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_line(line: &[u8], radix: u32) -> Result<Event, BadLine> {
-    // Bytes that are not text can stand in comments behind an event; words before them count.
+    // Comments behind an event can have bytes that are not text; the words before them count.
     let line = text(line).or_else(|reason| {
         let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
         std::str::from_utf8(&line[..valid]).map_err(|_| reason)
@@ -173,7 +173,7 @@ fn fd<'a>(words: &mut impl Iterator<Item = &'a str>, radix: u32) -> Result<Optio
     let length = words.next().and_then(|word| number(word, 10)).ok_or(BadLine::BadLength)?;
     let length = usize::try_from(length).map_err(|_| BadLine::BadLength)?;
     let content = data_frame(id, true, length, &mut words, radix)?;
-    // Behind the data: duration, length in bits, flags. Without them it is what the line says: FD.
+    // Behind the data: duration, length in bits, flags. Without them it is an FD frame.
     let flags = words.nth(2).and_then(|word| number(word, 16)).unwrap_or(FD_FRAME);
     match content {
         Content::Data(_) if flags & REMOTE_FRAME != 0 => Ok(Some(Content::Remote)),
@@ -192,11 +192,11 @@ fn identifier(word: &str, radix: u32) -> Result<CanId, BadLine> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::told;
+    use super::super::shown;
     use super::*;
 
     fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        told(&mut Asc::default(), lines)
+        shown(&mut Asc::default(), lines)
     }
 
     fn good(lines: &[&str]) -> Vec<String> {
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn decimal_base_and_relative_times_are_heeded() {
+    fn decimal_base_and_relative_times_are_applied() {
         let lines = good(&[
             "base dec  timestamps relative",
             "0.5 1 416 Rx d 2 10 255",

@@ -20,19 +20,19 @@ use crate::core::can::frame::MAX_DATA;
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
 
-/// A size above this is damaged. (Writers fill containers with 128 KiB, unpacked.)
+/// The largest size; larger ones are damaged. Writers fill containers with 128 KiB, unpacked.
 pub const MAX_BYTES: u32 = 16 << 20;
 
 const MAGIC: [u8; 4] = *b"LOBJ";
 const CONTAINER: u32 = 10;
-/// What all objects have: magic, size of the header, its version, size, type.
+/// Length of the head of all objects: magic, size of the header, its version, size, type.
 const BASE: usize = 16;
-/// Base, flags, time.
+/// Length of the header of a frame: head, flags, time.
 const HEADER: usize = 32;
-/// The longest object that is looked into: a header, a CAN FD message and what lies around it.
+/// The longest object that is read: a header, a CAN FD message and its surroundings.
 const LOOKED_INTO: usize = 256;
 
-/// What an object holds: an entry, nothing if it is not a frame, or why it cannot be read.
+/// The content of an object: an entry, `None` if it is not a frame, or the reason why it cannot be read.
 pub type Outcome = Result<Option<Entry<'static>>, BadLine>;
 
 /// A BLF file that is being read.
@@ -47,7 +47,7 @@ impl Blf {
     /// Reads the head of the file.
     ///
     /// # Errors
-    /// When the source fails or ends within it.
+    /// A source that fails or ends within it.
     pub fn new(mut source: Box<dyn BufRead + Send>) -> io::Result<Self> {
         let mut head = [0; 56];
         source.read_exact(&mut head)?;
@@ -63,11 +63,11 @@ impl Blf {
         self.count
     }
 
-    /// The next object: an entry, nothing if it is not a frame, or why it cannot be read. `None` at the
-    /// end of the file.
+    /// The next object: an entry, nothing if it is not a frame, or the reason why it cannot be read. `None` at
+    /// the end of the file.
     ///
     /// # Errors
-    /// When the source fails or ends within an object.
+    /// A source that fails or ends within an object.
     pub fn next_entry(&mut self) -> io::Result<Option<Outcome>> {
         match self.next_object() {
             // A container that cannot be unpacked, in place of its objects.
@@ -103,7 +103,7 @@ impl Blf {
 /// if it is not a frame.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_object(object: &[u8], start: i64) -> Outcome {
     let kind = if object.len() < BASE { 0 } else { u32_at(object, 12) };
     if !matches!(kind, 1 | 2 | 73 | 86 | 100 | 101 | 104) {
@@ -173,7 +173,7 @@ fn data(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<Content, B
     frame(id, fd, bytes.get(..length).ok_or(BadLine::BadLength)?)
 }
 
-/// The containers' contents, and what stands outside of containers, as one stream.
+/// The contents of containers, and objects outside of containers, as one stream.
 struct Contents {
     source: Box<dyn BufRead + Send>,
     inside: Inside,
@@ -181,10 +181,10 @@ struct Contents {
 
 enum Inside {
     Nothing,
-    /// So many bytes more as they stand in the file.
+    /// The number of bytes to pass on as in the file.
     Stored(u64),
     Packed(ZlibDecoder<Cursor<Vec<u8>>>),
-    /// The head of an object outside of containers, and how much of that was handed on.
+    /// The head of an object outside of containers, and the number of its bytes passed on.
     Base([u8; BASE], usize),
 }
 
@@ -267,7 +267,7 @@ impl Contents {
     }
 }
 
-/// Reads up to the end of the next `LOBJ` and tells how much lay before it, beyond the few bytes
+/// Reads up to the end of the next `LOBJ` and returns the number of bytes before it, beyond the few bytes
 /// that writers pad objects with. `None` at the end of the source.
 fn find_magic(source: &mut impl BufRead) -> io::Result<Option<u64>> {
     const PADDING: u64 = 3;
@@ -304,7 +304,7 @@ fn system_time(bytes: &[u8]) -> Option<i64> {
     nanos(date, Some(millis * 1_000_000).filter(|time| *time < DAY))
 }
 
-/// Callers have checked that there are so many bytes; what is not there reads as 0.
+/// Callers have checked the number of bytes; missing ones read as 0.
 fn u32_at(bytes: &[u8], at: usize) -> u32 {
     bytes.get(at..at + 4).and_then(|part| part.try_into().ok()).map_or(0, u32::from_le_bytes)
 }
@@ -373,7 +373,7 @@ mod tests {
         let mut blf = Blf::new(Box::new(Cursor::new(file))).unwrap();
         let mut entries = Vec::new();
         while let Some(entry) = blf.next_entry().unwrap() {
-            entries.extend(entry.transpose().map(|entry| entry.map(|entry| entry.told(START_MICROS))));
+            entries.extend(entry.transpose().map(|entry| entry.map(|entry| entry.shown(START_MICROS))));
         }
         entries
     }

@@ -18,7 +18,7 @@ use super::{Entry, Interface, Lines};
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
 
-/// What the headings said so far.
+/// The headings so far.
 #[derive(Debug, Default)]
 pub struct Busmaster {
     /// Date and time of the start, ns since 1970.
@@ -31,7 +31,7 @@ pub struct Busmaster {
     midnight: i64,
 }
 
-/// The longest that a line is written late, ns.
+/// The longest delay of a line, ns.
 const LATE: i64 = 10_000_000_000;
 
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
@@ -120,7 +120,7 @@ fn clock(word: &str) -> Option<i64> {
 /// it, the entry's stamp is still to be made.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_line(line: &[u8], radix: u32) -> Result<(i64, Entry<'_>), BadLine> {
     let mut words = text(line)?.split_ascii_whitespace();
     let time = words.next().and_then(clock).ok_or(BadLine::NoTime)?;
@@ -153,13 +153,13 @@ pub fn parse_line(line: &[u8], radix: u32) -> Result<(i64, Entry<'_>), BadLine> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::told;
+    use super::super::shown;
     use super::*;
 
     const START: &str = "***START DATE AND TIME 5:3:2024 14:30:0:250***";
 
     fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        told(&mut Busmaster::default(), lines)
+        shown(&mut Busmaster::default(), lines)
     }
 
     fn good(lines: &[&str]) -> Vec<String> {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_three_kinds_of_time_are_told_apart() {
+    fn each_kind_of_time_is_recognised() {
         let frames = ["0:0:1:0 Rx 1 1A0 s 0", "0:0:3:0 Rx 1 1A0 s 0"];
         let seconds = |mode| {
             good(&[START, mode, frames[0], frames[1]])

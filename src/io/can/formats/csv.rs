@@ -4,7 +4,7 @@
 //! Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8
 //! 166064000,0000021A,false,Rx,0,3,FE,36,12,,,,,
 //! ```
-//! The heading says which columns there are (`Dir` came later) and may come again. Data columns
+//! The heading names the columns (`Dir` came later) and may come again. Data columns
 //! beyond the length do not count. More than eight bytes are a CAN FD frame.
 //!
 //! # Time
@@ -19,10 +19,10 @@ use super::{Entry, Interface, Lines};
 use crate::core::time::WallStamp;
 use crate::io::can::candump::BadLine;
 
-/// The longest that a line is written late, µs.
+/// The longest delay of a line, µs.
 pub const LATE: u64 = 10_000_000;
 
-/// What the heading said, and how often the counter has turned.
+/// The columns of the heading, and the counter.
 #[derive(Debug, Default)]
 pub struct Csv {
     columns: Columns,
@@ -63,9 +63,9 @@ impl Columns {
 #[derive(Debug, Default)]
 struct Counter {
     newest: u64,
-    /// Added for the turns so far.
+    /// Microseconds of the turns so far.
     turned: u64,
-    /// A value has been met that 32 bits cannot hold.
+    /// Whether a value has come that 32 bits cannot hold.
     wide: bool,
 }
 
@@ -104,7 +104,7 @@ impl Lines for Csv {
 /// Reads one line: the counter's value, µs, and the entry with a stamp that is still to be made.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_line(line: &[u8], columns: Columns) -> Result<(u64, Entry<'_>), BadLine> {
     let text = text(line)?;
     let word = |column: usize| text.split(',').nth(column).unwrap_or("").trim();

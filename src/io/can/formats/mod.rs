@@ -1,6 +1,6 @@
-//! The formats of recordings, one a file, and which of them a recording is in.
+//! The formats of recordings, one in each file, and the recognition of a recording's format.
 //!
-//! | module | what it reads | recognised by |
+//! | module | format | recognised by |
 //! |---|---|---|
 //! | [`super::candump`] | `candump -L` | `(`; also what nothing else claims |
 //! | [`asc`] | Vector ASC | `date …`, `base …` or `//` |
@@ -20,8 +20,7 @@
 //! counter gives stamps from the epoch on, a format without any time gives the epoch every time.
 //!
 //! # Interfaces
-//! Formats that number their buses get the name `can` and the number just as it stands in the
-//! file: GVRET counts from 0, Vector and PCAN from 1. Without a number it is `can0`.
+//! Formats that number their buses get the name `can` and the number as in the file: GVRET counts from 0, Vector and PCAN from 1. Without a number it is `can0`.
 
 pub mod asc;
 pub mod blf;
@@ -37,26 +36,26 @@ use std::io;
 use super::candump::{self, BadLine, Content};
 use crate::core::time::WallStamp;
 
-/// Longer lines belong to no format. (An ASC line of a CAN FD frame with a long name needs 500.)
+/// The longest line of any format, bytes; an ASC line of a CAN FD frame with a long name needs 500.
 pub const MAX_LINE: usize = 1024;
 
 /// One entry of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entry<'a> {
-    /// When.
+    /// Time of reception.
     pub stamp: WallStamp,
-    /// On which interface.
+    /// Interface that received it.
     pub interface: Interface<'a>,
-    /// What.
+    /// Content.
     pub content: Content,
 }
 
-/// How a recording calls an interface.
+/// The name of an interface in a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interface<'a> {
-    /// By name.
+    /// A name.
     Named(&'a str),
-    /// By number, as it stands in the file; shown as `can` and the number.
+    /// A number, as in the file; shown as `can` and the number.
     Numbered(u32),
 }
 
@@ -81,13 +80,13 @@ impl std::fmt::Display for Interface<'_> {
     }
 }
 
-/// Reads one line after another, remembering what headings say.
+/// Reads one line after another, and remembers headings.
 pub trait Lines: Send {
     /// Reads one line, without its line end and outer blanks, not empty. `None` when it holds no
     /// frame and need not: a heading, a comment, an event of another kind.
     ///
     /// # Errors
-    /// Why it cannot be read.
+    /// The reason why it cannot be read.
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine>;
 }
 
@@ -129,13 +128,14 @@ pub enum Format {
     Mf4,
 }
 
-/// So much of a recording is looked at.
+/// The length of a recording's beginning by which its format is recognised, bytes.
 pub const HEAD: usize = 4096;
 
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl Format {
-    /// The format of what begins with `head`; `None` if that does not tell. Only whole lines count.
+    /// The format of a recording that begins with `head`; `None` if the beginning fits none. Only whole lines
+    /// count.
     pub fn of(head: &[u8]) -> Option<Self> {
         if head.starts_with(b"LOGG") {
             return Some(Self::Blf);
@@ -187,7 +187,7 @@ pub fn without_byte_order_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
 }
 
-/// What to say of a file in a format that cannot be read.
+/// The error for a file in a format that cannot be read.
 pub fn not_supported() -> io::Error {
     io::Error::new(
         io::ErrorKind::Unsupported,
@@ -196,17 +196,17 @@ pub fn not_supported() -> io::Error {
     )
 }
 
-/// What a reader makes of lines, for the tests of each format.
+/// The entries that a reader makes of lines, for the tests of each format.
 #[cfg(test)]
-fn told(reader: &mut impl Lines, lines: &[&str]) -> Vec<Result<String, BadLine>> {
+fn shown(reader: &mut impl Lines, lines: &[&str]) -> Vec<Result<String, BadLine>> {
     let entries = lines.iter().filter_map(|line| reader.read(line.as_bytes()).transpose());
-    entries.map(|entry| entry.map(|entry| entry.told(0))).collect()
+    entries.map(|entry| entry.map(|entry| entry.shown(0))).collect()
 }
 
 #[cfg(test)]
 impl Entry<'_> {
     /// Microseconds since `start_micros`, interface and content.
-    fn told(&self, start_micros: i64) -> String {
+    fn shown(&self, start_micros: i64) -> String {
         let content = match self.content {
             Content::Data(frame) => frame.to_string(),
             other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => format!("{other:?}"),
@@ -221,7 +221,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn each_format_is_recognised_by_its_first_telling_line() {
+    fn each_format_is_recognised_by_its_first_line_with_a_mark() {
         for (head, format) in [
             ("(1.0) can0 123#\n", Some(Format::Candump)),
             ("\u{FEFF};$FILEVERSION=2.1\r\n", Some(Format::Trc)),

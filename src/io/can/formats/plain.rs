@@ -27,7 +27,7 @@ impl Lines for Plain {
 /// Reads one line of either layout.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
     let text = text(line)?;
     let (stamp, content) =

@@ -6,7 +6,7 @@
 //! ;$COLUMNS=N,O,T,B,I,d,R,L,D
 //!       1      1.250 DT 1      01A0 Rx -  3    01 02 03
 //! ```
-//! Version 2 says which columns it has, versions 1 have fixed ones. The start is in days since
+//! Version 2 names its columns, versions 1 have fixed ones. The start is in days since
 //! 1899-12-30, offsets in milliseconds. An identifier of more than four digits has 29 bits. Changes
 //! of status and of error counters, warnings and events are not frames and are passed over.
 
@@ -16,7 +16,7 @@ use super::{Entry, Interface, Lines};
 use crate::core::time::WallStamp;
 use crate::io::can::candump::{BadLine, Content};
 
-/// What the headings said so far.
+/// The headings so far.
 #[derive(Debug, Default)]
 pub struct Trc {
     /// Start of the recording, ns since 1970.
@@ -24,7 +24,7 @@ pub struct Trc {
     columns: Columns,
 }
 
-/// What stands in each column, by the letters of `$COLUMNS`: `N`umber, `O`ffset, `T`ype, `B`us,
+/// The columns, by the letters of `$COLUMNS`: `N`umber, `O`ffset, `T`ype, `B`us,
 /// `I`dentifier, `d`irection, `R`eserved, `l`ength in bytes, `L` the DLC, `D`ata;
 /// versions 1 mix direction and kind in one, `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl Columns {
             b"1.1" => b"NOtILD",
             b"1.2" => b"NOBtILD",
             b"1.3" => b"NOBtIRLD",
-            // Until `$COLUMNS` says otherwise.
+            // Unless `$COLUMNS` follows.
             b"2.0" => b"NOTIdlD",
             b"2.1" => b"NOTBIdRlD",
             _ => return None,
@@ -100,7 +100,7 @@ impl Trc {
 /// One line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line {
-    /// Since the start, ns.
+    /// Time since the start, ns.
     pub offset: i64,
     /// Number of the bus, 0 if it is not written.
     pub bus: u32,
@@ -111,7 +111,7 @@ pub struct Line {
 /// Reads one line.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn parse_line(line: &[u8], columns: Columns) -> Result<Line, BadLine> {
     let mut words = text(line)?.split_ascii_whitespace();
     let (mut offset, mut bus, mut kind, mut identifier, mut length) = (None, 0, "DT", None, None);
@@ -167,11 +167,11 @@ fn frame<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::told;
+    use super::super::shown;
     use super::*;
 
     fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        told(&mut Trc::default(), lines)
+        shown(&mut Trc::default(), lines)
     }
 
     fn good(lines: &[&str]) -> Vec<String> {
