@@ -9,5 +9,6 @@ mod process {
     mod daemon_process;
     mod decide_command;
     mod lights_command;
+    mod pictures;
     mod systemd_units;
 }

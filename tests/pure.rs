@@ -10,6 +10,7 @@ mod pure {
     mod config_refusals;
     mod dbc_real_files;
     mod demo_recording;
+    mod diagnostics_doc;
     mod drive_scenarios;
     mod integrity_real_logs;
     mod lamp_reports;

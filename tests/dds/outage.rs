@@ -46,7 +46,7 @@ pub(crate) fn turn_reader(cyclone: &Cyclone, domain: u16, durability: &str) -> J
 
 /// Whether so many peers are missed, and looked for.
 fn looks_for(missing: u32) -> impl Fn(&Value) -> bool {
-    move |status| status["missing"] == missing && status["lookout"] == true
+    move |status| status["missing"] == missing && status["probe"] == true
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn a_volatile_report_that_changed_during_an_outage_arrives_after_it() {
     net.ip(2, "link set port1 down");
     gateway.wait_until("the loss of the reader", |status| status["missing"] == 1);
     gateway.send("turn right 2");
-    gateway.wait_until("a lookout", looks_for(1));
+    gateway.wait_until("a discovery probe", looks_for(1));
     net.ip(2, "link set port1 up");
     far.next("the report", has_report(3, 2));
 }
@@ -194,7 +194,7 @@ fn a_killed_peer_is_looked_for_without_disturbing_anybody() {
     victim.kill();
     gateway.wait_until("one reader", |status| status["readers"][0] == 1);
     gateway.wait_until("the loss of the victim", looks_for(1));
-    // Longer than peers with such a lease take to announce themselves to the lookout.
+    // Longer than peers with such a lease take to announce themselves to the probe.
     thread::sleep(Duration::from_secs(2));
     gateway.send("turn left 1");
     healthy.next("a report", has_report(2, 1));
@@ -203,7 +203,7 @@ fn a_killed_peer_is_looked_for_without_disturbing_anybody() {
     let status = gateway.status();
     assert_eq!((&status["rebuilds"], &status["missing"]), (&json!(0), &json!(1)), "{status}");
     assert!(healthy.next_during(Duration::ZERO).iter().all(|line| line["event"] != "unmatched"));
-    assert!(status["lookout"] == true, "it is stopped with a lookout");
+    assert!(status["probe"] == true, "it is stopped with a probe");
     assert_in_time("the end", gateway.stop(), Duration::from_millis(500));
 }
 

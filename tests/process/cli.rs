@@ -124,7 +124,7 @@ fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
         assert!(out(&["check", "--config", shipped]).contains("0 warnings"), "{shipped}");
     }
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
-    let (_, behind) = readme.split_once("## Configuration in five minutes\n\n```toml\n").unwrap();
+    let (_, behind) = readme.split_once("```toml\n").unwrap();
     let (shown, _) = behind.split_once("```").unwrap();
     let profiles = concat!("profile = \"", env!("CARGO_MANIFEST_DIR"), "/config/vehicles/");
     let (folder, path) = file("gateway.toml", &shown.replace("profile = \"vehicles/", profiles));

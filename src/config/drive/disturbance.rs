@@ -1,4 +1,4 @@
-//! What goes wrong in a drive scenario.
+//! Disturbances of a drive scenario.
 
 use super::reader::{MAX_S, Moment, Reader, keyword, required, required_moment};
 use super::route::{RoutePlan, plan};
@@ -8,38 +8,38 @@ use crate::config::reading::value::Value;
 /// Something that goes wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
-    /// When it begins.
+    /// Place or time at which it begins.
     pub at: Moment,
-    /// What it is.
+    /// Kind of the disturbance.
     pub kind: DisturbanceKind,
 }
 
-/// What goes wrong; times in seconds.
+/// The kind of a disturbance; times in seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DisturbanceKind {
     /// No odometry comes.
     OdometryGap {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The pose is not a number.
     NanPose {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The planned path has no points.
     EmptyPath {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The planner does something else, such as parking.
     NotLaneDriving {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The clock jumps once.
     TimeJump {
-        /// How far, negative back.
+        /// Size of the jump, seconds, negative back.
         by_s: f64,
     },
     /// Another route holds from then on.

@@ -1,4 +1,4 @@
-//! What must come out of a drive scenario.
+//! Expectations of a drive scenario.
 
 use super::reader::{MAX_S, Reader, keyword, metres, modes, number};
 use crate::config::reading::fields::Fields;
@@ -8,16 +8,16 @@ use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::{Case, Source};
 use crate::core::turn_signal::signal::{Hazard, Signal};
 
-/// What must hold for a while.
+/// An expectation for a stretch of the drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
     /// The behaviours in which it must hold.
     pub modes: Vec<DeciderCompat>,
-    /// Where, or when.
+    /// The stretch, by place or time.
     pub interval: Interval,
-    /// What.
+    /// Everything that must hold there.
     pub wanted: Wanted,
-    /// Where it stands.
+    /// Its place in the file.
     pub location: SourceLocation,
 }
 
@@ -26,32 +26,32 @@ pub struct Expectation {
 pub enum Interval {
     /// Metres along the way.
     Metres {
-        /// From here.
+        /// Start, metres along the way.
         from: f64,
-        /// To here.
+        /// End, metres along the way.
         to: f64,
-        /// Not looked at, at either end.
+        /// Length that is not looked at, at either end.
         tolerance: f64,
     },
     /// Seconds from the start.
     Seconds {
-        /// From then.
+        /// Start, seconds.
         from: f64,
-        /// To then.
+        /// End, seconds.
         to: f64,
-        /// Not looked at, at either end.
+        /// Length that is not looked at, at either end.
         tolerance: f64,
     },
 }
 
-/// What must hold; `None` = anything will do.
+/// Everything that must hold; `None` = anything will do.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wanted {
     /// The turn command.
     pub command: Option<Signal>,
     /// The hazard command.
     pub hazard: Option<Hazard>,
-    /// Who is signalled; `Some(None)` = nobody.
+    /// The source that is signalled; `Some(None)` = none.
     pub winner: Option<Option<Source>>,
     /// The branch of the pairwise rule that decided last.
     pub case: Option<Case>,
@@ -60,7 +60,7 @@ pub struct Wanted {
 }
 
 impl Interval {
-    /// Whether a cycle counts.
+    /// Returns whether a cycle lies within it.
     pub fn holds(&self, at_m: f64, at_s: f64) -> bool {
         let (value, (from, to, tolerance)) = match *self {
             Self::Metres { from, to, tolerance } => (at_m, (from, to, tolerance)),

@@ -1,4 +1,4 @@
-//! What the planner does in a drive scenario.
+//! Manoeuvres of the planner in a drive scenario.
 
 use super::reader::{
     MAX_S, Moment, Reader, from_to, keyword, lanes, metres, moment, number, offset, place_within,
@@ -12,7 +12,7 @@ use crate::core::turn_signal::signal::Side;
 /// A manoeuvre as it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Which.
+    /// Kind of the manoeuvre, with its places.
     pub kind: PlanKind,
     /// From when on the planner knows of it; `None` = from the start.
     pub known_from: Option<Moment>,
@@ -22,11 +22,11 @@ pub struct Plan {
     pub approved_from: Option<Moment>,
     /// The planner's current lanelets; `None` = those of the way around the vehicle.
     pub lanes: Option<Vec<LaneId>>,
-    /// Where it stands.
+    /// Its place in the file.
     pub location: SourceLocation,
 }
 
-/// Which manoeuvre, by places on the way, metres.
+/// The kind of a manoeuvre, with places in metres along the way.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlanKind {
     /// Around an obstacle and back.
@@ -36,13 +36,13 @@ pub enum PlanKind {
     },
     /// Into the next lane.
     LaneChange {
-        /// Which way.
+        /// The side it changes to.
         side: Side,
-        /// Where steering begins.
+        /// Place at which steering begins.
         from_m: f64,
-        /// Where it ends.
+        /// Place at which it ends.
         to_m: f64,
-        /// Where the bound is crossed.
+        /// Place at which the bound is crossed.
         crossing_m: f64,
         /// The planner has a path for it.
         valid_path: bool,
@@ -53,9 +53,9 @@ pub enum PlanKind {
     },
     /// From the roadside.
     PullOut {
-        /// Where it begins.
+        /// Place at which it begins.
         from_m: f64,
-        /// Where it ends.
+        /// Place at which it ends.
         to_m: f64,
         /// Where the vehicle stands before, metres to the left of the way.
         offset_m: f64,
@@ -66,9 +66,9 @@ pub enum PlanKind {
     },
     /// To the roadside.
     PullOver {
-        /// Where it begins.
+        /// Place at which it begins.
         from_m: f64,
-        /// Where it ends.
+        /// Place at which it ends.
         to_m: f64,
         /// Where the vehicle stands afterwards, metres to the left of the way.
         offset_m: f64,
@@ -85,9 +85,9 @@ pub enum PlanKind {
     },
     /// To the side within the lane, never signalled.
     SideShift {
-        /// Where it begins.
+        /// Place at which it begins.
         from_m: f64,
-        /// Where it ends.
+        /// Place at which it ends.
         to_m: f64,
         /// Offset afterwards, metres.
         offset_m: f64,
@@ -97,16 +97,16 @@ pub enum PlanKind {
 /// One shift of an avoidance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvoidanceLine {
-    /// Where it begins, metres.
+    /// Place at which it begins, metres.
     pub from_m: f64,
-    /// Where it ends, metres.
+    /// Place at which it ends, metres.
     pub to_m: f64,
     /// Offset afterwards, metres to the left.
     pub offset_m: f64,
 }
 
 impl PlanKind {
-    /// Where its last movement ends, metres.
+    /// Place at which its last movement ends, metres.
     pub fn end_m(&self) -> f64 {
         match self {
             Self::Avoidance { lines } => lines.last().map_or(0.0, |line| line.to_m),

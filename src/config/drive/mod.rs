@@ -40,12 +40,12 @@ use reader::{MAX_S, Reader, SEE, metres};
 /// Without a limit a drive ends after this.
 const MAX_DRIVE_S: f64 = 600.0;
 
-/// What a drive scenario says.
+/// A drive scenario as read.
 #[derive(Debug, Clone)]
 pub struct DriveFile {
-    /// What it is called.
+    /// Its name.
     pub name: Option<String>,
-    /// What it is about.
+    /// Its description.
     pub description: Option<String>,
     /// The behaviours it is for, improved first.
     pub modes: Vec<DeciderCompat>,
@@ -55,11 +55,11 @@ pub struct DriveFile {
     pub vehicle: Vehicle,
     /// Cycles a second.
     pub planning_hz: f64,
-    /// Where the vehicle is at the start, metres.
+    /// Place of the vehicle at the start, metres along the way.
     pub start_m: f64,
     /// Where the drive ends, metres; `None` = at the end of the way.
     pub until_m: Option<f64>,
-    /// When it ends at the latest.
+    /// The latest time of its end.
     pub until: Duration,
     /// The map it is on.
     pub map: PathBuf,
@@ -67,17 +67,17 @@ pub struct DriveFile {
     pub road: Arc<LaneNetwork>,
     /// The route.
     pub route: RoutePlan,
-    /// How fast the vehicle drives.
+    /// Speed of the vehicle.
     pub speed: SpeedProfile,
-    /// Where it stands for a while, ascending.
+    /// Stops of the vehicle, ascending.
     pub stops: Vec<Stop>,
     /// The line it drives instead of the way of the route; empty = that way.
     pub points: Vec<Point>,
-    /// What the planner does, in the order of the file.
+    /// Manoeuvres of the planner, in the order of the file.
     pub manoeuvres: Vec<Plan>,
-    /// What goes wrong.
+    /// Disturbances, in the order of the file.
     pub disturbances: Vec<Disturbance>,
-    /// What must come out.
+    /// Expectations, in the order of the file.
     pub expectations: Vec<Expectation>,
 }
 
@@ -107,7 +107,7 @@ pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     }
 }
 
-/// `None` only with a problem told.
+/// `None` only with a problem in the reader.
 fn interpret(files: &dyn Files, root: &Value, path: &Path, reader: &mut Reader) -> Option<DriveFile> {
     let mut top = Fields::of(reader, root)?;
     let name = top.text(reader, "name").map(|given| given.text);

@@ -12,7 +12,7 @@ use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::compat::DeciderCompat;
 
-/// Where the keys are explained.
+/// The page that explains the keys.
 pub(super) const SEE: &str = "docs/turn-signal-scenarios.md";
 /// Longer drives are mistakes, metres.
 const MAX_M: f64 = 1e6;
@@ -20,7 +20,7 @@ const MAX_M: f64 = 1e6;
 pub(super) const MAX_S: f64 = 86_400.0;
 /// Farther than this is not a drive.
 const MAX_DISTANCE_M: RangeInclusive<f64> = -MAX_M..=MAX_M;
-/// How many lanelets of the map are named in a refusal.
+/// Most lanelets of the map that a refusal names.
 const SHOWN: usize = 12;
 
 /// A place on the way or a time.
@@ -49,7 +49,7 @@ const MODES: [(&str, &[DeciderCompat]); 5] = [
 /// The behaviours of the behavior path planner, which the rules of all records are for.
 const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstream];
 
-/// What was found so far.
+/// The reader of a drive scenario with the problems found so far.
 pub(super) struct Reader {
     pub(super) file: Arc<Path>,
     pub(super) problems: Vec<Problem>,
@@ -77,7 +77,7 @@ impl Reader {
         location.in_file(&self.file)
     }
 
-    /// In the order of the file.
+    /// All problems, in the order of the file.
     pub(super) fn into_problems(mut self) -> Vec<Problem> {
         self.problems.sort_by_key(|problem| problem.position);
         self.problems.dedup();
@@ -258,7 +258,7 @@ pub(super) fn offset(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<f64
     required(reader, fields, "offset_m", -50.0..=50.0, "m")
 }
 
-/// Where something begins and ends; forwards.
+/// Start and end of a stretch, in driving direction.
 pub(super) fn from_to(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<(f64, f64)> {
     let from_m = required_metres(reader, fields, "from_m");
     let to_m = required_metres(reader, fields, "to_m");

@@ -18,7 +18,7 @@ pub struct RoutePlan {
     pub start: Option<Pose>,
     /// Where it ends; `None` = where its last preferred lanelet does.
     pub goal: Option<Pose>,
-    /// Where it stands.
+    /// Its place in the file.
     pub location: SourceLocation,
 }
 
@@ -44,13 +44,13 @@ pub(super) fn plan(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<Route
     if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
         reader.refuse(&value.location, "a route without lanelets", wanted);
     }
-    let mut seen = Vec::new();
+    let mut listed = Vec::new();
     for lane in segments.iter().flat_map(|segment| &segment.lanes) {
-        if seen.contains(lane) {
+        if listed.contains(lane) {
             let reason = format!("the route lists lanelet {lane} twice");
             reader.refuse(&value.location, reason, "Autoware refuses such a route: name each lanelet once");
         }
-        seen.push(*lane);
+        listed.push(*lane);
     }
     let id = fields.number(reader, "id").and_then(|given| {
         let id = given.text.parse().ok();

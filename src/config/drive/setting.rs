@@ -13,7 +13,7 @@ use crate::core::turn_signal::parameters::{Parameters, Vehicle};
 /// Faster is not a drive, m/s.
 const MAX_SPEED_MPS: f64 = 100.0;
 
-/// How fast the vehicle drives: the speed holds from each step on. Ascending, and the first speed also
+/// Speed of the vehicle, which holds from each step on. Ascending, and the first speed also
 /// holds before its step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpeedProfile {
@@ -26,9 +26,9 @@ pub enum SpeedProfile {
 /// A stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Where, metres along the way.
+    /// Place, metres along the way.
     pub at_m: f64,
-    /// How long, seconds.
+    /// Duration, seconds.
     pub for_s: f64,
 }
 
@@ -64,7 +64,7 @@ fn entries<'v>(reader: &mut Reader, top: &mut Fields<'v>, key: &'static str) -> 
     }
 }
 
-/// The table `vehicle`; what it does not say is that of Autoware's sample vehicle.
+/// The table `vehicle`; missing keys are those of Autoware's sample vehicle.
 pub(super) fn vehicle(reader: &mut Reader, top: &mut Fields<'_>) -> Vehicle {
     let sample = Vehicle::SAMPLE;
     let Some(value) = top.take("vehicle") else { return sample };

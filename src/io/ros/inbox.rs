@@ -1,8 +1,8 @@
 //! What was received over ROS 2, on its way to the gateway.
 //!
 //! The inbox is bounded: a state that waits is replaced by a newer one of the same subscription, and so
-//! are commands for the vehicle, which are said again and again; text commands keep their order, and when
-//! [`MAX_COMMANDS`] wait, the oldest is dropped and counted.
+//! are commands for the vehicle, which their sender repeats; text commands keep their order, and when
+//! [`MAX_COMMANDS`] wait, the oldest is dropped.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -13,7 +13,7 @@ use crate::core::gateway::event::Input;
 use crate::core::traffic_light::input::TrafficLightInput;
 
 /// Text commands that may wait.
-pub const MAX_COMMANDS: usize = 256;
+const MAX_COMMANDS: usize = 256;
 
 #[derive(Debug, Default)]
 struct Waiting {
@@ -21,7 +21,6 @@ struct Waiting {
     /// most one state for each subscription.
     inputs: VecDeque<(usize, Input)>,
     commands: usize,
-    dropped_commands: u64,
     is_closed: bool,
 }
 
@@ -33,18 +32,15 @@ pub struct Inbox {
 }
 
 impl Inbox {
-    /// Puts in what came by a subscription; never blocks.
+    /// Adds what was received for a subscription; never blocks.
     pub fn put(&self, subscription: usize, input: Input) {
         let mut waiting = self.lock();
         if !is_text_command(&input) {
             waiting.inputs.retain(|(other, old)| *other != subscription || is_text_command(old));
         } else if waiting.commands < MAX_COMMANDS {
             waiting.commands += 1;
-        } else {
-            if let Some(oldest) = waiting.inputs.iter().position(|(_, old)| is_text_command(old)) {
-                waiting.inputs.remove(oldest);
-            }
-            waiting.dropped_commands += 1;
+        } else if let Some(oldest) = waiting.inputs.iter().position(|(_, old)| is_text_command(old)) {
+            waiting.inputs.remove(oldest);
         }
         waiting.inputs.push_back((subscription, input));
         drop(waiting);
@@ -59,8 +55,8 @@ impl Inbox {
         Some((subscription, input))
     }
 
-    /// Waits for the next input and its subscription; `None` when nothing will come any more. For one task at a time.
-    /// Loses nothing when it is given up.
+    /// Waits for the next input and its subscription; `None` once the inbox is closed and empty. For one task at a
+    /// time. Cancellation loses nothing.
     pub async fn take(&self) -> Option<(usize, Input)> {
         loop {
             if let Some(input) = self.try_take() {
@@ -69,20 +65,15 @@ impl Inbox {
             if self.lock().is_closed {
                 return None;
             }
-            // A notification from before is remembered.
+            // A notification that came before is remembered.
             self.arrived.notified().await;
         }
     }
 
-    /// Nothing will come any more.
+    /// Ends the inbox: what waits can still be taken, and nothing is added any more.
     pub fn close(&self) {
         self.lock().is_closed = true;
         self.arrived.notify_one();
-    }
-
-    /// Commands dropped because nobody took them.
-    pub fn dropped_commands(&self) -> u64 {
-        self.lock().dropped_commands
     }
 
     /// Nothing behind this lock can be left half done by a panic.
@@ -91,7 +82,7 @@ impl Inbox {
     }
 }
 
-/// Whether each counts. Of all else only the newest does.
+/// Whether every one of these inputs counts; of all others only the newest does.
 const fn is_text_command(input: &Input) -> bool {
     matches!(input, Input::TrafficLight(TrafficLightInput::Command(_)))
 }
@@ -103,6 +94,7 @@ mod tests {
 
     use super::*;
     use crate::core::command::input::CommandInput;
+    use crate::core::command::settings::CommandSource;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
@@ -135,9 +127,12 @@ mod tests {
     }
 
     #[test]
-    fn of_commands_for_the_vehicle_the_newest_is_kept_in_its_place() {
+    fn a_newer_command_for_the_vehicle_replaces_the_one_that_waits() {
         let inbox = Inbox::default();
-        let turn = |raw, nanos| (3, CommandInput::Turn { raw, stamp: WallStamp::from_nanos(nanos) }.into());
+        let turn = |number: u8, nanos| {
+            let (command, stamp) = (number.into(), WallStamp::from_nanos(nanos));
+            (3, CommandInput::Turn { source: CommandSource::Topic, command, stamp }.into())
+        };
         for (subscription, input) in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
             inbox.put(subscription, input);
         }
@@ -145,20 +140,19 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_commands_are_dropped_and_counted_and_states_stay() {
+    fn the_oldest_commands_are_dropped_and_states_stay() {
         let inbox = Inbox::default();
         let put = |(subscription, input)| inbox.put(subscription, input);
         put(state(0, 1));
         (0..MAX_COMMANDS + 2).map(command).for_each(put);
-        assert_eq!(inbox.dropped_commands(), 2);
         let kept: Vec<_> = std::iter::once(state(0, 1)).chain((2..MAX_COMMANDS + 2).map(command)).collect();
         assert_eq!(all(&inbox), kept);
         (0..MAX_COMMANDS).map(command).for_each(put);
-        assert_eq!(inbox.dropped_commands(), 2, "what was taken makes room");
+        assert_eq!(all(&inbox).len(), MAX_COMMANDS, "what was taken makes room");
     }
 
     #[tokio::test]
-    async fn a_task_waits_for_what_another_thread_puts_in_and_for_the_end() {
+    async fn a_task_waits_for_inputs_of_another_thread_and_for_the_end() {
         let inbox = Arc::new(Inbox::default());
         let sender = Arc::clone(&inbox);
         let putting = thread::spawn(move || {

@@ -1,4 +1,4 @@
-//! A sample's bytes as the gateway's input that its subscription is for. Any bytes are safe to try.
+//! Decodes a sample's bytes to the gateway's input that its subscription is for. Any bytes are safe to decode.
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::de::DeserializeOwned;
@@ -10,11 +10,13 @@ use super::messages::{
 };
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
+use crate::core::command::settings::CommandSource;
 use crate::core::gateway::event::Input;
+use crate::core::light_command::EnumOrUnknown;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::turn_signal::planner_input::PlannerInput;
 
-/// Byte order of CDR, as the sample's header tells it.
+/// Byte order of CDR, as the sample's header names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Endian {
     /// `CDR_BE`.
@@ -23,26 +25,26 @@ pub enum Endian {
     Little,
 }
 
-/// Why bytes are not what the topic is for.
+/// Why bytes are not a message of the topic.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Unreadable {
-    /// Another layout, or cut off.
+    /// The bytes have another layout, or are cut off; the text is the decoder's.
     #[error("{0}")]
     Layout(String),
-    /// Another layout that happens to begin like ours.
+    /// The bytes have another layout that happens to begin like this one.
     #[error("{used} of {length} bytes are a message")]
     Leftover {
-        /// Bytes of what was read.
+        /// Bytes that were decoded.
         used: usize,
-        /// Bytes there are.
+        /// Bytes of the sample.
         length: usize,
     },
-    /// A command that does not exist.
+    /// The hazard command has an undefined value.
     #[error("{0} is not a hazard command")]
     Hazard(u8),
 }
 
-/// Reads a sample of a kind, without its encapsulation header.
+/// Decodes a sample of a kind, without its encapsulation header.
 pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Input, Unreadable> {
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
@@ -59,8 +61,10 @@ pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Inpu
         SubscriptionKind::Scenario => Input::Planner(bytes.whole::<Scenario>()?.into()),
         SubscriptionKind::HazardRequest => {
             let message: HazardLightsCommand = bytes.whole()?;
-            let request = message.hazard().ok_or(Unreadable::Hazard(message.command))?;
-            Input::Planner(PlannerInput::HazardRequest(request))
+            match message.command.into() {
+                EnumOrUnknown::Known(request) => Input::Planner(PlannerInput::HazardRequest(request)),
+                EnumOrUnknown::Unknown(number) => return Err(Unreadable::Hazard(number)),
+            }
         }
         SubscriptionKind::OwnTurnCommand => {
             Input::Planner(PlannerInput::OwnTurnCommand(bytes.whole::<TurnIndicatorsCommand>()?.command))
@@ -70,15 +74,17 @@ pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Inpu
         }
         SubscriptionKind::TurnCommand => {
             let message: TurnIndicatorsCommand = bytes.whole()?;
-            CommandInput::Turn { raw: message.command, stamp: message.stamp.into() }.into()
+            let (command, stamp) = (message.command.into(), message.stamp.into());
+            CommandInput::Turn { source: CommandSource::Topic, command, stamp }.into()
         }
         SubscriptionKind::HazardCommand => {
             let message: HazardLightsCommand = bytes.whole()?;
-            CommandInput::Hazard { raw: message.command, stamp: message.stamp.into() }.into()
+            let (command, stamp) = (message.command.into(), message.stamp.into());
+            CommandInput::Hazard { source: CommandSource::Topic, command, stamp }.into()
         }
         SubscriptionKind::ControlMode => {
             let message: ControlModeReport = bytes.whole()?;
-            CommandInput::ControlMode { raw: message.mode, stamp: message.stamp.into() }.into()
+            CommandInput::ControlMode { mode: message.mode.into(), stamp: message.stamp.into() }.into()
         }
     })
 }
@@ -90,8 +96,8 @@ struct Bytes<'a> {
 }
 
 impl Bytes<'_> {
-    /// A message that fills its bytes, but for what fills up to a multiple of four: another layout
-    /// would decode by chance, but hardly to its end.
+    /// Decodes a message that takes all of the bytes, but for padding to a multiple of four: another layout may decode
+    /// by chance, but hardly to its end.
     fn whole<M: DeserializeOwned>(self) -> Result<M, Unreadable> {
         let read = match self.endian {
             Endian::Big => cdr_encoding::from_bytes::<M, BigEndian>(self.bytes),
@@ -114,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_read_in_both_byte_orders_and_with_what_fills_up() {
+    fn text_is_read_in_both_byte_orders_and_with_padding() {
         let text = Some(TrafficLightInput::Command("ab".to_owned()).into());
         assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0], Endian::Little), text);
         assert_eq!(command(&[3, 0, 0, 0, b'a', b'b', 0, 0], Endian::Little), text);

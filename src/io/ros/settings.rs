@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::topics::{Durability, Subscription, Topics};
 
-/// Who we are in the graph, on which network, what we publish there and what we read.
+/// The node's name in the graph, its network, and the topics it writes and reads.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RosSettings {
     /// Node name: letters, digits and `_`, not starting with a digit.
@@ -14,26 +14,26 @@ pub struct RosSettings {
     pub namespace: String,
     /// `ROS_DOMAIN_ID`, 0 to 232.
     pub domain_id: u16,
-    /// Addresses of the interfaces to use; empty = all.
+    /// Addresses of the interfaces to use; all of them if empty.
     pub only_networks: Vec<IpAddr>,
-    /// Of both reports.
+    /// Durability of both reports.
     pub durability: Durability,
-    /// The topics we write.
+    /// The topics that are written.
     pub topics: Topics,
-    /// The topics we read.
+    /// The topics that are read.
     pub subscriptions: Vec<Subscription>,
-    /// `hardware_id` of every diagnostic status; `none` when there is no hardware to name.
+    /// `hardware_id` of every diagnostic status; `none` without a vehicle.
     pub hardware_id: String,
-    /// How soon lost peers and new addresses are acted on.
+    /// Intervals at which lost peers and new addresses are acted on.
     pub recovery: Recovery,
 }
 
 /// Intervals of a session that watches its network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Recovery {
-    /// How often interfaces, missing peers and acknowledgements are looked at; 1 s by default.
+    /// Time between two checks of interfaces, missing peers and acknowledgements; 1 s by default.
     pub check_interval: Duration,
-    /// The shortest time between two participants of ours, the first included; 3 s by default.
+    /// Shortest time between the making of two participants, the first included; 3 s by default.
     pub min_rebuild_interval: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! Where the messages go and come from: topic names, type names and quality of service.
+//! The topics: names, types and quality of service.
 //!
 //! Reports are reliable with depth 1, diagnostics reliable, volatile, with depth 10
 //! (docs/spec/vehicle-interface.md, "Topics and quality of service"); traffic lights reliable,
@@ -11,12 +11,12 @@ use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::target::StoreId;
 use crate::core::turn_signal::planner_input::FactorTopic;
 
-/// The topics we write, by absolute names (`/…`).
+/// The topics that are written, by absolute names (`/…`).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics {
-    /// `autoware_vehicle_msgs/msg/TurnIndicatorsReport`; empty = there is none.
+    /// `autoware_vehicle_msgs/msg/TurnIndicatorsReport`; not written if empty.
     pub turn_indicators: String,
-    /// `autoware_vehicle_msgs/msg/HazardLightsReport`; likewise.
+    /// `autoware_vehicle_msgs/msg/HazardLightsReport`; not written if empty.
     pub hazard_lights: String,
     /// `diagnostic_msgs/msg/DiagnosticArray`.
     pub diagnostics: String,
@@ -29,7 +29,7 @@ pub struct Topics {
 }
 
 impl Default for Topics {
-    /// What Autoware and its diagnostics expect.
+    /// The names that Autoware and its diagnostics expect.
     fn default() -> Self {
         Self {
             turn_indicators: "/vehicle/status/turn_indicators_status".to_owned(),
@@ -42,57 +42,57 @@ impl Default for Topics {
     }
 }
 
-/// A topic with traffic lights. Several can show the same emissions, as the V2I topic and its legacy
+/// A topic with traffic lights. Several can carry the same emissions, as the V2I topic and its legacy
 /// name do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LightsTopicSettings {
-    /// Whose emissions go there.
+    /// The emissions that go there.
     pub topic: LightsTopic,
-    /// Its name.
+    /// Its absolute name.
     pub name: String,
-    /// As which message.
+    /// The message they become.
     pub lights: LightsType,
-    /// In whose numbers.
+    /// Whose numbers for shapes and colours the message has.
     pub compat: Compat,
 }
 
-/// Whether a reader that comes later is handed what is current.
+/// Whether a late reader is handed the current sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Durability {
-    /// It is. Serves transient-local and volatile readers alike; asks for transient-local writers.
+    /// It is. A writer serves transient-local and volatile readers alike; a reader takes transient-local writers only.
     #[default]
     TransientLocal,
-    /// It waits for the next message. Transient-local readers are not served at all; takes any writer.
+    /// It waits for the next message. A writer does not serve transient-local readers; a reader takes any writer.
     Volatile,
 }
 
-/// Whether lost samples are sent again.
+/// Whether lost samples are sent again, as a reader asks for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reliability {
-    /// They are, by writers that are reliable; others are not read at all.
+    /// They are, by reliable writers; others are not read at all.
     #[default]
     Reliable,
-    /// They are not. Reads every writer. Samples of more than one datagram are easily lost.
+    /// They are not, and every writer is read. Samples of more than one datagram are easily lost.
     BestEffort,
 }
 
-/// A topic we read.
+/// A topic that is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Subscription {
-    /// Its name, absolute.
+    /// Its absolute name.
     pub name: String,
-    /// What comes there.
+    /// The message, and what it is for.
     pub kind: SubscriptionKind,
-    /// Asked of writers.
+    /// Reliability asked of writers.
     pub reliability: Reliability,
-    /// Asked of writers.
+    /// Durability asked of writers.
     pub durability: Durability,
-    /// Samples kept for us while we are busy, at least 1.
+    /// Samples kept while the session is busy, at least 1.
     pub depth: i32,
 }
 
 impl Subscription {
-    /// As topics of its kind are to be read, reliably.
+    /// A reliable subscription with the durability and depth of its kind.
     pub fn new(name: &str, kind: SubscriptionKind) -> Self {
         Self {
             name: name.to_owned(),
@@ -104,7 +104,7 @@ impl Subscription {
     }
 }
 
-/// What comes on a topic, and what it is for.
+/// The message of a topic, and what it is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SubscriptionKind {
     /// `TrafficLightGroupArray` for a store: states, of which the newest counts.
@@ -156,44 +156,19 @@ impl SubscriptionKind {
         }
     }
 
-    /// What to ask of writers. What is said only when it changes is said once more to who comes later;
-    /// of the rest, what was said before we came may no longer hold.
+    /// Durability to ask of writers: what is published only when it changes is handed to late readers too; of the
+    /// rest, what was published before may no longer hold.
     pub const fn durability(self) -> Durability {
-        match self {
-            Self::Route | Self::OperationMode => Durability::TransientLocal,
-            Self::Groups(_)
-            | Self::Command
-            | Self::Odometry
-            | Self::PlannedPath
-            | Self::Factors(_)
-            | Self::Scenario
-            | Self::HazardRequest
-            | Self::OwnTurnCommand
-            | Self::OwnHazardCommand
-            | Self::TurnCommand
-            | Self::HazardCommand
-            | Self::ControlMode => Durability::Volatile,
+        if matches!(self, Self::Route | Self::OperationMode) {
+            Durability::TransientLocal
+        } else {
+            Durability::Volatile
         }
     }
 
-    /// Samples kept for us while we are busy: all commands that each count, of the rest the newest.
+    /// Samples kept while the session is busy: text commands, which each count, and the newest of the rest.
     pub const fn depth(self) -> i32 {
-        match self {
-            Self::Command => 50,
-            Self::Groups(_)
-            | Self::Odometry
-            | Self::Route
-            | Self::PlannedPath
-            | Self::Factors(_)
-            | Self::OperationMode
-            | Self::Scenario
-            | Self::HazardRequest
-            | Self::OwnTurnCommand
-            | Self::OwnHazardCommand
-            | Self::TurnCommand
-            | Self::HazardCommand
-            | Self::ControlMode => 1,
-        }
+        if matches!(self, Self::Command) { 50 } else { 1 }
     }
 }
 
@@ -210,8 +185,8 @@ pub const DIAGNOSTICS_TYPE: TypeName = ("diagnostic_msgs", "DiagnosticArray");
 pub const TURN_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndicatorsCommand");
 /// Type of hazard commands.
 pub const HAZARD_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "HazardLightsCommand");
-/// Type of commands in words.
-pub const TEXT_TYPE: TypeName = ("std_msgs", "String");
+/// Type of text commands.
+const TEXT_TYPE: TypeName = ("std_msgs", "String");
 
 impl LightsType {
     /// The message type.
@@ -224,7 +199,7 @@ impl LightsType {
         }
     }
 
-    /// Samples kept.
+    /// Samples that a writer keeps.
     pub const fn depth(self) -> i32 {
         match self {
             Self::ArrayV1 | Self::SignalArray | Self::GroupArray => 10,
@@ -233,9 +208,9 @@ impl LightsType {
     }
 }
 
-/// Samples kept for a report: the current one.
+/// Samples that a writer of reports keeps: the current one.
 pub const REPORT_DEPTH: i32 = 1;
-/// Samples kept for a command: the current one.
+/// Samples that a writer of commands keeps: the current one.
 pub const COMMAND_DEPTH: i32 = 1;
-/// Samples kept for diagnostics.
+/// Samples that the writer of diagnostics keeps.
 pub const DIAGNOSTICS_DEPTH: i32 = 10;

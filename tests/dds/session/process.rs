@@ -65,7 +65,7 @@ fn session_process() {
                         "incoming": status.incoming.iter().map(|topic| json!({"writers": topic.writers,
                             "received": topic.received, "undecodable": topic.undecodable,
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
-                        "missing": status.missing_peers, "lookout": status.has_lookout,
+                        "missing": status.missing_peers, "probe": status.has_probe,
                         "write_errors": status.write_errors,
                         "overtaken": status.overtaken_lights})
                 );

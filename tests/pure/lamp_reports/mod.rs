@@ -1,7 +1,7 @@
 //! Lamps, stalks, buttons and several sources: from frames to published reports, through the whole
 //! gateway and a profile as an integrator writes it.
 
-mod car;
+pub(super) mod car;
 mod controls;
 mod lamps;
 mod refusals;

@@ -8,7 +8,7 @@ mod messages;
 mod model;
 mod names;
 mod scenario;
-mod scene;
+pub(super) mod scene;
 mod stores;
 mod storyboard;
 mod timelines;

@@ -7,7 +7,7 @@
 #![allow(clippy::struct_excessive_bools)] // a case is made of yes and no
 
 mod bad_inputs;
-mod bench;
+pub(super) mod bench;
 mod combination;
 mod conflicts;
 mod drive;

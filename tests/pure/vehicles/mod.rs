@@ -6,6 +6,7 @@ mod payload;
 mod playback;
 mod profiles;
 mod protection;
+mod readme;
 mod real_dbcs;
 mod real_logs;
 mod silences;

@@ -62,7 +62,7 @@ pub struct TurnSignalFile {
     /// Dimensions.
     #[serde(default)]
     pub vehicle: DimensionsFile,
-    /// How old inputs may be.
+    /// Age limits of inputs.
     #[serde(default)]
     pub age_limits: AgeLimitsFile,
     /// Names of the topics that are read.
@@ -110,11 +110,11 @@ pub struct AgeLimitsFile {
 /// The decider as configured.
 #[derive(Debug, Clone)]
 pub struct TurnSignalConfig {
-    /// What it runs on.
+    /// Settings of the flow.
     pub flow: FlowSettings,
     /// It runs at all; otherwise it was only checked.
     pub runs: bool,
-    /// Its map.
+    /// Path of its map.
     pub map: PathBuf,
     /// Country whose rules are meant; none = the parameters that Autoware is deployed with.
     pub country: Option<Country>,

@@ -19,7 +19,7 @@ pub struct DeciderInputsFile {
     pub route: Option<Spanned<String>>,
     /// `PathWithLaneId`
     pub planned_path: Option<Spanned<String>>,
-    /// What the topics of the modules' `PlanningFactorArray`s begin with.
+    /// Prefix of the topics of the modules' `PlanningFactorArray`s.
     pub planning_factors: Option<Spanned<String>>,
     /// `OperationModeState`
     pub operation_mode: Option<Spanned<String>>,
@@ -43,7 +43,7 @@ pub struct DeciderOutputsFile {
     pub hazard_command: Option<Spanned<String>>,
 }
 
-/// Topics that the decider is told by; empty = not read.
+/// Topics that the decider reads; empty = not read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeciderInputs {
     /// `nav_msgs/Odometry`

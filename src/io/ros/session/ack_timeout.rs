@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-/// The lease RustDDS announces for us is 50 s; nobody forgets us earlier.
+/// The lease that RustDDS announces for us is 50 s; nobody forgets us earlier.
 const PATIENCE: Duration = Duration::from_secs(55);
 /// A reader that never acknowledges shall not cost more than a new participant an hour.
 const MAX_PATIENCE: Duration = Duration::from_secs(3600);
@@ -24,8 +24,8 @@ impl Default for AckTimeout {
 }
 
 impl AckTimeout {
-    /// Takes whether everything is acknowledged now, and by how many readers. Says whether a new
-    /// participant is needed; then starts over, with more patience.
+    /// Takes whether everything is acknowledged now, and by how many readers. True when a new participant is needed;
+    /// then it starts over, with twice the time.
     pub(super) fn observe(&mut self, acknowledged: bool, readers: usize, now: Instant) -> bool {
         if acknowledged {
             self.since = None;
@@ -48,7 +48,7 @@ impl AckTimeout {
 mod tests {
     use super::*;
 
-    /// Seconds at which a new participant is asked for, when acknowledgements come as told.
+    /// Seconds at which a new participant is asked for, with these acknowledgements.
     fn asked(seconds: u64, acknowledged: impl Fn(u64) -> bool) -> Vec<u64> {
         let (start, mut ack_timeout) = (Instant::now(), AckTimeout::default());
         let mut ask = |second: &u64| {
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_that_acknowledges_now_and_then_is_not_deaf() {
+    fn a_reader_that_acknowledges_now_and_then_needs_no_new_participant() {
         assert_eq!(asked(10_000, |second| second % 50 == 0), Vec::<u64>::new());
     }
 

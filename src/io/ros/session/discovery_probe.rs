@@ -8,10 +8,10 @@ use rustdds::{
     StatusEvented,
 };
 
-/// The part of a participant's identity all its endpoints share.
+/// The part of a participant's identity that all its endpoints share.
 pub(super) type Prefix = [u8; 12];
 
-/// When a missing peer is given up.
+/// Time after which a missing peer is given up.
 const GIVE_UP: Duration = Duration::from_secs(24 * 3600);
 /// Missing peers that are remembered; the oldest is given up first.
 const MAX_MISSING: usize = 256;
@@ -26,7 +26,7 @@ pub(super) fn prefix(bytes: &[u8]) -> Prefix {
 pub(super) struct Missing(BTreeMap<Prefix, Instant>);
 
 impl Missing {
-    /// A peer fell silent.
+    /// Adds a peer whose lease has run out.
     pub(super) fn insert(&mut self, peer: Prefix, now: Instant) {
         if self.0.len() >= MAX_MISSING
             && let Some(oldest) = self.0.iter().min_by_key(|(_, since)| **since).map(|(peer, _)| *peer)
@@ -36,7 +36,7 @@ impl Missing {
         self.0.insert(peer, now);
     }
 
-    /// A peer was heard again, or said goodbye after all.
+    /// Removes a peer that was found again or has left in order.
     pub(super) fn remove(&mut self, peer: &Prefix) {
         self.0.remove(peer);
     }
@@ -46,7 +46,7 @@ impl Missing {
         self.0.retain(|_, since| now.saturating_duration_since(*since) < GIVE_UP);
     }
 
-    /// Forgets all: a new participant starts without a past.
+    /// Forgets all peers: a new participant finds every one.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
@@ -56,37 +56,37 @@ impl Missing {
         self.0.contains_key(peer)
     }
 
-    /// How many.
+    /// Number of missing peers.
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
 }
 
-/// What the lookout found.
+/// What the probe has found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sighting {
     /// Nobody who is missing.
     Nobody,
     /// Somebody who is missing.
     Found,
-    /// It lost somebody itself and would not find them again.
+    /// The probe itself has lost a peer, which it would not find again.
     Blind,
 }
 
-/// The bare participant.
+/// A participant without writers and readers that only watches who is there.
 pub(super) struct DiscoveryProbe {
     participant: DomainParticipant,
     events: DomainParticipantStatusListener,
 }
 
 impl DiscoveryProbe {
-    /// Starts to look with a participant that has no past.
+    /// Starts to watch with a new participant.
     pub(super) fn new(participant: DomainParticipant) -> Self {
         let events = participant.status_listener();
         Self { participant, events }
     }
 
-    /// Looks at what happened since the last time.
+    /// Says what was found since the last call.
     pub(super) fn look(&self, missing: &Missing) -> Sighting {
         let mut sighting = Sighting::Nobody;
         while let Some(event) = self.events.try_recv_status() {
@@ -108,7 +108,7 @@ impl DiscoveryProbe {
         sighting
     }
 
-    /// The participant, to be used for real.
+    /// Gives the participant away, to be used for writers and readers.
     pub(super) fn into_participant(self) -> DomainParticipant {
         self.participant
     }

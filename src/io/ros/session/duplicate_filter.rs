@@ -1,5 +1,5 @@
-//! Samples that came before: while a participant is being replaced, two of ours read the same
-//! writers, and a new reader is handed what a transient-local writer said to the old one.
+//! Recognises samples that were received before: while a participant is being replaced, two of ours read the same
+//! writers, and a new reader is handed what a transient-local writer gave to the old one.
 
 use std::collections::BTreeMap;
 
@@ -21,13 +21,12 @@ struct Seen {
     highest: i64,
     /// Bit n: that of `highest - n`.
     before: u64,
-    /// When it was heard last, by order.
+    /// Order of the last sample among those of all writers.
     turn: u64,
 }
 
 impl DuplicateFilter {
-    /// Whether a sample comes for the first time; it never does again. Numbers 64 or more below the
-    /// highest count as seen.
+    /// Whether a sample comes for the first time. Numbers 64 or more below the highest count as received.
     pub(super) fn is_first(&mut self, writer: GUID, number: i64) -> bool {
         self.turn += 1;
         let turn = self.turn;

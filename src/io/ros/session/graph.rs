@@ -1,4 +1,4 @@
-//! How the node shows up in the ROS 2 graph: names, and the `ros_discovery_info` message.
+//! The node in the ROS 2 graph: its names, and the `ros_discovery_info` message.
 //!
 //! DDS knows participants and endpoints; which of them make up a node is said by a message every
 //! ROS 2 participant publishes. Its identifiers are 24 bytes long up to Humble and 16 bytes since
@@ -31,7 +31,7 @@ pub(super) struct GraphEntry {
 }
 
 impl GraphEntry {
-    /// An entry not announced yet.
+    /// An entry that is not announced yet.
     pub(super) fn new(
         participant: &DomainParticipant,
         publisher: &Publisher,
@@ -47,7 +47,7 @@ impl GraphEntry {
         Ok(Self { participant: participant.guid(), node, writer })
     }
 
-    /// Replaces what the graph knows of us.
+    /// Replaces the writers and readers that the graph lists for our node.
     pub(super) fn announce(
         &self,
         writers: impl IntoIterator<Item = GUID>,

@@ -1,38 +1,38 @@
-//! What RustDDS may still hold of what a writer said.
+//! An upper bound of the samples that RustDDS still holds for a writer.
 //!
 //! It tidies every 6 s, up to what all readers have acknowledged, and cannot be asked.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// What is older, and acknowledged, is gone for sure.
+/// Age at which an acknowledged sample is certainly gone.
 const KEPT: Duration = Duration::from_secs(7);
 
-/// Sizes of what was said, oldest first.
+/// Times and sizes of the samples, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    said: VecDeque<(Instant, usize)>,
+    samples: VecDeque<(Instant, usize)>,
     bytes: usize,
 }
 
 impl History {
-    /// Something was said.
+    /// Adds a sample.
     pub(super) fn add(&mut self, now: Instant, bytes: usize) {
-        self.said.push_back((now, bytes));
+        self.samples.push_back((now, bytes));
         self.bytes += bytes;
     }
 
-    /// All that was said is acknowledged.
+    /// Forgets old samples, when all are acknowledged.
     pub(super) fn acknowledged(&mut self, now: Instant) {
-        while let Some((at, bytes)) = self.said.front()
+        while let Some((at, bytes)) = self.samples.front()
             && now.saturating_duration_since(*at) > KEPT
         {
             self.bytes -= bytes;
-            self.said.pop_front();
+            self.samples.pop_front();
         }
     }
 
-    /// How much that may be.
+    /// Bytes that may still be held.
     pub(super) fn bytes(&self) -> usize {
         self.bytes
     }

@@ -9,7 +9,7 @@ use if_addrs::IfAddr;
 /// and multicast groups are to be joined again.
 type Place = (Ipv4Addr, Option<u32>);
 
-/// What there is at one moment.
+/// The addresses at one moment.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Interfaces {
     places: BTreeSet<Place>,
@@ -17,8 +17,7 @@ pub(super) struct Interfaces {
 }
 
 impl Interfaces {
-    /// What there is now, limited to the addresses in `only` unless that is empty. `None` when the
-    /// system doesn't say.
+    /// The addresses now, limited to those in `only` unless that is empty. `None` when the system does not say.
     pub(super) fn now(only: &[IpAddr]) -> Option<Self> {
         let mut seen = Self::default();
         for interface in if_addrs::get_if_addrs().ok()? {
@@ -35,7 +34,7 @@ impl Interfaces {
         Some(seen)
     }
 
-    /// Whether there is a place now that was not there before.
+    /// Whether there is an address now that was not there before.
     pub(super) fn has_new_place_since(&self, before: &Self) -> bool {
         !self.places.is_subset(&before.places)
     }
@@ -56,14 +55,14 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_went_is_no_news_and_one_that_came_back_under_a_new_index_is() {
+    fn an_address_under_a_new_index_is_new_and_one_that_went_is_not() {
         let before = with(&[1, 2], &[1, 2]);
         assert!(!with(&[1], &[1]).has_new_place_since(&before));
         assert!(with(&[1, 3], &[1, 3]).has_new_place_since(&before));
     }
 
     #[test]
-    fn a_link_that_comes_up_is_news_and_one_that_goes_down_is_not() {
+    fn a_link_that_comes_up_is_new_and_one_that_goes_down_is_not() {
         let before = with(&[1, 2], &[1]);
         assert!(!with(&[1, 2], &[]).has_new_link_since(&before));
         assert!(with(&[1, 2], &[1, 2]).has_new_link_since(&before));

@@ -1,7 +1,7 @@
-//! What the caller hands to the session's thread, and what it sees of it.
+//! Messages from the caller to the session's thread, and the status that the thread shows.
 //!
-//! A report, command or emission waiting to be sent is overtaken by a newer one of the same topic. Diagnostics
-//! keep their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped and counted.
+//! A report, command or emission that waits to be sent is replaced by a newer one of the same topic. Diagnostics keep
+//! their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -17,65 +17,58 @@ use crate::io::ros::messages::{
 /// Diagnostics that may wait.
 const MAX_DIAGNOSTICS: usize = 64;
 
-/// What a report topic is to say.
+/// What is to become of a report topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Publication<M> {
-    /// This.
+    /// Publish this message.
     Publish(M),
-    /// Nothing, not even to readers that come later.
+    /// Publish nothing, not even to late readers.
     Withdraw,
 }
 
-/// One thing to do.
+/// A message for a topic, or the end.
 #[derive(Debug)]
 pub(super) enum OutgoingMessage {
-    /// Publish, or withdraw.
+    /// For the turn-indicators report.
     Turn(Publication<TurnIndicatorsReport>),
-    /// Publish, or withdraw.
+    /// For the hazard-lights report.
     Hazard(Publication<HazardLightsReport>),
-    /// Publish.
+    /// For the diagnostics.
     Diagnostics(DiagnosticArray),
-    /// Publish; made into messages by the thread.
+    /// For the topics of its emissions; the thread makes the messages.
     Lights(Emission),
-    /// Publish.
+    /// For the turn command.
     TurnCommand(TurnIndicatorsCommand),
-    /// Publish.
+    /// For the hazard command.
     HazardCommand(HazardLightsCommand),
-    /// Leave.
+    /// Leave the graph.
     Stop,
 }
 
 /// Everything that waits.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct OutgoingMessages {
-    /// `None` = nothing new.
+    /// The newest turn report, if there is a new one.
     pub(super) turn: Option<Publication<TurnIndicatorsReport>>,
-    /// `None` = nothing new.
+    /// The newest hazard report, likewise.
     pub(super) hazard: Option<Publication<HazardLightsReport>>,
-    /// Oldest first.
+    /// Diagnostics, oldest first.
     pub(super) diagnostics: VecDeque<DiagnosticArray>,
-    /// The newest of each topic.
+    /// The newest emission of each topic.
     pub(super) lights: BTreeMap<LightsTopic, Emission>,
-    /// The newest.
+    /// The newest turn command.
     pub(super) turn_command: Option<TurnIndicatorsCommand>,
-    /// The newest.
+    /// The newest hazard command.
     pub(super) hazard_command: Option<HazardLightsCommand>,
-    /// Something was received: look.
-    pub(super) rung: bool,
-    /// Leave after sending the rest.
+    /// Something was received.
+    pub(super) has_received: bool,
+    /// Leave the graph after sending the rest.
     pub(super) stop: bool,
 }
 
 impl OutgoingMessages {
     fn is_empty(&self) -> bool {
-        self.turn.is_none()
-            && self.hazard.is_none()
-            && self.diagnostics.is_empty()
-            && self.lights.is_empty()
-            && self.turn_command.is_none()
-            && self.hazard_command.is_none()
-            && !self.rung
-            && !self.stop
+        *self == Self::default()
     }
 }
 
@@ -88,16 +81,15 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    /// Puts a letter in.
-    pub(super) fn put(&self, letter: OutgoingMessage) {
+    /// Adds a message; never blocks.
+    pub(super) fn put(&self, message: OutgoingMessage) {
         let mut messages = lock(&self.messages);
-        match letter {
+        match message {
             OutgoingMessage::Turn(publication) => messages.turn = Some(publication),
             OutgoingMessage::Hazard(publication) => messages.hazard = Some(publication),
             OutgoingMessage::Diagnostics(array) => {
                 if messages.diagnostics.len() >= MAX_DIAGNOSTICS {
                     messages.diagnostics.pop_front();
-                    lock(&self.status).dropped_diagnostics += 1;
                 }
                 messages.diagnostics.push_back(array);
             }
@@ -113,20 +105,20 @@ impl Mailbox {
         self.arrived.notify_one();
     }
 
-    /// Takes everything out; waits at most `patience` for something to arrive.
-    pub(super) fn take(&self, patience: Duration) -> OutgoingMessages {
+    /// Takes everything out; waits for something to arrive, at most `timeout`.
+    pub(super) fn take(&self, timeout: Duration) -> OutgoingMessages {
         let messages = lock(&self.messages);
-        let waited = self.arrived.wait_timeout_while(messages, patience, |messages| messages.is_empty());
+        let waited = self.arrived.wait_timeout_while(messages, timeout, |messages| messages.is_empty());
         let (mut messages, _) = waited.unwrap_or_else(PoisonError::into_inner);
         std::mem::take(&mut messages)
     }
 
-    /// What the session is doing.
+    /// State and counts of the session.
     pub(super) fn status(&self) -> RosStatus {
         lock(&self.status).clone()
     }
 
-    /// Changes what the caller sees.
+    /// Changes the status that the caller sees.
     pub(super) fn update_status(&self, change: impl FnOnce(&mut RosStatus)) {
         change(&mut lock(&self.status));
     }
@@ -139,7 +131,7 @@ impl Wake for Mailbox {
     }
 
     fn wake_by_ref(self: &Arc<Self>) {
-        lock(&self.messages).rung = true;
+        lock(&self.messages).has_received = true;
         self.arrived.notify_one();
     }
 }
@@ -165,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_report_wins_and_a_withdrawal_is_news() {
+    fn the_newest_report_or_withdrawal_replaces_what_waits() {
         let mailbox = Mailbox::default();
         let report = |state| TurnIndicatorsReport::new(state, WallStamp::default());
         mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
@@ -180,11 +172,12 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_emission_of_each_topic_wins_and_the_others_are_counted() {
+    fn the_newest_emission_of_each_topic_replaces_the_others_which_are_counted() {
         let mailbox = Mailbox::default();
-        let emission = |topic, nanos| {
-            let content = Arc::new(Content::Groups(vec![]));
-            Emission { topic, stamp: WallStamp::from_nanos(nanos), content }
+        let emission = |topic, nanos| Emission {
+            topic,
+            stamp: WallStamp::from_nanos(nanos),
+            content: Content::groups([]),
         };
         for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
             mailbox.put(OutgoingMessage::Lights(emission(topic, nanos)));
@@ -196,15 +189,15 @@ mod tests {
     }
 
     #[test]
-    fn a_call_wakes_and_is_forgotten_once_heard() {
+    fn a_wake_up_ends_the_wait_once() {
         let mailbox = Arc::new(Mailbox::default());
         Waker::from(Arc::clone(&mailbox)).wake();
-        assert!(mailbox.take(Duration::from_secs(60)).rung);
+        assert!(mailbox.take(Duration::from_secs(60)).has_received);
         assert!(mailbox.take(Duration::ZERO).is_empty());
     }
 
     #[test]
-    fn diagnostics_keep_their_order_and_the_oldest_are_dropped_and_counted() {
+    fn diagnostics_keep_their_order_and_the_oldest_are_dropped() {
         let mailbox = Mailbox::default();
         let most = u32::try_from(MAX_DIAGNOSTICS).unwrap();
         for number in 0..most + 2 {
@@ -213,6 +206,5 @@ mod tests {
         let taken = mailbox.take(Duration::ZERO).diagnostics;
         let numbers: Vec<u32> = taken.iter().map(|array| array.header.stamp.nanosec).collect();
         assert_eq!(numbers, (2..most + 2).collect::<Vec<_>>());
-        assert_eq!(mailbox.status().dropped_diagnostics, 2);
     }
 }

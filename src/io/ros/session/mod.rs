@@ -1,17 +1,16 @@
 //! The session: a node in the ROS 2 graph that publishes any number of topics and reads any number.
 //!
-//! It owns a thread; the caller only puts things into its mailbox and is never held up. What is
-//! received waits in an inbox; RustDDS wakes the thread for it. DDS is
-//! RustDDS itself. Of `ros2-client` only the vocabulary of the ROS graph is used (names, and
-//! `ros_discovery_info` in the layout of the distribution), because its node brings endpoints
-//! nobody needs here and cannot take a publisher back.
+//! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages wait in an
+//! inbox; RustDDS wakes the thread for them. DDS is RustDDS itself. Of `ros2-client` only the names of the ROS graph and
+//! `ros_discovery_info` in the layout of the distribution are used, because its node brings endpoints that nobody needs
+//! here, and cannot take a publisher back.
 //!
 //! # Withdrawn reports
 //!
 //! A transient-local writer hands its last sample to whoever comes later. When a report is
 //! withdrawn, the writer is therefore replaced by a new, empty one, after its readers have
 //! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
-//! `report.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
+//! `topic_writer.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
 //!
 //! Fast DDS 2.9 does not understand RustDDS's goodbyes, which lack the key hash it looks for: it keeps
 //! each replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
@@ -27,14 +26,14 @@
 //! * A peer that leaves orderly, or that we never met, needs nothing.
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
 //!   `DiscoveryProbe`. It has never heard of the peer, so it can find it.
-//! * When it does, and only then, the lookout becomes our participant: it gets writers with what is
+//! * When it does, and only then, the probe becomes our participant: it gets writers with what is
 //!   current on them, and readers, and the old participant leaves when all its peers have found the
-//!   new one. Nobody else misses a sample; some get one twice. What we receive twice is told by its
+//!   new one. Nobody else misses a sample; some get one twice. What we receive twice is recognised by its
 //!   number (`duplicate_filter.rs`).
-//! * A peer that was killed costs the lookout's two idle threads until it is given up after a day.
+//! * A peer that was killed costs the probe's two idle threads until it is given up after a day.
 //! * An interface or address that was not there when the participant was made replaces the
 //!   participant in the same way: sockets join multicast groups, and addresses are announced, only
-//!   at the start. A link that comes up while somebody is missing renews the lookout, which then
+//!   at the start. A link that comes up while somebody is missing renews the probe, which then
 //!   announces itself at once instead of within 10 s.
 //! * Where hosts have no multicast between them, Cyclone must know our address (`Peers`) and not
 //!   forget it (`PruneDelay="inf"`): RustDDS cannot be given addresses, and a new participant has a
@@ -94,7 +93,7 @@ const LAST_DOMAIN: u16 = 232;
 /// Why a session cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum RosError {
-    /// A node name or namespace ROS 2 does not allow.
+    /// The node name or namespace is not allowed by ROS 2.
     #[error(
         "node `{node}` in namespace `{namespace}`: {why}; use letters, digits and `_`, and a namespace like `/` or `/vehicle`"
     )]
@@ -106,7 +105,7 @@ pub enum RosError {
         /// What is wrong.
         why: NameError,
     },
-    /// A topic name ROS 2 does not allow.
+    /// The topic name is not allowed by ROS 2.
     #[error("topic `{topic}`: {why}; use an absolute name like `/diagnostics`")]
     Topic {
         /// The name asked for.
@@ -114,7 +113,7 @@ pub enum RosError {
         /// What is wrong.
         why: String,
     },
-    /// A subscription that keeps nothing.
+    /// The subscription would keep no sample.
     #[error("topic `{topic}`: a depth of {depth} keeps no sample; use 1 or more")]
     Depth {
         /// The topic's name.
@@ -122,7 +121,7 @@ pub enum RosError {
         /// The depth asked for.
         depth: i32,
     },
-    /// A domain without UDP ports.
+    /// The domain has no UDP ports.
     #[error("ROS_DOMAIN_ID {0} is out of range; use 0 to {LAST_DOMAIN}")]
     Domain(u16),
     /// DDS could not be set up.
@@ -133,39 +132,36 @@ pub enum RosError {
     Thread(#[from] std::io::Error),
 }
 
-/// What a session is doing; all counts since its start.
+/// State and counts of a session since its start.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RosStatus {
     /// False when the session's thread has ended; nothing is published any more.
     pub running: bool,
-    /// The topics we write: turn indicators and hazard lights if they have a name, diagnostics, then
-    /// traffic lights in the order of the settings, then the turn and the hazard command if they are
-    /// wanted.
+    /// The topics that are written: turn indicators and hazard lights if they have a name, diagnostics, traffic
+    /// lights in the order of the settings, then the turn and the hazard command if they are configured.
     pub outgoing: Vec<OutgoingStatus>,
-    /// The topics we read, in the order of the settings.
+    /// The topics that are read, in the order of the settings.
     pub incoming: Vec<IncomingStatus>,
-    /// Participants of the network that fell silent and were not found again yet.
+    /// Participants of the network whose lease ran out and that were not found again yet.
     pub missing_peers: usize,
     /// Whether a second participant listens for them.
-    pub has_lookout: bool,
+    pub has_probe: bool,
     /// Times our own participant was replaced.
     pub rebuilds: u32,
-    /// Diagnostics dropped because DDS did not keep up.
-    pub dropped_diagnostics: u64,
     /// Emissions of traffic lights overtaken by a newer one because DDS did not keep up.
     pub overtaken_lights: u64,
-    /// Samples RustDDS did not take.
+    /// Samples that RustDDS did not take.
     pub write_errors: u64,
 }
 
-/// One topic we write.
+/// State of a topic that is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutgoingStatus {
-    /// In a word, for people: `turn`, `hazard`, `V2I lights`.
+    /// Short name for people, e.g. `turn`, `hazard`, `V2I lights`.
     pub label: &'static str,
-    /// Its name.
+    /// Its absolute name.
     pub name: Arc<str>,
-    /// Matched readers, now.
+    /// Readers that are matched now.
     pub readers: usize,
 }
 
@@ -175,18 +171,18 @@ impl OutgoingStatus {
     }
 }
 
-/// One topic we read.
+/// State and counts of a topic that is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IncomingStatus {
-    /// Its name.
+    /// Its absolute name.
     pub name: Arc<str>,
-    /// Matched writers, now.
+    /// Writers that are matched now.
     pub writers: usize,
-    /// Samples that were handed on.
+    /// Samples that were handed on to the inbox.
     pub received: u64,
     /// Samples that were not of the topic's type.
     pub undecodable: u64,
-    /// Groups that were left out because of a number that means nothing.
+    /// Groups that were left out because of an undefined number.
     pub rejected_groups: u64,
 }
 
@@ -218,7 +214,7 @@ impl RosSession {
         let inbox = Arc::new(Inbox::default());
         let (messages, received) = (Arc::clone(&mailbox), Arc::clone(&inbox));
         thread::Builder::new().name("ros".to_owned()).spawn(move || {
-            // Dropped last, also by a panic: whoever waits for the end hears of it.
+            // Dropped last, also by a panic, which ends the wait of `stop`.
             let _end = end_sender;
             match Worker::new(settings, messages, received) {
                 Ok(worker) => {
@@ -237,10 +233,10 @@ impl RosSession {
         }
     }
 
-    /// Publishes. Never blocks: reports, commands and traffic lights not yet sent are overtaken by newer
+    /// Publishes an output. Never blocks: reports, commands and traffic lights not yet sent are replaced by newer
     /// ones, diagnostics queue up to a bound.
     pub fn send(&self, output: &Output) {
-        let letter = match output {
+        let message = match output {
             Output::VehicleLights(output) => match output {
                 VehicleLightsOutput::TurnIndicators { report, stamp } => {
                     OutgoingMessage::Turn(Publication::Publish(TurnIndicatorsReport::new(*report, *stamp)))
@@ -267,15 +263,15 @@ impl RosSession {
             | Output::TrafficLights(TrafficLightOutput::CommandRefused(_))
             | Output::Command(_) => return,
         };
-        self.mailbox.put(letter);
+        self.mailbox.put(message);
     }
 
-    /// Where what is received waits.
+    /// The inbox in which received messages wait.
     pub fn inbox(&self) -> Arc<Inbox> {
         Arc::clone(&self.inbox)
     }
 
-    /// What the session is doing.
+    /// State and counts of the session.
     pub fn status(&self) -> RosStatus {
         self.mailbox.status()
     }
@@ -284,7 +280,7 @@ impl RosSession {
     /// takes longer, it is left to end by itself.
     pub fn stop(self) {
         self.mailbox.put(OutgoingMessage::Stop);
-        // Either way it is over: the sender is gone, or patience is.
+        // Over either way: the thread has ended, or the time is up.
         let _ = self.ended.recv_timeout(STOP_PATIENCE);
     }
 }
@@ -337,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn names_and_domains_ros_does_not_allow_are_refused_by_name() {
+    fn names_and_domains_that_ros_does_not_allow_are_refused() {
         assert!(refusal(|s| s.node = "signal gateway".to_owned()).contains("`signal gateway`"));
         assert!(refusal(|s| s.namespace = "vehicle".to_owned()).contains("`vehicle`"));
         assert!(refusal(|s| s.topics.diagnostics = "diagnostics".to_owned()).contains("`diagnostics`"));

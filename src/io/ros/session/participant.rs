@@ -31,16 +31,16 @@ pub(super) fn participant(settings: &RosSettings) -> CreateResult<DomainParticip
     }
 }
 
-/// Our presence in the graph. Dropping it says goodbye.
+/// Node, writers and readers on one DDS participant. Dropping it leaves the graph.
 pub(super) struct Participant {
-    /// In the order of the table.
+    /// Writers, in the order of the table.
     topic_writers: Vec<TopicWriter>,
-    /// In the order of the settings.
+    /// Readers, in the order of the settings.
     topic_readers: Vec<TopicReader>,
     graph: GraphEntry,
-    /// Whom each of our writers and readers is matched with.
+    /// The remote endpoints that each of our writers and readers is matched with.
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
-    /// By writers and readers.
+    /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     events: DomainParticipantStatusListener,
     /// Last: RustDDS wants endpoints to go before their participant.
@@ -109,7 +109,7 @@ impl Participant {
         Ok(())
     }
 
-    /// Takes what was received; the subscription is given by its position. True when there is more.
+    /// Takes received samples, each with the position of its subscription. True when there are more.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(usize, Taken)) -> bool {
         let mut is_more = false;
         for (subscription, topic_reader) in self.topic_readers.iter().enumerate() {
@@ -118,7 +118,7 @@ impl Participant {
         is_more
     }
 
-    /// Says to new readers what is current, and forgets it when nobody is left.
+    /// Publishes what is current to new readers, and forgets its history when none is left.
     pub(super) fn settle(&mut self) -> Result<(), String> {
         let (mut is_new, mut outcome) = (false, Ok(()));
         for topic_writer in &mut self.topic_writers {
@@ -136,13 +136,8 @@ impl Participant {
     /// Whether every reader has acknowledged everything at some moment since the last call; waits some
     /// milliseconds for it.
     pub(super) fn is_acknowledged(&mut self) -> bool {
-        // Each is asked: that is what makes the moment count from now on.
-        let deaf = self
-            .topic_writers
-            .iter_mut()
-            .filter_map(|topic_writer| (!topic_writer.is_acknowledged()).then_some(()))
-            .count();
-        deaf == 0
+        // Each is asked, since asking begins a new interval.
+        self.topic_writers.iter_mut().fold(true, |all, topic_writer| topic_writer.is_acknowledged() && all)
     }
 
     /// Matched readers of each topic of the table.
@@ -155,14 +150,14 @@ impl Participant {
         self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
     }
 
-    /// Whether all who are matched with `other` are matched with this one too.
+    /// Whether all remote endpoints that are matched with `other` are matched with this one too.
     pub(super) fn serves_all_of(&self, other: &Self) -> bool {
         let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
         other.matched.values().flatten().all(|peer| served.contains(peer))
     }
 
-    /// Takes note of what happened in the network since the last time; peers whose lease ran out
-    /// are added to `missing`, except those in `own`.
+    /// Takes the events of the network since the last call; peers whose lease ran out are added to `missing`, except
+    /// those in `own`.
     pub(super) fn observe(&mut self, missing: &mut Missing, own: &[Prefix]) {
         while let Some(event) = self.events.try_recv_status() {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow

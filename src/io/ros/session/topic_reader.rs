@@ -1,4 +1,4 @@
-//! One topic we read: its reader, and what its samples say.
+//! The reader of one topic, and its samples as inputs.
 
 use std::task::Waker;
 
@@ -14,11 +14,11 @@ use crate::io::ros::topics::SubscriptionKind;
 /// Samples taken from one topic before others have their turn.
 const MAX_AT_ONCE: usize = 64;
 
-/// What was taken.
+/// A sample that was taken.
 pub(super) enum Taken {
-    /// A sample, with its writer and its number among that writer's.
+    /// It was decoded: its writer, its number among that writer's, and the input.
     Sample(GUID, i64, Input),
-    /// Bytes that are not of the type.
+    /// Its bytes are not of the type; the text says why.
     Undecodable(String),
 }
 
@@ -29,7 +29,7 @@ pub(super) struct TopicReader {
 }
 
 impl TopicReader {
-    /// Reads a topic; the quality of service is the topic's.
+    /// A reader with the topic's quality of service.
     pub(super) fn new(subscriber: &Subscriber, topic: &Topic, kind: SubscriptionKind) -> CreateResult<Self> {
         Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, None)?, kind })
     }
@@ -39,9 +39,9 @@ impl TopicReader {
         self.reader.guid()
     }
 
-    /// Takes what has arrived and has `waker` called when more does. True when there is more already.
+    /// Takes what has arrived and has `waker` called when more does. True when more has arrived already.
     pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(Taken)) -> bool {
-        // First of all: what arrives from here on wakes.
+        // First, so that whatever arrives from here on wakes.
         self.reader.set_waker(Some(waker.clone()));
         self.reader.drain_read_notifications();
         for _ in 0..MAX_AT_ONCE {
@@ -74,7 +74,7 @@ impl DeserializerAdapter<Input> for Typed {
     }
 }
 
-/// Makes of a sample's bytes what its topic is for.
+/// Decodes a sample's bytes to the input that its topic is for.
 #[derive(Clone)]
 struct Decoder(SubscriptionKind);
 

@@ -1,5 +1,4 @@
-//! The session's thread: mailbox to writers, readers to inbox, and a new participant when the old one is
-//! of no use.
+//! The session's thread: mailbox to writers, readers to inbox, and a new participant when the old one cannot go on.
 
 use std::sync::Arc;
 use std::task::Waker;
@@ -12,7 +11,7 @@ use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, Sighting, prefix};
 use super::duplicate_filter::DuplicateFilter;
 use super::interfaces::Interfaces;
 use super::mailbox::{Mailbox, OutgoingMessages};
-use super::outgoing::{Delivery, Order, Outgoing, orders, table};
+use super::outgoing::{Delivery, LightsEncoders, Order, Outgoing, orders, table};
 use super::participant::{Participant, participant};
 use super::topic_reader::Taken;
 use super::{IncomingStatus, OutgoingStatus, RosError, RosSettings};
@@ -20,15 +19,15 @@ use crate::core::gateway::event::Input;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::io::ros::inbox::Inbox;
 
-/// The longest sleep; events of DDS are looked at this often.
+/// Longest sleep between two looks at the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
-/// How long a replaced participant stays beside its successor at least.
+/// Shortest time that a replaced participant stays beside its successor.
 const OVERLAP: Duration = Duration::from_secs(1);
-/// And at most, when some of its readers have not found the successor: without multicast Cyclone
+/// Longest such time, when some of its readers have not found the successor: without multicast Cyclone
 /// asks a port that was silent every 30 s.
 const MAX_OVERLAP: Duration = Duration::from_secs(35);
-/// A round that took longer: the process was stopped meanwhile. Peers may have given its participant up,
-/// and it does not find them again.
+/// A round that takes longer means that the process was stopped. Peers may have given its participant up, and it does
+/// not find them again.
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
 const MAX_OWN: usize = 32;
@@ -37,9 +36,10 @@ const MAX_OWN: usize = 32;
 pub(super) struct Worker {
     settings: RosSettings,
     table: Vec<Outgoing>,
+    encoders: LightsEncoders,
     mailbox: Arc<Mailbox>,
     inbox: Arc<Inbox>,
-    /// Rings the mailbox's bell.
+    /// Ends the mailbox's wait.
     waker: Waker,
     participant: Participant,
     /// With the time it was replaced.
@@ -47,11 +47,11 @@ pub(super) struct Worker {
     /// With the interfaces it was made with.
     probe: Option<(DiscoveryProbe, Interfaces)>,
     missing: Missing,
-    /// Our own participants, gone or not; nobody to look for.
+    /// Our own participants, gone or not, which are never missing.
     own: Vec<Prefix>,
-    /// What our participant was made with.
+    /// The interfaces that our participant was made with.
     interfaces: Interfaces,
-    /// What was there at the last look.
+    /// The interfaces at the last check.
     last_interfaces: Interfaces,
     last_slow: Instant,
     last_made: Instant,
@@ -59,14 +59,14 @@ pub(super) struct Worker {
     last_round: Instant,
     stood_still: bool,
     write_failed: bool,
-    /// What each topic of the table is to say, but for what is said once.
+    /// The current order of each topic of the table, but for those delivered once.
     current: Vec<Order>,
-    /// Of each subscription.
+    /// One for each subscription.
     duplicate_filters: Vec<DuplicateFilter>,
 }
 
 impl Worker {
-    /// Joins the graph.
+    /// Joins the graph and starts with an empty status.
     pub(super) fn new(
         settings: RosSettings,
         mailbox: Arc<Mailbox>,
@@ -102,11 +102,12 @@ impl Worker {
             current: table.iter().map(|_| Order::Withdraw).collect(),
             duplicate_filters: settings.subscriptions.iter().map(|_| DuplicateFilter::default()).collect(),
             table,
+            encoders: LightsEncoders::default(),
             settings,
         })
     }
 
-    /// Works until it is told to stop.
+    /// Works until the mailbox holds a stop.
     pub(super) fn run(mut self) {
         loop {
             let messages = self.mailbox.take(TICK);
@@ -121,22 +122,22 @@ impl Worker {
             }
             self.receive();
             let settled = self.participant.settle();
-            self.note(settled);
+            self.count_write_error(settled);
             self.participant.observe(&mut self.missing, &self.own);
             self.probe_discovery();
             if self.last_slow.elapsed() >= self.settings.recovery.check_interval {
                 self.last_slow = Instant::now();
-                self.look_around();
+                self.check_network();
             }
             self.retire();
-            self.show();
+            self.update_status();
         }
     }
 
-    /// Lets the predecessor go once everybody who reads it reads the successor too.
+    /// Drops the predecessor once all its readers read the successor too.
     fn retire(&mut self) {
         let Some((predecessor, since)) = &mut self.predecessor else { return };
-        // Whom it loses is not news: the successor has met them or never will have.
+        // Peers that it loses are not missing: the successor has met them or never will.
         predecessor.observe(&mut Missing::default(), &self.own);
         let overlap = since.elapsed();
         if overlap >= MAX_OVERLAP || (overlap >= OVERLAP && self.participant.serves_all_of(predecessor)) {
@@ -145,26 +146,26 @@ impl Worker {
     }
 
     fn deliver(&mut self, messages: &OutgoingMessages) {
-        for (position, order) in orders(&self.table, messages) {
+        for (position, order) in orders(&self.table, &mut self.encoders, messages) {
             match order {
                 Ok(order) => {
                     self.each(|participant| participant.carry_out(position, &order));
                     self.remember(position, order);
                 }
-                Err(error) => self.note(Err(error)),
+                Err(error) => self.count_write_error(Err(error)),
             }
         }
     }
 
     fn remember(&mut self, position: usize, order: Order) {
-        let is_said_once =
-            self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Once);
-        if let Some(current) = self.current.get_mut(position).filter(|_| !is_said_once) {
+        let is_once = self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Once);
+        if let Some(current) = self.current.get_mut(position).filter(|_| !is_once) {
             *current = order;
         }
     }
 
-    /// Hands on what was received. The predecessor first: it reads on until its successor has met all.
+    /// Hands received samples on to the inbox, those of the predecessor first: it reads on until its successor has met
+    /// all writers.
     fn receive(&mut self) {
         let Self { duplicate_filters, inbox, mailbox, waker, .. } = self;
         let mut hand_over = |subscription: usize, taken: Taken| match taken {
@@ -196,16 +197,17 @@ impl Worker {
         }
     }
 
-    /// While a participant is being replaced, both speak: some readers know only one of them.
-    fn each(&mut self, mut say: impl FnMut(&mut Participant) -> Result<(), String>) {
+    /// Does it with our participant and, while that is being replaced, with its predecessor: some readers know only one
+    /// of them.
+    fn each(&mut self, mut act: impl FnMut(&mut Participant) -> Result<(), String>) {
         if let Some((predecessor, _)) = &mut self.predecessor {
-            let _ = say(predecessor);
+            let _ = act(predecessor);
         }
-        let said = say(&mut self.participant);
-        self.note(said);
+        let done = act(&mut self.participant);
+        self.count_write_error(done);
     }
 
-    fn note(&mut self, written: Result<(), String>) {
+    fn count_write_error(&mut self, written: Result<(), String>) {
         if let Err(error) = written {
             if !self.write_failed {
                 tracing::warn!("RustDDS did not take a sample: {error}");
@@ -215,7 +217,7 @@ impl Worker {
         }
     }
 
-    /// Looks for missing peers, and moves to the lookout when it found one.
+    /// Looks for missing peers, and moves to the probe when it has found one.
     fn probe_discovery(&mut self) {
         let Some((probe, _)) = &self.probe else { return };
         match probe.look(&self.missing) {
@@ -230,13 +232,13 @@ impl Worker {
         }
     }
 
-    /// What needs no hurry: interfaces, the lookout itself, a participant that stopped working.
-    fn look_around(&mut self) {
+    /// Checks interfaces, the probe itself, and whether our participant still works.
+    fn check_network(&mut self) {
         self.missing.give_up(Instant::now());
         let now =
             Interfaces::now(&self.settings.only_networks).unwrap_or_else(|| self.last_interfaces.clone());
         let link_came_up = now.has_new_link_since(&self.last_interfaces);
-        // An address counts when it was there twice: interfaces get theirs one by one.
+        // An address counts when it was there at two checks: interfaces get theirs one by one.
         let settled = now == self.last_interfaces;
         self.last_interfaces = now;
         if self.missing.len() == 0 || link_came_up {
@@ -247,13 +249,14 @@ impl Worker {
         }
         let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
         let readers = self.participant.readers().sum();
-        let deaf = self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
+        let unacknowledged =
+            self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
         let (write_failed, stood_still) = (self.write_failed, self.stood_still);
-        if new_place || deaf || write_failed || stood_still {
+        if new_place || unacknowledged || write_failed || stood_still {
             if let Some(participant) = self.make() {
                 tracing::info!(
                     new_place,
-                    deaf,
+                    unacknowledged,
                     write_failed,
                     stood_still,
                     "continuing with a new DDS participant"
@@ -279,7 +282,7 @@ impl Worker {
         made.inspect_err(|error| tracing::warn!("no new participant: {error}")).ok()
     }
 
-    /// Moves to another participant and says there what is current.
+    /// Moves to another participant and publishes there what is current.
     fn replace(&mut self, participant: rustdds::DomainParticipant, interfaces: Interfaces) {
         let mut successor = match Participant::new(&self.settings, &self.table, participant) {
             Ok(successor) => successor,
@@ -288,20 +291,20 @@ impl Worker {
                 return;
             }
         };
-        let say = |(position, order)| successor.carry_out(position, order);
-        let said = self.current.iter().enumerate().map(say).fold(Ok(()), Result::and);
+        let carry_out = |(position, order)| successor.carry_out(position, order);
+        let done = self.current.iter().enumerate().map(carry_out).fold(Ok(()), Result::and);
         let predecessor = std::mem::replace(&mut self.participant, successor);
         self.predecessor = Some((predecessor, Instant::now()));
         self.interfaces = interfaces;
         self.probe = None;
         self.missing.clear();
         (self.write_failed, self.stood_still) = (false, false);
-        self.note(said);
+        self.count_write_error(done);
         self.mailbox.update_status(|status| status.rebuilds += 1);
     }
 
-    fn show(&self) {
-        let (missing, has_lookout) = (self.missing.len(), self.probe.is_some());
+    fn update_status(&self) {
+        let (missing, has_probe) = (self.missing.len(), self.probe.is_some());
         self.mailbox.update_status(|status| {
             for (outgoing, readers) in status.outgoing.iter_mut().zip(self.participant.readers()) {
                 outgoing.readers = readers;
@@ -310,7 +313,7 @@ impl Worker {
                 incoming.writers = writers;
             }
             status.missing_peers = missing;
-            status.has_lookout = has_lookout;
+            status.has_probe = has_probe;
         });
     }
 }
@@ -326,15 +329,11 @@ fn count(mailbox: &Mailbox, subscription: usize, change: impl FnOnce(&mut Incomi
     mailbox.update_status(|status| status.incoming.get_mut(subscription).map(change).unwrap_or_default());
 }
 
-/// Groups left out because of what they say.
+/// Groups of the input that could not be read.
 fn rejected(input: &Input) -> u64 {
-    match input {
-        Input::TrafficLight(TrafficLightInput::States { rejected, .. }) => u64::from(*rejected),
-        Input::TrafficLight(TrafficLightInput::Command(_))
-        | Input::Can(_)
-        | Input::Planner(_)
-        | Input::Command(_)
-        | Input::Tick
-        | Input::Stop => 0,
+    if let Input::TrafficLight(TrafficLightInput::States { rejected, .. }) = input {
+        u64::from(*rejected)
+    } else {
+        0
     }
 }

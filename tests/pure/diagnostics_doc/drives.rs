@@ -1,0 +1,81 @@
+//! Gateways of every kind, driven until they have said all that there is to say.
+
+mod commands;
+mod lights;
+mod planner;
+mod traffic_lights;
+
+use signal_gateway::core::can::frame::CanId;
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::gateway::event::Input;
+
+use super::Said;
+use crate::support::files::MemoryFiles;
+use crate::support::virtual_gateway::VirtualGateway;
+
+const BUS: BusIndex = BusIndex(0);
+
+pub(super) fn drive_all(said: &mut Said) {
+    lights::drive(said);
+    commands::drive(said);
+    planner::drive(said);
+    traffic_lights::drive(said);
+}
+
+/// A gateway whose statuses are looked at after each input and each while.
+struct Desk<'a> {
+    gateway: VirtualGateway,
+    said: &'a mut Said,
+}
+
+impl<'a> Desk<'a> {
+    /// A vehicle of one bus, `body` on `can0`.
+    fn vehicle(gateway: &str, profile: &str, dbc: &str, said: &'a mut Said) -> Self {
+        let gateway = format!("profile = \"car.toml\"\ncan.body.interface = \"can0\"\n{gateway}");
+        let profile = format!("name = \"car\"\nbus.body.dbc = \"car.dbc\"\n{profile}");
+        let files = MemoryFiles::new([("gateway.toml", gateway), ("car.toml", profile)]);
+        Self::of(&files.with("car.dbc", dbc), said)
+    }
+
+    fn of(files: &MemoryFiles, said: &'a mut Said) -> Self {
+        Self::on(VirtualGateway::new(files.settings().gateway), said)
+    }
+
+    fn on(gateway: VirtualGateway, said: &'a mut Said) -> Self {
+        let mut desk = Self { gateway, said };
+        desk.look();
+        desk
+    }
+
+    fn look(&mut self) {
+        self.said.take(self.gateway.gateway.statuses(self.gateway.now.mono));
+    }
+
+    fn input(&mut self, input: impl Into<Input>) {
+        self.gateway.handle(input);
+        self.look();
+    }
+
+    fn frame(&mut self, id: u16, data: &[u8]) {
+        self.gateway.receive(CanId::Standard(id), data);
+        self.look();
+    }
+
+    fn link(&mut self, state: LinkState) {
+        self.input(CanInput::Link { bus: BUS, state });
+    }
+
+    fn pass(&mut self, ms: u64) {
+        self.gateway.pass(ms);
+        self.look();
+    }
+
+    /// Every 50 ms for so long, at the milliseconds since the first time.
+    fn each_50_ms(&mut self, ms: u64, act: impl Fn(&mut Self, u64)) {
+        for at in (0..ms).step_by(50) {
+            act(self, at);
+            self.pass(50);
+        }
+    }
+}

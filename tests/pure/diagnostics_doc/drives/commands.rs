@@ -1,0 +1,135 @@
+//! Commands that are obeyed, refused, silent, or the driver's; and frames that are not sent.
+
+use std::cell::Cell;
+
+use signal_gateway::core::can::frame::{CanId, Frame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::LinkState;
+use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::command::settings::CommandSource;
+use signal_gateway::core::time::MonoTime;
+
+use super::{BUS, Desk, Said};
+use crate::support::clock::at_ms;
+use crate::support::command_vehicle::{DBC, PROFILE};
+
+const STATE: u16 = 560;
+const AUTONOMOUS: u8 = 1;
+/// Of the vehicle's `STATE` message.
+const REPORTS_LEFT: u8 = 1;
+const REPORTS_OVERRIDE: u8 = 1 << 4;
+
+pub(super) fn drive(said: &mut Said) {
+    obedience(said);
+    oscillation(said);
+    button(said);
+    transmission(said);
+}
+
+fn vehicle<'a>(tx: &str, said: &'a mut Said) -> Desk<'a> {
+    let profile = PROFILE.split_once("bench.dbc\"\n").unwrap().1;
+    Desk::vehicle(&format!("[command]\ntx = \"{tx}\"\n"), profile, DBC, said)
+}
+
+/// The same every 50 ms for so long: what the vehicle reports, if anything, and what is commanded.
+fn command(desk: &mut Desk<'_>, ms: u64, state: Option<u8>, commands: &[fn(u64) -> CommandInput]) {
+    let from = desk.gateway.ms();
+    desk.each_50_ms(ms, |desk, at| {
+        if let Some(state) = state {
+            desk.frame(STATE, &[state, 0, 0, 0]);
+        }
+        for command in commands {
+            desk.input(command(from + at));
+        }
+    });
+}
+
+fn mode_is(number: u8, ms: u64) -> CommandInput {
+    CommandInput::ControlMode { mode: number.into(), stamp: at_ms(ms).wall }
+}
+
+fn turn(number: u8, ms: u64) -> CommandInput {
+    CommandInput::Turn { source: CommandSource::Topic, command: number.into(), stamp: at_ms(ms).wall }
+}
+
+fn mode(ms: u64) -> CommandInput {
+    mode_is(AUTONOMOUS, ms)
+}
+
+fn undefined_mode(ms: u64) -> CommandInput {
+    mode_is(9, ms)
+}
+
+fn off(ms: u64) -> CommandInput {
+    turn(1, ms)
+}
+
+fn left(ms: u64) -> CommandInput {
+    turn(2, ms)
+}
+
+fn undefined(ms: u64) -> CommandInput {
+    turn(7, ms)
+}
+
+fn hazard_on(ms: u64) -> CommandInput {
+    CommandInput::Hazard { source: CommandSource::Topic, command: 2.into(), stamp: at_ms(ms).wall }
+}
+
+fn obedience(said: &mut Said) {
+    let mut desk = vehicle("on", said);
+    command(&mut desk, 200, Some(0), &[]);
+    command(&mut desk, 200, Some(0), &[undefined_mode]);
+    command(&mut desk, 200, Some(0), &[mode]);
+    command(&mut desk, 500, Some(0), &[mode, off]);
+    command(&mut desk, 5_000, Some(0), &[mode, left]);
+    command(&mut desk, 1_000, Some(REPORTS_LEFT), &[mode, left]);
+    command(&mut desk, 500, Some(REPORTS_LEFT | REPORTS_OVERRIDE), &[mode, left]);
+    command(&mut desk, 500, Some(REPORTS_LEFT), &[mode, left]);
+    command(&mut desk, 100, Some(REPORTS_LEFT), &[mode, undefined]);
+    command(&mut desk, 1_500, Some(REPORTS_LEFT), &[mode, left]);
+    desk.input(left(100));
+    command(&mut desk, 5_000, None, &[mode, left]);
+    command(&mut desk, 3_000, Some(0), &[mode]);
+}
+
+fn oscillation(said: &mut Said) {
+    let mut desk = vehicle("off", said);
+    for _ in 0..10 {
+        command(&mut desk, 50, Some(0), &[mode, left]);
+        command(&mut desk, 50, Some(0), &[mode, off]);
+    }
+}
+
+/// A button that nothing comes of.
+fn button(said: &mut Said) {
+    let profile = r#"
+message.STATE.timeout_ms = 500
+turn = { signal = "STATE.TURN", off = [0], left = [1], right = [2] }
+hazard = { from = "signal", signal = "STATE.HAZARD", on = [1], off = [0] }
+[[command.message]]
+name = "TURN_ONLY"
+period_ms = 50
+turn = { off = { TURN_ONLY_REQ = 0 }, left = { TURN_ONLY_REQ = 1 }, right = { TURN_ONLY_REQ = 2 } }
+[[command.message]]
+name = "BUTTON"
+period_ms = 50
+hazard = { off = { PRESSED = 0 }, on = { PRESSED = 1 }, button = { press_ms = 200, wait_ms = 600, attempts = 2 } }
+"#;
+    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", profile, DBC, said);
+    command(&mut desk, 5_000, Some(0), &[mode, off, hazard_on]);
+}
+
+fn transmission(said: &mut Said) {
+    let mut desk = vehicle("on", said);
+    command(&mut desk, 500, Some(0), &[mode, left]);
+    // A full queue for a while, then for longer.
+    for ms in [60, 3_000] {
+        desk.gateway.queue_full_until = MonoTime::from_millis(desk.gateway.ms() + ms);
+        command(&mut desk, ms + 500, Some(0), &[mode, left]);
+    }
+    let stranger = Frame::classic(CanId::Standard(304), &[0; 8]).unwrap();
+    let stamp = Cell::new(at_ms(desk.gateway.ms()).wall).get();
+    desk.input(CanInput::Frame { bus: BUS, frame: stranger, stamp });
+    desk.link(LinkState::Down);
+}

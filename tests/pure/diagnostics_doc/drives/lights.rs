@@ -1,0 +1,153 @@
+//! Reports of every kind of source, and their bus.
+
+use signal_gateway::core::can::controller::ControllerReport;
+use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::LinkState;
+
+use super::{BUS, Desk, Said};
+use crate::pure::lamp_reports::car::{DBC, LAMPS, PANEL, STALK_KEYS, UNBOUND, lamp_keys};
+
+const DARK: u8 = 0;
+const LEFT: u8 = 1;
+const BOTH: u8 = 5;
+
+pub(super) fn drive(said: &mut Said) {
+    lamps(said);
+    sources(said);
+    faults(said);
+    rejected_frames(said);
+    paged_message(said);
+    bus(said);
+}
+
+fn lamps(said: &mut Said) {
+    for both_on in ["undefined", "hazard"] {
+        let keys = lamp_keys(both_on, "period_ms = 50");
+        let profile = format!("[message.LAMPS]\ntimeout_ms = 250\n[turn]\n{keys}{UNBOUND}");
+        let mut desk = Desk::vehicle("", &profile, DBC, said);
+        let mut show = |ms: u64, lamps: u8, period: u64| {
+            desk.each_50_ms(ms, |desk, at| {
+                desk.frame(LAMPS, &[if at % period < period.div_ceil(2) { lamps } else { DARK }]);
+            });
+        };
+        show(3_000, LEFT, 300);
+        show(3_000, BOTH, 250);
+        show(3_000, LEFT, 10_000);
+    }
+}
+
+/// A stalk, and buttons that contradict and replace lamps.
+fn sources(said: &mut Said) {
+    let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}");
+    Desk::vehicle("", &profile, DBC, said).frame(257, &[0]);
+    let lamps = lamp_keys("hazard", "period_ms = 50");
+    let profile = format!(
+        "[message.LAMPS]\ntimeout_ms = 500\n[message.PANEL]\ntimeout_ms = 500\n[turn]\n{lamps}\
+         [hazard]\n[[hazard.source]]\nname = \"lamps\"\nfrom = \"both_sides\"\n[[hazard.source]]\nname = \"button\"\n\
+         fallback = true\nfrom = \"button\"\nsignal = \"PANEL.BUTTON\"\non = [1]\noff = [0]\n"
+    );
+    let mut desk = Desk::vehicle("", &profile, DBC, said);
+    desk.each_50_ms(4_000, |desk, at| {
+        desk.frame(LAMPS, &[DARK]);
+        desk.frame(PANEL, &[u8::from(at == 2_000)]);
+    });
+    desk.each_50_ms(1_000, |desk, _| desk.frame(PANEL, &[0]));
+}
+
+/// A state with a lamp fault beside it, and a hazard state with reasons.
+fn faults(said: &mut Said) {
+    for on_fault in ["report", "withhold"] {
+        let profile = format!(
+            "[message.BODY]\ntimeout_ms = 250\n[message.PANEL]\ntimeout_ms = 250\n[turn]\nsignal = \"BODY.STATE\"\n\
+             off = [0]\nleft = [1]\nright = [2]\nfault = [6]\nnot_available = [7]\non_fault = \"{on_fault}\"\n\
+             [[turn.fault_signal]]\nsignal = \"PANEL.BUTTON\"\non = [1]\noff = [0]\ntext = \"turn lamp\"\n\
+             [hazard]\nfrom = \"reason\"\nsignal = \"STALK.POSITION\"\noff = [0]\n[hazard.reasons]\ncrash = [1]\n\
+             [message.STALK]\ntimeout_ms = 250\n"
+        );
+        let mut desk = Desk::vehicle("", &profile, DBC, said);
+        for state in [0, 1, 5, 6, 7, 1] {
+            desk.frame(258, &[state]);
+            desk.frame(257, &[1]);
+            desk.frame(PANEL, &[0]);
+        }
+        desk.frame(PANEL, &[1]);
+    }
+}
+
+fn rejected_frames(said: &mut Said) {
+    let dbc =
+        "BO_ 256 TURN: 2 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n SG_ COUNT : 8|4@1+ (1,0) [0|15] \"\" X\n";
+    let profile = "[message.TURN]\ntimeout_ms = 250\ncounter = { signal = \"COUNT\" }\n[turn]\n\
+        signal = \"TURN.CODE\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    let mut desk = Desk::vehicle("", profile, dbc, said);
+    desk.frame(256, &[1, 0]);
+    desk.frame(256, &[1, 1]);
+    desk.each_50_ms(500, |desk, _| desk.frame(256, &[1, 1]));
+}
+
+/// A message whose pages do not all come, and one that is too short.
+fn paged_message(said: &mut Said) {
+    let dbc = "BO_ 512 PAGES: 2 X\n SG_ PAGE M : 0|4@1+ (1,0) [0|15] \"\" X\n\
+        \x20SG_ TURN m3 : 8|2@1+ (1,0) [0|3] \"\" X\n";
+    let profile = "[message.PAGES]\ntimeout_ms = 250\n[turn]\nsignal = \"PAGES.TURN\"\noff = [0]\nleft = [1]\n\
+        right = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    for data in [[5, 0].as_slice(), &[3]] {
+        let mut desk = Desk::vehicle("", profile, dbc, said);
+        desk.each_50_ms(500, |desk, _| desk.frame(512, data));
+    }
+}
+
+/// Everything that can become of a link, a controller and a bus.
+fn bus(said: &mut Said) {
+    let dbc = "BO_ 256 TURN: 1 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\nBO_ 258 ALIVE: 1 X\n";
+    let profile = |sleep: bool, timing: &str| {
+        format!(
+            "bus.body.heartbeat_messages = [\"ALIVE\"]\nbus.body.may_sleep = {sleep}\n[message.TURN]\n\
+             {timing}\n[turn]\nsignal = \"TURN.CODE\"\noff = [0]\nleft = [1]\nright = [2]\n\
+             [hazard]\nfrom = \"not_fitted\"\n"
+        )
+    };
+    let alive = |desk: &mut Desk<'_>| {
+        desk.each_50_ms(500, |desk, _| {
+            desk.frame(258, &[0]);
+            desk.frame(256, &[1]);
+        });
+    };
+    for sleep in [false, true] {
+        let mut desk = Desk::vehicle("", &profile(sleep, "timing = \"event\""), dbc, said);
+        alive(&mut desk);
+        desk.pass(20_000);
+    }
+    let profile = profile(false, "timeout_ms = 250");
+    let mut desk = Desk::vehicle("", &profile, dbc, said);
+    for state in [LinkState::Down, LinkState::Missing, LinkState::Failed(1), LinkState::Ended] {
+        alive(&mut desk);
+        desk.link(state);
+        desk.link(LinkState::Up);
+    }
+    alive(&mut desk);
+    desk.input(CanInput::BadRecords { bus: BUS, count: 1 });
+    desk.input(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(0x88, &[0, 0, 0x04, 0x0A]) });
+    for (state, restart_ms) in [
+        (ControllerState::Warning, Some(0)),
+        (ControllerState::Passive, Some(0)),
+        (ControllerState::Stopped, Some(0)),
+        (ControllerState::BusOff, None),
+        (ControllerState::BusOff, Some(0)),
+        (ControllerState::BusOff, Some(100)),
+    ] {
+        alive(&mut desk);
+        let counters = Some(ErrorCounters { tx: 0, rx: 7 });
+        desk.input(CanInput::Controller {
+            bus: BUS,
+            report: ControllerReport { state, counters, restart_ms },
+        });
+    }
+    let mut desk = Desk::vehicle("", &profile, dbc, said);
+    alive(&mut desk);
+    for class in [0x40, 0x100] {
+        desk.input(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(class, &[]) });
+        desk.pass(5_000);
+    }
+}

@@ -1,0 +1,156 @@
+//! A decider with and without its inputs.
+
+use std::sync::Arc;
+
+use signal_gateway::config::drive;
+use signal_gateway::config::files::Disk;
+use signal_gateway::core::map::geometry::Pose;
+use signal_gateway::core::turn_signal::planner_input::{
+    ControlPoint, FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
+};
+use signal_gateway::core::turn_signal::route::Segment;
+use signal_gateway::core::turn_signal::signal::Hazard;
+use signal_gateway::desk::drive::course::Course;
+
+use super::{Desk, Said};
+use crate::pure::diagnostics_doc::project;
+use crate::pure::turn_signal_cases::bench::{decider, path, route};
+use crate::support::files::MemoryFiles;
+
+const LANE_CHANGE: FactorTopic = FactorTopic::LaneChangeLeft;
+
+pub(super) fn drive(said: &mut Said) {
+    starts(said);
+    wins(said);
+    inputs(said);
+    roundabout(said);
+    routes(said);
+    shadow(said);
+    routed("enabled = true\ncompat = \"path_generator\"", said);
+}
+
+fn factor(from_m: f64, to_m: f64, shift_m: f64, is_driving_forward: bool) -> PlanningFactor {
+    let point = |x: f64, shift_length_m: f64| ControlPoint {
+        pose: Pose::new(x, 0.0, 0.0),
+        distance_m: 0.0,
+        speed_mps: 0.0,
+        shift_length_m,
+    };
+    let control_points = vec![point(from_m, 0.0), point(to_m, shift_m)];
+    PlanningFactor { behavior: 5, is_driving_forward, detail: "".into(), control_points }
+}
+
+fn factors(topic: FactorTopic, factor: PlanningFactor) -> PlannerInput {
+    PlannerInput::Factors { topic, factors: Arc::new([factor]) }
+}
+
+/// So long at one place, 20 m before the turn or elsewhere.
+fn stay(desk: &mut Desk<'_>, x_m: f64, ms: u64) {
+    desk.each_50_ms(ms, |desk, _| {
+        let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps: 5.0 };
+        desk.input(PlannerInput::Odometry { odometry, stamp: desk.gateway.now.wall });
+    });
+}
+
+fn routed<'a>(keys: &str, said: &'a mut Said) -> Desk<'a> {
+    let mut desk = Desk::on(decider(keys), said);
+    desk.input(route(1, &[1, 2, 3]));
+    stay(&mut desk, 36.0, 2_000);
+    desk
+}
+
+/// Nothing known, then one input after the other.
+fn starts(said: &mut Said) {
+    let mut desk = Desk::on(decider("enabled = true"), said);
+    desk.pass(200);
+    stay(&mut desk, 0.0, 200);
+    desk.input(PlannerInput::LaneDriving(false));
+    desk.input(route(1, &[1, 2, 3]));
+    stay(&mut desk, 0.0, 200);
+    desk.pass(2_000);
+}
+
+/// What can have the say, and what can hold it.
+fn wins(said: &mut Said) {
+    let mut desk = routed("enabled = true", said);
+    stay(&mut desk, 100.0, 100);
+    stay(&mut desk, 150.0, 3_000);
+    desk.input(PlannerInput::PlannedPath(path(140.0, 50).into()));
+    desk.input(factors(LANE_CHANGE, factor(155.0, 175.0, 0.0, true)));
+    stay(&mut desk, 150.0, 500);
+    desk.input(factors(LANE_CHANGE, factor(155.0, f64::NAN, 0.0, true)));
+    stay(&mut desk, 150.0, 200);
+    desk.input(PlannerInput::Factors { topic: LANE_CHANGE, factors: Arc::new([]) });
+    desk.input(PlannerInput::PlannedPath(path(140.0, 50).into()));
+    desk.input(factors(FactorTopic::StartPlanner, factor(150.0, 160.0, 0.0, false)));
+    stay(&mut desk, 150.0, 500);
+}
+
+fn inputs(said: &mut Said) {
+    let mut desk = routed("enabled = true", said);
+    desk.input(factors(FactorTopic::StaticObstacleAvoidance, factor(40.0, 50.0, -1.5, true)));
+    stay(&mut desk, 36.0, 200);
+    desk.input(PlannerInput::Factors { topic: FactorTopic::StaticObstacleAvoidance, factors: Arc::new([]) });
+    desk.input(factors(LANE_CHANGE, factor(40.0, 60.0, 0.0, true)));
+    stay(&mut desk, 36.0, 1_500);
+    desk.input(PlannerInput::Factors { topic: LANE_CHANGE, factors: Arc::new([]) });
+    let mut spoilt = path(30.0, 50);
+    spoilt[20].pose.position.y_m = f64::NAN;
+    for points in [Vec::new(), spoilt, path(30.0, 50)] {
+        desk.input(PlannerInput::PlannedPath(points.into()));
+        stay(&mut desk, 36.0, 200);
+    }
+    stay(&mut desk, 36.0, 1_500);
+    desk.input(PlannerInput::PlannedPath(path(30.0, 50).into()));
+    stay(&mut desk, f64::NAN, 200);
+    stay(&mut desk, 36.0, 200);
+    desk.pass(700);
+    desk.input(PlannerInput::LaneDriving(true));
+    stay(&mut desk, 36.0, 1_500);
+    let mut desk = routed("enabled = true", desk.said);
+    desk.input(PlannerInput::HazardRequest(Hazard::Disable));
+    stay(&mut desk, 36.0, 1_500);
+}
+
+/// A drive through a roundabout.
+fn roundabout(said: &mut Said) {
+    let file = drive::read(&Disk, &project().join("config/drives/roundabout_first_exit.toml")).unwrap();
+    let course = Course::new(file).unwrap();
+    let map = project().join("config/maps/roundabout/lanelet2_map.osm");
+    let gateway = format!("[turn_signal]\nenabled = true\nmap = \"{}\"\n", map.display());
+    let mut desk = Desk::of(&MemoryFiles::new([("gateway.toml", gateway)]).or_disk(), said);
+    let mut is_routed = false;
+    for cycle in course.cycles() {
+        if !std::mem::replace(&mut is_routed, true) {
+            let (id, start, segments) =
+                (cycle.route.id(), cycle.route.start(), cycle.route.segments().to_vec());
+            let route = PlannerRoute { id, start, goal: cycle.goal, segments };
+            desk.input(PlannerInput::Route(Arc::new(route)));
+        }
+        if let Some(odometry) = cycle.odometry {
+            desk.input(PlannerInput::Odometry { odometry, stamp: desk.gateway.now.wall });
+        }
+        desk.pass(100);
+    }
+}
+
+fn routes(said: &mut Said) {
+    let mut desk = routed("enabled = true", said);
+    let segments = vec![Segment { preferred: 1, lanes: vec![1] }];
+    let start = Pose::new(f64::NAN, 0.0, 0.0);
+    let from_nowhere = PlannerRoute { id: 2, start, goal: Pose::default(), segments };
+    for wrong in
+        [route(2, &[]), route(2, &[1, 2, 1]), route(2, &[1, 99]), PlannerInput::Route(Arc::new(from_nowhere))]
+    {
+        desk.input(wrong);
+        stay(&mut desk, 36.0, 200);
+    }
+}
+
+fn shadow(said: &mut Said) {
+    let mut desk = routed("shadow = true\nshadow_tolerance_ms = 300", said);
+    for _ in 0..20 {
+        desk.input(PlannerInput::OwnTurnCommand(1));
+        stay(&mut desk, 36.0, 50);
+    }
+}

@@ -1,0 +1,143 @@
+//! Traffic lights from a scenario, from topics and from a V2X unit.
+
+use signal_gateway::core::can::error_frame::ErrorFrame;
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::LinkState;
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings};
+use signal_gateway::core::traffic_light::flow::{FlowSettings, TrafficLightFlow};
+use signal_gateway::core::traffic_light::input::TrafficLightInput;
+use signal_gateway::core::traffic_light::scenario::{Act, Scenario};
+use signal_gateway::core::traffic_light::text::parse_bulbs;
+use signal_gateway::core::traffic_light::v2i_reception::binding::V2iBinding;
+
+use super::{BUS, Desk, Said};
+use crate::pure::traffic_light_cases::scene::{controller, script, set, small_map, target};
+use crate::support::clock::at_ms;
+use crate::support::files::MemoryFiles;
+
+pub(super) fn drive(said: &mut Said) {
+    scenarios(said);
+    channels(said);
+    unit(said);
+}
+
+/// A flow of its own, for scenarios that a file cannot have.
+fn flow(acts: Vec<Act>, compat: Compat) -> TrafficLightFlow {
+    let scenario = Scenario {
+        acts,
+        controllers: vec![controller("A", &[("p1", "1", "11=green")])],
+        ..Scenario::default()
+    };
+    let lights = LightsSettings::new(small_map(), scenario, compat);
+    let settings = FlowSettings { lights, camera_faults: None, v2i_faults: None, arbiter: None };
+    TrafficLightFlow::new(settings, V2iBinding::default(), at_ms(0))
+}
+
+fn scenarios(said: &mut Said) {
+    let mut failing = flow(script(&[(1, set("5", "red"))]), Compat::Upstream);
+    failing.settle(&[], at_ms(2_000));
+    said.take(failing.statuses("node", &[], at_ms(2_000).mono));
+    for command in ["exitSuccess()", "exitFailure()"] {
+        let mut desk = lights(
+            "[[controller]]\nname = \"A\"\nphase = [{ name = \"p1\", duration_s = 1, states = {} }]\n",
+            said,
+        );
+        desk.pass(500);
+        desk.input(TrafficLightInput::Command("nonsense".to_owned()));
+        desk.input(TrafficLightInput::Command(command.to_owned()));
+        desk.pass(500);
+    }
+    lights("stop_at_s = 1\n", said).pass(2_000);
+}
+
+fn lights<'a>(scenario: &str, said: &'a mut Said) -> Desk<'a> {
+    let gateway = "[traffic_lights]\nscenario = \"s.toml\"\nv2i_timeout_ms = 500\n[traffic_lights.inputs]\nv2i = \"/v2i\"\n";
+    let scenario = format!("{scenario}[groups]\n100 = [11]\n");
+    Desk::of(&MemoryFiles::new([("gateway.toml", gateway), ("s.toml", &scenario)]), said)
+}
+
+fn channels(said: &mut Said) {
+    let mut desk = lights("", said);
+    let red = LightObservation { bulbs: parse_bulbs("red").unwrap(), confidence: 1.0 };
+    for (store, id, rejected) in [("v2i", 11, 0), ("conventional", 5, 0), ("conventional", 11, 1)] {
+        let store = target(&format!("1 {store}")).store;
+        let states = vec![(id, Some(red))];
+        let stamp = desk.gateway.now.wall;
+        desk.input(TrafficLightInput::States { store, stamp, states, rejected });
+        desk.pass(11_000);
+    }
+    let store = target("1 conventional").store;
+    let stamp = desk.gateway.now.wall;
+    desk.input(TrafficLightInput::States { store, stamp, states: Vec::new(), rejected: 1 });
+}
+
+/// A unit on CAN that sends the states of two groups, each in a message of its own.
+struct Unit {
+    bus: &'static str,
+    message: &'static str,
+    dbc: &'static str,
+}
+
+const PLAIN: &str = " SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X\n SG_ GOOD : 4|1@1+ (1,0) [0|1] \"\" X\n";
+const COUNTED: &str = " SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X\n SG_ GOOD : 4|1@1+ (1,0) [0|1] \"\" X\n\
+    \x20SG_ COUNT : 8|4@1+ (1,0) [0|15] \"\" X\n";
+const PAGED: &str = " SG_ PAGE M : 8|4@1+ (1,0) [0|15] \"\" X\n SG_ STATE m3 : 0|4@1+ (1,0) [0|15] \"\" X\n\
+    \x20SG_ GOOD m3 : 4|1@1+ (1,0) [0|1] \"\" X\n";
+
+impl Unit {
+    const CYCLIC: Self = Self { bus: "", message: "timeout_ms = 300", dbc: PLAIN };
+
+    fn desk(self, said: &mut Said) -> Desk<'_> {
+        let Self { bus, message, dbc } = self;
+        let group = |name: &str, id: u8| {
+            format!(
+                "[[v2i]]\nid = {id}\nsignal = \"{name}.STATE\"\nstates = {{ \"red\" = [1] }}\nnot_available = [0]\n\
+                 fault = [2]\n[[v2i.status]]\nsignal = \"{name}.GOOD\"\ngood = [1]\nbad = [0]\n"
+            )
+        };
+        let (one, two) = (group("ONE", 11), group("TWO", 12));
+        let profile = format!(
+            "name = \"unit\"\n[bus.body]\ndbc = \"car.dbc\"\nheartbeat_messages = [\"ALIVE\"]\n{bus}\n[message.ONE]\n\
+             {message}\n[message.TWO]\n{message}\n{one}{two}"
+        );
+        let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n[traffic_lights]\nscenario = \"s.toml\"\n";
+        let dbc = format!("BO_ 256 ONE: 2 X\n{dbc}BO_ 257 TWO: 2 X\n{dbc}BO_ 258 ALIVE: 1 X\n");
+        let files = MemoryFiles::new([("gateway.toml", gateway), ("s.toml", "[groups]\n100 = [11, 12]\n")]);
+        Desk::of(&files.with("car.toml", profile).with("car.dbc", dbc), said)
+    }
+}
+
+fn unit(said: &mut Said) {
+    let send = |desk: &mut Desk<'_>, data: &[u8]| [256, 257].iter().for_each(|id| desk.frame(*id, data));
+    let mut desk = Unit::CYCLIC.desk(said);
+    for state in [0x10, 0x11, 0x12, 0x13, 0x01, 0x11] {
+        send(&mut desk, &[state, 0]);
+    }
+    desk.pass(5_000);
+    for state in [LinkState::Down, LinkState::Missing, LinkState::Failed(1), LinkState::Ended, LinkState::Up]
+    {
+        desk.link(state);
+    }
+    send(&mut desk, &[0x11, 0]);
+    desk.input(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(0x40, &[]) });
+    desk.pass(5_000);
+    // Too short; a page without the states; a counter that stands still; a bus that falls silent, and one that may.
+    for (unit, data) in [
+        (Unit::CYCLIC, &[][..]),
+        (Unit { dbc: PAGED, ..Unit::CYCLIC }, &[0x11, 5]),
+        (
+            Unit { message: "timeout_ms = 300\ncounter = { signal = \"COUNT\" }", dbc: COUNTED, bus: "" },
+            &[0x11, 1],
+        ),
+        (Unit { message: "timing = \"event\"", ..Unit::CYCLIC }, &[0x11, 0]),
+        (Unit { message: "timing = \"event\"", bus: "may_sleep = true", dbc: PLAIN }, &[0x11, 0]),
+    ] {
+        let mut desk = unit.desk(desk.said);
+        desk.each_50_ms(500, |desk, _| {
+            send(desk, data);
+            desk.frame(258, &[0]);
+        });
+        desk.pass(20_000);
+    }
+}

@@ -1,0 +1,360 @@
+//! The list itself. `docs/diagnostics.md` is made of it.
+
+mod planning;
+
+use signal_gateway::core::diagnostics::Level::{self, Error, Ok, Warn};
+
+use super::{Key, Message, Task};
+
+const NOTHING: &str = "Nothing.";
+const SEE_INTERFACE: &str = "Read the status of the interface, which names the cause.";
+
+/// Why no value of a signal is known: all flows that receive signals say it in these words.
+const MISSING: &[(&str, &str)] = &[
+    ("{interface} is down", "Set the interface up."),
+    ("{interface} is missing", "Plug in the adapter, or correct `interface`."),
+    ("{interface} cannot be opened (errno {errno})", "Check the driver and the rights of the service."),
+    ("the recording of {interface} has ended", "Nothing; a recording is not repeated."),
+    (
+        "no frame of {message} ({id}) on {interface} yet",
+        "Check ignition, wiring, bit rate, and whether the profile is this vehicle's.",
+    ),
+    ("no new frame of {message} ({id}) on {interface} yet", "Wait; if it stays, as for a first frame."),
+    (
+        "{message} ({id}) comes, but too short",
+        "Correct the DBC or the profile; the vehicle's message is shorter.",
+    ),
+    (
+        "{message} ({id}) comes, but not with {signal}",
+        "Check whether the vehicle sends the multiplexed page with this signal.",
+    ),
+    (
+        "{message} is stale, silent for more than {limit} ms",
+        "Check the sending control unit; compare `timeout_ms` with its period.",
+    ),
+    (
+        "{message} is not trusted: {reason}",
+        "Read `last_reject`; check the message's integrity keys, and who else sends it.",
+    ),
+    ("bus {interface} is silent", SEE_INTERFACE),
+    ("{message} does not come, {interface} is bus-off", SEE_INTERFACE),
+    ("no frame of {message} since bus {interface} fell asleep", "Nothing; the vehicle is asleep."),
+];
+
+/// Every kind of status.
+pub(super) fn tasks() -> Vec<Task> {
+    vec![
+        lights(),
+        interface(),
+        command(),
+        command_transmission(),
+        planning::decider(),
+        planning::channel(),
+        planning::scenario(),
+        planning::v2i_reception(),
+    ]
+}
+
+fn message(level: Level, pattern: &str, action: &'static str) -> Message {
+    Message { level, pattern: pattern.to_owned(), action }
+}
+
+fn missing(level: Level, before: &str, after: &str) -> impl Iterator<Item = Message> {
+    MISSING.iter().map(move |(pattern, action)| message(level, &format!("{before}{pattern}{after}"), action))
+}
+
+fn key(name: &'static str, unit: &'static str, meaning: &'static str) -> Key {
+    Key { name, unit, meaning, when: "" }
+}
+
+impl Key {
+    fn when(self, when: &'static str) -> Self {
+        Self { when, ..self }
+    }
+}
+
+fn lights() -> Task {
+    let mut messages = vec![message(Ok, "publishing", NOTHING)];
+    messages.extend(missing(Error, "unknown: ", ""));
+    messages.extend([
+        message(
+            Error,
+            "unknown: the vehicle profile binds no signal for it",
+            "Bind a signal in the profile, or say `not_fitted`.",
+        ),
+        message(
+            Error,
+            "unknown: {signal} = {raw} means not available",
+            "Wait; if it stays, the control unit does not know its own state.",
+        ),
+        message(
+            Error,
+            "unknown: watching the lamps {left} and {right}",
+            "Wait; lamps are watched for a flash before darkness is believed.",
+        ),
+        message(
+            Error,
+            "unknown: watching {signal}, which may have been pressed before",
+            "Wait, or operate the stalk or button.",
+        ),
+        message(
+            Error,
+            "invalid: {signal} = {raw} is not a defined value",
+            "Find out what the value means and name it in the profile.",
+        ),
+        message(
+            Error,
+            "invalid: {left} = {raw} and {right} = {raw} at once is not defined",
+            "Check `both_on` of the lamps.",
+        ),
+        message(Error, "hardware fault: {signal} = {raw} means fault", "Have the vehicle repaired."),
+        message(
+            Error,
+            "hardware fault: {device} ({signal} = {raw}), still published",
+            "Have the vehicle repaired; the state itself is still known.",
+        ),
+        message(
+            Error,
+            "hardware fault: {device} ({signal} = {raw}), not published",
+            "Have the vehicle repaired; `on_fault` withholds the report meanwhile.",
+        ),
+        message(Warn, "bulb failure: {lamp} flashes too fast", "Replace the bulb."),
+        message(Warn, "{lamp} is lit and does not flash", "Check the flasher and the lamp's signal."),
+        message(
+            Warn,
+            "emergency flashing: {left} and {right} flash too fast",
+            "Nothing; the vehicle signals hard braking.",
+        ),
+        message(
+            Warn,
+            "fallback {source}: {reason}",
+            "The report goes on from the named source; do what the reason asks for.",
+        ),
+        message(
+            Warn,
+            "sources disagree: {source} = {state} is used, but {source} = {state}",
+            "Find out which source is wrong; the more trusted one is used.",
+        ),
+    ]);
+    let guarded = "if a message of the report has a checksum, counter or E2E profile";
+    Task {
+        names: &["turn_indicators", "hazard_lights"],
+        about: "Whether the vehicle's report is published, and if not, why. There is one status for each report of a \
+                vehicle profile. Several parts are joined by `; `; the status has the level of the worst.",
+        messages,
+        keys: vec![
+            key("report", "-", "Constant of the report that is published, or `not published`."),
+            key("source", "-", "Source the state comes from.").when("if the profile has sources for it"),
+            key("reason", "-", "Why the hazard lights are on, by the profile's `reasons`; empty for others.")
+                .when("`hazard_lights`, while the value has a reason"),
+            key("signal", "-", "Signals the state is made of.").when("if any signal is bound"),
+            key("raw_value", "-", "Last raw value of each, e.g. `150 (0x96)`; `none` before the first.")
+                .when("as `signal`"),
+            key("age_ms", "ms", "Age of the oldest of these values; `never` while one is lacking.")
+                .when("as `signal`"),
+            key("frames", "-", "Frames of these messages since start.").when("as `signal`"),
+            key("rate_hz", "Hz", "The same over the last 5 s.").when("as `signal`"),
+            key("too_short_frames", "-", "Frames too short for a signal that is bound.").when("as `signal`"),
+            key("rejected_frames", "-", "Frames that failed the integrity check.").when(guarded),
+            key("wrong_checksums", "-", "Of these, with a wrong checksum.").when(guarded),
+            key("lost_frames", "-", "Frames missing by their counters.").when(guarded),
+            key("last_reject", "-", "Message and reason of the last rejected frame, or `none`.")
+                .when(guarded),
+            key("unknown_count", "-", "Times the state became unknown since start."),
+            key("invalid_count", "-", "Times it became invalid."),
+            key("hardware_fault_count", "-", "Times a hardware fault began."),
+            key(
+                "last_error",
+                "-",
+                "Last message of level ERROR, once it is over with its age, `… (12 s ago)`; or `none`.",
+            ),
+        ],
+    }
+}
+
+fn interface() -> Task {
+    let has_controller = "if the interface has a controller";
+    let wiring = "Check wiring, termination, bit rate and the other nodes of the bus.";
+    Task {
+        names: &["{interface}"],
+        about: "One CAN interface: its link, its controller, and whether frames arrive. The state of the controller \
+                and what is received are joined by `; `; the status has the level of the worse.",
+        messages: vec![
+            message(Ok, "receiving", NOTHING),
+            message(Ok, "asleep", "Nothing; the profile says that this bus may sleep."),
+            message(
+                Warn,
+                "up, but no frame of the vehicle profile yet",
+                "Check ignition, bit rate, and whether this is the profile's bus.",
+            ),
+            message(Warn, "up, but silent for more than {limit} ms", "Check ignition and wiring."),
+            message(
+                Warn,
+                "receiving, with recent drops, error frames or bad lines",
+                "Read `drops`, `error_frames`, `error_classes` and `bad_lines`.",
+            ),
+            message(Warn, "error-warning: the bus is disturbed", wiring),
+            message(Warn, "error-passive: the bus is heavily disturbed", wiring),
+            message(Warn, "restarted after bus-off", "Nothing; the next frame ends it."),
+            message(
+                Error,
+                "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart",
+                "Find the cause, then run the command; `restart-ms` does it by itself.",
+            ),
+            message(Error, "bus-off: receives nothing, restarts by itself after {time} ms", wiring),
+            message(Error, "bus-off: receives nothing until it is restarted", wiring),
+            message(
+                Error,
+                "the controller has stopped: receives nothing",
+                "Set the interface down and up again; check the adapter.",
+            ),
+            message(Error, "{interface} is down", "Set the interface up."),
+            message(Error, "{interface} is missing", "Plug in the adapter, or correct `interface`."),
+            message(
+                Error,
+                "{interface} cannot be opened (errno {errno})",
+                "Check the driver and the rights of the service.",
+            ),
+            message(Error, "the recording of {interface} has ended", "Nothing; a recording is not repeated."),
+        ],
+        keys: vec![
+            key("bus", "-", "Name of the bus in the profile."),
+            key("link", "-", "`up`, `down`, `missing`, `failed, errno N`, or `ended` after a recording."),
+            key(
+                "controller",
+                "-",
+                "`error-active`, `error-warning`, `error-passive`, `bus-off`, `restarted` or `stopped`.",
+            )
+            .when(has_controller),
+            key("controller_state_s", "s", "How long it has been in that state.").when(has_controller),
+            key("tx_errors", "-", "Transmit error counter, 0 to 255, or `unknown`.").when(has_controller),
+            key("rx_errors", "-", "Receive error counter, 0 to 255, or `unknown`.").when(has_controller),
+            key("bus_off_count", "-", "Times the controller went bus-off since start.").when(has_controller),
+            key("restart_ms", "ms", "Time until the kernel restarts the controller; 0 = never.")
+                .when("if the kernel tells it"),
+            key("frames", "-", "Frames of the profile since start."),
+            key("rate_hz", "Hz", "The same over the last 5 s."),
+            key("silence_ms", "ms", "Time since the last frame, or `never` before the first."),
+            key("drops", "-", "Frames that the kernel dropped because its queue was full."),
+            key("error_frames", "-", "Error frames since start."),
+            key("error_classes", "-", "The same by class.").when("after an error frame"),
+            key("last_error", "-", "Last error frame in words, with its age, `… (12 s ago)`.")
+                .when("after an error frame"),
+            key("link_losses", "-", "Times the link was lost since start."),
+            key("bad_lines", "-", "Lines of the recording that could not be read.").when("if there were any"),
+        ],
+    }
+}
+
+fn command() -> Task {
+    Task {
+        names: &["turn_indicators_command", "hazard_lights_command"],
+        about: "What is requested of the vehicle, why, and whether its report shows it. With a `[command]` section.",
+        messages: vec![
+            message(Ok, "{state}, {reason}", NOTHING),
+            message(Warn, "no command received", "Start the sender, or check the topic's name."),
+            message(
+                Warn,
+                "a command with an older stamp is rejected",
+                "Check the sender's clock, and whether there is a second sender.",
+            ),
+            message(
+                Warn,
+                "the command changes all the time: more than one sender?",
+                "Look for a second sender on the topic.",
+            ),
+            message(
+                Warn,
+                "commanded {state}, but the vehicle still reports {state}",
+                "Wait; if it stays, it becomes an ERROR.",
+            ),
+            message(
+                Warn,
+                "commanded {state}, and no report shows it",
+                "Read the status of the report: it is not published.",
+            ),
+            message(
+                Warn,
+                "commanded {state}, left to the driver: {state}",
+                "Nothing; the driver has taken over.",
+            ),
+            message(
+                Error,
+                "commanded {state}, but the vehicle reports {state}",
+                "Check `command_transmission`, the vehicle's drive-by-wire mode, and the lamps.",
+            ),
+            message(Error, "the command has timed out: {state}", "Check the sender."),
+            message(Error, "undefined command {raw} is ignored", "Correct the sender."),
+            message(
+                Error,
+                "no response to the hazard button",
+                "Check the button's message; the attempts begin anew with the next command.",
+            ),
+        ],
+        keys: vec![
+            key("command", "-", "What the sender wants: a state, `never`, `nothing requested` or `silent`."),
+            key("requested", "-", "What is requested of the vehicle: a state, or `left to the vehicle`."),
+            key(
+                "reason",
+                "-",
+                "`as commanded`, `hazard lights come first`, `the command has timed out`, `nothing requested`, \
+                 `no command yet`, `not allowed in this control mode`, `left to the driver`, `no report says whether \
+                 they are on` or `the gateway ends`.",
+            ),
+            key("reported", "-", "`off`, `on`, `left` or `right` as the vehicle reports it, or `unknown`."),
+            key("command_age_s", "s", "Age of the last command, or `-` before the first."),
+            key("commands", "-", "Commands received since start."),
+            key("no_command", "-", "Of these, `NO_COMMAND`."),
+            key("undefined", "-", "Of these, with an undefined value."),
+            key("non_monotonic_stamps", "-", "Of these, with a stamp older than one used before."),
+            key("stale_messages", "-", "Of these, made before the gateway started or too long ago."),
+            key("driver_overrides", "-", "Times the driver took over."),
+            key(
+                "feedback_mismatches",
+                "-",
+                "Times the report differed from the command for `error_after_ms`.",
+            ),
+        ],
+    }
+}
+
+fn command_transmission() -> Task {
+    Task {
+        names: &["command_transmission"],
+        about: "Whether command frames go out, and in which control mode. With a `[command]` section.",
+        messages: vec![
+            message(Ok, "control mode {mode}", NOTHING),
+            message(Ok, "dry run: nothing is sent", "Set `tx = \"on\"` when the dry run was looked at."),
+            message(
+                Warn,
+                "control mode unknown: nothing is requested of the vehicle",
+                "Check the topic or the signal of the control mode.",
+            ),
+            message(
+                Warn,
+                "frames are delayed",
+                "Reduce the load of the bus, or lengthen the transmit queue.",
+            ),
+            message(Error, "undefined control mode {raw}", "Correct the sender of the control mode."),
+            message(Error, "frames cannot be sent", "Check the interface; read `queue_full` and `refused`."),
+            message(Error, "nothing can be sent on {bus}", "Read the status of the bus's interface."),
+            message(
+                Error,
+                "conflicting sender of {message}",
+                "Find the other node that sends this message and stop it, or the gateway.",
+            ),
+        ],
+        keys: vec![
+            key("tx", "-", "`on`, or `off` in a dry run."),
+            key("source", "-", "Who commands: `topic` or `decider`."),
+            key("control_mode", "-", "Constant of `ControlModeReport`, `undefined (N)` or `unknown`."),
+            key("undefined_control_modes", "-", "Control modes with an undefined value since start."),
+            key("frames", "-", "Frames sent since start, by message."),
+            key("with_authority", "-", "Of these, requesting something."),
+            key("queue_full", "-", "Not sent: the transmit queue was full."),
+            key("refused", "-", "Not sent: the kernel refused them."),
+            key("echoed", "-", "Own frames received again by loopback."),
+            key("foreign", "-", "Frames of these messages from another sender."),
+        ],
+    }
+}
