@@ -44,7 +44,7 @@ The exit code is 5 when an expectation failed.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {
-    /// Drive scenario (.toml, .yaml)
+    /// Drive scenario (.toml)
     scenario: PathBuf,
     /// Behaviour of the decider; default: those that the scenario is for
     #[arg(long, value_name = "COMPAT", value_enum)]
