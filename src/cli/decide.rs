@@ -24,7 +24,7 @@ Examples:
   signal-gateway decide crossing.toml --compat upstream --json
   signal-gateway decide crossing.toml --picture crossing.svg
 
-For each change of the decision a line of text is  seconds  metres  m/s  command  ground, with every
+For each change of the decision a line of text is  seconds  metres  m/s  command  basis, with every
 reason below it: what became of each candidate, with its four distances in metres (ds, de: front to
 the desired start, rear axle to the desired end; rs, re: the same for the required section; negative
 is behind), then what each manoeuvre came to and what is wrong with the inputs.
@@ -35,8 +35,9 @@ With --json each line is one object:
    \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
    \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
    \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
-From \"turn\" on it is the form that a replay has; what there is none of is null. With path_generator the
-basis is \"path_generator\", without candidates. The last line of each behaviour is
+From \"turn\" on it is the form that a replay has; what there is none of is null. With --compat
+path_generator the basis is \"path_generator\", without candidates, and a key more, \"lanelet\": TEXT,
+names the tagged lanelet that decided. The last line of each behaviour is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 The exit code is 5 when an expectation failed.";

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use super::files::Files;
 use crate::core::map::lane_network::LaneNetwork;
-use crate::core::map::light_map::LightMap;
-use crate::core::map::light_roads::{LampSource, LightRoads};
+use crate::core::map::light_map::{LampSource, LightMap};
 use crate::core::map::osm;
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
@@ -18,8 +17,7 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
     let osm = osm::read(&read(files, path)?).map_err(|error| error.to_string())?;
     // Points are for viewers only: a map without them has its lights all the same.
     let points = Points::new(&osm, &projector(files, path)?).ok();
-    let roads = LightRoads::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
-    Ok(roads.lights().clone())
+    LightMap::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())
 }
 
 /// The lanelets of a map in a file.

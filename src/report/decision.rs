@@ -1,18 +1,16 @@
 //! A decision of the turn signal decider: fields for programs, reasons for people.
 
 use std::fmt::Display;
-use std::mem::{Discriminant, discriminant};
 
 use serde_json::{Value, json};
 
+use super::joined;
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::intersection::TurnAhead;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
-use crate::core::turn_signal::min_duration::Held;
 use crate::core::turn_signal::resolve::{CandidateOutcome, Case, EvaluatedCandidate, Resolution, Source};
 use crate::core::turn_signal::section::Distances;
-use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// The commands, the candidate that won by which rule, and why each other one lost, as an object that
 /// `decide --help` describes. Distances are metres to the micrometre, negative behind the vehicle.
@@ -30,7 +28,7 @@ pub fn fields(decision: &Decision) -> Value {
         })
     });
     let manoeuvre = |outcome: &ManoeuvreOutcome| json!({ "kind": outcome.kind.to_string(), "why": outcome.why.to_string() });
-    json!({
+    let mut fields = json!({
         "turn": decision.turn.to_string(),
         "hazard": decision.hazard.to_string(),
         "basis": basis,
@@ -41,7 +39,11 @@ pub fn fields(decision: &Decision) -> Value {
         "candidates": evaluated(decision).iter().map(candidate).collect::<Vec<_>>(),
         "manoeuvres": decision.remarks.iter().map(manoeuvre).collect::<Vec<_>>(),
         "findings": decision.findings.iter().map(Finding::to_string).collect::<Vec<_>>(),
-    })
+    });
+    if let Basis::PathGenerator(tagged) = decision.basis {
+        fields = joined(fields, json!({ "lanelet": tagged.to_string() }));
+    }
+    fields
 }
 
 fn candidate(evaluated: &EvaluatedCandidate) -> Value {
@@ -132,31 +134,6 @@ pub(super) fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
     candidates.chain(held).chain(manoeuvres).chain(findings)
 }
 
-/// A decision without distances and ages, which change all the time.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Essence {
-    commands: (Signal, Hazard),
-    basis: String,
-    candidates: Vec<(Signal, CandidateOutcome)>,
-    held: Option<Held>,
-    manoeuvres: Vec<ManoeuvreOutcome>,
-    findings: Vec<Discriminant<Finding>>,
-}
-
-impl Essence {
-    pub(super) fn of(decision: &Decision) -> Self {
-        let candidates = evaluated(decision).iter().map(|evaluated| (evaluated.turn, evaluated.outcome));
-        Self {
-            commands: (decision.turn, decision.hazard),
-            basis: basis(decision),
-            candidates: candidates.collect(),
-            held: decision.held,
-            manoeuvres: decision.remarks.clone(),
-            findings: decision.findings.iter().map(discriminant).collect(),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,11 +141,12 @@ mod tests {
     use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::intersection::IntersectionInfo;
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
+    use crate::core::turn_signal::min_duration::Held;
     use crate::core::turn_signal::path_generator::TaggedLanelet;
     use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
-    use crate::core::turn_signal::signal::Side;
+    use crate::core::turn_signal::signal::{Hazard, Side, Signal};
 
     fn decision(basis: Basis) -> Decision {
         Decision {

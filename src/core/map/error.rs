@@ -1,13 +1,13 @@
-//! Why a map is not used.
+//! Errors of maps.
 
 use super::osm::{Element, OsmError, Tags};
 
 /// Beyond this, coordinates are nonsense and sums of them lose millimetres, metres.
 pub(super) const MAX_DISTANCE_M: f64 = 1e8;
-/// Points of all lanelets together: a few GB.
+/// Most points of all lanelets together: a few GB.
 pub(super) const MAX_POINTS: usize = 50_000_000;
 
-/// What is wrong with a map.
+/// An error of a map, with the element that has it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MapError {
     /// The file is not read.
@@ -20,9 +20,9 @@ pub enum MapError {
         element: Element,
         /// The tag.
         key: &'static str,
-        /// As written.
+        /// Value as written.
         value: String,
-        /// What would do.
+        /// Values that would fit.
         expected: &'static str,
     },
     /// A lanelet has not exactly one way on one of its sides.
@@ -32,7 +32,7 @@ pub enum MapError {
         lanelet: i64,
         /// `left` or `right`.
         role: &'static str,
-        /// How many ways it has there.
+        /// Number of ways it has there.
         count: usize,
     },
     /// A bound is not a line.

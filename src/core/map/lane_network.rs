@@ -15,7 +15,7 @@ mod topology;
 /// Id of a lanelet.
 pub type LaneId = i64;
 
-/// What lies along one side of a lanelet.
+/// One side of a lanelet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Roadside {
     /// A polygon of type `hatched_road_markings` shares a point with the bound.
@@ -41,13 +41,13 @@ pub enum TurnDirection {
 /// A lanelet.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lane {
-    /// Its id.
+    /// Id of its relation.
     pub id: LaneId,
-    /// Its middle, in driving direction.
+    /// Centreline in driving direction, made of the bounds.
     pub centerline: Vec<Point>,
-    /// Its left bound, in driving direction.
+    /// Left bound in driving direction.
     pub left_bound: Vec<Point>,
-    /// Its right bound, in driving direction.
+    /// Right bound in driving direction.
     pub right_bound: Vec<Point>,
     /// The tag `turn_direction`.
     pub turn_direction: TurnDirection,
@@ -55,9 +55,9 @@ pub struct Lane {
     pub turn_signal_distance_m: Option<f64>,
     /// Lanelets that go on from it, in the order of the routing graph.
     pub followers: Vec<LaneId>,
-    /// What lies to the left.
+    /// The left side.
     pub left: Roadside,
-    /// What lies to the right.
+    /// The right side.
     pub right: Roadside,
     /// The roundabouts it refers to, by position in [`LaneNetwork::roundabouts`], in the order of the map.
     pub roundabouts: Vec<usize>,
@@ -96,7 +96,7 @@ impl Roadside {
 }
 
 impl Roundabout {
-    /// In any role.
+    /// Returns whether a lanelet has any role in it.
     pub fn contains(&self, lane: LaneId) -> bool {
         self.entries.contains(&lane) || self.exits.contains(&lane) || self.internals.contains(&lane)
     }
@@ -186,12 +186,12 @@ impl Lane {
         if self.contains(point) {
             return 0.0;
         }
-        nearest(&self.border(), point).map_or(f64::INFINITY, |foot| foot.distance_m)
+        nearest(&self.border(), point).map_or(f64::INFINITY, |nearest| nearest.distance_m)
     }
 
-    /// How far a pose faces away from the centerline next to it, radians, 0 to π.
+    /// Angle between a pose and the centreline next to it, radians, 0 to π.
     pub fn misalignment_rad(&self, pose: Pose) -> f64 {
-        let facing = nearest(&self.centerline, pose.position).map_or(0.0, |foot| foot.yaw_rad);
+        let facing = nearest(&self.centerline, pose.position).map_or(0.0, |nearest| nearest.yaw_rad);
         wrapped(facing - pose.yaw_rad).abs()
     }
 

@@ -4,6 +4,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+mod reader;
+
 /// A signal head, by position in [`LightMap::heads`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct HeadIndex(pub u32);
@@ -22,7 +24,7 @@ pub struct Head {
 /// A lamp of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lamp {
-    /// Its colour.
+    /// Colour of the lamp.
     pub color: LampColor,
     /// x, y, z in the map frame, metres.
     pub position_m: [f64; 3],
@@ -54,6 +56,17 @@ impl LampColor {
     }
 }
 
+/// The sources of the places of lamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LampSource {
+    /// Only the `light_bulbs` ways of the map.
+    #[default]
+    Drawn,
+    /// Those, and for colours without one a place on the head: its lower edge divided by four, red at
+    /// the far end, half of the height up.
+    DrawnOrInferred,
+}
+
 /// The traffic lights of a map. Heads are sorted by way id.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LightMap {
@@ -70,7 +83,7 @@ pub struct Group {
     pub is_pedestrian: bool,
 }
 
-/// What a map says of one group.
+/// One group of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GroupEntry {
     /// Id of the regulatory element.

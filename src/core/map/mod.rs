@@ -1,13 +1,12 @@
 //! The road as a lanelet2 map describes it, and the geometry of the whole project; shared by the flows.
 //!
-//! [`osm`] reads primitives, [`points`] places them, [`lane_network`] and [`light_roads`] make lanelets and traffic
+//! [`osm`] reads primitives, [`points`] places them, [`lane_network`] and [`light_map`] make lanelets and traffic
 //! lights of them.
 
 pub mod error;
 pub mod geometry;
 pub mod lane_network;
 pub mod light_map;
-pub mod light_roads;
 pub mod osm;
 pub mod points;
 mod projection;

@@ -9,7 +9,7 @@ use super::projector::{Geo, Projector};
 pub struct Points(Vec<[f64; 3]>);
 
 impl Points {
-    /// Takes local coordinates or projects, as the projector says. Never some of each: they need not
+    /// Takes local coordinates or projects, as the projector demands. Never some of each: they need not
     /// agree.
     ///
     /// # Errors

@@ -26,7 +26,7 @@ pub struct Geo {
 }
 
 impl Geo {
-    /// Whether there is such a place.
+    /// Returns whether latitude, longitude and altitude are those of a place.
     pub fn is_on_earth(&self) -> bool {
         self.latitude_deg.abs() <= 90.0 && self.longitude_deg.abs() <= 360.0 && self.altitude_m.is_finite()
     }
@@ -112,8 +112,8 @@ pub struct MgrsSquare {
 }
 
 impl MgrsSquare {
-    /// Reads a name such as `54SUE`: zone, band, column and row. None if it is no such square; the
-    /// polar ones are none.
+    /// Reads a name such as `54SUE`: zone, band, column and row. `None` if it is not such a square; polar
+    /// ones are not.
     pub fn parse(name: &str) -> Option<Self> {
         let digits = name.find(|letter: char| !letter.is_ascii_digit())?;
         let (zone, letters) = name.split_at(digits);

@@ -1,4 +1,4 @@
-//! How a map's coordinates come about: Autoware's `map_projector_info.yaml`
+//! The projection of a map's coordinates: Autoware's `map_projector_info.yaml`
 //! (docs/spec/turn-signal-decider.md, "Map facts").
 
 use super::projection::{UTM_SCALE, east_north_up, transverse_mercator, utm_meridian_deg};
@@ -8,7 +8,7 @@ mod info;
 pub use super::projection::{Geo, MgrsSquare};
 pub use info::ProjectorError;
 
-/// What makes metres of latitudes and longitudes.
+/// A projection from latitude and longitude to metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projector {
     /// Nothing: the tags `local_x` and `local_y` are the coordinates.
@@ -22,9 +22,9 @@ pub enum Projector {
     /// Transverse Mercator around the meridian of an origin, from that origin. Heights are those of the
     /// map.
     TransverseMercator {
-        /// Where x and y are 0.
+        /// Place at which x and y are 0.
         origin: Geo,
-        /// On the meridian of the origin.
+        /// Scale on the meridian of the origin.
         scale: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! How the record of one manoeuvre joins that of the one before it
+//! Joins the record of one manoeuvre with that of the one before it
 //! (docs/spec/turn-signal-decider.md, "Joining records").
 
 use super::resolve::{Rules, Winner, prior};
@@ -37,7 +37,7 @@ pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Sectio
     Some(if (winner == Winner::P) == previous_first { previous } else { new })
 }
 
-/// The default behaviour: a record that asks for nothing replaces none (W5, W6), and a wish for the
+/// Improved mode: a record that asks for nothing replaces none (W5, W6), and a request for the
 /// hazard lights stays with whatever is signalled. `join` decides between two that ask for a side.
 pub fn join_present(
     previous: Option<Section>,

@@ -1,4 +1,4 @@
-//! What traffic law of a country says of turn signals, as parameters (weakness W14). Where the law
+//! The traffic law of a country about turn signals, as parameters (weakness W14). Where the law
 //! gives no number, the deployed one stays.
 
 use super::parameters::Parameters;
@@ -7,19 +7,19 @@ use super::signal::Side;
 /// The rules of one country.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Country {
-    /// What it is called, its ISO 3166 code.
+    /// Its ISO 3166 code.
     pub code: String,
-    /// Where the rules come from, for people.
+    /// The law the rules are taken from, for people.
     pub source: String,
-    /// On which side the traffic drives, and so parks.
+    /// The side on which traffic drives and parks.
     pub traffic: Side,
     /// Distance at which a turn is announced at the latest, metres; `None` = "in good time".
     pub turn_distance_m: Option<f64>,
     /// Time before a change of lane, seconds; `None` = "in good time".
     pub lane_change_time_s: Option<f64>,
-    /// What is signalled on entering a roundabout.
+    /// The side signalled on entering a roundabout.
     pub roundabout_on_entry: Option<Side>,
-    /// What is signalled on leaving it.
+    /// The side signalled on leaving it.
     pub roundabout_on_exit: Option<Side>,
     /// The signal of the entry is kept up to the exit.
     pub roundabout_entry_persists: bool,

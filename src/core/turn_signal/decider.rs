@@ -25,7 +25,7 @@ use crate::core::map::geometry::path::{Path, PathFrame};
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::time::{MonoTime, deadline_after};
 
-/// What does not change from cycle to cycle.
+/// Settings of the decider.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// The behaviour.
@@ -34,9 +34,9 @@ pub struct Settings {
     pub parameters: Parameters,
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// How old inputs may be.
+    /// Age limits of the inputs.
     pub age_limits: AgeLimits,
-    /// How long signals last at least; in improved mode only.
+    /// Minimum durations of signals; in improved mode only.
     pub min_durations: MinDurations,
 }
 
@@ -77,7 +77,7 @@ impl Settings {
 }
 
 impl Decider {
-    /// A decider that has seen nothing.
+    /// A decider before its first cycle.
     pub fn new(settings: Settings) -> Self {
         let quirks = UpstreamQuirks::of(settings.compat);
         let min_durations =
@@ -187,8 +187,8 @@ impl Decider {
         decision
     }
 
-    /// One cycle in a context that is already measured. `observed` tells what is on the distance path, given
-    /// what the manoeuvres want.
+    /// One cycle in a context that is already measured. `observed` finds the turns and
+    /// roundabouts on the distance path, given the command of the manoeuvres.
     pub fn decide_on<'a>(
         &mut self,
         context: &DecisionContext<'_>,
@@ -219,7 +219,7 @@ impl Decider {
         }
     }
 
-    /// There is no path to measure on: what the manoeuvres want, as it is.
+    /// Without a path to measure on: the command of the manoeuvres as it is.
     fn decide_by_manoeuvre(
         &mut self,
         context: &DecisionContext<'_>,

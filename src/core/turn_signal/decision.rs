@@ -11,35 +11,35 @@ use super::resolve::Resolution;
 use super::signal::{Hazard, Signal};
 use crate::core::time::MonoTime;
 
-/// What is commanded, and why.
+/// The commands of one cycle with their reasons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     /// Turn command.
     pub turn: Signal,
     /// Hazard command.
     pub hazard: Hazard,
-    /// What it rests on.
+    /// The ground on which it was decided.
     pub basis: Basis,
-    /// Why the turn command is not what the ground asks for.
+    /// The minimum duration that keeps the turn command from what the basis asks for.
     pub held: Option<Held>,
     /// The next turn, when that is what is signalled.
     pub intersection: IntersectionInfo,
-    /// What each manoeuvre of the planner came to.
+    /// The outcome of each manoeuvre of the planner, in the order of the chain.
     pub remarks: Vec<ManoeuvreOutcome>,
-    /// What is wrong with the inputs.
+    /// Everything wrong with the inputs.
     pub findings: Vec<Finding>,
-    /// When it may change though no input does.
+    /// The next instant at which it may change without a new input.
     pub next_deadline: Option<MonoTime>,
 }
 
-/// What a decision rests on.
+/// The ground on which a decision was made.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Basis {
     /// Something indispensable is missing: no command. Upstream publishes nothing at all.
     NoInputs,
     /// A manoeuvre asks for the hazard lights.
     Hazard,
-    /// There is no path to measure on: what the manoeuvres ask for.
+    /// Without a path to measure on, the manoeuvres' own command.
     ManoeuvreAlone(Signal),
     /// The rule of the path generator, by this lanelet.
     PathGenerator(TaggedLanelet),

@@ -1,4 +1,4 @@
-//! The moment a decision is made in: road, route, vehicle, parameters.
+//! The circumstances of a decision: road, route, vehicle, parameters.
 
 use super::compat::UpstreamQuirks;
 use super::parameters::{Parameters, Vehicle};
@@ -11,7 +11,7 @@ use crate::core::time::MonoTime;
 /// Below this the vehicle stands, m/s.
 pub const STOP_SPEED_MPS: f64 = 0.1;
 
-/// Everything a manoeuvre is looked at with.
+/// Everything by which a manoeuvre is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionContext<'a> {
     /// The lanelets.
@@ -26,14 +26,14 @@ pub struct DecisionContext<'a> {
     pub parameters: &'a Parameters,
     /// The vehicle.
     pub vehicle: &'a Vehicle,
-    /// What is done as upstream does it.
+    /// The quirks of upstream that are kept.
     pub quirks: UpstreamQuirks,
     /// The time of the decision.
     pub now: MonoTime,
 }
 
 impl DecisionContext<'_> {
-    /// The rear axle.
+    /// Pose of the rear axle.
     pub fn ego(&self) -> Pose {
         self.path_frame.ego()
     }

@@ -7,7 +7,7 @@ use super::parameters::Parameters;
 use super::route::Route;
 use crate::core::map::geometry::path::{Path, PathError};
 use crate::core::map::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
-use crate::core::map::geometry::spline::akima;
+use crate::core::map::geometry::spline::akima_points;
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 
@@ -17,7 +17,7 @@ const MAX_LANES: usize = 10_000;
 /// The path and the lanelets it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistancePath {
-    /// To measure on.
+    /// The path on which distances are measured.
     pub path: Path,
     /// Lanelets it runs through, in order.
     pub lanes: Vec<LaneId>,
@@ -34,7 +34,7 @@ impl DistancePath {
     ) -> Result<Self, PathError> {
         let forward_m = parameters.path_forward_length_m;
         let lane = road.lane(current).ok_or(PathError::TooShort)?;
-        let along_m = nearest(&lane.centerline, ego.position).map_or(0.0, |foot| foot.arc_m);
+        let along_m = nearest(&lane.centerline, ego.position).map_or(0.0, |nearest| nearest.arc_m);
         let rest_m = lane.length_m() - along_m;
         let previous = |id: LaneId| route.previous(road, id).next();
         let mut sequence = walk(road, current, backward_m - along_m, previous);
@@ -63,11 +63,11 @@ fn walk(
     wanted_m: f64,
     step: impl Fn(LaneId) -> Option<LaneId>,
 ) -> Vec<LaneId> {
-    let mut seen = BTreeSet::from([from]);
+    let mut visited = BTreeSet::from([from]);
     let mut walked = Vec::new();
     let (mut here, mut covered_m) = (from, 0.0);
     while covered_m < wanted_m && walked.len() < MAX_LANES {
-        let Some(next) = step(here).filter(|next| seen.insert(*next)) else { break };
+        let Some(next) = step(here).filter(|next| visited.insert(*next)) else { break };
         covered_m += road.lane(next).map_or(0.0, Lane::length_m);
         walked.push(next);
         here = next;
@@ -100,11 +100,5 @@ fn resampled(line: &[Point], from_m: f64, to_m: f64, step_m: f64) -> Vec<Point> 
         at_m += step_m;
     }
     queries.push(to_m);
-    let along = |coordinate: fn(&Point) -> f64| {
-        akima(&arcs, &knots.iter().map(coordinate).collect::<Vec<_>>(), &queries)
-    };
-    match (along(|point| point.x_m), along(|point| point.y_m)) {
-        (Some(xs), Some(ys)) => xs.into_iter().zip(ys).map(|(x_m, y_m)| Point::new(x_m, y_m)).collect(),
-        _ => knots,
-    }
+    akima_points(&arcs, &knots, &queries).unwrap_or(knots)
 }

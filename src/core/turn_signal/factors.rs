@@ -1,8 +1,8 @@
 //! Planning factors and the planned path as manoeuvres
 //! (docs/spec/turn-signal-decider.md, "Manoeuvres from planning factors").
 //!
-//! Upstream's modules know more than they publish. What is not told is taken from the planned path and
-//! the road, and each builder says what of it is approximate.
+//! Upstream's modules know more than they publish. The rest is taken from the planned path and the road, and the
+//! documentation of each builder names what of it is approximate.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,12 +10,11 @@ use std::sync::Arc;
 use super::inputs::{FactorFlaw, Finding, Timed};
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::parameters::Parameters;
-use super::planner_input::Odometry;
-use super::planner_input::{ControlPoint, FactorTopic, OperationMode, PathPoint, PlanningFactor};
+use super::planner_input::{ControlPoint, FactorTopic, Odometry, OperationMode, PathPoint, PlanningFactor};
 use super::route::Route;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneNetwork;
-use path_offsets::PathOffsets;
+use path_offsets::{PathOffsets, Ramp};
 
 mod avoidance;
 mod lane_change;
@@ -28,10 +27,10 @@ mod tests;
 /// `STOP` of the operation mode.
 const MODE_STOP: u8 = 1;
 
-/// The factors of each module, as told last.
+/// The latest factors of each module.
 pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
 
-/// What factors are looked at with.
+/// Everything by which factors are judged.
 #[derive(Debug, Clone, Copy)]
 pub struct FactorContext<'a> {
     /// The lanelets.
@@ -44,7 +43,7 @@ pub struct FactorContext<'a> {
     pub odometry: Odometry,
     /// The planned path, if there is one to use.
     pub path: Option<&'a [PathPoint]>,
-    /// Who drives, if known.
+    /// The operation mode, if known.
     pub operation_mode: Option<OperationMode>,
 }
 
@@ -70,7 +69,7 @@ enum Behaviour {
     Other,
 }
 
-/// Where a factor begins and ends.
+/// The stretch of a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Interval {
     start: ControlPoint,
@@ -82,12 +81,12 @@ struct Interval {
 pub fn manoeuvres(context: &FactorContext<'_>, factors: &Factors) -> (Vec<Timed<Manoeuvre>>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut manoeuvres = Vec::new();
-    let anything = factors.values().any(|told| !told.value.is_empty());
+    let anything = factors.values().any(|latest| !latest.value.is_empty());
     let path_offsets = if anything { PathOffsets::new(context) } else { None };
     for topic in SLOTS {
-        let Some(told) = factors.get(&topic) else { continue };
-        let made = made(context, path_offsets.as_ref(), topic, &told.value, &mut findings);
-        manoeuvres.extend(made.into_iter().map(|value| Timed { at: told.at, value }));
+        let Some(latest) = factors.get(&topic) else { continue };
+        let made = made(context, path_offsets.as_ref(), topic, &latest.value, &mut findings);
+        manoeuvres.extend(made.into_iter().map(|value| Timed { at: latest.at, value }));
     }
     (manoeuvres, findings)
 }
@@ -138,7 +137,7 @@ fn made(
     }
 }
 
-/// What became of the factors of a module.
+/// The manoeuvres made of the factors of a module.
 enum Made {
     All(Vec<Manoeuvre>),
     NeedsPath(ManoeuvreKind),
@@ -178,7 +177,7 @@ impl PlanningFactor {
         matches!(self.behaviour(), Behaviour::SlowDown | Behaviour::Stop)
     }
 
-    /// From its first control point to its last.
+    /// The stretch from its first control point to its last.
     fn interval(&self) -> Option<Interval> {
         match self.control_points.as_slice() {
             [start, .., end] => Some(Interval { start: *start, end: *end }),
@@ -196,7 +195,17 @@ impl Interval {
         self.end.pose
     }
 
-    /// To the left, metres.
+    /// The change of offset over the stretch.
+    fn ramp(&self) -> Ramp {
+        Ramp {
+            start: self.start(),
+            end: self.end(),
+            before_m: self.start.shift_length_m,
+            after_m: self.end.shift_length_m,
+        }
+    }
+
+    /// Change of the offset to the left, metres.
     fn shift_m(&self) -> f64 {
         self.end.shift_length_m - self.start.shift_length_m
     }

@@ -9,10 +9,10 @@ use crate::core::map::geometry::Pose;
 /// The end of a record that moves farther than this belongs to another manoeuvre, metres.
 const SAME_END_M: f64 = 1.0;
 
-/// What each source has come to.
+/// The last record of each source, and whether it has finished.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FinishedMemory {
-    seen: [Option<SignalledSection>; 3],
+    sections: [Option<SignalledSection>; 3],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,28 +24,28 @@ struct SignalledSection {
 }
 
 impl FinishedMemory {
-    /// Takes the records of this cycle; the sources whose manoeuvre may not come back.
+    /// Takes the records of this cycle and returns the sources whose manoeuvre may not come back.
     pub fn finished(&mut self, candidates: &Candidates) -> FinishedSources {
-        for (source, seen) in Source::ALL.into_iter().zip(&mut self.seen) {
+        for (source, section) in Source::ALL.into_iter().zip(&mut self.sections) {
             let record = candidates.of(source);
-            *seen = record.map(|record| {
-                seen.filter(|seen| seen.is_same(&record)).unwrap_or(SignalledSection::new(&record))
+            *section = record.map(|record| {
+                section.filter(|known| known.is_same(&record)).unwrap_or(SignalledSection::new(&record))
             });
         }
-        let finished = |(source, seen): (Source, &Option<SignalledSection>)| {
-            seen.filter(|seen| seen.is_finished).map(|_| source)
+        let finished = |(source, section): (Source, &Option<SignalledSection>)| {
+            section.filter(|section| section.is_finished).map(|_| source)
         };
-        Source::ALL.into_iter().zip(&self.seen).filter_map(finished).collect()
+        Source::ALL.into_iter().zip(&self.sections).filter_map(finished).collect()
     }
 
-    /// Takes what came of them.
+    /// Takes the outcomes of this cycle.
     pub fn note(&mut self, resolution: &Resolution) {
-        for (evaluated, seen) in resolution.evaluated.iter().zip(&mut self.seen) {
-            let Some(seen) = seen else { continue };
+        for (evaluated, section) in resolution.evaluated.iter().zip(&mut self.sections) {
+            let Some(section) = section else { continue };
             let is_over = evaluated.distances.is_some_and(|distances| distances.required_end_m < 0.0);
             match evaluated.outcome {
-                CandidateOutcome::Won => seen.was_signalled = true,
-                CandidateOutcome::LostTo { .. } => seen.is_finished = seen.was_signalled && is_over,
+                CandidateOutcome::Won => section.was_signalled = true,
+                CandidateOutcome::LostTo { .. } => section.is_finished = section.was_signalled && is_over,
                 CandidateOutcome::Absent
                 | CandidateOutcome::NoSide
                 | CandidateOutcome::NotFinite
@@ -58,7 +58,7 @@ impl FinishedMemory {
 
     /// Forgets all: the route is another one.
     pub fn clear(&mut self) {
-        self.seen = Default::default();
+        self.sections = Default::default();
     }
 }
 

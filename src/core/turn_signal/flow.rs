@@ -1,5 +1,5 @@
-//! The decider as a flow of the gateway: what Autoware told last goes in, a decision comes out every
-//! cycle, as commands or as a comparison with Autoware's own.
+//! The decider as a flow of the gateway: the latest messages of Autoware go in, a decision comes out every cycle, as
+//! commands or as a comparison with Autoware's own.
 //!
 //! Whatever is missing or too old, no decision is invented: the command is `NO_COMMAND` then, and a
 //! finding says why.
@@ -12,6 +12,7 @@ use super::compat::DeciderCompat;
 use super::decider::{Decider, Settings};
 use super::decision::{Basis, Decision};
 use super::factors::{FactorContext, manoeuvres};
+use super::headline::Headline;
 use super::inputs::{Finding, Inputs, Timed};
 use super::output::TurnSignalOutput;
 use super::planner_input::{PlannerInput, PlannerRoute};
@@ -20,31 +21,29 @@ use super::signal::{Hazard, joined_hazard};
 use crate::core::diagnostics::{Level, Status};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
-use headline::Headline;
 use latest_inputs::LatestInputs;
 use shadow_comparison::ShadowComparison;
 
-mod headline;
 mod latest_inputs;
 mod shadow_comparison;
 mod status;
 
-/// What the flow runs on.
+/// Settings of the flow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlowSettings {
     /// The decider.
     pub decider: Settings,
     /// The lanelets; those of a city are many, so they are shared.
     pub road: Arc<LaneNetwork>,
-    /// What its decisions are for.
+    /// The use of its decisions.
     pub role: Role,
     /// Time from cycle to cycle, above zero.
     pub period: Duration,
-    /// How old may be what the decider itself does not look at.
+    /// Age limits of inputs that the decider itself does not look at.
     pub limits: Limits,
 }
 
-/// What decisions are for.
+/// The use of decisions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// They are commanded.
@@ -56,15 +55,15 @@ pub enum Role {
     },
 }
 
-/// How old may be what is told beside odometry, path and manoeuvres. As old as the limit is not too
-/// old. Route and operation mode are told once and hold until they are told anew.
+/// Age limits of inputs other than odometry, path and manoeuvres. As old as the limit is not too old. Route and
+/// operation mode hold until the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Whether lanes are driven.
+    /// Age of the scenario.
     pub scenario: Duration,
-    /// The system's request for hazard lights.
+    /// Age of the system's request for hazard lights.
     pub hazard_request: Duration,
-    /// Autoware's own commands.
+    /// Age of Autoware's own commands.
     pub own_command: Duration,
 }
 
@@ -83,12 +82,12 @@ pub struct TurnSignalFlow {
     headline: Option<Headline>,
     turn_comparison: ShadowComparison,
     hazard_comparison: ShadowComparison,
-    said: Option<(Level, String)>,
+    last_summary: Option<(Level, String)>,
     ready: VecDeque<TurnSignalOutput>,
 }
 
 impl Limits {
-    /// Several cycles of sources that tell ten times a second.
+    /// Several cycles of sources that send ten times a second.
     pub const DEFAULT: Self = Self {
         scenario: Duration::from_secs(1),
         hazard_request: Duration::from_secs(1),
@@ -111,7 +110,7 @@ impl TurnSignalFlow {
             headline: None,
             turn_comparison: ShadowComparison::default(),
             hazard_comparison: ShadowComparison::default(),
-            said: None,
+            last_summary: None,
             ready: VecDeque::new(),
         }
     }
@@ -124,7 +123,7 @@ impl TurnSignalFlow {
         self.latest.update(input, now.mono);
     }
 
-    /// Decides, if a cycle is due. True when the diagnostics have something new to say.
+    /// Decides, if a cycle is due. Returns whether level or message of the diagnostics changed.
     pub fn settle(&mut self, now: Now) -> bool {
         if now.mono < self.due {
             return false;
@@ -150,8 +149,8 @@ impl TurnSignalFlow {
             self.ready.push_back(TurnSignalOutput::Decision(Arc::clone(&decision)));
         }
         self.decision = Some(decision);
-        let said = Some(self.summary());
-        std::mem::replace(&mut self.said, said.clone()) != said
+        let summary = Some(self.summary());
+        std::mem::replace(&mut self.last_summary, summary.clone()) != summary
     }
 
     /// The next thing to send, oldest first.
@@ -164,12 +163,12 @@ impl TurnSignalFlow {
         self.due
     }
 
-    /// What was decided last, and why.
+    /// The last decision.
     pub fn decision(&self) -> Option<&Decision> {
         self.decision.as_deref()
     }
 
-    /// How the decider is.
+    /// Diagnostics of the decider.
     pub fn status(&self, node: &str, now: MonoTime) -> Status {
         let (level, message) = self.summary();
         let values = self.values(now);
@@ -209,8 +208,7 @@ impl TurnSignalFlow {
         decision
     }
 
-    /// What the planner is doing, as far as it can be told of a vehicle whose place is known. The path generator does
-    /// not look at it.
+    /// The manoeuvres of the planner, none without the pose of the vehicle or for the path generator.
     fn manoeuvres(
         &self,
         route: &Route,
@@ -237,8 +235,8 @@ impl TurnSignalFlow {
     }
 
     /// On when the planner or the system wants them on
-    /// (docs/spec/turn-signal-decider.md, "Hazard lights"). Neither is taken for off while who would
-    /// say so is silent.
+    /// (docs/spec/turn-signal-decider.md, "Hazard lights"). A request that is too old
+    /// does not count as off.
     fn joined_hazard(&self, planner: Hazard, now: MonoTime, findings: &mut Vec<Finding>) -> Hazard {
         let Some(request) = self.latest.hazard_request else { return planner };
         let age = now.since(request.at);
@@ -255,7 +253,7 @@ impl TurnSignalFlow {
     fn compare(&mut self, decision: &Decision, tolerance: Duration, now: MonoTime) {
         let limit = self.settings.limits.own_command;
         let fresh =
-            |told: Option<Timed<u8>>| told.filter(|told| now.since(told.at) <= limit).map(|told| told.value);
+            |own: Option<Timed<u8>>| own.filter(|own| now.since(own.at) <= limit).map(|own| own.value);
         // Upstream publishes nothing when it knows nothing; NO_COMMAND of the path generator is a decision.
         let decides = decision.turn as u8 != 0
             || decision.hazard as u8 != 0

@@ -1,4 +1,4 @@
-//! What a decision is made of, and what is wrong with it
+//! The inputs of a decision, and findings about them
 //! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 
 use std::fmt;
@@ -11,16 +11,16 @@ use crate::core::map::geometry::path::PathError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::MonoTime;
 
-/// A value and when it came.
+/// A value with its time of reception.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timed<T> {
-    /// When it came.
+    /// The time of reception.
     pub at: MonoTime,
-    /// What came.
+    /// The value.
     pub value: T,
 }
 
-/// All that one decision sees.
+/// All inputs of one decision.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
     /// The last odometry.
@@ -29,45 +29,45 @@ pub struct Inputs<'a> {
     pub road: Option<&'a LaneNetwork>,
     /// The route.
     pub route: Option<&'a Route>,
-    /// How many points the planned path has; `None` = it is not watched.
+    /// The number of points of the planned path; `None` = it is not watched.
     pub planned_path: Option<Timed<usize>>,
-    /// What the planner is doing, in the order of the chain.
+    /// The manoeuvres of the planner, in the order of the chain.
     pub manoeuvres: &'a [Timed<Manoeuvre>],
     /// The scenario is lane driving, or not known.
     pub lane_driving: bool,
 }
 
-/// How old inputs may be. As old as the limit is not too old.
+/// Age limits of inputs. As old as the limit is not too old.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AgeLimits {
-    /// The odometry.
+    /// Age of the odometry.
     pub odometry: Duration,
-    /// The planned path.
+    /// Age of the planned path.
     pub planned_path: Duration,
-    /// A manoeuvre.
+    /// Age of a manoeuvre.
     pub manoeuvre: Duration,
 }
 
 /// Something wrong with the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
-    /// Nothing is known of the vehicle: no command.
+    /// Without odometry: no command.
     NoOdometry,
-    /// It is too old: no command.
+    /// The odometry is too old: no command.
     OldOdometry {
-        /// How old.
+        /// Age of the odometry.
         age: Duration,
     },
-    /// It comes from the future: no command.
+    /// The odometry comes from the future: no command.
     FutureOdometry {
-        /// How far.
+        /// Time by which it lies ahead.
         ahead: Duration,
     },
-    /// It is not a number: no command.
+    /// The odometry is not a number: no command.
     OdometryNotFinite,
-    /// There is no map: no command.
+    /// Without a map: no command.
     NoRoad,
-    /// There is no route: no command.
+    /// Without a route: no command.
     NoRoute,
     /// The planner is not driving lanes: no command.
     NotLaneDriving,
@@ -75,7 +75,7 @@ pub enum Finding {
     EmptyPlannedPath,
     /// The planned path is old; the signal does not depend on it.
     OldPlannedPath {
-        /// How old.
+        /// Age of the path.
         age: Duration,
     },
     /// No lanelet of the route is on the map: only what the manoeuvres want.
@@ -84,14 +84,14 @@ pub enum Finding {
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
     OldManoeuvre {
-        /// Which.
+        /// Kind of the manoeuvre.
         kind: ManoeuvreKind,
-        /// How old.
+        /// Age of the manoeuvre.
         age: Duration,
     },
     /// The clock went backwards; times begin anew.
     TimeWentBack {
-        /// How far.
+        /// Time by which it went back.
         by: Duration,
     },
     /// The route is another one; what was remembered of the old one is forgotten.
@@ -102,47 +102,47 @@ pub enum Finding {
     PlannedPathNotFinite,
     /// A planning factor cannot be used and is left out.
     BadFactor {
-        /// Whose.
+        /// Topic of the factor.
         topic: FactorTopic,
-        /// Why.
+        /// Reason for which it is left out.
         flaw: FactorFlaw,
     },
     /// A manoeuvre is left out: it needs a planned path, and there is none to use.
     NoPathFor {
-        /// Which.
+        /// Kind of the manoeuvre.
         kind: ManoeuvreKind,
     },
-    /// Nobody says any more whether lanes are driven: no command.
+    /// The scenario, which says whether lanes are driven, is too old: no command.
     OldScenario {
-        /// How old.
+        /// Age of the scenario.
         age: Duration,
     },
-    /// Who asked for hazard lights, or for none, is silent: neither is commanded for him.
+    /// The system's request for hazard lights, or for none, is too old: neither is commanded for it.
     OldHazardRequest {
-        /// How old.
+        /// Age of the request.
         age: Duration,
     },
 }
 
-/// Why a planning factor cannot be used.
+/// A reason for which a planning factor cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FactorFlaw {
     /// A place or an offset is not a number.
     NotFinite,
     /// It lacks a start or an end.
     NoStretch,
-    /// It does not say to which side.
+    /// It does not name a side.
     NoSide,
 }
 
-/// How much a finding matters.
+/// The weight of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Impact {
     /// Part of every drive.
     Normal,
     /// The decision may lack something.
     Degraded,
-    /// There is no decision, though there should be one.
+    /// A decision is missing that should be there.
     Failure,
 }
 
@@ -156,7 +156,7 @@ impl AgeLimits {
 }
 
 impl Finding {
-    /// How much it matters.
+    /// The weight of the finding.
     pub const fn impact(&self) -> Impact {
         match self {
             Self::NoRoute | Self::NotLaneDriving | Self::NewRoute => Impact::Normal,
@@ -180,7 +180,7 @@ impl Finding {
         }
     }
 
-    /// What is wrong, without numbers that change from cycle to cycle.
+    /// The finding in words, without numbers that change from cycle to cycle.
     pub fn situation(&self) -> String {
         match self {
             Self::OldOdometry { .. } => "odometry is too old".to_owned(),

@@ -1,6 +1,5 @@
-//! Turns at intersections
-//! (docs/spec/turn-signal-decider.md, "Intersection turns"): which lanelets count, when each comes
-//! into view, which of several is next.
+//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count, the place
+//! at which each comes into view, the next of several.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -20,7 +19,7 @@ mod stop_rule;
 /// announces the turn.
 pub const MAX_STOP: Duration = Duration::from_secs(20);
 
-/// Where the turns in view came into view.
+/// The poses at which the turns in view came into view.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, Announced>,
@@ -128,21 +127,21 @@ pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -
     records.into_iter().find(|record| path_frame.from_base_m(record.required_end) >= 0.0).or(last)
 }
 
-/// What the planning factor of the next turn says (docs/spec/turn-signal-decider.md, "Next-turn output").
+/// The next turn, as its planning factor has it (docs/spec/turn-signal-decider.md, "Next-turn output").
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IntersectionInfo {
-    /// Where the turn begins and whether it has; `None` when no intersection is signalled.
+    /// The turn that is signalled; `None` when no intersection is.
     pub turn: Option<TurnAhead>,
 }
 
 /// A turn that is signalled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnAhead {
-    /// Which way.
+    /// The side of the turn.
     pub side: Side,
     /// The front is past its start.
     pub active: bool,
-    /// Its start.
+    /// Pose at its start.
     pub pose: Pose,
     /// Front to its start, metres.
     pub distance_m: f64,

@@ -20,7 +20,7 @@ use lane_change::LaneChange;
 use pull_out::PullOut;
 use pull_over::PullOver;
 
-/// What a module of the planner is doing.
+/// A manoeuvre of a module of the planner.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Manoeuvre {
     /// Start planner.
@@ -50,7 +50,7 @@ pub enum ManoeuvreKind {
     SideShift,
 }
 
-/// What manoeuvres remember from one cycle to the next.
+/// The memory of manoeuvres from one cycle to the next.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreMemory {
     /// Shift lines that are not looked at again while avoiding.
@@ -65,16 +65,16 @@ pub struct ManoeuvreMemory {
     lane_change: Option<lane_change::Announced>,
 }
 
-/// What one manoeuvre came to, for the explanation.
+/// The outcome of one manoeuvre, for the explanation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ManoeuvreOutcome {
-    /// Which.
+    /// The kind of the manoeuvre.
     pub kind: ManoeuvreKind,
-    /// Why it has the record it has.
+    /// The reason for its record.
     pub why: SignalReason,
 }
 
-/// Why a manoeuvre has the record it has.
+/// The reason for the record of a manoeuvre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SignalReason {
     /// The shift rule decided.
@@ -90,7 +90,7 @@ pub enum SignalReason {
 }
 
 impl Manoeuvre {
-    /// Its kind.
+    /// The kind of the manoeuvre.
     pub const fn kind(&self) -> ManoeuvreKind {
         match self {
             Self::PullOut(_) => ManoeuvreKind::PullOut,
@@ -103,7 +103,7 @@ impl Manoeuvre {
 }
 
 impl ManoeuvreMemory {
-    /// The record at the end of the chain, and what each manoeuvre came to. `manoeuvres` stand in the
+    /// The record at the end of the chain, and the outcome of each manoeuvre. `manoeuvres` stand in the
     /// order in which the planner runs them: approved ones first, then the one that waits.
     pub fn chain<'a>(
         &mut self,
@@ -164,7 +164,7 @@ fn overwritten(context: &DecisionContext<'_>, previous: Option<Section>, new: Se
     }
 }
 
-/// The word for what the shift rule said.
+/// The reason that the shift rule gives.
 fn why(outcome: &ShiftOutcome) -> SignalReason {
     SignalReason::Shift(outcome.verdict)
 }

@@ -7,16 +7,16 @@ use std::time::Duration;
 use super::signal::{Side, Signal};
 use crate::core::time::MonoTime;
 
-/// How long signals last at least.
+/// Minimum durations of signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MinDurations {
-    /// On.
+    /// Time a side stays on.
     pub minimum_on: Duration,
-    /// Off before the next, whichever side.
+    /// Time off before the next signal to either side.
     pub minimum_gap: Duration,
 }
 
-/// Why something else is shown than is wanted.
+/// The minimum duration that keeps a signal from changing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Held {
     /// This side has not been on long enough.
@@ -34,18 +34,18 @@ impl fmt::Display for Held {
     }
 }
 
-/// What is shown.
+/// The command that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shown {
     /// The command.
     pub signal: Signal,
-    /// Why it is not what was wanted.
+    /// The minimum duration that holds it, if it is not the requested one.
     pub held: Option<Held>,
-    /// When it may change without anything else changing.
+    /// The next instant at which it may change by itself.
     pub deadline: Option<MonoTime>,
 }
 
-/// What was shown last, and since when.
+/// The side that is on, or the time since which none is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MinDurationFilter {
     on: Option<(Side, MonoTime)>,
@@ -61,7 +61,7 @@ impl MinDurations {
 }
 
 impl MinDurationFilter {
-    /// What to show when `wanted` is wanted.
+    /// The command to show when `wanted` is requested.
     pub fn show(&mut self, wanted: Signal, min_durations: MinDurations, now: MonoTime) -> Shown {
         if let Some((side, since)) = self.on {
             if wanted.side() == Some(side) {
@@ -84,7 +84,7 @@ impl MinDurationFilter {
         Shown { signal: wanted, held: None, deadline: None }
     }
 
-    /// Off at once: there is no inputs, or the hazard lights are on.
+    /// Switches off at once: inputs are missing, or the hazard lights are on.
     pub fn force_off(&mut self, now: MonoTime) {
         if self.on.take().is_some() {
             self.off_since = Some(now);

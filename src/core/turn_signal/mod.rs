@@ -1,5 +1,5 @@
-//! Which turn signal a manoeuvre wants: sections of the road where each must or may be signalled, and
-//! one rule that chooses between them (docs/spec/turn-signal-decider.md).
+//! The turn signal decider: sections of the road in which each manoeuvre must or may be signalled, and one
+//! rule that chooses between them (docs/spec/turn-signal-decider.md).
 
 pub mod chain;
 pub mod compat;
@@ -11,6 +11,7 @@ pub mod distance_path;
 pub mod factors;
 pub mod finished;
 pub mod flow;
+pub mod headline;
 pub mod inputs;
 pub mod intersection;
 pub mod manoeuvre;

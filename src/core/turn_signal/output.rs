@@ -1,4 +1,4 @@
-//! What the decider gives out.
+//! Outputs of the decider.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use super::decision::Decision;
 use super::signal::{Hazard, Signal};
 use crate::core::time::WallStamp;
 
-/// One thing to publish, or to read along.
+/// A command to publish, or a decision to report.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TurnSignalOutput {
     /// Publish `TurnIndicatorsCommand`.
@@ -23,7 +23,6 @@ pub enum TurnSignalOutput {
         /// Now.
         stamp: WallStamp,
     },
-    /// The turn signal was decided otherwise than before, or for another reason. Not published: for
-    /// those who read along.
+    /// A decision that differs from the one before in its command or its reason; for reports, not published.
     Decision(Arc<Decision>),
 }

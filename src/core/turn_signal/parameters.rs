@@ -106,7 +106,7 @@ pub enum ParameterError {
     /// There is none of this name.
     #[error("`{name}` is not a parameter of the turn signal decider")]
     Unknown {
-        /// As given.
+        /// Name as given.
         name: String,
     },
     /// The value does not fit.
@@ -114,15 +114,15 @@ pub enum ParameterError {
     Value {
         /// The parameter.
         name: &'static str,
-        /// As given.
+        /// Value as given.
         value: String,
-        /// What would fit.
+        /// Values that would fit.
         wanted: &'static str,
     },
 }
 
 impl Parameters {
-    /// What Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
+    /// The values that Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
     pub const DEPLOYED: Self = Self {
         intersection_search_distance_m: 30.0,
         intersection_angle_threshold_deg: 15.0,

@@ -43,7 +43,7 @@ pub fn decide(
         .filter_map(|id| road.lane(*id))
         .skip_while(|lane| !lane.contains(odometry.pose.position));
     let Some(own) = ahead.next() else { return (Signal::NoCommand, TaggedLanelet::None) };
-    let along_m = nearest(&own.centerline, odometry.pose.position).map_or(0.0, |foot| foot.arc_m);
+    let along_m = nearest(&own.centerline, odometry.pose.position).map_or(0.0, |nearest| nearest.arc_m);
     let own_command = command(own);
     if own_command != Signal::NoCommand && along_m <= aligned_start_m(own, parameters) {
         return (own_command, TaggedLanelet::Own(own.id));
@@ -79,7 +79,7 @@ fn command(lane: &Lane) -> Signal {
 
 fn aligned_start_m(lane: &Lane, parameters: &Parameters) -> f64 {
     let start = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg);
-    start.and_then(|start| nearest(&lane.centerline, start.position)).map_or(0.0, |foot| foot.arc_m)
+    start.and_then(|start| nearest(&lane.centerline, start.position)).map_or(0.0, |nearest| nearest.arc_m)
 }
 
 impl fmt::Display for TaggedLanelet {

@@ -1,4 +1,4 @@
-//! What Autoware tells the decider, message by message
+//! Messages of Autoware for the decider
 //! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 //! Plain values as they were sent, so that whatever is wrong with them becomes a finding and not a lost
 //! message.
@@ -18,7 +18,7 @@ pub enum PlannerInput {
     Odometry {
         /// Pose and speed; numbers may be none.
         odometry: Odometry,
-        /// When it was measured.
+        /// Time of the measurement.
         stamp: WallStamp,
     },
     /// `autoware_planning_msgs/LaneletRoute`.
@@ -27,9 +27,9 @@ pub enum PlannerInput {
     PlannedPath(Arc<[PathPoint]>),
     /// `autoware_internal_planning_msgs/PlanningFactorArray` of one module.
     Factors {
-        /// Which topic it came on.
+        /// Module that sent them.
         topic: FactorTopic,
-        /// Its factors.
+        /// All factors of the module.
         factors: Arc<[PlanningFactor]>,
     },
     /// `autoware_adapi_v1_msgs/OperationModeState`.
@@ -44,12 +44,12 @@ pub enum PlannerInput {
     OwnHazardCommand(u8),
 }
 
-/// Where the vehicle is and how fast it goes.
+/// Pose and speed of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Odometry {
-    /// Its rear axle, map frame.
+    /// Pose of the rear axle in the map frame.
     pub pose: Pose,
-    /// Its speed, m/s, negative backwards.
+    /// Speed, m/s, negative backwards.
     pub speed_mps: f64,
 }
 
@@ -58,9 +58,9 @@ pub struct Odometry {
 pub struct PlannerRoute {
     /// Its `uuid`, first byte highest.
     pub id: u128,
-    /// Where it starts.
+    /// Pose at its start.
     pub start: Pose,
-    /// Where it ends.
+    /// Pose at its end.
     pub goal: Pose,
     /// Its segments; primitives that are areas are left out.
     pub segments: Vec<Segment>,
@@ -69,7 +69,7 @@ pub struct PlannerRoute {
 /// A point of the planned path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathPoint {
-    /// Where, and which way it faces.
+    /// Pose in the map frame.
     pub pose: Pose,
     /// Planned speed, m/s.
     pub speed_mps: f64,
@@ -107,16 +107,16 @@ pub struct PlanningFactor {
     pub behavior: u16,
     /// Not backing up.
     pub is_driving_forward: bool,
-    /// In words, such as `left shift` or `backward`.
+    /// Explanation in words, such as `left shift` or `backward`.
     pub detail: Box<str>,
-    /// Where it begins, and where it ends.
+    /// The points at which it begins and ends.
     pub control_points: Vec<ControlPoint>,
 }
 
 /// A control point of a planning factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlPoint {
-    /// Where.
+    /// Pose in the map frame.
     pub pose: Pose,
     /// Distance from the vehicle along its path, metres.
     pub distance_m: f64,
@@ -126,7 +126,7 @@ pub struct ControlPoint {
     pub shift_length_m: f64,
 }
 
-/// Who drives, and whether Autoware's control is on.
+/// The operation mode, and whether Autoware's control is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OperationMode {
     /// `STOP` 1, `AUTONOMOUS` 2, `LOCAL` 3, `REMOTE` 4; as sent.

@@ -1,4 +1,4 @@
-//! Which of the candidates is signalled
+//! Chooses the candidate that is signalled
 //! (docs/spec/turn-signal-decider.md, "Resolution"): validity, order, the
 //! pairwise rule. Pure; what a decision remembers of earlier ones is given to it.
 
@@ -47,7 +47,7 @@ impl Candidates {
     }
 }
 
-/// How the resolver treats what upstream does oddly.
+/// Rules of the resolver in which improved mode and upstream differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rules {
     /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
@@ -72,7 +72,7 @@ impl Rules {
 }
 
 impl FinishedSources {
-    /// Whether `source` is in it.
+    /// Returns whether `source` is in the set.
     pub fn contains(self, source: Source) -> bool {
         Source::ALL.into_iter().zip(self.0).any(|(other, is_in)| other == source && is_in)
     }
@@ -107,7 +107,7 @@ pub enum Case {
     B2,
 }
 
-/// Which of a pair wins.
+/// The winner of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Winner {
     /// The one with the earlier desired start.
@@ -119,20 +119,20 @@ pub enum Winner {
 /// A source that could be signalled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contender {
-    /// Which.
+    /// The source of its record.
     pub source: Source,
-    /// Where to.
+    /// The side it asks for.
     pub side: Side,
-    /// How far.
+    /// Distances to its four points.
     pub distances: Distances,
 }
 
-/// What became of a source.
+/// The outcome of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CandidateOutcome {
-    /// It has no record.
+    /// No record.
     Absent,
-    /// Its record asks for no side.
+    /// A record without a side.
     NoSide,
     /// A point of its record, or its distance, is not a number.
     NotFinite,
@@ -144,9 +144,9 @@ pub enum CandidateOutcome {
     Finished,
     /// It lost a comparison.
     LostTo {
-        /// To whom.
+        /// The source that won.
         source: Source,
-        /// By which branch.
+        /// The branch of the pairwise rule that decided.
         case: Case,
     },
     /// It is signalled.
@@ -156,20 +156,20 @@ pub enum CandidateOutcome {
 /// One source, evaluated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvaluatedCandidate {
-    /// Which.
+    /// The source of its record.
     pub source: Source,
-    /// What it asks for.
+    /// The command it asks for.
     pub turn: Signal,
-    /// How far its points are; `None` without a record.
+    /// Distances to its four points; `None` without a record.
     pub distances: Option<Distances>,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: CandidateOutcome,
 }
 
-/// The outcome.
+/// The result of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// Who is signalled.
+    /// The candidate that is signalled.
     pub winner: Option<Contender>,
     /// The branch that decided last; `None` when there was nothing to compare.
     pub case: Option<Case>,
@@ -270,7 +270,7 @@ fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: Source, outcome:
 }
 
 impl EvaluatedCandidate {
-    /// Itself, as long as nothing speaks against it.
+    /// Itself, as long as no objection was found.
     fn contender(&self) -> Option<Contender> {
         let distances = self.distances.filter(|_| self.outcome == CandidateOutcome::Won)?;
         Some(Contender { source: self.source, side: self.turn.side()?, distances })

@@ -16,7 +16,7 @@ pub mod legs;
 
 use legs::{Entry, Exit, Leaving, RoundaboutLegs};
 
-/// Where signals at roundabouts began.
+/// The poses at which signals at roundabouts began.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoundaboutMemory {
     entries: BTreeMap<LaneId, Pose>,

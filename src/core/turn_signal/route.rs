@@ -26,10 +26,10 @@ pub struct Route {
     lanes: BTreeSet<LaneId>,
 }
 
-/// Why a route is refused.
+/// A reason for which a route is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RouteError {
-    /// It leads nowhere.
+    /// A route without lanelets.
     #[error("the route has no lanelet")]
     Empty,
     /// Upstream refuses it as well.
@@ -38,13 +38,13 @@ pub enum RouteError {
         /// The lanelet.
         lane: LaneId,
     },
-    /// It is of another map.
+    /// A route of another map.
     #[error("lanelet {lane} of the route is not on the map")]
     Unknown {
         /// The lanelet.
         lane: LaneId,
     },
-    /// It starts nowhere.
+    /// A start that is not a pose.
     #[error("the start of the route is not a number")]
     StartNotFinite,
 }
@@ -70,7 +70,7 @@ impl Route {
         Self::new(id, start, lanes.iter().map(segment).collect())
     }
 
-    /// Itself, if it can be driven on this road.
+    /// Returns the route if it can be driven on this road.
     ///
     /// # Errors
     /// A lanelet that is not there, or a start that is not a place.
@@ -90,7 +90,7 @@ impl Route {
         self.id
     }
 
-    /// Where it starts.
+    /// Pose at its start.
     pub fn start(&self) -> Pose {
         self.start
     }

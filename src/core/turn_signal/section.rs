@@ -1,11 +1,11 @@
-//! A section record: what one manoeuvre wants to signal, and where
+//! A section record: the signal of one manoeuvre and the stretch it is for
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
 use super::signal::{Hazard, Side, Signal};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 
-/// What one manoeuvre wants. The default is upstream's empty record: no command, all points at the
+/// The request of one manoeuvre. The default is upstream's empty record: no command, all points at the
 /// origin of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Section {
@@ -13,13 +13,13 @@ pub struct Section {
     pub turn: Signal,
     /// Hazard command.
     pub hazard: Hazard,
-    /// From here it may be signalled.
+    /// Start of the stretch in which it may be signalled.
     pub desired_start: Pose,
-    /// Up to here it may be signalled.
+    /// End of that stretch.
     pub desired_end: Pose,
-    /// From here it must be signalled.
+    /// Start of the stretch in which it must be signalled.
     pub required_start: Pose,
-    /// Up to here it must be signalled.
+    /// End of that stretch.
     pub required_end: Pose,
 }
 
@@ -57,7 +57,7 @@ impl Section {
             .all(|pose| pose.is_finite())
     }
 
-    /// Its distances from the vehicle.
+    /// Measures its four distances from the vehicle.
     pub fn distances(&self, path_frame: &PathFrame<'_>) -> Distances {
         Distances {
             desired_start_m: path_frame.from_front_m(self.desired_start),

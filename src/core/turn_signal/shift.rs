@@ -23,20 +23,20 @@ pub struct ShiftedPath {
     path: Path,
 }
 
-/// Where a shift begins and ends.
+/// The start and end of a shift.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShiftLine {
     /// First point, by index in the path.
     pub start_index: usize,
     /// Last point.
     pub end_index: usize,
-    /// Where it begins.
+    /// Pose at its start.
     pub start: Pose,
-    /// Where it ends.
+    /// Pose at its end.
     pub end: Pose,
 }
 
-/// What the shift is for; decides which tests apply.
+/// The purpose of a shift, on which the tests depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ShiftKind {
     /// Around an obstacle and back.
@@ -54,13 +54,13 @@ pub enum ShiftKind {
 pub struct Shift<'a> {
     /// The path it is on.
     pub path: &'a ShiftedPath,
-    /// Where on it.
+    /// Its start and end on the path.
     pub line: ShiftLine,
     /// Lanelets the vehicle is supposed to stay in.
     pub lanes: &'a [LaneId],
     /// Offset of the vehicle at present, metres.
     pub current_shift_m: f64,
-    /// What for.
+    /// Its purpose.
     pub kind: ShiftKind,
     /// The vehicle drives forwards.
     pub forward: bool,
@@ -70,7 +70,7 @@ pub struct Shift<'a> {
     pub stop_override: bool,
 }
 
-/// Which step of the rule decided.
+/// The step of the rule that decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ShiftVerdict {
     /// 0: backwards; hazard lights.
@@ -99,16 +99,16 @@ pub enum ShiftVerdict {
     Signalled,
 }
 
-/// What the rule says.
+/// The result of the rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShiftOutcome {
     /// The record; without a command unless signalled.
     pub section: Section,
-    /// Which step decided.
+    /// The step that decided.
     pub verdict: ShiftVerdict,
 }
 
-/// Offsets before and after, seen from the vehicle's own lane, metres.
+/// Offsets before and after, relative to the vehicle's own lane, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Offsets {
     before_m: f64,
@@ -123,7 +123,7 @@ impl ShiftedPath {
         Ok(Self { arcs_m: arc_lengths_m(&points), poses, shifts_m, path })
     }
 
-    /// Its points.
+    /// The points of the path.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
@@ -133,7 +133,13 @@ impl ShiftedPath {
         nearest_index(&self.poses, place)
     }
 
-    /// How much the offset changes between two points, metres; zero where there is none.
+    /// The shift from the point nearest to `start` to the one nearest to `end`.
+    pub fn line(&self, start: Pose, end: Pose) -> ShiftLine {
+        let index = |pose: Pose| nearest_index(&self.poses, pose.position);
+        ShiftLine { start_index: index(start), end_index: index(end), start, end }
+    }
+
+    /// Change of the offset between two points, metres; 0 where there is none.
     pub fn offset_between_m(&self, start_index: usize, end_index: usize) -> f64 {
         let offset = |index: usize| self.shifts_m.get(index).copied().unwrap_or_default();
         offset(end_index) - offset(start_index)
@@ -231,7 +237,7 @@ fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets,
     Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
 }
 
-/// Steps 3 to 11: the first that speaks against a signal. `ahead_m` is the front's distance to the
+/// Steps 3 to 11: the first objection to a signal. `ahead_m` is the front's distance to the
 /// start of the shift.
 fn objection(
     context: &DecisionContext<'_>,

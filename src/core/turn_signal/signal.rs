@@ -49,7 +49,7 @@ impl fmt::Display for Side {
     }
 }
 
-/// What the hazard lights do when the planner and the system both have a say: on when either wants
+/// The command of the hazard lights from the requests of the planner and the system: on when either wants
 /// them on (docs/spec/turn-signal-decider.md, "Hazard lights").
 pub fn joined_hazard(planner: Hazard, system: Hazard) -> Hazard {
     if planner == Hazard::Enable || system == Hazard::Enable { Hazard::Enable } else { Hazard::Disable }

@@ -15,17 +15,17 @@ const SAME_POINT_M: f64 = 0.01;
 pub struct TurnLane {
     /// Id of the first lanelet.
     pub id: LaneId,
-    /// Where it turns.
+    /// The direction of its turn.
     pub direction: TurnDirection,
     /// Search distance of its own, metres.
     pub search_distance_m: Option<f64>,
-    /// Its start.
+    /// Pose at its start.
     pub front: Pose,
-    /// Its end.
+    /// Pose at its end.
     pub back: Pose,
-    /// Where it is as good as over.
+    /// End of its required section.
     pub required_end: Pose,
-    /// Its middle.
+    /// Its centreline.
     pub centerline: Vec<Point>,
 }
 
@@ -52,7 +52,7 @@ impl TurnLane {
         Self { back: next.back, required_end, centerline, ..self.clone() }
     }
 
-    /// What an intersection signals here: off where it does not turn.
+    /// The command of an intersection here: DISABLE where it does not turn.
     pub fn signal(&self) -> Signal {
         match self.direction {
             TurnDirection::Left => Signal::Left,

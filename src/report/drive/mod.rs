@@ -6,13 +6,14 @@ use std::fmt;
 
 use serde_json::{Value, json};
 
-use super::decision::{self, Essence};
+use super::decision;
 use super::{Form, joined};
 use crate::config::drive::{Expectation, Interval};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
+use crate::core::turn_signal::headline::Headline;
 use crate::core::turn_signal::signal::Hazard;
 
 /// What was decided at one cycle of a drive.
@@ -60,7 +61,7 @@ pub struct Failed<'a> {
 #[derive(Debug, Clone)]
 pub struct DriveWriter {
     form: Form,
-    last: Option<Essence>,
+    last: Option<Headline>,
 }
 
 /// What stands before reasons.
@@ -82,11 +83,11 @@ impl DriveWriter {
     /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and `whole` is
     /// not asked for.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
-        let essence = Some(Essence::of(snapshot.decision));
-        if self.last == essence && !whole {
+        let headline = Some(Headline::of(snapshot.decision));
+        if self.last == headline && !whole {
             return None;
         }
-        self.last = essence;
+        self.last = headline;
         Some(match self.form {
             Form::Text => text(snapshot),
             Form::Json => fields(snapshot).to_string(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use signal_gateway::core::map::geometry::Point;
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
-use signal_gateway::core::map::light_roads::{LampSource, LightRoads};
+use signal_gateway::core::map::light_map::{LampSource, LightMap};
 use signal_gateway::core::map::osm;
 use signal_gateway::core::map::projector::Projector;
 
@@ -198,14 +198,10 @@ fn roundabouts_have_their_roles_and_one_has_tags() {
 }
 
 #[test]
-fn the_lights_of_the_crossing_are_for_who_comes() {
+fn the_crossing_has_a_light_for_each_arm() {
     let osm = osm::read(&std::fs::read(folder("crossing").join(MAP_FILE)).unwrap()).unwrap();
-    let lights = LightRoads::read(&osm, None, LampSource::Drawn).unwrap();
-    for arm in 1..=4 {
-        for role in [11, 12, 13] {
-            assert_eq!(lights.groups_of(100 * arm + role), [100 * arm + 50]);
-        }
-        assert!(lights.groups_of(100 * arm + 1).is_empty());
-    }
-    assert_eq!(lights.lights().heads().len(), 4);
+    let lights = LightMap::read(&osm, None, LampSource::Drawn).unwrap();
+    let groups: Vec<_> = lights.groups().map(|(id, group)| (id, group.heads.len())).collect();
+    assert_eq!(groups, [(150, 1), (250, 1), (350, 1), (450, 1)]);
+    assert_eq!(lights.heads().len(), 4);
 }

@@ -15,7 +15,7 @@ pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
         .collect()
 }
 
-/// How many parts the centreline of these bounds has: one for each five metres of the longer bound, at least one.
+/// The number of parts of the centreline of these bounds: one for each five metres of the longer bound, at least one.
 pub fn centerline_parts(left: &[[f64; 3]], right: &[[f64; 3]]) -> u32 {
     let length_m = |bound| arcs_m(bound).last().copied().unwrap_or_default();
     let parts = (length_m(left).max(length_m(right)) / RESOLUTION_M).ceil().clamp(1.0, f64::from(u32::MAX));

@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::polyline::{arc_lengths_m, projection_m};
 use super::{Point, Pose, wrapped};
 
-/// How near and how well aligned the nearest point should be.
+/// Limits of distance and heading within which the nearest point is preferred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestLimits {
     /// Wanted distance at most, metres.
@@ -22,16 +22,16 @@ pub struct Path {
     arcs_m: Vec<f64>,
 }
 
-/// Why points do not make a path.
+/// A reason for which points do not make a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PathError {
-    /// Nothing can be measured along it.
+    /// Fewer than two different points.
     #[error("the path has fewer than two different points")]
     TooShort,
-    /// It is not a place.
+    /// A point that is not a finite pose.
     #[error("point {index} of the path is not a finite pose")]
     NotFinite {
-        /// Which, from 0.
+        /// Index of the point, from 0.
         index: usize,
     },
 }
@@ -55,7 +55,7 @@ impl Path {
         Ok(Self { arcs_m: arc_lengths_m(&points), poses: kept })
     }
 
-    /// Its points, at least two.
+    /// The points of the path, at least two.
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
@@ -89,7 +89,7 @@ impl Path {
         }
     }
 
-    /// Where `query` is along the path, by its segment: metres from the first point, beyond both ends.
+    /// Position of `query` along the path, by its segment: metres from the first point, beyond both ends.
     pub fn station_m(&self, query: Pose, limits: NearestLimits) -> f64 {
         let segment = self.segment_index(query, limits);
         self.arc_m(segment) + self.offset_m(segment, query.position)
@@ -101,7 +101,7 @@ impl Path {
         self.station_m(Pose { position: query, yaw_rad: 0.0 }, unlimited)
     }
 
-    /// Arc length of a point, metres; of the last one when there is no such point.
+    /// Arc length of a point, metres; that of the last one for an index beyond it.
     pub fn arc_m(&self, index: usize) -> f64 {
         self.arcs_m.get(index).copied().unwrap_or_else(|| self.length_m())
     }
@@ -127,7 +127,7 @@ impl Path {
     }
 }
 
-/// Distances along a path, seen from the vehicle.
+/// Distances along a path, from the vehicle.
 #[derive(Debug, Clone, Copy)]
 pub struct PathFrame<'a> {
     path: &'a Path,
@@ -155,7 +155,7 @@ impl<'a> PathFrame<'a> {
         self.ego
     }
 
-    /// From the rear axle to the front, metres.
+    /// Distance from the rear axle to the front, metres.
     pub fn front_m(&self) -> f64 {
         self.front_m
     }

@@ -66,7 +66,7 @@ pub fn headed(points: &[Point]) -> Vec<Pose> {
     poses
 }
 
-/// The place of a line nearest to a point.
+/// The place on a line that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
     /// Index of the piece it is on: that of its first point.
@@ -100,13 +100,13 @@ pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     Some(best)
 }
 
-/// Whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of the bend is what
+/// Returns whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of the bend is what
 /// both have on that side.
 pub fn is_on_left(points: &[Point], query: Point) -> bool {
     let points = without_repeats(points);
     let piece = |at: usize| Some((*points.get(at)?, *points.get(at + 1)?));
     let left_of = |at: usize| piece(at).map(|(from, to)| cross(from, to, query) > 0.0);
-    let Some(nearest) = nearest(&points, query).map(|foot| foot.piece) else { return false };
+    let Some(nearest) = nearest(&points, query).map(|projection| projection.piece) else { return false };
     let Some((from, to)) = piece(nearest) else { return false };
     let along_m = projection_m(from, to, query);
     let (before, after) = if along_m <= 0.0 {
@@ -183,10 +183,10 @@ mod tests {
             ((-3.0, 4.0), 0, 0.0, 5.0, true),
         ];
         for (place, piece, arc_m, distance_m, left) in cases {
-            let foot = nearest(&bend, point(place)).unwrap();
-            assert_eq!((foot.piece, is_on_left(&bend, point(place))), (piece, left), "{place:?}");
-            assert!((foot.arc_m - arc_m).abs() < 1e-9, "{place:?}: {foot:?}");
-            assert!((foot.distance_m - distance_m).abs() < 1e-5, "{place:?}: {foot:?}");
+            let found = nearest(&bend, point(place)).unwrap();
+            assert_eq!((found.piece, is_on_left(&bend, point(place))), (piece, left), "{place:?}");
+            assert!((found.arc_m - arc_m).abs() < 1e-9, "{place:?}: {found:?}");
+            assert!((found.distance_m - distance_m).abs() < 1e-5, "{place:?}: {found:?}");
         }
         let mirrored = bend.map(|place| Point::new(place.x_m, -place.y_m));
         assert!(is_on_left(&mirrored, point((13.0, 4.0))));

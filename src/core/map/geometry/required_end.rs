@@ -1,8 +1,8 @@
-//! Where a turn is as good as done: the end of its required section, as upstream does it and as its
-//! documentation says it (docs/spec/turn-signal-decider.md, "Required end of a turn").
+//! The end of the required section of a turn, as upstream's two planners compute it
+//! (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
 use super::polyline::{arc_lengths_m, back_pose, headed, length_m, without_repeats};
-use super::spline::akima;
+use super::spline::akima_points;
 use super::{Point, Pose, wrapped};
 
 /// Distance of the samples, metres.
@@ -51,13 +51,7 @@ fn resampled(centerline: &[Point]) -> Option<Vec<Point>> {
     if queries.len() < 2 || too_short {
         return Some(points);
     }
-    let along = |coordinate: fn(&Point) -> f64| {
-        akima(&arcs, &points.iter().map(coordinate).collect::<Vec<_>>(), &queries)
-    };
-    let (Some(xs), Some(ys)) = (along(|point| point.x_m), along(|point| point.y_m)) else {
-        return Some(points);
-    };
-    Some(xs.into_iter().zip(ys).map(|(x_m, y_m)| Point::new(x_m, y_m)).collect())
+    Some(akima_points(&arcs, &points, &queries).unwrap_or(points))
 }
 
 fn queries_m(length_m: f64) -> Vec<f64> {

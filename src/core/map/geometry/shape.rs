@@ -1,8 +1,8 @@
-//! Areas and crossings: inside a lane, across a bound, how far to a bound sideways.
+//! Areas and crossings: inside a lane, across a bound, sideways distance to a bound.
 
 use super::{Point, Pose, cross};
 
-/// Whether `point` lies inside the closed ring `ring` or on its edge (to within rounding). A ring of
+/// Returns whether `point` lies inside the closed ring `ring` or on its edge (to within rounding). A ring of
 /// fewer than three points has no inside.
 pub fn contains(ring: &[Point], point: Point) -> bool {
     if ring.len() < 3 {
@@ -21,7 +21,7 @@ pub fn contains(ring: &[Point], point: Point) -> bool {
     inside
 }
 
-/// Whether an area with border `ring` and the line `line` share a point: the line crosses the border
+/// Returns whether an area with border `ring` and the line `line` share a point: the line crosses the border
 /// or lies inside.
 pub fn touches(ring: &[Point], line: &[Point]) -> bool {
     let crosses = line.windows(2).any(|piece| match piece {
@@ -35,7 +35,7 @@ pub fn touches(ring: &[Point], line: &[Point]) -> bool {
 /// when the line through the corner along the vehicle's lateral axis misses it.
 pub fn sideways_distance_m(vehicle: Pose, corner: Point, bound: &[Point]) -> Option<f64> {
     let (sin, cos) = vehicle.yaw_rad.sin_cos();
-    // In the vehicle's axes seen from the corner: x along it, y to its left.
+    // In the vehicle's axes from the corner: x along it, y to its left.
     let local = |point: &Point| {
         let (dx, dy) = (point.x_m - corner.x_m, point.y_m - corner.y_m);
         (dx * cos + dy * sin, dy * cos - dx * sin)

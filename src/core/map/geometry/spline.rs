@@ -1,6 +1,8 @@
 //! The modified Akima cubic: a smooth line through knots that does not overshoot as much
 //! (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
+use super::Point;
+
 /// Below this the weights of a node are noise and the mean of its slopes counts.
 const MIN_WEIGHT: f64 = 1e-5;
 
@@ -20,6 +22,16 @@ pub fn akima(knots: &[f64], values: &[f64], queries: &[f64]) -> Option<Vec<f64>>
         pieces.get(passed).unwrap_or(last).value_at(*query)
     };
     Some(queries.iter().map(value_at).collect())
+}
+
+/// The points at the arc lengths `queries_m` of the cubic through `points` at the arc lengths `arcs_m`; `None` as for
+/// [`akima`].
+pub fn akima_points(arcs_m: &[f64], points: &[Point], queries_m: &[f64]) -> Option<Vec<Point>> {
+    let along = |coordinate: fn(&Point) -> f64| {
+        akima(arcs_m, &points.iter().map(coordinate).collect::<Vec<_>>(), queries_m)
+    };
+    let (xs, ys) = (along(|point| point.x_m)?, along(|point| point.y_m)?);
+    Some(xs.into_iter().zip(ys).map(|(x_m, y_m)| Point::new(x_m, y_m)).collect())
 }
 
 /// A cubic on [`from`, `to`] in powers of the distance from `from`.

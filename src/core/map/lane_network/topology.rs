@@ -1,4 +1,4 @@
-//! Which lanelets for vehicles follow each other and lie beside each other, by the points and ways they share:
+//! The lanelets for vehicles that follow each other and lie beside each other, by the points and ways they share:
 //! lanelet2's routing graph for vehicles (docs/spec/turn-signal-decider.md, "Map facts").
 //!
 //! Lanelets that may be driven both ways are taken in the direction of their bounds only.
@@ -32,13 +32,13 @@ type Shared<K> = BTreeMap<K, Vec<usize>>;
 /// All but the shoulders are lanelets for vehicles.
 #[derive(Default)]
 struct Topology {
-    /// By the first nodes of the bounds.
+    /// Lanelets by the first nodes of their bounds.
     begins: Shared<[usize; 2]>,
-    /// By the last nodes of the bounds.
+    /// Lanelets by the last nodes of their bounds.
     ends: Shared<[usize; 2]>,
-    /// By the left bound: its way and whether that is inverted.
+    /// Lanelets by their left bound: its way and whether that is inverted.
     lefts: Shared<(i64, bool)>,
-    /// By the right bound.
+    /// Lanelets by their right bound, likewise.
     rights: Shared<(i64, bool)>,
     /// Shoulders by the ways they lie between.
     shoulders: Shared<i64>,
@@ -83,7 +83,7 @@ impl Topology {
         next.iter().filter_map(|at| drawn.get(*at)).map(|next| next.lane.id).collect()
     }
 
-    /// Whether there is a neighbour, a shoulder, an opposite lane or a sibling on the left and on the right.
+    /// Looks for a neighbour, a shoulder, an opposite lane or a sibling on the left and on the right.
     fn lanes_beside(&self, drawn: &[DrawnLanelet], at: usize, of: &DrawnLanelet) -> [bool; 2] {
         let beside = |bound: &Bound, neighbours, opposite| {
             let is_other = |beside: &usize| *beside != at;
@@ -109,7 +109,7 @@ impl Topology {
     }
 }
 
-/// What shares a key with a lanelet; nothing if that one is not for vehicles.
+/// The lanelets that share a key with this one; none if this one is not for vehicles.
 fn shared<'a, K: Ord>(by: &'a Shared<K>, of: &DrawnLanelet, key: &K) -> &'a [usize] {
     by.get(key).filter(|_| of.is_for_vehicles).map_or(&[], Vec::as_slice)
 }

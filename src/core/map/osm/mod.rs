@@ -43,7 +43,7 @@ pub struct Way {
     pub id: i64,
     /// Positions in [`Osm::nodes`], in the order of the line.
     pub nodes: Vec<usize>,
-    /// All of them.
+    /// Its tags.
     pub tags: Tags,
 }
 
@@ -52,16 +52,16 @@ pub struct Way {
 pub struct Relation {
     /// Unique among relations.
     pub id: i64,
-    /// In the order of the file.
+    /// Its members, in the order of the file.
     pub members: Vec<Member>,
-    /// All of them.
+    /// Its tags.
     pub tags: Tags,
 }
 
 /// A part of a relation. Members of lanelets and regulatory elements are in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
-    /// What it is in the relation; can be empty.
+    /// Its role in the relation; can be empty.
     pub role: Box<str>,
     /// The element.
     pub element: Element,
@@ -78,12 +78,12 @@ pub enum Kind {
     Relation,
 }
 
-/// Which element: ids are unique within their kind only.
+/// Kind and id of an element; ids are unique within their kind only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Element {
-    /// Its kind.
+    /// Kind of the element.
     pub kind: Kind,
-    /// Its id.
+    /// Id within its kind.
     pub id: i64,
 }
 
@@ -99,27 +99,27 @@ pub struct Layer<T> {
     by_id: Vec<usize>,
 }
 
-/// Why a file is not read.
+/// A reason for which a file is not read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OsmError {
     /// Some byte is not UTF-8.
     #[error("line {line}: not UTF-8")]
     NotUtf8 {
-        /// Where.
+        /// Line, from 1.
         line: usize,
     },
     /// The text is not XML.
     #[error("line {line}: not XML: {reason}")]
     NotXml {
-        /// Where.
+        /// Line, from 1.
         line: usize,
-        /// What the XML parser says.
+        /// Message of the XML parser.
         reason: String,
     },
     /// The text is XML, but not a map.
     #[error("line {line}: not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
     NotOsm {
-        /// Where.
+        /// Line, from 1.
         line: usize,
         /// The outermost element, if there is one.
         found: Option<String>,
@@ -133,7 +133,7 @@ pub enum OsmError {
     /// An attribute is missing.
     #[error("line {line}: {place} has no `{key}`")]
     MissingAttribute {
-        /// Where.
+        /// Line, from 1.
         line: usize,
         /// The element it is missing in.
         place: Place,
@@ -143,15 +143,15 @@ pub enum OsmError {
     /// A value cannot be used.
     #[error("line {line}: {place}: `{key}` is `{value}`, {expected} expected")]
     BadValue {
-        /// Where.
+        /// Line, from 1.
         line: usize,
         /// The element it stands in.
         place: Place,
         /// The attribute or tag.
         key: &'static str,
-        /// As written.
+        /// Value as written.
         value: String,
-        /// What would do.
+        /// Values that would fit.
         expected: &'static str,
     },
     /// An id is used twice within a kind.
@@ -159,7 +159,7 @@ pub enum OsmError {
     Duplicate {
         /// The second one.
         line: usize,
-        /// Which.
+        /// Kind and id of both.
         element: Element,
         /// The first one.
         first_line: usize,
@@ -167,7 +167,7 @@ pub enum OsmError {
     /// An element refers to one that is not in the file, or is deleted.
     #[error("line {line}: {from} refers to {to}, which is not in the file")]
     Missing {
-        /// Where the referring element begins.
+        /// Line at which the referring element begins.
         line: usize,
         /// The referring element.
         from: Element,
@@ -191,7 +191,7 @@ impl Tags {
         self.iter().find_map(|(known, value)| (known == key).then_some(value))
     }
 
-    /// Whether the key has this value.
+    /// Returns whether the key has this value.
     pub fn is(&self, key: &str, value: &str) -> bool {
         self.get(key) == Some(value)
     }
@@ -203,7 +203,7 @@ impl Tags {
 }
 
 impl<T: Identified> Layer<T> {
-    /// Finds by id; with several of one id, says which positions the first two have.
+    /// Indexes the items by id. With several of one id, the error has the positions of the first two.
     fn new(items: Vec<T>) -> Result<Self, [usize; 2]> {
         let mut by_id: Vec<usize> = (0..items.len()).collect();
         by_id.sort_by_key(|&at| items.get(at).map(T::id)); // stable: the first of two stays first
@@ -240,7 +240,7 @@ impl<T> Default for Layer<T> {
     }
 }
 
-/// What has an id.
+/// An element with an id.
 pub trait Identified {
     /// The id.
     fn id(&self) -> i64;
@@ -273,12 +273,12 @@ impl Relation {
             .map(|member| member.element.id)
     }
 
-    /// Whether it is a regulatory element of this subtype.
+    /// Returns whether it is a regulatory element of this subtype.
     pub fn is_regulatory(&self, subtype: &str) -> bool {
         self.tags.is("type", "regulatory_element") && self.tags.is("subtype", subtype)
     }
 
-    /// Whether it is a lanelet.
+    /// Returns whether it is a lanelet.
     pub fn is_lanelet(&self) -> bool {
         self.tags.is("type", "lanelet")
     }

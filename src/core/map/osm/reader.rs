@@ -47,7 +47,7 @@ pub fn read(bytes: &[u8]) -> Result<Osm, OsmError> {
 
 struct Reading<'a> {
     text: &'a str,
-    /// Where the tag at hand begins.
+    /// Byte at which the current tag begins.
     begin: usize,
     depth: usize,
     seen_root: bool,

@@ -7,19 +7,19 @@ use std::collections::BTreeMap;
 use super::{Geo, Projector};
 use crate::core::map::projection::{MgrsSquare, UTM_SCALE};
 
-/// Why a text names no projector.
+/// A reason for which a text does not name a projector.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ProjectorError {
-    /// A line is no `key: value`.
+    /// A line is not of the form `key: value`.
     #[error("map projector info, line {line}: `key: value` expected")]
     NotAKey {
-        /// From 1.
+        /// Line, from 1.
         line: usize,
     },
     /// A key stands there twice.
     #[error("map projector info, line {line}: `{key}` is there twice")]
     Twice {
-        /// From 1.
+        /// Line, from 1.
         line: usize,
         /// The key.
         key: String,
@@ -32,9 +32,9 @@ pub enum ProjectorError {
     BadValue {
         /// The key.
         key: &'static str,
-        /// As written.
+        /// Value as written.
         value: String,
-        /// What would do.
+        /// Values that would fit.
         expected: &'static str,
     },
 }

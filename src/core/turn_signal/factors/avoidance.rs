@@ -1,8 +1,7 @@
-//! Avoidance of planning factors. A factor tells of a batch of shift lines from its first start to its
-//! last end: exact when the batch is one line. Of one that goes out and comes back what lies between is
-//! taken from the planned path: lines that are a little shorter there than they are. Whether it is
-//! approved is not told: it counts as such when the planned path follows one of its lines. Lines have no
-//! id: their ends stand for it.
+//! Avoidance made of planning factors. A factor holds a batch of shift lines from its first start to its last end: exact
+//! when the batch is one line. The lines between are taken from the planned path, on which they are a little shorter
+//! than planned. An avoidance counts as approved when the planned path follows one of its lines, since factors do not
+//! say so. Lines have no id: their ends stand for it.
 
 use super::path_offsets::{PathOffsets, Ramp};
 use super::{FactorContext, Interval, Made};
@@ -11,9 +10,8 @@ use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use crate::core::turn_signal::planner_input::PlanningFactor;
-use crate::core::turn_signal::shift::ShiftLine;
 
-/// The avoidance of the module's factors. `refuse` hears what is wrong with them.
+/// The avoidance of the module's factors. `refuse` takes what is wrong with them.
 pub(super) fn around(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -38,12 +36,7 @@ pub(super) fn around(
     let Some(path) = path_offsets.ramped(&ramps) else { return Made::NeedsPath(ManoeuvreKind::Avoidance) };
     let line = |ramp: &Ramp| AvoidanceLine {
         id: id(ramp),
-        line: ShiftLine {
-            start_index: path_offsets.nearest_index(ramp.start.position),
-            end_index: path_offsets.nearest_index(ramp.end.position),
-            start: ramp.start,
-            end: ramp.end,
-        },
+        line: path.line(ramp.start, ramp.end),
         start_shift_m: ramp.before_m,
         end_shift_m: ramp.after_m,
     };
@@ -67,7 +60,7 @@ pub(super) fn around(
 fn ramps(path_offsets: &PathOffsets, interval: &Interval, threshold_m: f64) -> Vec<Ramp> {
     if interval.shift_m().abs() < threshold_m {
         let mut ramps = path_offsets.own_ramps(interval.start(), interval.end(), threshold_m);
-        // Where the first one begins and the last one ends is told; the path shows it late and early.
+        // The factor has the start of the first one and the end of the last one; the path shows them late and early.
         // It may not show the first one any more, or the last one not yet: what then is first or last
         // would not shift any more from where the batch begins, or to where it ends.
         let shifts = |ramp: &Ramp| {
@@ -75,25 +68,20 @@ fn ramps(path_offsets: &PathOffsets, interval: &Interval, threshold_m: f64) -> V
             (shift_m.abs() >= threshold_m).then_some(shift_m > 0.0)
         };
         if let Some(first) = ramps.first_mut() {
-            let told = Ramp { start: interval.start(), before_m: interval.start.shift_length_m, ..*first };
-            if shifts(&told) == shifts(first) {
-                *first = told;
+            let given = Ramp { start: interval.start(), before_m: interval.start.shift_length_m, ..*first };
+            if shifts(&given) == shifts(first) {
+                *first = given;
             }
         }
         if let Some(last) = ramps.last_mut() {
-            let told = Ramp { end: interval.end(), after_m: interval.end.shift_length_m, ..*last };
-            if shifts(&told) == shifts(last) {
-                *last = told;
+            let given = Ramp { end: interval.end(), after_m: interval.end.shift_length_m, ..*last };
+            if shifts(&given) == shifts(last) {
+                *last = given;
             }
         }
         return ramps;
     }
-    vec![Ramp {
-        start: interval.start(),
-        end: interval.end(),
-        before_m: interval.start.shift_length_m,
-        after_m: interval.end.shift_length_m,
-    }]
+    vec![interval.ramp()]
 }
 
 /// The same for a line that ends within the same metre and shifts to the same side.

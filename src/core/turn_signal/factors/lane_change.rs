@@ -1,7 +1,6 @@
-//! Lane changes of planning factors: side, start and end are told; whether the planner drives it
-//! already is not, and is taken from the planned path, which crosses a bound when it does. Where it
-//! crosses is exact to the spacing of the path. The length that the planner keeps for a lane change
-//! before its lane ends is not told either: the length of the change stands for it.
+//! Lane changes made of planning factors, which have side, start and end. The planner drives one already when its planned
+//! path crosses a bound; the crossing is exact to the spacing of the path. The length that the planner keeps for a lane
+//! change before its lane ends is not published: the length of the change stands for it.
 
 use super::path_offsets::{PathOffsets, crossing};
 use super::{Behaviour, FactorContext, Interval};
@@ -10,7 +9,7 @@ use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePha
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
 use crate::core::turn_signal::signal::Side;
 
-/// The lane change of a factor. `refuse` hears why there is none.
+/// The lane change of a factor. `refuse` takes the reason when there is none.
 pub(super) fn sideways(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -50,9 +49,9 @@ pub(super) fn sideways(
     })
 }
 
-/// As the factor says; else as its module is called, else by its offsets.
+/// The side that the factor names; else that of its module's name, else that of its offsets.
 fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &Interval) -> Option<Side> {
-    let told = match factor.behaviour() {
+    let named = match factor.behaviour() {
         Behaviour::ShiftLeft => Some(Side::Left),
         Behaviour::ShiftRight => Some(Side::Right),
         Behaviour::SlowDown | Behaviour::Stop | Behaviour::Other => None,
@@ -70,5 +69,5 @@ fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &Interval) -> Opt
         shift_m if shift_m < 0.0 => Some(Side::Right),
         _ => None,
     };
-    told.or_else(by_name).or_else(by_offset)
+    named.or_else(by_name).or_else(by_offset)
 }

@@ -7,7 +7,7 @@ use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::planner_input::PathPoint;
 use crate::core::turn_signal::shift::ShiftedPath;
 
-/// Offsets nearer than this are one offset, metres: planned paths are smoothed, not drawn with a ruler.
+/// Offsets nearer than this are one offset, metres: planned paths are smoothed.
 const SAME_OFFSET_M: f64 = 0.05;
 /// So many short lanelets can lie between two points of a path.
 const MAX_LANES_BETWEEN: u32 = 4;
@@ -25,7 +25,7 @@ pub(super) struct PathOffsets {
     offsets_m: Vec<f64>,
 }
 
-/// A change of offset along a course.
+/// A change of offset along the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ramp {
     pub(super) start: Pose,
@@ -35,7 +35,7 @@ pub(super) struct Ramp {
 }
 
 impl PathOffsets {
-    /// The course of the planned path; `None` when there is none to use.
+    /// Measures the planned path; `None` when there is none to use.
     pub(super) fn new(context: &FactorContext<'_>) -> Option<Self> {
         let path = context.path.filter(|path| path.len() > 1)?;
         let poses: Vec<Pose> = path.iter().map(|point| point.pose).collect();
@@ -51,17 +51,17 @@ impl PathOffsets {
         Some(Self { poses, lanes, middle, offsets_m })
     }
 
-    /// Its points.
+    /// The points of the path.
     pub(super) fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// How far a place is to the left of the middle, metres; 0 where there is no lane.
+    /// Offset of a place to the left of the middle, metres; 0 where there is no lane.
     pub(super) fn offset_m(&self, place: Point) -> f64 {
         offset_m(&self.middle, place)
     }
 
-    /// Likewise for the point of the path next to a place.
+    /// Offset of the point of the path next to a place, metres.
     pub(super) fn path_offset_m(&self, place: Point) -> f64 {
         self.offsets_m.get(self.nearest_index(place)).copied().unwrap_or_default()
     }
@@ -71,7 +71,7 @@ impl PathOffsets {
         nearest_index(&self.poses, place)
     }
 
-    /// How far a place is to the left of the path, metres.
+    /// Offset of a place to the left of the path, metres.
     pub(super) fn beside_m(&self, place: Point) -> f64 {
         let line: Vec<Point> = self.poses.iter().map(|pose| pose.position).collect();
         offset_m(&line, place)
@@ -171,9 +171,9 @@ fn lanes(context: &FactorContext<'_>, path: &[PathPoint]) -> Vec<LaneId> {
 }
 
 fn offset_m(line: &[Point], place: Point) -> f64 {
-    let Some(foot) = nearest(line, place) else { return 0.0 };
-    let Some(on) = at_arc(line, foot.arc_m) else { return 0.0 };
-    let (sin, cos) = foot.yaw_rad.sin_cos();
+    let Some(nearest) = nearest(line, place) else { return 0.0 };
+    let Some(on) = at_arc(line, nearest.arc_m) else { return 0.0 };
+    let (sin, cos) = nearest.yaw_rad.sin_cos();
     (place.y_m - on.y_m) * cos - (place.x_m - on.x_m) * sin
 }
 

@@ -1,10 +1,9 @@
-//! Pulling out and over of planning factors. Start, end and offsets are told. Whether the vehicle has
-//! departed is not: it has not while it is within a metre of the start. Whether the planner's path is
-//! made of pieces is not: it counts as one piece. The pose at which the vehicle begins to slow down
-//! before its way to the roadside is decided is told only as a factor to stop or slow down; without
-//! one it is where the planned speed begins to be what is left to the stop in the search time.
+//! Pull-out and pull-over made of planning factors, which have start, end and offsets. The rest is inferred: the vehicle
+//! has not departed while it is within a metre of the start, and the planner's path counts as one piece. The pose at
+//! which the vehicle begins to slow down before its way to the roadside is decided comes from a factor to stop or slow
+//! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
 
-use super::path_offsets::{PathOffsets, Ramp};
+use super::path_offsets::PathOffsets;
 use super::{Behaviour, FactorContext, Interval, Made};
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
@@ -56,7 +55,7 @@ pub(super) fn out(
     };
     let near_start = ego.position.distance_m(interval.start().position) <= DEPARTED_M;
     Some(Manoeuvre::PullOut(PullOut {
-        path: path_offsets.and_then(|path_offsets| path_offsets.ramped(&[ramp(&interval)])),
+        path: path_offsets.and_then(|path_offsets| path_offsets.ramped(&[interval.ramp()])),
         start: interval.start(),
         end: interval.end(),
         current_shift_m: path_offsets.map_or(0.0, |path_offsets| path_offsets.offset_m(ego.position)),
@@ -91,7 +90,7 @@ pub(super) fn over(
 
 fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &Interval) -> Decided {
     Decided {
-        path: path_offsets.ramped(&[ramp(interval)]),
+        path: path_offsets.ramped(&[interval.ramp()]),
         start: interval.start(),
         goal: interval.end(),
         current_shift_m: path_offsets.offset_m(context.odometry.pose.position),
@@ -127,13 +126,4 @@ fn begins_to_brake(context: &FactorContext<'_>, stop: Point) -> Option<Pose> {
     let braking =
         context.path?.iter().find(|point| at_limit(point.speed_mps, point.pose.position.distance_m(stop)));
     braking.map(|point| point.pose)
-}
-
-fn ramp(interval: &Interval) -> Ramp {
-    Ramp {
-        start: interval.start(),
-        end: interval.end(),
-        before_m: interval.start.shift_length_m,
-        after_m: interval.end.shift_length_m,
-    }
 }

@@ -49,12 +49,12 @@ impl LatestInputs {
         }
     }
 
-    /// How many points the planned path has.
+    /// The number of points of the planned path.
     pub(super) fn planned_path_length(&self) -> Option<Timed<usize>> {
         self.path.as_ref().map(|path| Timed { at: path.at, value: path.value.len() })
     }
 
-    /// The planned path, if it can be used; its age is told by the decider.
+    /// The planned path, if it can be used; the decider reports its age.
     pub(super) fn planned_path(
         &self,
         limit: Duration,
@@ -69,7 +69,7 @@ impl LatestInputs {
         None
     }
 
-    /// Lanes are driven, as far as anybody said. Who said so and is silent now is not believed.
+    /// Whether lanes are driven: so without any scenario, and not once the last one is too old.
     pub(super) fn lane_driving(&self, limit: Duration, now: MonoTime, findings: &mut Vec<Finding>) -> bool {
         let Some(scenario) = self.lane_driving else { return true };
         let age = now.since(scenario.at);

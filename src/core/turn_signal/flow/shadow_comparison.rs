@@ -1,4 +1,4 @@
-//! How often the decider commands what Autoware's own commands.
+//! Shadow mode: the share of cycles in which the decider commands the same as Autoware's own.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ pub(super) struct Disagreement {
     pub(super) counts: bool,
 }
 
-/// What was compared so far.
+/// Counts of the cycles compared so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ShadowComparison {
     /// Cycles with the same command.

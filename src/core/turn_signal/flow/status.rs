@@ -1,5 +1,5 @@
-//! What the decider says of itself: command, winner and rule, distances, why each other candidate lost,
-//! what is wrong with the inputs, how far it agrees with Autoware.
+//! Diagnostics of the decider: command, winner and rule, distances, the outcome of each other candidate, findings,
+//! agreement with Autoware.
 
 use super::shadow_comparison::{Disagreement, ShadowComparison};
 use super::{Role, TurnSignalFlow};
@@ -15,7 +15,7 @@ const TURNS: [&str; 4] = ["NO_COMMAND", "DISABLE", "LEFT", "RIGHT"];
 const HAZARDS: [&str; 3] = ["NO_COMMAND", "DISABLE", "ENABLE"];
 
 impl TurnSignalFlow {
-    /// Level and message: what is worst, else what is commanded by whom.
+    /// Level and message: the worst finding, else the command and its source.
     pub(super) fn summary(&self) -> (Level, String) {
         let Some(decision) = &self.decision else { return (Level::Ok, "nothing decided yet".to_owned()) };
         let (mut level, mut text) = (Level::Ok, by_whom(decision));
@@ -84,13 +84,13 @@ impl TurnSignalFlow {
     }
 }
 
-/// Who has the say.
+/// The source of the command.
 fn by_whom(decision: &Decision) -> String {
     let who = match &decision.basis {
         Basis::NoInputs => "no inputs".to_owned(),
         Basis::Hazard => "hazard lights".to_owned(),
         Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
-        Basis::PathGenerator(tagged) => format!("path generator, {tagged}"),
+        Basis::PathGenerator(_) => "path generator".to_owned(),
         Basis::Candidates(resolution) => match resolution.winner {
             Some(winner) => winner.source.to_string(),
             None => "nothing to signal".to_owned(),
@@ -109,7 +109,11 @@ fn decided(decision: &Decision, values: &mut Vec<Value>) {
     values.push(("held", held));
     match &decision.basis {
         Basis::Candidates(resolution) => evaluated(resolution, values),
-        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => {
+        Basis::PathGenerator(tagged) => {
+            values.push(("winner", "none".to_owned()));
+            values.push(("lanelet", tagged.to_string()));
+        }
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => {
             values.push(("winner", "none".to_owned()));
         }
     }

@@ -18,7 +18,7 @@ pub(super) fn stands_at_turn(context: &DecisionContext<'_>, lanes: &[LaneId], si
 
 fn is_near(context: &DecisionContext<'_>, lanes: &[LaneId], direction: TurnDirection) -> bool {
     let Some(current) = context.road.closest(lanes.iter().copied(), context.ego()) else { return false };
-    let done_m = nearest(&current.centerline, context.ego().position).map_or(0.0, |foot| foot.arc_m);
+    let done_m = nearest(&current.centerline, context.ego().position).map_or(0.0, |nearest| nearest.arc_m);
     let mut distance_m = -done_m;
     for id in lanes.iter().skip_while(|id| **id != current.id) {
         distance_m += context.road.lane(*id).map_or(0.0, Lane::length_m);

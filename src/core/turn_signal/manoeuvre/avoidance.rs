@@ -15,11 +15,11 @@ const MAX_DEVIATION_M: f64 = 1.0;
 pub struct Avoidance {
     /// The linearly shifted path.
     pub path: ShiftedPath,
-    /// Its shifts, in order.
+    /// Its shift lines, in order.
     pub lines: Vec<AvoidanceLine>,
     /// The vehicle's nearest point on the path it drives.
     pub ego_index: usize,
-    /// How far the vehicle is beside that path, metres.
+    /// Offset of the vehicle from that path, metres.
     pub deviation_m: f64,
     /// Offset of the path at the vehicle, metres.
     pub current_shift_m: f64,
@@ -34,7 +34,7 @@ pub struct Avoidance {
 pub struct AvoidanceLine {
     /// Its id (`uuid`).
     pub id: u128,
-    /// Where.
+    /// Its start and end.
     pub line: ShiftLine,
     /// Offset before, metres.
     pub start_shift_m: f64,

@@ -13,15 +13,15 @@ use crate::core::turn_signal::signal::Side;
 /// A lane change, wanted or under way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneChange {
-    /// Which way.
+    /// The side it changes to.
     pub side: Side,
-    /// How far it has come.
+    /// Its progress.
     pub phase: LaneChangePhase,
-    /// Where steering begins, if known.
+    /// Pose at which steering begins, if known.
     pub start: Option<Pose>,
-    /// Where the bound of the lane is crossed, if known.
+    /// Pose at which the bound of the lane is crossed, if known.
     pub crossing: Option<Pose>,
-    /// Where it ends; `None` = no valid path.
+    /// Pose at which it ends; `None` = no valid path.
     pub end: Option<Pose>,
     /// The path of the module before, for a lane change that waits.
     pub previous_path: Vec<Pose>,
@@ -29,7 +29,7 @@ pub struct LaneChange {
     pub minimum_length_m: f64,
 }
 
-/// How far a lane change has come.
+/// The progress of a lane change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LaneChangePhase {
     /// Approved, driven, held or aborted.
@@ -44,7 +44,7 @@ pub enum LaneChangePhase {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Announced {
     side: Side,
-    /// Where the vehicle was.
+    /// Pose of the vehicle at that time.
     from: Pose,
 }
 

@@ -13,9 +13,9 @@ use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, 
 pub struct PullOut {
     /// Its path; `None` = empty.
     pub path: Option<ShiftedPath>,
-    /// Where it starts and ends.
+    /// Pose at which it starts.
     pub start: Pose,
-    /// Where it ends.
+    /// Pose at which it ends.
     pub end: Pose,
     /// Offset of the vehicle from the centerline, metres.
     pub current_shift_m: f64,
@@ -43,12 +43,7 @@ impl ManoeuvreMemory {
         if self.pull_out_ignored == Some(lane) {
             return SignalReason::Ignored;
         }
-        let line = ShiftLine {
-            start_index: path.nearest_index(pull_out.start.position),
-            end_index: path.nearest_index(pull_out.end.position),
-            start: pull_out.start,
-            end: pull_out.end,
-        };
+        let line = path.line(pull_out.start, pull_out.end);
         if starts_on_centerline(context, pull_out, path, &line) {
             return centerline_start(context, pull_out, path, record);
         }

@@ -7,14 +7,14 @@ use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
-use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftedPath, judge};
 
 /// A pull-over.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PullOver {
-    /// Its path is decided.
+    /// A pull-over on its way to the roadside.
     Decided(Decided),
-    /// It is not.
+    /// A pull-over whose path is not decided yet.
     Undecided(Undecided),
 }
 
@@ -23,7 +23,7 @@ pub enum PullOver {
 pub struct Decided {
     /// Its path; `None` = empty.
     pub path: Option<ShiftedPath>,
-    /// Where it begins.
+    /// Pose at which it begins.
     pub start: Pose,
     /// The goal, as modified.
     pub goal: Pose,
@@ -40,9 +40,9 @@ pub struct Decided {
 pub struct Undecided {
     /// The path to the place where it would stop.
     pub stop_path: Vec<Pose>,
-    /// Where it begins to slow down for the blinker; `None` until known.
+    /// Pose at which it begins to slow down for the blinker; `None` until known.
     pub deceleration: Option<Pose>,
-    /// Where it would stop; `None` until known.
+    /// Pose at which it would stop; `None` until known.
     pub stop: Option<Pose>,
 }
 
@@ -74,15 +74,9 @@ impl ManoeuvreMemory {
         if self.pull_over_ignored == Some(lane) {
             return SignalReason::Ignored;
         }
-        let line = ShiftLine {
-            start_index: path.nearest_index(decided.start.position),
-            end_index: path.nearest_index(decided.goal.position),
-            start: decided.start,
-            end: decided.goal,
-        };
         let shift = Shift {
             path,
-            line,
+            line: path.line(decided.start, decided.goal),
             lanes: &decided.lanes,
             current_shift_m: decided.current_shift_m,
             kind: ShiftKind::PullOver,

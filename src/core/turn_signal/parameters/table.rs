@@ -12,7 +12,7 @@ pub struct Parameter {
     slot: Slot,
 }
 
-/// Where a value goes, and of which kind it is.
+/// The kind of a value and the field it is kept in.
 enum Slot {
     Metres(fn(&mut Parameters) -> &mut f64),
     Seconds(fn(&mut Parameters) -> &mut f64),
@@ -106,9 +106,9 @@ impl Parameter {
         PARAMETERS.iter().find(|row| row.name == name || row.aliases.contains(&name))
     }
 
-    /// What it is set to, as [`Parameters::set`] takes it.
+    /// Its value, as [`Parameters::set`] takes it.
     pub fn value(&self, parameters: &Parameters) -> String {
-        // The slots hand out places to write to.
+        // The slots give mutable references.
         let parameters = &mut parameters.clone();
         let side = |side: Side, names: [&str; 2]| match side {
             Side::Left => names[0].to_owned(),
@@ -131,7 +131,7 @@ impl Parameter {
         }
     }
 
-    /// Puts `value` where it belongs; the error says what would fit, and nothing changed.
+    /// Sets the parameter; on an error, which names what would fit, nothing changes.
     pub(super) fn set(&self, parameters: &mut Parameters, value: &str) -> Result<(), &'static str> {
         match self.slot {
             Slot::Metres(slot) => {

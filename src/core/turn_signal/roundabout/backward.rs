@@ -1,4 +1,4 @@
-//! How far the distance path reaches back inside a roundabout, so that it still holds the place where
+//! The length of the distance path behind a vehicle inside a roundabout, so that it still holds the place where
 //! the entry came into view (docs/spec/turn-signal-decider.md, "Backward search").
 
 use std::collections::BTreeSet;

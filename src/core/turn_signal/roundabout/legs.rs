@@ -31,12 +31,12 @@ pub struct Entry {
     pub exits_right: Vec<LaneId>,
 }
 
-/// Where the route leaves a roundabout, or ends in it.
+/// The last lanelet of a roundabout on the route.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaving {
     /// The lanelet.
     pub lane: LaneId,
-    /// Its end.
+    /// Pose at its end.
     pub back: Pose,
 }
 
@@ -113,10 +113,10 @@ fn entry(context: &DecisionContext<'_>, id: LaneId) -> Option<Entry> {
 
 fn leaving(context: &DecisionContext<'_>, entry: LaneId, element: &Roundabout) -> Option<Leaving> {
     let mut last = entry;
-    let mut seen = BTreeSet::from([entry]);
+    let mut visited = BTreeSet::from([entry]);
     while let Some(next) = context.route.next(context.road, last) {
         // A ring that closes on itself would be walked for ever.
-        if !element.contains(next) || !seen.insert(next) {
+        if !element.contains(next) || !visited.insert(next) {
             break;
         }
         last = next;
@@ -157,11 +157,11 @@ fn farthest_back(
     from: LaneId,
     holds: impl Fn(LaneId) -> bool,
 ) -> Option<LaneId> {
-    let mut seen = BTreeSet::from([from]);
+    let mut visited = BTreeSet::from([from]);
     let mut farthest = None;
     let mut here = from;
     while let Some(before) = context.route.previous(context.road, here).find(|before| holds(*before)) {
-        if !seen.insert(before) {
+        if !visited.insert(before) {
             break;
         }
         farthest = Some(before);

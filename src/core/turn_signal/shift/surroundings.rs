@@ -1,4 +1,4 @@
-//! What the road says against signalling a shift: hatched sides, bounds not crossed, bounds near
+//! Objections of the road to signalling a shift: hatched sides, bounds not crossed, bounds near
 //! (docs/spec/turn-signal-decider.md, "Shift rule", steps 8 to 11).
 
 use super::{Offsets, Shift};

@@ -26,6 +26,7 @@ pub(super) fn drive(said: &mut Said) {
     roundabout(said);
     routes(said);
     shadow(said);
+    routed("enabled = true\ncompat = \"path_generator\"", said);
 }
 
 fn factor(from_m: f64, to_m: f64, shift_m: f64, is_driving_forward: bool) -> PlanningFactor {

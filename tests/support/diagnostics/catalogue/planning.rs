@@ -9,7 +9,7 @@ pub(super) fn decider() -> Task {
     let wait_route = "Nothing; it ends when a route is set.";
     Task {
         names: &["turn_signal_decider"],
-        about: "What the turn signal decider commands, by whose wish, and what its inputs lack. With \
+        about: "What the turn signal decider commands, by whose request, and what its inputs lack. With \
                 `[turn_signal]` enabled or in shadow.",
         messages: vec![
             message(Ok, "{command}: nothing to signal[, held]", NOTHING),
@@ -17,6 +17,7 @@ pub(super) fn decider() -> Task {
             message(Ok, "{command}: roundabout[, held]", NOTHING),
             message(Ok, "{command}: manoeuvre[, held]", NOTHING),
             message(Ok, "{command}: hazard lights[, held]", NOTHING),
+            message(Ok, "{command}: path generator", NOTHING),
             message(Ok, "{command}: no route", wait_route),
             message(Ok, "{command}: the scenario is not lane driving", "Nothing; the decider rests."),
             message(Warn, "{command}: no odometry", "Start localisation, or check the topic's name."),
@@ -99,6 +100,12 @@ fn decider_keys() -> Vec<Key> {
             key("intersection", "-", "What became of the candidate of this source.").when(candidates),
             key("roundabout", "-", "Likewise.").when(candidates),
             key("manoeuvre", "-", "Likewise.").when(candidates),
+            key(
+                "lanelet",
+                "-",
+                "Tagged lanelet by which the path generator decided, and why, or `no tagged lanelet`.",
+            )
+            .when("with `compat = \"path_generator\"`"),
             key("manoeuvres", "-", "What became of each manoeuvre of the planner, or `none`.").when(decided),
             key("findings", "-", "All that is noted of the inputs, in the words above, ages as `… is 700 ms old`; `new route`; or `none`.")
                 .when(decided),

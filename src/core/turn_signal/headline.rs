@@ -1,4 +1,4 @@
-//! What makes a decision another one: command, winner, reasons; not how far things are.
+//! The parts of a decision by which it differs from another: command, winner, reasons; no distances.
 
 use std::mem::{Discriminant, discriminant};
 
@@ -12,12 +12,12 @@ use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// A decision without its distances and ages.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Headline {
+pub struct Headline {
     turn: Signal,
     hazard: Hazard,
     basis: Discriminant<Basis>,
     case: Option<Case>,
-    /// What each candidate asks for, and what became of it.
+    /// The command and the outcome of each candidate.
     candidates: Vec<(Signal, CandidateOutcome)>,
     /// The lanelet by which the path generator decided.
     tagged: Option<TaggedLanelet>,
@@ -27,7 +27,8 @@ pub(super) struct Headline {
 }
 
 impl Headline {
-    pub(super) fn of(decision: &Decision) -> Self {
+    /// The headline of a decision.
+    pub fn of(decision: &Decision) -> Self {
         let (case, candidates) = match &decision.basis {
             Basis::Candidates(resolution) => {
                 let candidates =
