@@ -136,8 +136,12 @@ impl Participant {
     /// Whether every reader has acknowledged everything at some moment since the last call; waits some
     /// milliseconds for it.
     pub(super) fn is_acknowledged(&mut self) -> bool {
+        let mut is_acknowledged = true;
         // Each is asked, since asking begins a new interval.
-        self.topic_writers.iter_mut().fold(true, |all, topic_writer| topic_writer.is_acknowledged() && all)
+        for topic_writer in &mut self.topic_writers {
+            is_acknowledged &= topic_writer.is_acknowledged();
+        }
+        is_acknowledged
     }
 
     /// Matched readers of each topic of the table.
