@@ -200,8 +200,8 @@ fn share_of_a_core(lights: usize, arbiter: bool, encoded: bool) -> f64 {
     let mut due = MonoTime::ZERO;
     let mut work = |until: MonoTime, encoded: bool| {
         let start = worked();
-        while gateway.next_deadline(due) <= until {
-            due = gateway.next_deadline(due);
+        while gateway.next_deadline() <= until {
+            due = gateway.next_deadline();
             gateway.handle(Input::Tick, at(due));
             while let Some(output) = gateway.poll_output() {
                 if let (Output::TrafficLights(TrafficLightOutput::Publish(emission)), true) =

@@ -54,7 +54,7 @@ fuzz_target!(|bytes: &[u8]| {
             let mut now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
             let mut gateway = Gateway::new(settings.gateway, LinkState::Up, now);
             for _ in 0..3 {
-                let next = gateway.next_deadline(now.mono);
+                let next = gateway.next_deadline();
                 assert!(next > now.mono);
                 now.mono = next;
                 gateway.handle(Input::Tick, now);

@@ -10,7 +10,7 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::drive::read;
 use signal_gateway::config::files::Files;
-use signal_gateway::drive::course::Course;
+use signal_gateway::desk::drive::course::Course;
 
 const MAP: &[u8] = include_bytes!("../corpus/map_text/crossroads.osm");
 

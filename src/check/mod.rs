@@ -1,6 +1,7 @@
 //! `check`: what is bound, what is missing, and what a recording would have given, before the drive.
 
 mod commands;
+pub mod decode;
 mod survey;
 mod traffic_lights;
 mod turn_signal;

@@ -5,6 +5,7 @@ use std::io;
 use std::time::Duration;
 
 use super::Report;
+use super::decode::signals_in;
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::time::MonoTime;
@@ -12,7 +13,6 @@ use crate::core::validation::integrity::IntegrityCounts;
 use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::{FaultKind, Task};
-use crate::decode::signals_in;
 use crate::replay::Replay;
 
 /// Plays a recording to its end and says what it would have given.

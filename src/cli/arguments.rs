@@ -1,4 +1,4 @@
-//! What several commands take: a configuration, a recording.
+//! What several commands take: a configuration, a recording, a file for a chart.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -12,6 +12,7 @@ use crate::config::{Overrides, Settings, load, load_profile};
 use crate::core::can::link::BusIndex;
 use crate::io::can::log::Log;
 use crate::replay::Routes;
+use crate::report::chart::Chart;
 
 #[derive(Debug, Args)]
 pub(super) struct ConfigArgs {
@@ -70,6 +71,16 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
 /// Opens a recording.
 pub(super) fn open(path: &Path) -> Result<Log, Failure> {
     Log::open(path).map_err(|error| Failure::File(path.display().to_string(), error))
+}
+
+/// Writes a chart to a file.
+pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
+    std::fs::write(path, chart.to_svg()).map_err(|error| Failure::File(path.display().to_string(), error))
+}
+
+/// The title of a chart that has none of its own.
+pub(super) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The recording to read, and which of its interfaces are which bus.

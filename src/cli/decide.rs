@@ -7,15 +7,16 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::Failure;
+use super::arguments::{draw, file_name};
 use crate::config::drive;
 use crate::config::files::Disk;
 use crate::core::compat::Compat;
-use crate::drive::chart::DriveChart;
-use crate::drive::course::Course;
-use crate::drive::run::Run;
-use crate::drive::text::Changes;
-use crate::drive::verdict::Verdicts;
-use crate::drive::{json, text};
+use crate::desk::drive::course::Course;
+use crate::desk::drive::run::Run;
+use crate::desk::drive::verdict::Verdicts;
+use crate::report::Form;
+use crate::report::drive::DriveWriter;
+use crate::report::drive::chart::DriveChart;
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -82,53 +83,33 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
         Some(CompatArg::Upstream) => vec![Compat::Upstream],
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(&course));
+    let mut writer = DriveWriter::new(Form::json_if(args.json));
+    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(course.file()));
     let mut has_failed = false;
     for mode in modes {
-        let verdicts = decide(args, &course, mode, &mut chart, &mut out)?;
-        has_failed |= !verdicts.failed().is_empty();
-        if args.json {
-            writeln!(out, "{}", json::summary(mode, &verdicts))?;
-        } else {
-            text::summary(&verdicts).iter().try_for_each(|line| writeln!(out, "{line}"))?;
+        let (mut run, mut verdicts) = (Run::new(&course, mode), Verdicts::new(&course, mode));
+        if let Some(heading) = writer.begin(mode) {
+            writeln!(out, "{heading}")?;
         }
+        for cycle in course.cycles() {
+            let decision = run.step(&cycle);
+            verdicts.take(&cycle, &decision);
+            let snapshot = cycle.snapshot(mode, &decision);
+            if let Some(lines) = writer.write(&snapshot, args.every == Every::Cycle) {
+                writeln!(out, "{lines}")?;
+            }
+            if let Some(chart) = &mut chart {
+                chart.add(&snapshot);
+            }
+        }
+        let verdict = verdicts.verdict();
+        has_failed |= !verdict.failed.is_empty();
+        writeln!(out, "{}", writer.end(&verdict))?;
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let file_name = || args.scenario.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let title = course.file().name.clone().unwrap_or_else(file_name);
-        let svg = chart.strip_chart(title).to_svg();
-        std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
+        let title = course.file().name.clone().unwrap_or_else(|| file_name(&args.scenario));
+        draw(path, &chart.chart(title))?;
     }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })
-}
-
-fn decide<'a>(
-    args: &DecideArgs,
-    course: &'a Course,
-    mode: Compat,
-    chart: &mut Option<DriveChart<'a>>,
-    out: &mut impl Write,
-) -> io::Result<Verdicts<'a>> {
-    let (mut run, mut verdicts) = (Run::new(course, mode), Verdicts::new(course, mode));
-    let mut changes = Changes::default();
-    if !args.json {
-        writeln!(out, "{}", text::heading(mode))?;
-    }
-    for cycle in course.cycles() {
-        let decision = run.step(&cycle);
-        verdicts.take(&cycle, &decision);
-        if let Some(chart) = chart {
-            chart.take(mode, &cycle, &decision);
-        }
-        if !changes.take(&decision) && args.every == Every::Change {
-            continue;
-        }
-        if args.json {
-            writeln!(out, "{}", json::line(mode, &cycle, &decision))?;
-        } else {
-            text::lines(&cycle, &decision).iter().try_for_each(|line| writeln!(out, "{line}"))?;
-        }
-    }
-    Ok(verdicts)
 }

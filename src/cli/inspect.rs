@@ -9,8 +9,8 @@ use super::arguments::{RecordingArgs, open, recording, settings};
 use super::replay::mention_losses;
 use super::{Failure, start_log};
 use crate::check;
+use crate::check::decode::Decoder;
 use crate::daemon;
-use crate::decode::Decoder;
 use crate::replay::Replay;
 
 pub(super) const CHECK_HELP: &str = "\

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::arguments::seconds;
+use super::arguments::{draw, file_name, seconds};
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::read_lights;
@@ -21,12 +21,11 @@ use crate::core::time::MonoTime;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::event_log::ScenarioOutcome;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::lights_timeline::chart::ChartTimeline;
-use crate::lights_timeline::display::Style;
-use crate::lights_timeline::json;
-use crate::lights_timeline::run::{Run, Step};
-use crate::lights_timeline::span::Span;
-use crate::lights_timeline::text::{TextTimeline, line};
+use crate::desk::lights::run::Run;
+use crate::desk::lights::span::Span;
+use crate::report::Form;
+use crate::report::lights::chart::LightsChart;
+use crate::report::lights::{LightsWriter, Style};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -148,61 +147,30 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     settings.one_group_per_head = args.one_group_per_head.unwrap_or(settings.one_group_per_head);
 
     let mut run = Run::new(settings, span.until);
-    let mut chart = args.picture.as_ref().map(|_| ChartTimeline::new(map));
-    let mut printer = Printer::new(args);
+    let mut chart = args.picture.as_ref().map(|_| LightsChart::new(map));
+    let wants_color = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let style = if wants_color { Style::Colored } else { Style::Plain };
+    let mut writer = LightsWriter::new(Form::json_if(args.json), style);
     let mut out = io::BufWriter::new(io::stdout().lock());
-    while let Some(step) = run.step() {
-        printer.print(&step, &run, &mut out)?;
+    while let Some(snapshot) = run.step() {
+        let lines = writer.write(&snapshot, args.every == Every::Frame && snapshot.is_frame);
+        lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
         if let Some(chart) = &mut chart {
-            chart.take(&step, &run);
+            chart.add(&snapshot);
         }
     }
-    printer.finish(&run, &span, &mut out)?;
+    let until = MonoTime::ZERO.after(span.until);
+    let open_end = run.verdict().is_none().then(|| writer.until(until, span.why)).flatten();
+    open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let title = args.scenario.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let end = if run.verdict().is_some() { run.at() } else { MonoTime::ZERO.after(span.until) };
-        let svg = chart.chart(title, subtitle(args), end, &run).to_svg();
-        std::fs::write(path, svg).map_err(|error| Failure::File(path.display().to_string(), error))?;
+        let end = if run.verdict().is_some() { run.at() } else { until };
+        draw(path, &chart.chart(file_name(&args.scenario), subtitle(args), end, run.scenario()))?;
     }
     Ok(match run.verdict() {
         Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)) => ExitCode::from(5),
         Some(ScenarioOutcome::Success | ScenarioOutcome::Stopped) | None => ExitCode::SUCCESS,
     })
-}
-
-/// Writes steps down as they come.
-struct Printer {
-    every: Every,
-    /// None = JSON.
-    text: Option<TextTimeline>,
-    is_first: bool,
-}
-
-impl Printer {
-    fn new(args: &LightsArgs) -> Self {
-        let wants_color = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-        let style = if wants_color { Style::Colored } else { Style::Plain };
-        let text = (!args.json).then(|| TextTimeline::new(style));
-        Self { every: args.every, text, is_first: true }
-    }
-
-    fn print(&mut self, step: &Step, run: &Run, out: &mut impl Write) -> io::Result<()> {
-        let is_first = std::mem::replace(&mut self.is_first, false);
-        let is_frame = self.every == Every::Frame && step.is_frame;
-        match &mut self.text {
-            Some(text) => text.lines(step, run, is_frame).iter().try_for_each(|line| writeln!(out, "{line}")),
-            None if step.has_changed || is_frame || is_first => writeln!(out, "{}", json::line(step, run)),
-            None => Ok(()),
-        }
-    }
-
-    fn finish(&self, run: &Run, span: &Span, out: &mut impl Write) -> io::Result<()> {
-        if self.text.is_none() || run.verdict().is_some() {
-            return Ok(());
-        }
-        writeln!(out, "{}", line(MonoTime::ZERO.after(span.until), "until", span.why))
-    }
 }
 
 /// The map that is asked for, else that of the scenario.

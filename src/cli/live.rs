@@ -13,7 +13,7 @@ use crate::config::{Overrides, load};
 use crate::daemon::{self, DaemonError, Playback};
 use crate::io::can::log::Log;
 use crate::replay::Routes;
-use crate::view::{Style, View};
+use crate::report::view::{Style, View};
 
 pub(super) const RUN_HELP: &str = "\
 Examples:

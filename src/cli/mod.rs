@@ -17,7 +17,7 @@ use tracing_subscriber::EnvFilter;
 
 use crate::config::Refused;
 use crate::daemon::DaemonError;
-use crate::publisher::PublisherError;
+use crate::daemon::publisher::PublisherError;
 use arguments::ConfigArgs;
 use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};

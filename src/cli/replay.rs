@@ -11,12 +11,12 @@ use super::{Failure, say, start_log};
 use crate::config::Settings;
 use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
+use crate::daemon::publisher::topics;
 use crate::daemon::{self, Playback};
 use crate::io::can::log::Log;
-use crate::publisher::topics;
 use crate::replay::{Replay, Routes};
-use crate::timeline::{Changes, JsonTimeline};
-use crate::view::{Style, View, time_text};
+use crate::report::gateway::{Changes, JsonTimeline};
+use crate::report::view::{Style, View, time_text};
 
 pub(super) const REPLAY_HELP: &str = "\
 Examples:

@@ -14,11 +14,13 @@ use crate::config::Settings;
 use crate::core::command::sender::SendFailure;
 use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
-use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings, VehicleEvent};
-use crate::core::time::{MonoTime, WallStamp};
+use crate::core::simulated_vehicle::{Output, SimulationSettings, VehicleEvent};
+use crate::core::time::WallStamp;
 use crate::daemon::vehicle::{Seen, VehicleRun, run_vehicle};
+use crate::desk;
 use crate::io::can::controller::has_controller;
-use crate::vehicle_timeline::{Form, VehicleTimeline};
+use crate::report::Form;
+use crate::report::vehicle::{CandumpLog, line};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -103,15 +105,8 @@ pub(super) fn run(args: &VehicleArgs) -> Result<ExitCode, Failure> {
         seed: args.seed,
     };
     let script = args.script.as_deref().map(read_script).transpose()?.unwrap_or_default();
-    let form = match (args.json, args.candump) {
-        (_, true) => Form::Candump,
-        (true, false) => Form::Json,
-        (false, false) => Form::Text,
-    };
-    let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
-    let timeline = VehicleTimeline { form, interfaces, start: LOG_START };
     let run = VehicleRun { plan, simulation, script, until: args.until, lines: None };
-    if args.candump { write_log(run, &timeline) } else { drive(&settings, run, &timeline) }
+    if args.candump { write_log(&settings, run) } else { drive(&settings, run, Form::json_if(args.json)) }
 }
 
 /// 2023-11-14, so that the same script gives the same log.
@@ -119,25 +114,25 @@ const LOG_START: WallStamp = WallStamp::from_nanos(1_700_000_000_000_000_000);
 const LOG_LENGTH: Duration = Duration::from_secs(10);
 
 /// The vehicle on its interfaces.
-fn drive(settings: &Settings, mut run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Failure> {
+fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCode, Failure> {
     for bus in &settings.gateway.buses {
         refuse_controller(&bus.interface)?;
     }
-    if timeline.form == Form::Text && io::stdout().is_terminal() {
+    if form == Form::Text && io::stdout().is_terminal() {
         say(&title(settings, &run.plan));
     }
     run.lines = Some(lines_of_stdin());
     let mut out = io::stdout().lock();
     run_vehicle(settings, run, |seen, now| {
         match seen {
-            Seen::Output(output) => {
-                if let Some(line) = timeline.line(output, now) {
-                    writeln!(out, "{line}")?;
-                    out.flush()?;
-                }
+            Seen::Output(Output::Happened(event)) => {
+                writeln!(out, "{}", line(form, event, now))?;
+                out.flush()?;
             }
+            Seen::Output(Output::Frame { .. } | Output::Error { .. }) => {}
             Seen::NotSent(bus, why) => {
-                let interface = timeline.interfaces.get(usize::from(bus.0)).map_or("?", String::as_str);
+                let bus = settings.gateway.buses.get(usize::from(bus.0));
+                let interface = bus.map_or("?", |bus| bus.interface.as_str());
                 say(&format!("nothing can be sent on {interface}: {}", reason(why)));
             }
             Seen::Misunderstood(error) => say(&format!("request: {error}")),
@@ -148,28 +143,20 @@ fn drive(settings: &Settings, mut run: VehicleRun, timeline: &VehicleTimeline) -
 }
 
 /// The vehicle on virtual time.
-fn write_log(run: VehicleRun, timeline: &VehicleTimeline) -> Result<ExitCode, Failure> {
+fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> {
+    let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
+    let log = CandumpLog { interfaces, start: LOG_START };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut vehicle = SimulatedVehicle::new(run.plan, run.simulation, MonoTime::ZERO);
-    for (at, request) in run.script {
-        vehicle.schedule(MonoTime::ZERO.after(at), request);
-    }
-    let end = MonoTime::ZERO.after(run.until.unwrap_or(LOG_LENGTH));
-    let mut now = MonoTime::ZERO;
-    loop {
-        vehicle.settle(now);
-        while let Some(output) = vehicle.poll_output() {
-            if let Some(line) = timeline.line(&output, now) {
-                writeln!(out, "{line}")?;
-            } else if let Output::Happened(VehicleEvent::NotPossible(why)) = &output {
-                say(&format!("without effect on the bus: {why}"));
-            }
+    let length = run.until.unwrap_or(LOG_LENGTH);
+    desk::vehicle::run(run.plan, run.simulation, run.script, length, |output, at| {
+        if let Some(line) = log.line(output, at) {
+            return writeln!(out, "{line}");
         }
-        match vehicle.next_deadline(now).filter(|next| *next <= end) {
-            Some(next) => now = next,
-            None => break,
+        if let Output::Happened(VehicleEvent::NotPossible(why)) = output {
+            say(&format!("without effect on the bus: {why}"));
         }
-    }
+        Ok(())
+    })?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
 }

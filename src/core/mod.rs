@@ -9,6 +9,7 @@ pub mod compat;
 pub mod dbc;
 pub mod diagnostics;
 pub mod gateway;
+pub mod light_command;
 pub mod map;
 pub mod simulated_vehicle;
 pub mod time;

@@ -5,6 +5,8 @@
 
 use std::time::Duration;
 
+pub mod timer_table;
+
 /// Monotonic time in nanoseconds since an arbitrary origin. Never runs backwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct MonoTime(u64);
@@ -12,6 +14,8 @@ pub struct MonoTime(u64);
 impl MonoTime {
     /// The origin.
     pub const ZERO: Self = Self(0);
+    /// The end of time, 584 years after the origin.
+    pub const MAX: Self = Self(u64::MAX);
 
     /// A time `nanos` ns after the origin.
     pub const fn from_nanos(nanos: u64) -> Self {

@@ -15,8 +15,8 @@ use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings, Recording};
 use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now};
 use crate::io::recorder::Recorder;
-use crate::timeline::Changes;
-use crate::view::time_text;
+use crate::report::gateway::Changes;
+use crate::report::view::time_text;
 
 /// Most inputs in memory, about 10 MB.
 const MAX_INPUTS: usize = 100_000;

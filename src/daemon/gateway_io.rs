@@ -10,8 +10,12 @@ use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 
 use super::DaemonError;
 use super::fault_recorder::FaultRecorder;
+use super::live::Live;
+use super::publisher::Publisher;
 use crate::config::Settings;
 use crate::core::can::link::LinkState;
+use crate::core::command::allow_list::CommandFrame;
+use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
 use crate::core::gateway::event::{Input, Output};
@@ -21,10 +25,8 @@ use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
-use crate::live::Live;
-use crate::publisher::Publisher;
-use crate::timeline::JsonTimeline;
-use crate::view::View;
+use crate::report::gateway::JsonTimeline;
+use crate::report::view::View;
 
 /// Everything the outputs go to, and the request to stop.
 pub(super) struct GatewayIo {
@@ -71,8 +73,9 @@ impl GatewayIo {
         transmitters: &[Transmitter],
         clock: &Clock,
     ) -> Result<(), DaemonError> {
-        let read = clock.now();
-        self.emit(|| sent_output(live, transmitters, clock), read)?;
+        let (read, started) = (clock.now(), live.now());
+        // The outputs from before the first step belong to the start.
+        self.emit_and_send(live, transmitters, clock, started)?;
         while let Some(at) = live.step(read.mono, |input, at| {
             if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
                 faults.keep(*input, at);
@@ -81,10 +84,28 @@ impl GatewayIo {
             if let Some(faults) = &mut self.faults {
                 faults.save_if_over(at);
             }
-            self.emit(|| sent_output(live, transmitters, clock), at)?;
+            self.emit_and_send(live, transmitters, clock, at)?;
         }
         live.settle_commands(read);
-        self.emit(|| sent_output(live, transmitters, clock), read)
+        self.emit_and_send(live, transmitters, clock, read)
+    }
+
+    /// Hands on all outputs. What became of a frame to the vehicle goes back as an input.
+    fn emit_and_send(
+        &mut self,
+        live: &mut Live,
+        transmitters: &[Transmitter],
+        clock: &Clock,
+        now: Now,
+    ) -> Result<(), DaemonError> {
+        while let Some(output) = live.poll_output() {
+            if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
+                let result = transmit(frame, transmitters);
+                live.take([result], clock.now());
+            }
+            self.emit_output(&output, now)?;
+        }
+        self.refresh(now)
     }
 
     pub(super) fn emit(
@@ -93,22 +114,31 @@ impl GatewayIo {
         now: Now,
     ) -> Result<(), DaemonError> {
         while let Some(output) = poll() {
-            self.publisher.send(&output);
-            if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
-                tracing::warn!("a command was not understood: {error}");
-            }
-            if let Some(faults) = &mut self.faults {
-                faults.decided(&output, now);
-            }
-            match &self.json {
-                Some(json) => {
-                    if let Some(line) = json.line(&output, now.mono) {
-                        write_line(&line)?;
-                    }
-                }
-                None => self.view.show(&output, now.mono)?,
-            }
+            self.emit_output(&output, now)?;
         }
+        self.refresh(now)
+    }
+
+    fn emit_output(&mut self, output: &Output, now: Now) -> Result<(), DaemonError> {
+        self.publisher.send(output);
+        if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = output {
+            tracing::warn!("a command was not understood: {error}");
+        }
+        if let Some(faults) = &mut self.faults {
+            faults.decided(output, now);
+        }
+        match &self.json {
+            Some(json) => {
+                if let Some(line) = json.line(output, now.mono) {
+                    write_line(&line)?;
+                }
+            }
+            None => self.view.show(output, now.mono)?,
+        }
+        Ok(())
+    }
+
+    fn refresh(&mut self, now: Now) -> Result<(), DaemonError> {
         if self.json.is_none() {
             self.view.refresh(now.mono, || self.publisher.describe())?;
         }
@@ -139,18 +169,14 @@ impl GatewayIo {
     }
 }
 
-/// The next output. A frame to the vehicle is sent, or told at once that it could not be.
-fn sent_output(live: &mut Live, transmitters: &[Transmitter], clock: &Clock) -> Option<Output> {
-    let output = live.poll_output()?;
-    if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
-        let transmitter = transmitters.get(usize::from(frame.bus().0));
-        let no_transmitter = Err(SendFailure::Refused(libc::ENODEV));
-        match transmitter.map_or(no_transmitter, |transmitter| transmitter.send(frame.frame())) {
-            Ok(()) => live.sent(frame, clock.now().mono),
-            Err(why) => live.not_sent(frame, why, clock.now()),
-        }
+/// Sends a frame to the vehicle; gives the result for the command machine.
+fn transmit(frame: &CommandFrame, transmitters: &[Transmitter]) -> CommandInput {
+    let transmitter = transmitters.get(usize::from(frame.bus().0));
+    let no_transmitter = Err(SendFailure::Refused(libc::ENODEV));
+    match transmitter.map_or(no_transmitter, |transmitter| transmitter.send(frame.frame())) {
+        Ok(()) => CommandInput::Sent(frame.clone()),
+        Err(failure) => CommandInput::SendFailed { frame: frame.clone(), failure },
     }
-    Some(output)
 }
 
 #[allow(clippy::print_stdout)] // the JSON lines are what was asked for

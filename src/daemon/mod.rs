@@ -5,6 +5,8 @@
 
 mod fault_recorder;
 mod gateway_io;
+pub mod live;
+pub mod publisher;
 pub mod vehicle;
 
 use std::future::pending;
@@ -19,6 +21,7 @@ use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
 use crate::io::can::bus::{BusSocketSettings, receive};
@@ -26,12 +29,12 @@ use crate::io::can::log::Log;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
-use crate::live::Live;
-use crate::publisher::PublisherError;
 use crate::replay::{Replay, Routes};
-use crate::timeline::JsonTimeline;
-use crate::view::View;
+use crate::report::gateway::JsonTimeline;
+use crate::report::view::View;
 use gateway_io::{GatewayIo, StopSignals};
+use live::Live;
+use publisher::PublisherError;
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -181,7 +184,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         let wake = end.map_or(wake, |end| wake.min(end));
         tokio::select! {
             () = gateway_io.stop.requested(), if end.is_none() => {
-                live.take([Input::Stop], clock.now());
+                live.take([CommandInput::Stop], clock.now());
                 end = Some(Instant::now() + LAST_FRAMES);
             }
             () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),

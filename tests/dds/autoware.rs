@@ -83,7 +83,8 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
     let gateway = Role::new(domain).with_autoware().start();
     // In whichever order their writers are discovered.
     for subscription in [1, 4] {
-        let arrived = gateway.wait_for(Mark::START, KINDS[subscription].0, |line| is_arrival(line, subscription));
+        let arrived =
+            gateway.wait_for(Mark::START, KINDS[subscription].0, |line| is_arrival(line, subscription));
         assert_eq!(arrived["what"], expected()[subscription]);
     }
     wait_for_matches(&gateway, &peer);

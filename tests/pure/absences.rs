@@ -5,7 +5,7 @@ use std::io;
 use signal_gateway::config::Settings;
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
-use signal_gateway::timeline::Changes;
+use signal_gateway::report::gateway::Changes;
 
 use crate::support::files::MemoryFiles;
 

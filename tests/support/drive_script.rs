@@ -14,8 +14,8 @@ use signal_gateway::core::turn_signal::planner_input::FactorTopic;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::shift::ShiftedPath;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
-use signal_gateway::drive::course::{Course, Cycle};
-use signal_gateway::drive::run::Run;
+use signal_gateway::desk::drive::course::{Course, Cycle};
+use signal_gateway::desk::drive::run::Run;
 
 /// Both behaviours, in the order of everything that is kept for each.
 pub(crate) const MODES: [Compat; 2] = [Compat::Improved, Compat::Upstream];

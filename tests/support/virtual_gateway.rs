@@ -4,6 +4,7 @@
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::diagnostics::{Level, Status};
@@ -68,12 +69,12 @@ impl VirtualGateway {
     /// Goes on to the next deadline, which is handled, or to `until` if that comes first; says whether it was
     /// a deadline.
     pub(crate) fn step(&mut self, until: MonoTime) -> bool {
-        let deadline = self.gateway.next_deadline(self.now.mono).max(self.now.mono);
+        let deadline = self.gateway.next_deadline().max(self.now.mono);
         let is_deadline = deadline <= until;
         self.now = at(deadline.min(until));
         if is_deadline {
             self.handle(Input::Tick);
-            let next = self.gateway.next_deadline(self.now.mono);
+            let next = self.gateway.next_deadline();
             assert!(next > self.now.mono, "a deadline that does not move");
         }
         is_deadline
@@ -172,7 +173,8 @@ impl VirtualGateway {
             } else if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output
                 && at < self.queue_full_until
             {
-                self.gateway.not_sent(frame, SendFailure::QueueFull, self.now);
+                let (frame, failure) = (frame.clone(), SendFailure::QueueFull);
+                self.gateway.handle_command(CommandInput::SendFailed { frame, failure }, self.now);
             } else {
                 self.outputs.push((at, output));
             }

@@ -62,7 +62,7 @@ impl Desk {
                 return;
             }
             assert!(Instant::now() < end, "only {:#?} {:#?}", self.said, self.turn);
-            let deadline = self.gateway.next_deadline(now(self.started).mono).as_nanos();
+            let deadline = self.gateway.next_deadline().as_nanos();
             let wait = Duration::from_nanos(deadline).saturating_sub(self.started.elapsed());
             let batch = timeout(wait, self.inputs.recv()).await;
             let now = now(self.started);

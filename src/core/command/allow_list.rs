@@ -1,8 +1,7 @@
-//! What may be sent at all: frames of the profile's command messages, and nothing else.
+//! The only frames that can be sent: those of the profile's command messages.
 //!
-//! A [`CommandFrame`] comes out of a [`SendPermission`] only, and a permission out of the [`AllowList`] only, which
-//! the configuration builds of the profile. So a frame with another identifier, or on another bus,
-//! cannot be made.
+//! A [`CommandFrame`] is made by a [`SendPermission`] only, and a permission by the [`AllowList`] only, which the
+//! configuration builds from the profile. So a frame with another identifier, or on another bus, cannot be made.
 
 use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 use crate::core::can::link::BusIndex;
@@ -11,7 +10,7 @@ use crate::core::can::link::BusIndex;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AllowList(Vec<(BusIndex, CanId)>);
 
-/// The right to send one of them.
+/// The permission to send one of these messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SendPermission {
     bus: BusIndex,
@@ -29,7 +28,7 @@ pub struct CommandFrame {
 /// Why a message cannot be sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum NotSendable {
-    /// It is in the list already.
+    /// The list has it already.
     #[error("another command message of this bus has the identifier {0}")]
     Twice(CanId),
     /// No frame has that length.
@@ -51,7 +50,7 @@ impl AllowList {
         Ok(permission)
     }
 
-    /// Whether the message is in the list.
+    /// True if the message is in the list.
     pub fn contains(&self, bus: BusIndex, id: CanId) -> bool {
         self.0.contains(&(bus, id))
     }
@@ -63,17 +62,17 @@ impl AllowList {
 }
 
 impl SendPermission {
-    /// The bus.
+    /// The bus of the message.
     pub fn bus(&self) -> BusIndex {
         self.bus
     }
 
-    /// The identifier.
+    /// The identifier of the message.
     pub fn id(&self) -> CanId {
         self.id
     }
 
-    /// Bytes of the message.
+    /// The length of the message, bytes.
     pub fn length(&self) -> usize {
         self.length
     }
@@ -86,12 +85,12 @@ impl SendPermission {
 }
 
 impl CommandFrame {
-    /// Where it goes.
+    /// The bus it is for.
     pub fn bus(&self) -> BusIndex {
         self.bus
     }
 
-    /// What goes there.
+    /// The frame itself.
     pub fn frame(&self) -> &Frame {
         &self.frame
     }

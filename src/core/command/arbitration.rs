@@ -1,11 +1,11 @@
-//! What is requested of the vehicle now: hazard before turn, within what the control mode grants, without
-//! fighting the driver, and with a defined state when a sender falls silent.
+//! Arbitration: which request goes to the vehicle now. Hazard lights come before turn indicators, within what
+//! the control mode grants, without fighting the driver, and with a defined state when a sender falls silent.
 
 use super::Turn;
 use super::control_mode::{Grants, Mode};
 use super::intake::CommandState;
 
-/// What is requested of the vehicle with authority; `None` = this function is left to the vehicle.
+/// A request to the vehicle, with authority; `None` = this function is left to the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct VehicleRequest {
     /// Turn indicators.
@@ -14,19 +14,19 @@ pub struct VehicleRequest {
     pub hazard: Option<bool>,
 }
 
-/// What is wanted instead, when a sender that wanted something has fallen silent.
+/// The request instead of the last one of a sender that has fallen silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TimeoutAction {
     /// Its lights off.
     #[default]
     Off,
-    /// What it wanted last.
+    /// Its last request.
     Hold,
     /// Hazard lights on.
     Hazard,
 }
 
-/// What the vehicle is asked for in the last frames before the gateway ends.
+/// The request in the last frames before the gateway ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ShutdownAction {
     /// Nothing: authority is given back.
@@ -38,72 +38,73 @@ pub enum ShutdownAction {
     Hazard,
 }
 
-/// What does not change while the gateway runs.
+/// The rules of arbitration that the configuration sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Rules {
-    /// When the turn command falls silent.
+    /// The request after a timeout of the turn command.
     pub on_turn_timeout: TimeoutAction,
-    /// When the hazard command falls silent.
+    /// The request after a timeout of the hazard command.
     pub on_hazard_timeout: TimeoutAction,
-    /// At the end.
+    /// The request when the gateway ends.
     pub on_shutdown: ShutdownAction,
 }
 
-/// Everything that decides.
+/// Everything that arbitration decides on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Situation {
-    /// Of the turn command.
+    /// State of the turn command.
     pub turn: CommandState<Turn>,
-    /// Of the hazard command.
+    /// State of the hazard command.
     pub hazard: CommandState<bool>,
     /// The control mode.
     pub mode: Mode,
-    /// Functions the driver has taken.
+    /// Functions that the driver has taken over.
     pub driver: Grants,
-    /// Whether the hazard lights may be the driver's for all that is known.
+    /// True if no report shows the hazard lights, so that they may be on by the driver.
     pub hazard_without_feedback: bool,
-    /// Whether the gateway is about to end.
+    /// True if the gateway is about to end.
     pub stopping: bool,
 }
 
-/// Why a function is asked for what it is, or for nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Why this is requested of a function, or nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum DecisionReason {
-    /// The command says so.
+    /// The command requests it.
     Commanded,
     /// The hazard lights are on, which come before turn indicators.
     HazardFirst,
-    /// The command has fallen silent, and this is the state for that.
+    /// The command has timed out, and this is the state for that.
     TimedOut,
-    /// Nothing is wanted.
+    /// The command requests nothing.
     NoCommand,
-    /// No command has come since start.
+    /// No command has been received since start.
     NeverCommanded,
     /// The control mode does not allow it.
+    #[default]
     NotGranted,
     /// The driver does something else.
     Driver,
-    /// No report says whether the hazard lights are on, and so perhaps the driver's.
+    /// No report shows the hazard lights, so that they may be on by the driver.
     NoFeedback,
     /// The gateway is about to end.
     Stopping,
 }
 
-/// What is asked for, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// The request to the vehicle and its reasons; by default nothing, since no control mode is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Decision {
-    /// What goes into the frames.
+    /// The request that goes into the frames.
     pub request: VehicleRequest,
-    /// The same before the driver had a say: what the report is held against.
-    pub wanted: VehicleRequest,
-    /// About the turn indicators.
+    /// The request as if there were no driver, which the report is compared with.
+    pub commanded: VehicleRequest,
+    /// The reason for the turn indicators.
     pub turn: DecisionReason,
-    /// About the hazard lights.
+    /// The reason for the hazard lights.
     pub hazard: DecisionReason,
 }
 
 impl DecisionReason {
-    /// For people.
+    /// The reason in words.
     pub fn text(self) -> &'static str {
         match self {
             Self::Commanded => "as commanded",
@@ -119,19 +120,19 @@ impl DecisionReason {
     }
 }
 
-/// Decides.
+/// Arbitrates.
 pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
-    let (mut turn, mut turn_why) = requested(situation.turn, |last| match rules.on_turn_timeout {
+    let (mut turn, mut turn_reason) = requested(situation.turn, |last| match rules.on_turn_timeout {
         TimeoutAction::Hold => last,
         TimeoutAction::Off | TimeoutAction::Hazard => Turn::Off,
     });
-    let (mut hazard, mut hazard_why) = requested(situation.hazard, |last| match rules.on_hazard_timeout {
+    let (mut hazard, mut hazard_reason) = requested(situation.hazard, |last| match rules.on_hazard_timeout {
         TimeoutAction::Hold => last,
         TimeoutAction::Off => false,
         TimeoutAction::Hazard => true,
     });
-    if rules.on_turn_timeout == TimeoutAction::Hazard && turn_why == DecisionReason::TimedOut {
-        (hazard, hazard_why) = (Some(true), DecisionReason::TimedOut);
+    if rules.on_turn_timeout == TimeoutAction::Hazard && turn_reason == DecisionReason::TimedOut {
+        (hazard, hazard_reason) = (Some(true), DecisionReason::TimedOut);
     }
     if situation.stopping {
         (turn, hazard) = match rules.on_shutdown {
@@ -139,40 +140,43 @@ pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
             ShutdownAction::Off => (Some(Turn::Off), Some(false)),
             ShutdownAction::Hazard => (Some(Turn::Off), Some(true)),
         };
-        (turn_why, hazard_why) = (DecisionReason::Stopping, DecisionReason::Stopping);
+        (turn_reason, hazard_reason) = (DecisionReason::Stopping, DecisionReason::Stopping);
     }
     let grants = situation.mode.grants();
     if !grants.turn {
-        (turn, turn_why) = (None, DecisionReason::NotGranted);
+        (turn, turn_reason) = (None, DecisionReason::NotGranted);
     }
     if !grants.hazard {
-        (hazard, hazard_why) = (None, DecisionReason::NotGranted);
+        (hazard, hazard_reason) = (None, DecisionReason::NotGranted);
     }
     if hazard == Some(true) && turn.is_some() {
-        (turn, turn_why) = (Some(Turn::Off), DecisionReason::HazardFirst);
+        (turn, turn_reason) = (Some(Turn::Off), DecisionReason::HazardFirst);
     }
-    let wanted = VehicleRequest { turn, hazard };
-    let mut request = wanted;
+    let commanded = VehicleRequest { turn, hazard };
+    let mut request = commanded;
     if situation.driver.turn && request.turn.is_some() {
-        (request.turn, turn_why) = (None, DecisionReason::Driver);
+        (request.turn, turn_reason) = (None, DecisionReason::Driver);
     }
-    // On is safe whoever wants it: only an off gives way.
+    // On is safe whoever requests it: only an off gives way.
     if request.hazard == Some(false) {
         if situation.driver.hazard {
-            (request.hazard, hazard_why) = (None, DecisionReason::Driver);
+            (request.hazard, hazard_reason) = (None, DecisionReason::Driver);
         } else if situation.hazard_without_feedback {
-            (request.hazard, hazard_why) = (None, DecisionReason::NoFeedback);
+            (request.hazard, hazard_reason) = (None, DecisionReason::NoFeedback);
         }
     }
-    Decision { request, wanted, turn: turn_why, hazard: hazard_why }
+    Decision { request, commanded, turn: turn_reason, hazard: hazard_reason }
 }
 
-/// What a command state comes to; `silent` = what to make of the last request of a sender that fell silent.
-fn requested<T>(command_state: CommandState<T>, silent: impl FnOnce(T) -> T) -> (Option<T>, DecisionReason) {
+/// The request of a command state; `on_timeout` makes it of the last request of a sender that fell silent.
+fn requested<T>(
+    command_state: CommandState<T>,
+    on_timeout: impl FnOnce(T) -> T,
+) -> (Option<T>, DecisionReason) {
     match command_state {
         CommandState::NeverReceived => (None, DecisionReason::NeverCommanded),
         CommandState::NoCommand | CommandState::TimedOut(None) => (None, DecisionReason::NoCommand),
         CommandState::Requested(requested) => (Some(requested), DecisionReason::Commanded),
-        CommandState::TimedOut(Some(last)) => (Some(silent(last)), DecisionReason::TimedOut),
+        CommandState::TimedOut(Some(last)) => (Some(on_timeout(last)), DecisionReason::TimedOut),
     }
 }

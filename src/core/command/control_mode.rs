@@ -1,4 +1,6 @@
-//! Which commands a control mode lets through (docs/spec/vehicle-interface.md, "Control modes").
+//! The commands that each control mode grants (docs/spec/vehicle-interface.md, "Control modes").
+
+use crate::core::light_command::{EnumOrUnknown, Numbered};
 
 /// `ControlModeReport.mode`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,18 +22,19 @@ pub enum ControlMode {
     NotReady = 6,
 }
 
-/// What is known of the control mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The control mode, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mode {
-    /// This.
+    /// A defined mode.
     Known(ControlMode),
-    /// A value that is not defined.
+    /// A value that stands for no mode.
     Undefined(i128),
-    /// Nothing that can be believed: nothing came, or not for longer than its limit.
+    /// Nothing has been received, or nothing for longer than the timeout.
+    #[default]
     Unknown,
 }
 
-/// Which functions may be asked for.
+/// The functions that may be requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Grants {
     /// Turn indicators: the steering group.
@@ -41,22 +44,6 @@ pub struct Grants {
 }
 
 impl ControlMode {
-    /// All modes, by value.
-    pub const ALL: [Self; 7] = [
-        Self::NoCommand,
-        Self::Autonomous,
-        Self::AutonomousSteerOnly,
-        Self::AutonomousVelocityOnly,
-        Self::Manual,
-        Self::Disengaged,
-        Self::NotReady,
-    ];
-
-    /// The mode with that value.
-    pub fn from_raw(raw: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(raw)).copied()
-    }
-
     /// The constant's name in the `.msg` file.
     pub fn name(self) -> &'static str {
         match self {
@@ -70,7 +57,7 @@ impl ControlMode {
         }
     }
 
-    /// What it lets through. Modes the interface leaves undecided let nothing through.
+    /// The functions it grants. Modes that the interface leaves undecided grant nothing.
     pub fn grants(self) -> Grants {
         match self {
             Self::Autonomous | Self::AutonomousSteerOnly => Grants { turn: true, hazard: true },
@@ -80,8 +67,29 @@ impl ControlMode {
     }
 }
 
+impl Numbered for ControlMode {
+    const ALL: &'static [Self] = &[
+        Self::NoCommand,
+        Self::Autonomous,
+        Self::AutonomousSteerOnly,
+        Self::AutonomousVelocityOnly,
+        Self::Manual,
+        Self::Disengaged,
+        Self::NotReady,
+    ];
+}
+
+impl From<EnumOrUnknown<ControlMode>> for Mode {
+    fn from(mode: EnumOrUnknown<ControlMode>) -> Self {
+        match mode {
+            EnumOrUnknown::Known(mode) => Self::Known(mode),
+            EnumOrUnknown::Unknown(number) => Self::Undefined(number.into()),
+        }
+    }
+}
+
 impl Mode {
-    /// What it lets through: nothing while it is not known.
+    /// The functions it grants: none while it is not known.
     pub fn grants(self) -> Grants {
         match self {
             Self::Known(mode) => mode.grants(),
@@ -98,11 +106,11 @@ mod tests {
     fn each_mode_has_its_value_and_its_grants() {
         let table = [(false, false), (true, true), (true, true), (false, true)];
         let table = table.into_iter().chain([(false, false); 3]);
-        for (raw, (mode, (turn, hazard))) in (0..).zip(ControlMode::ALL.into_iter().zip(table)) {
-            assert_eq!((mode as u8, ControlMode::from_raw(raw)), (raw, Some(mode)));
+        for (raw, (mode, (turn, hazard))) in (0_u8..).zip(ControlMode::ALL.iter().zip(table)) {
+            assert_eq!((*mode as u8, Mode::from(EnumOrUnknown::from(raw))), (raw, Mode::Known(*mode)));
             assert_eq!(mode.grants(), Grants { turn, hazard }, "{}", mode.name());
         }
-        assert_eq!(ControlMode::from_raw(7), None);
+        assert_eq!(Mode::from(EnumOrUnknown::from(7)), Mode::Undefined(7));
         assert_eq!(Mode::Undefined(1).grants(), Grants::default());
     }
 }

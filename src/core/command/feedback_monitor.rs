@@ -1,46 +1,58 @@
-//! Whether the vehicle's report complies with what is requested: obeyed, not yet, not, or the driver's doing.
+//! Compares the vehicle's report with the request to it.
 
+use std::num::NonZeroU8;
 use std::time::Duration;
 
 use super::Turn;
 use crate::core::time::{MonoTime, deadline_after};
 
-/// How long the vehicle may take.
+/// The time the vehicle may take to show a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Limits {
-    /// Until a difference is worth a warning.
+    /// Time until a difference is a warning.
     pub warn: Duration,
-    /// Until it is an error; not below `warn`.
+    /// Time until it is an error; not below `warn`.
     pub error: Duration,
 }
 
-/// A state of lights that may be compared.
+/// A state of lights that can be compared with a report.
 pub trait Lights: Copy + Eq {
-    /// Whether a light is on.
+    /// True if a light is on.
     fn is_lit(self) -> bool;
+    /// The name in texts.
+    fn name(self) -> &'static str;
 }
 
 impl Lights for Turn {
     fn is_lit(self) -> bool {
         self != Self::Off
     }
+
+    fn name(self) -> &'static str {
+        self.name()
+    }
 }
 
+/// Hazard lights: `true` = on.
 impl Lights for bool {
     fn is_lit(self) -> bool {
         self
     }
+
+    fn name(self) -> &'static str {
+        if self { "on" } else { "off" }
+    }
 }
 
-/// Whether the report complies with what is requested.
+/// The result of comparing the report with the request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Compliance {
-    /// Nothing is wanted.
+    /// Nothing is requested.
     #[default]
     NotRequested,
-    /// The report shows what is wanted.
+    /// The report shows the request.
     Compliant,
-    /// It does not, but not for long.
+    /// It does not, for no longer than the first limit.
     Pending,
     /// It has not for longer than the first limit.
     Overdue,
@@ -48,122 +60,157 @@ pub enum Compliance {
     Mismatch,
     /// There has been no report for longer than the first limit.
     NoFeedback,
-    /// It shows what the driver does, or what was on before the gateway wanted anything.
+    /// It shows what the driver does, or what was on before the gateway requested anything.
     DriverOverride,
 }
 
-/// Watches one function.
+/// The lights in coming reports that were switched on by request. Reports lag behind, so that a short request
+/// shows after it has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum OwnLights {
+    /// A light that is reported on is somebody else's.
+    None,
+    /// The report shows, or will show, so many requested lights one after the other.
+    Expected(NonZeroU8),
+}
+
+impl OwnLights {
+    fn at_least_one(self) -> Self {
+        if self == Self::None { Self::Expected(NonZeroU8::MIN) } else { self }
+    }
+
+    fn one_more(self) -> Self {
+        match self {
+            Self::None => Self::Expected(NonZeroU8::MIN),
+            Self::Expected(count) => Self::Expected(count.saturating_add(1)),
+        }
+    }
+
+    fn one_fewer(self) -> Self {
+        match self {
+            Self::None => Self::None,
+            Self::Expected(count) => NonZeroU8::new(count.get() - 1).map_or(Self::None, Self::Expected),
+        }
+    }
+}
+
+/// Monitors one function: turn indicators or hazard lights.
 #[derive(Debug, Clone)]
 pub struct FeedbackMonitor<T> {
     limits: Limits,
-    wanted: Option<T>,
-    wanted_since: MonoTime,
-    /// Since when the report has not shown what is wanted.
+    requested: Option<T>,
+    requested_since: MonoTime,
+    /// Since when the report has not shown the request.
     mismatch_since: Option<MonoTime>,
-    /// Whether the report has shown /// Whether the report has shown  request.
+    /// True if the report has shown the present request.
     complied_once: bool,
-    /// How often the report may still show a light that we wanted: 0 = one that is on is not ours. The
-    /// report comes late, so that short requests show after they have ended.
-    own_lights: u8,
-    /// Whether a light was on by the last report.
+    own_lights: OwnLights,
+    /// True if a light was on by the last report.
     reported_lit: bool,
     /// The light that was the driver's by the last report.
     driver_light: Option<T>,
     compliance: Compliance,
-    /// Times the driver was found to do something else.
-    driver_count: u64,
-    /// Times the second limit was passed.
-    mismatch_count: u64,
+    counts: FeedbackCounts,
+}
+
+/// Changes of compliance since start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FeedbackCounts {
+    /// Changes to [`Compliance::DriverOverride`].
+    pub driver_overrides: u64,
+    /// Changes to [`Compliance::Mismatch`].
+    pub mismatches: u64,
 }
 
 impl<T: Lights> FeedbackMonitor<T> {
-    /// Nothing wanted, nothing seen.
+    /// A monitor without a request and without a report.
     pub fn new(limits: Limits) -> Self {
         Self {
             limits,
-            wanted: None,
-            wanted_since: MonoTime::ZERO,
+            requested: None,
+            requested_since: MonoTime::ZERO,
             mismatch_since: None,
             complied_once: false,
-            own_lights: 0,
+            own_lights: OwnLights::None,
             reported_lit: false,
             driver_light: None,
             compliance: Compliance::NotRequested,
-            driver_count: 0,
-            mismatch_count: 0,
+            counts: FeedbackCounts::default(),
         }
     }
 
-    /// Compares: `driver` = the vehicle itself says that the driver has taken this function.
-    pub fn update(&mut self, wanted: Option<T>, reported: Option<T>, driver: bool, now: MonoTime) {
-        let wants_light = wanted.is_some_and(Lights::is_lit);
-        if wanted != self.wanted {
-            let wanted_light = self.wanted.is_some_and(Lights::is_lit);
-            self.wanted = wanted;
-            self.wanted_since = now;
+    /// Compares the report with the request. `driver`: whether the vehicle signals that the driver has taken
+    /// over this function.
+    pub fn update(&mut self, requested: Option<T>, reported: Option<T>, driver: bool, now: MonoTime) {
+        let requests_light = requested.is_some_and(Lights::is_lit);
+        if requested != self.requested {
+            let requested_light = self.requested.is_some_and(Lights::is_lit);
+            self.requested = requested;
+            self.requested_since = now;
             self.complied_once = false;
             self.mismatch_since = None;
-            if wants_light
-                && (!reported.is_some_and(Lights::is_lit) || (self.own_lights > 0 && !wanted_light))
-            {
-                self.own_lights =
-                    if wanted_light { self.own_lights.max(1) } else { self.own_lights.saturating_add(1) };
+            let is_reported_lit = reported.is_some_and(Lights::is_lit);
+            if requests_light && (!is_reported_lit || (self.is_own_light() && !requested_light)) {
+                let own = self.own_lights;
+                self.own_lights = if requested_light { own.at_least_one() } else { own.one_more() };
             }
         }
         if let Some(is_lit) = reported.map(Lights::is_lit) {
             if self.reported_lit && !is_lit {
-                self.own_lights =
-                    self.own_lights.saturating_sub(1).max(u8::from(wants_light && self.own_lights > 0));
+                let keeps_one = requests_light && self.is_own_light();
+                let fewer = self.own_lights.one_fewer();
+                self.own_lights = if keeps_one { fewer.at_least_one() } else { fewer };
             }
-            if !is_lit && !wants_light && now.since(self.wanted_since) > self.limits.warn {
-                self.own_lights = 0;
+            if !is_lit && !requests_light && now.since(self.requested_since) > self.limits.warn {
+                self.own_lights = OwnLights::None;
             }
             self.reported_lit = is_lit;
         }
-        let before = self.compliance;
-        self.compliance = self.judge(reported, driver, before, now);
-        self.driver_count +=
-            u64::from(self.compliance == Compliance::DriverOverride && before != Compliance::DriverOverride);
-        self.mismatch_count +=
-            u64::from(self.compliance == Compliance::Mismatch && before != Compliance::Mismatch);
+        let compliance = self.judge(reported, driver, now);
+        self.counts.mismatches +=
+            u64::from(compliance == Compliance::Mismatch && self.compliance != Compliance::Mismatch);
+        self.set_compliance(compliance);
     }
 
-    /// Compares nothing for now, because the report cannot show this function. A light that is wanted
-    /// meanwhile may be on when it can, and is ours then. `driver` as of [`Self::update`].
-    pub fn suspend(&mut self, wanted: Option<T>, driver: bool) {
-        self.wanted = None;
+    /// Compares nothing for now, because the report cannot show this function. A light that is requested
+    /// meanwhile may be on when it can, and is ours then. `driver` as for [`Self::update`].
+    pub fn suspend(&mut self, requested: Option<T>, driver: bool) {
+        self.requested = None;
         self.mismatch_since = None;
         self.driver_light = None;
         self.complied_once = false;
-        self.own_lights = self.own_lights.max(u8::from(wanted.is_some_and(Lights::is_lit)));
-        let is_driver_override = driver && wanted.is_some();
-        self.driver_count += u64::from(is_driver_override && self.compliance != Compliance::DriverOverride);
-        self.compliance =
-            if is_driver_override { Compliance::DriverOverride } else { Compliance::NotRequested };
+        if requested.is_some_and(Lights::is_lit) {
+            self.own_lights = self.own_lights.at_least_one();
+        }
+        let is_driver_override = driver && requested.is_some();
+        self.set_compliance(if is_driver_override {
+            Compliance::DriverOverride
+        } else {
+            Compliance::NotRequested
+        });
     }
 
-    /// As updated last.
+    /// The compliance as updated last.
     pub fn compliance(&self) -> Compliance {
         self.compliance
     }
 
-    /// Whether the driver has this function.
+    /// True if the driver has this function.
     pub fn is_driver_override(&self) -> bool {
         self.compliance == Compliance::DriverOverride
     }
 
-    /// Whether a light that is on, or may be, was lit on /// Whether a light that is on, or may be, was lit on
-    /// request.
+    /// True if a light that is on, or may be, was switched on by request.
     pub fn is_own_light(&self) -> bool {
-        self.own_lights > 0
+        self.own_lights != OwnLights::None
     }
 
-    /// Times the driver was found to do something else, and times the vehicle did not obey.
-    pub fn counts(&self) -> (u64, u64) {
-        (self.driver_count, self.mismatch_count)
+    /// Changes of compliance since start.
+    pub fn counts(&self) -> FeedbackCounts {
+        self.counts
     }
 
-    /// When the compliance changes with nothing happening.
+    /// When the compliance changes without a new request or report.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let since = self.mismatch_since?;
         [deadline_after(since, self.limits.warn), deadline_after(since, self.limits.error)]
@@ -171,45 +218,50 @@ impl<T: Lights> FeedbackMonitor<T> {
             .find(|at| *at > now)
     }
 
-    fn judge(&mut self, reported: Option<T>, driver: bool, before: Compliance, now: MonoTime) -> Compliance {
-        let Some(wanted) = self.wanted else {
+    fn set_compliance(&mut self, compliance: Compliance) {
+        let is_override = compliance == Compliance::DriverOverride;
+        self.counts.driver_overrides += u64::from(is_override && !self.is_driver_override());
+        self.compliance = compliance;
+    }
+
+    fn judge(&mut self, reported: Option<T>, driver: bool, now: MonoTime) -> Compliance {
+        let Some(requested) = self.requested else {
             self.mismatch_since = None;
             self.driver_light = None;
             return Compliance::NotRequested;
         };
-        if reported == Some(wanted) && !driver {
+        if reported == Some(requested) && !driver {
             self.mismatch_since = None;
             self.driver_light = None;
             self.complied_once = true;
             return Compliance::Compliant;
         }
         if let Some(shown) = reported {
-            let is_driver_override = self.is_driver_light(wanted, shown, before, now);
+            let is_driver_override = self.is_driver_light(requested, shown, now);
             self.driver_light = reported.filter(|_| is_driver_override);
         }
-        // While nothing is reported, a light that was the driver's is.
-        if driver || self.driver_light.is_some_and(|light| light != wanted) {
+        // While nothing is reported, a light that was the driver's still is.
+        if driver || self.driver_light.is_some_and(|light| light != requested) {
             self.mismatch_since = None;
             return Compliance::DriverOverride;
         }
-        let apart = now.since(*self.mismatch_since.get_or_insert(now));
+        let mismatch = now.since(*self.mismatch_since.get_or_insert(now));
         match reported {
-            _ if apart <= self.limits.warn => Compliance::Pending,
+            _ if mismatch <= self.limits.warn => Compliance::Pending,
             None => Compliance::NoFeedback,
-            Some(_) if apart <= self.limits.error => Compliance::Overdue,
+            Some(_) if mismatch <= self.limits.error => Compliance::Overdue,
             Some(_) => Compliance::Mismatch,
         }
     }
 
-    /// A light that nobody here wants is the driver's if he had it before, if it was on before we wanted
-    /// anything, or if it came on after the vehicle had shown /// anything, or if it came on after the vehicle had
-    /// shown  request and had time to settle.
-    fn is_driver_light(&self, wanted: T, shown: T, before: Compliance, now: MonoTime) -> bool {
-        if shown == wanted || !shown.is_lit() {
+    /// A light that is not requested is the driver's if it was before, if it was on before anything was
+    /// requested, or if it came on after the vehicle had shown the request and had time to settle.
+    fn is_driver_light(&self, requested: T, shown: T, now: MonoTime) -> bool {
+        if shown == requested || !shown.is_lit() {
             return false;
         }
-        let settled = self.complied_once && now.since(self.wanted_since) > self.limits.warn;
-        before == Compliance::DriverOverride || settled || (!wanted.is_lit() && self.own_lights == 0)
+        let settled = self.complied_once && now.since(self.requested_since) > self.limits.warn;
+        self.is_driver_override() || settled || (!requested.is_lit() && !self.is_own_light())
     }
 }
 
@@ -217,19 +269,19 @@ impl<T: Lights> FeedbackMonitor<T> {
 mod tests {
     use super::*;
 
-    /// A vehicle that takes 150 ms shows the first wish when the second one comes and ends.
+    /// A vehicle that takes 150 ms shows the first request when the second one comes and ends.
     #[test]
-    fn a_report_that_lags_behind_several_wishes_does_not_show_the_drivers_doing() {
+    fn a_report_that_lags_behind_several_requests_shows_no_driver_override() {
         let limits = Limits { warn: Duration::from_millis(1500), error: Duration::from_secs(3) };
-        let mut watch = FeedbackMonitor::new(limits);
+        let mut monitor = FeedbackMonitor::new(limits);
         let requested = |ms: i64| (0..200).contains(&ms) || (220..240).contains(&ms);
         for ms in (0..700).step_by(10) {
             let at = MonoTime::from_millis(u64::try_from(ms).unwrap());
-            watch.update(Some(requested(ms)), Some(requested(ms - 150)), false, at);
-            assert_ne!(watch.compliance(), Compliance::DriverOverride, "at {ms} ms");
+            monitor.update(Some(requested(ms)), Some(requested(ms - 150)), false, at);
+            assert_ne!(monitor.compliance(), Compliance::DriverOverride, "at {ms} ms");
         }
-        assert!(!watch.is_own_light());
-        watch.update(Some(false), Some(true), false, MonoTime::from_millis(700));
-        assert_eq!(watch.compliance(), Compliance::DriverOverride);
+        assert!(!monitor.is_own_light());
+        monitor.update(Some(false), Some(true), false, MonoTime::from_millis(700));
+        assert_eq!(monitor.compliance(), Compliance::DriverOverride);
     }
 }

@@ -1,31 +1,34 @@
-//! The whole command flow: commands, control mode and reports in, frames and what there is to say of
-//! them out.
+//! The command machine: commands, control mode, reports and sent frames in; frames to send and statuses out.
+//!
+//! It runs in real time. Hand it every input with [`CommandFlow::handle_input`], [`CommandFlow::handle_report`]
+//! and the methods for frames, then call [`CommandFlow::settle`], and again at
+//! [`CommandFlow::next_deadline`]; drain [`CommandFlow::poll_output`] after each settling.
 
 use std::collections::VecDeque;
 
-use super::allow_list::CommandFrame;
 use super::arbitration::{Decision, Situation, arbitrate};
-use super::control_mode::{ControlMode, Grants, Mode};
+use super::control_mode::{Grants, Mode};
 use super::feedback_monitor::{Compliance, FeedbackMonitor};
 use super::input::CommandInput;
-use super::intake::{CommandState, Intake, Refusal, hazard_command_value, merged_hazard, turn_command_value};
-use super::message::Contents;
+use super::intake::{CommandState, Intake, Refusal, merged_hazard};
+use super::message::{CommandMessage, Contents};
 use super::output::CommandOutput;
 use super::push_button::PushButton;
-use super::sender::{FrameOrigin, SendCounts, SendFailure, SendProblem, Sender};
+use super::sender::{FrameOrigin, SendCounts, SendProblem, Sender};
 use super::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
 use super::stale_message_filter::StaleMessageFilter;
 use super::{Reported, Turn};
 use crate::core::can::bus::Bus;
 use crate::core::can::error_frame::ControllerState;
-use crate::core::can::frame::Frame;
+use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::time::timer_table::TimerTable;
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{Observations, Reading};
-use crate::core::validation::table::{MessageIndex, Role};
+use crate::core::validation::table::MessageIndex;
 
-/// Commands with everything around them.
+/// The command machine.
 #[derive(Debug, Clone)]
 pub struct CommandFlow {
     pub(super) settings: CommandSettings,
@@ -33,43 +36,60 @@ pub struct CommandFlow {
     observations: Observations,
     pub(super) turn: Intake<Turn>,
     pub(super) hazard: Intake<bool>,
-    /// What this gateway's own decider says of the hazard lights, where it is the source.
+    /// Hazard commands of this gateway's own decider, where it is the source.
     decider_hazard: Intake<bool>,
-    /// The last value of the topic, and when it came.
-    reported_mode: Option<(u8, MonoTime)>,
+    /// The last mode of the topic, and when it was received.
+    reported_mode: Option<(Mode, MonoTime)>,
     stale_mode_filter: StaleMessageFilter,
     pub(super) undefined_modes: u64,
     pub(super) reported: Reported,
     pub(super) turn_feedback: FeedbackMonitor<Turn>,
     pub(super) hazard_feedback: FeedbackMonitor<bool>,
-    /// What each sign of the driver said last.
-    signs: Vec<bool>,
-    /// One for each message.
-    pub(super) outputs: Vec<MessageOutput>,
+    /// The last value of each signal for a driver override.
+    driver_signals: Vec<bool>,
+    /// The sender of each message of the profile.
+    outputs: Vec<MessageOutput>,
     stopping: bool,
-    state: Finding,
+    finding: Finding,
+    timers: TimerTable<Timer>,
     ready: VecDeque<CommandOutput>,
 }
 
-/// What there is for one message of the profile.
+/// The deadlines of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Timer {
+    TurnCommand,
+    HazardCommand,
+    DeciderHazard,
+    ControlMode,
+    TurnFeedback,
+    HazardFeedback,
+    /// The signals that are received for commands become too old.
+    Signals,
+    Button,
+    /// A frame is due, or a foreign one is no longer shown.
+    Frame,
+}
+
+/// One message of the profile on its way out.
 #[derive(Debug, Clone)]
-pub(super) struct MessageOutput {
-    pub(super) sender: Sender,
+struct MessageOutput {
+    sender: Sender,
     button: Option<PushButton>,
     /// Frames sent before the gateway began to end.
     sent_before_stop: u64,
-    /// What its last frame said, counter and checksum aside.
-    said: Option<Contents>,
+    /// The contents of its last frame.
+    last_contents: Option<Contents>,
 }
 
-/// What diagnostics speak of; when it changes they have something new to say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The present state as the statuses show it; a change of it is news.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Finding {
     pub(super) decision: Decision,
     pub(super) mode: Mode,
     pub(super) turn: FunctionFinding<Turn>,
     pub(super) hazard: FunctionFinding<bool>,
-    /// Whether all attempts with a button were without response.
+    /// True if all attempts with a button were without response.
     pub(super) button_given_up: bool,
     /// The first bus that commands cannot be sent on.
     pub(super) cut_off: Option<BusIndex>,
@@ -79,153 +99,107 @@ pub(super) struct Finding {
     pub(super) conflicting_sender: Option<usize>,
 }
 
-/// The part about one function.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The finding about one function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FunctionFinding<T> {
     pub(super) command_state: CommandState<T>,
     pub(super) refusal: Option<Refusal>,
     pub(super) is_oscillating: bool,
     pub(super) compliance: Compliance,
-    /// The report, as long as it is what the compliance is about.
     pub(super) reported: Option<T>,
 }
 
 impl CommandFlow {
-    /// Nothing received, nothing sent. The first frames come out of the first [`Self::settle`].
+    /// A machine that has received and sent nothing. The first frames come out of the first [`Self::settle`].
     pub fn new(settings: CommandSettings, binding: CommandBinding, now: Now) -> Self {
-        let output = |message| MessageOutput {
+        let output = |message: &CommandMessage| MessageOutput {
             sender: Sender::new(message),
-            button: None,
+            button: message.hazard.as_ref().and_then(|part| part.button).map(PushButton::new),
             sent_before_stop: 0,
-            said: None,
-        };
-        let mut outputs: Vec<_> = binding.messages.iter().map(output).collect();
-        for (output, message) in outputs.iter_mut().zip(&binding.messages) {
-            let rules = message.hazard.as_ref().and_then(|part| part.button);
-            output.button = rules.map(PushButton::new);
-        }
-        let turn = Intake::new(turn_command_value, settings.turn_timeout, now.wall);
-        let hazard = Intake::new(hazard_command_value, settings.hazard_timeout, now.wall);
-        let decider_hazard = hazard.clone();
-        let situation = Situation {
-            turn: turn.command_state(now.mono),
-            hazard: hazard.command_state(now.mono),
-            mode: Mode::Unknown,
-            driver: Grants::default(),
-            hazard_without_feedback: false,
-            stopping: false,
-        };
-        let state = Finding {
-            decision: arbitrate(settings.rules, &situation),
-            mode: Mode::Unknown,
-            turn: FunctionFinding::none(situation.turn),
-            hazard: FunctionFinding::none(situation.hazard),
-            button_given_up: false,
-            cut_off: None,
-            problem: None,
-            conflicting_sender: None,
+            last_contents: None,
         };
         Self {
             observations: Observations::new(&binding.table),
-            turn,
-            hazard,
-            decider_hazard,
+            turn: Intake::new(settings.turn_timeout, now.wall),
+            hazard: Intake::new(settings.hazard_timeout, now.wall),
+            decider_hazard: Intake::new(settings.hazard_timeout, now.wall),
             reported_mode: None,
             stale_mode_filter: StaleMessageFilter::before(now.wall),
             undefined_modes: 0,
             reported: Reported::default(),
             turn_feedback: FeedbackMonitor::new(settings.limits),
             hazard_feedback: FeedbackMonitor::new(settings.limits),
-            signs: vec![false; binding.driver.len()],
-            outputs,
+            driver_signals: vec![false; binding.driver.len()],
+            outputs: binding.messages.iter().map(output).collect(),
             stopping: false,
-            state,
+            finding: Finding::default(),
+            timers: TimerTable::default(),
             ready: VecDeque::new(),
             settings,
             binding,
         }
     }
 
-    /// Takes a message. Turn commands of the topic are ignored where the decider is the source: then nobody
-    /// else is. Call [`Self::settle`] afterwards, as after all that follow.
+    /// Takes an input. Turn commands count only from the configured source; hazard commands of the decider,
+    /// where it is the source, count beside those of the topic.
     pub fn handle_input(&mut self, input: CommandInput, now: Now) {
         match input {
-            CommandInput::Turn { .. } if self.follows_decider() => {}
-            CommandInput::Turn { raw, stamp } => self.turn_command(raw, stamp, now),
-            CommandInput::Hazard { raw, stamp } => self.hazard_command(raw, stamp, now),
-            CommandInput::ControlMode { raw, stamp } => self.control_mode(raw, stamp, now),
+            CommandInput::Turn { source, command, stamp } => {
+                if source == self.settings.source {
+                    self.turn.handle_command(command, stamp, now);
+                }
+            }
+            CommandInput::Hazard { source: CommandSource::Topic, command, stamp } => {
+                self.hazard.handle_command(command, stamp, now);
+            }
+            CommandInput::Hazard { source: CommandSource::Decider, command, stamp } => {
+                if self.settings.source == CommandSource::Decider {
+                    self.decider_hazard.handle_command(command, stamp, now);
+                }
+            }
+            CommandInput::ControlMode { mode, stamp } => self.handle_control_mode(mode.into(), stamp, now),
+            CommandInput::Sent(frame) => {
+                if let Some((output, _)) = self.output_of(frame.bus(), frame.frame().id()) {
+                    output.sender.handle_sent(now.mono);
+                }
+            }
+            CommandInput::SendFailed { frame, failure } => {
+                if let Some((output, message)) = self.output_of(frame.bus(), frame.frame().id()) {
+                    output.sender.handle_failure(message, frame.frame(), failure, now.mono);
+                }
+                self.timers.set(Timer::Frame, self.next_frame(now.mono));
+            }
+            CommandInput::Stop => {
+                if !std::mem::replace(&mut self.stopping, true) {
+                    for output in &mut self.outputs {
+                        output.sent_before_stop = output.sender.counts().sent;
+                    }
+                }
+            }
         }
     }
 
-    /// Takes `TurnIndicatorsCommand.command`, of the topic or of the decider, as the settings say.
-    pub fn turn_command(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        self.turn.take(raw, stamp, now);
-    }
-
-    /// Takes `HazardLightsCommand.command`.
-    pub fn hazard_command(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        self.hazard.take(raw, stamp, now);
-    }
-
-    /// Takes what the decider says of the hazard lights, by the values of `HazardLightsCommand.command`: on
-    /// counts beside the topic, anything else only while the topic requests nothing.
-    pub fn decider_hazard(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        self.decider_hazard.take(raw, stamp, now);
-    }
-
-    /// Takes `ControlModeReport.mode`. Ignored when the mode comes from a signal. A report that are stale is not
-    /// used, like a command.
-    pub fn control_mode(&mut self, raw: u8, stamp: WallStamp, now: Now) {
-        let ModeFrom::Topic { timeout } = self.settings.mode_from else { return };
-        let is_active = self.reported_mode.is_some_and(|(_, at)| now.mono.since(at) <= timeout);
-        if self.stale_mode_filter.rejects_as_stale(is_active, stamp, timeout, now) {
-            return;
-        }
-        self.reported_mode = Some((raw, now.mono));
-        self.undefined_modes += u64::from(ControlMode::from_raw(raw).is_none());
-    }
-
-    /// Takes what the gateway reports of the vehicle's lights now.
-    pub fn report(&mut self, reported: Reported) {
+    /// Takes the present reports of the vehicle's lights.
+    pub fn handle_report(&mut self, reported: Reported) {
         self.reported = reported;
     }
 
-    /// Takes a frame of a message of [`CommandBinding::table`], after its bus has.
-    pub fn frame_arrived(&mut self, message: MessageIndex, frame: &Frame, stamp: WallStamp, now: Now) {
-        self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now);
+    /// Takes a frame of the vehicle after its bus has; ignores messages that are not of [`CommandBinding::table`].
+    pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) {
+        let mut messages = self.binding.table.messages.iter();
+        if let Some(at) = messages.position(|message| message.bus == bus && message.id == frame.id()) {
+            self.observations.frame_arrived(&self.binding.table, MessageIndex(at), frame, stamp, now);
+        }
     }
 
-    /// Says whose frame came in, before anybody else looks at it: only [`FrameOrigin::Vehicle`] may count as
-    /// the vehicle's.
+    /// Tells whose frame was received, before any other flow takes it: only a frame of
+    /// [`FrameOrigin::Vehicle`] may count as the vehicle's.
     pub fn classify_frame(&mut self, bus: BusIndex, frame: &Frame, now: Now) -> FrameOrigin {
-        let is_it = |permission: &super::allow_list::SendPermission| {
-            permission.bus() == bus && permission.id() == frame.id()
-        };
-        let at = self.binding.messages.iter().position(|message| is_it(&message.permission));
-        at.and_then(|at| self.outputs.get_mut(at))
-            .map_or(FrameOrigin::Vehicle, |output| output.sender.classify_frame(frame, now.mono))
+        self.output_of(bus, frame.id())
+            .map_or(FrameOrigin::Vehicle, |(output, _)| output.sender.classify_frame(frame, now.mono))
     }
 
-    /// A frame was sent only at this time, which is later than that of [`Self::settle`]: the next one
-    /// keeps its distance from then on.
-    pub fn sent(&mut self, frame: &CommandFrame, at: MonoTime) {
-        for (output, message) in self.outputs.iter_mut().zip(&self.binding.messages) {
-            if message.permission.bus() == frame.bus() && message.permission.id() == frame.frame().id() {
-                output.sender.sent_at(at);
-            }
-        }
-    }
-
-    /// A frame that was to be sent could not be; to be told before the next [`Self::settle`].
-    pub fn not_sent(&mut self, frame: &CommandFrame, why: SendFailure, now: Now) {
-        for (output, message) in self.outputs.iter_mut().zip(&self.binding.messages) {
-            if message.permission.bus() == frame.bus() && message.permission.id() == frame.frame().id() {
-                output.sender.not_sent(message, frame.frame(), why, now.mono);
-            }
-        }
-    }
-
-    /// Forgets what came over a bus.
+    /// Forgets what was received on a bus.
     pub fn forget_bus(&mut self, bus: BusIndex) {
         self.observations.forget_bus(&self.binding.table, bus);
     }
@@ -235,32 +209,22 @@ impl CommandFlow {
         self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// The gateway is about to end: one last frame of each message, then no more. Go on with
-    /// [`Self::settle`] until [`Self::is_finished`], but not for ever.
-    pub fn stop(&mut self) {
-        if !std::mem::replace(&mut self.stopping, true) {
-            for output in &mut self.outputs {
-                output.sent_before_stop = output.sender.counts().sent;
-            }
-        }
-    }
-
-    /// Whether nothing is left to be sent after [`Self::stop`].
+    /// True if nothing is left to be sent after [`CommandInput::Stop`].
     pub fn is_finished(&self) -> bool {
         self.stopping && self.outputs.iter().all(|output| !output.sender.is_waiting())
     }
 
-    /// Brings everything up to now. True when the diagnostics have something new to say.
+    /// Brings everything up to now, and queues the frames that are due. True when the statuses have changed.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let mono = now.mono;
         let turn = self.turn.command_state(mono);
         let hazard = merged_hazard(self.hazard.command_state(mono), self.decider_hazard.command_state(mono));
         let mode = self.mode(buses, mono);
-        let signs = self.driver_signs(buses, mono);
+        let overrides = self.driver_overrides(buses, mono);
         let rules = self.settings.rules;
         let (driver, stopping) = (Grants::default(), self.stopping);
         let situation = Situation { turn, hazard, mode, driver, hazard_without_feedback: false, stopping };
-        let driver = self.supervise(arbitrate(rules, &situation), signs, mono);
+        let driver = self.supervise(arbitrate(rules, &situation), overrides, mono);
         let hazard_without_feedback =
             self.is_live() && self.reported.hazard.is_none() && !self.hazard_feedback.is_own_light();
         let decision = arbitrate(rules, &Situation { driver, hazard_without_feedback, ..situation });
@@ -290,42 +254,26 @@ impl CommandFlow {
                 .iter()
                 .position(|output| output.sender.has_conflicting_sender(mono)),
         };
-        std::mem::replace(&mut self.state, finding) != finding
+        self.set_timers(mono);
+        std::mem::replace(&mut self.finding, finding) != finding
     }
 
-    /// The next frame, oldest first.
+    /// The next frame, oldest first; `None` when all were taken.
     pub fn poll_output(&mut self) -> Option<CommandOutput> {
         self.ready.pop_front()
     }
 
-    /// When [`Self::settle`] has something to do.
-    pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let mode = match self.settings.mode_from {
-            ModeFrom::Topic { timeout } => self.reported_mode.map(|(_, at)| deadline_after(at, timeout)),
-            ModeFrom::Signal => None,
-        };
-        let monitors =
-            self.turn_feedback.next_deadline(now).into_iter().chain(self.hazard_feedback.next_deadline(now));
-        let intakes = self.turn.next_deadline(now).into_iter().chain(self.hazard.next_deadline(now));
-        let intakes = intakes.chain(self.decider_hazard.next_deadline(now));
-        let signals = self.observations.next_deadline(&self.binding.table, now);
-        let buttons = self.buttons().filter_map(PushButton::next_deadline);
-        let later = mode.into_iter().chain(monitors).chain(intakes).chain(signals).chain(buttons);
-        let frames = self.outputs.iter().filter_map(|output| output.sender.next_deadline(now));
-        later.filter(|at| *at > now).chain(frames).min()
+    /// When to call [`Self::settle`] without an input; `None` while nothing is due.
+    pub fn next_deadline(&self) -> Option<MonoTime> {
+        self.timers.next_deadline()
     }
 
-    /// What is requested of the vehicle, and why, as settled last.
+    /// The request to the vehicle and its reasons, as settled last.
     pub fn decision(&self) -> Decision {
-        self.state.decision
+        self.finding.decision
     }
 
-    /// Whether the turn commands of this gateway's own decider are carried out, not those of the topic.
-    pub fn follows_decider(&self) -> bool {
-        self.settings.source == CommandSource::Decider
-    }
-
-    /// What the profile binds.
+    /// The binding of the profile.
     pub fn binding(&self) -> &CommandBinding {
         &self.binding
     }
@@ -336,12 +284,57 @@ impl CommandFlow {
         names.zip(self.outputs.iter().map(|output| output.sender.counts()))
     }
 
-    pub(super) fn state(&self) -> &Finding {
-        &self.state
+    pub(super) fn finding(&self) -> &Finding {
+        &self.finding
     }
 
     pub(super) fn is_live(&self) -> bool {
         self.settings.transmit == Transmit::On
+    }
+
+    /// A control mode of the topic. Ignored when the mode comes from a signal, and when it is stale.
+    fn handle_control_mode(&mut self, mode: Mode, stamp: WallStamp, now: Now) {
+        let ModeFrom::Topic { timeout } = self.settings.mode_from else { return };
+        let is_active = self.reported_mode.is_some_and(|(_, at)| now.mono.since(at) <= timeout);
+        if self.stale_mode_filter.rejects_as_stale(is_active, stamp, timeout, now) {
+            return;
+        }
+        self.reported_mode = Some((mode, now.mono));
+        self.undefined_modes += u64::from(matches!(mode, Mode::Undefined(_)));
+    }
+
+    /// The way out of a message that the gateway sends, with its description.
+    fn output_of(&mut self, bus: BusIndex, id: CanId) -> Option<(&mut MessageOutput, &CommandMessage)> {
+        let is_it =
+            |message: &CommandMessage| message.permission.bus() == bus && message.permission.id() == id;
+        self.outputs.iter_mut().zip(&self.binding.messages).find(|(_, message)| is_it(message))
+    }
+
+    fn next_frame(&self, now: MonoTime) -> Option<MonoTime> {
+        self.outputs.iter().filter_map(|output| output.sender.next_deadline(now)).min()
+    }
+
+    /// Sets all timers by what was settled at `now`.
+    fn set_timers(&mut self, now: MonoTime) {
+        let mode = match self.settings.mode_from {
+            ModeFrom::Topic { timeout } => self.reported_mode.map(|(_, at)| deadline_after(at, timeout)),
+            ModeFrom::Signal => None,
+        };
+        let button = self.buttons().filter_map(PushButton::next_deadline).min();
+        let deadlines = [
+            (Timer::TurnCommand, self.turn.next_deadline(now)),
+            (Timer::HazardCommand, self.hazard.next_deadline(now)),
+            (Timer::DeciderHazard, self.decider_hazard.next_deadline(now)),
+            (Timer::ControlMode, mode.filter(|at| *at > now)),
+            (Timer::TurnFeedback, self.turn_feedback.next_deadline(now)),
+            (Timer::HazardFeedback, self.hazard_feedback.next_deadline(now)),
+            (Timer::Signals, self.observations.next_deadline(&self.binding.table, now)),
+            (Timer::Button, button.filter(|at| *at > now)),
+            (Timer::Frame, self.next_frame(now)),
+        ];
+        for (timer, at) in deadlines {
+            self.timers.set(timer, at);
+        }
     }
 
     fn buttons(&self) -> impl Iterator<Item = &PushButton> {
@@ -352,60 +345,55 @@ impl CommandFlow {
         let signal = self.binding.control_mode.as_ref();
         match (self.settings.mode_from, signal) {
             (ModeFrom::Topic { timeout }, _) => match self.reported_mode {
-                Some((raw, at)) if now.since(at) <= timeout => {
-                    ControlMode::from_raw(raw).map_or(Mode::Undefined(raw.into()), Mode::Known)
-                }
+                Some((mode, at)) if now.since(at) <= timeout => mode,
                 Some(_) | None => Mode::Unknown,
             },
-            (ModeFrom::Signal, Some(role)) => match self.read(role, buses, now) {
-                Reading::Observed { meaning: Meaning::Defined(mode), .. } => Mode::Known(mode),
-                Reading::Observed { meaning: Meaning::Undefined, raw, .. } => Mode::Undefined(raw),
-                Reading::Observed { meaning: Meaning::NotAvailable | Meaning::Fault, .. }
-                | Reading::Missing(_) => Mode::Unknown,
-            },
+            (ModeFrom::Signal, Some(role)) => {
+                match self.observations.read(&self.binding.table, role, buses, now) {
+                    Reading::Observed { meaning: Meaning::Defined(mode), .. } => Mode::Known(mode),
+                    Reading::Observed { meaning: Meaning::Undefined, raw, .. } => Mode::Undefined(raw),
+                    Reading::Observed { meaning: Meaning::NotAvailable | Meaning::Fault, .. }
+                    | Reading::Missing(_) => Mode::Unknown,
+                }
+            }
             (ModeFrom::Signal, None) => Mode::Unknown,
         }
     }
 
-    fn read<T: Copy>(&self, role: &Role<T>, buses: &[Bus], now: MonoTime) -> Reading<T> {
-        self.observations.read(&self.binding.table, role, buses, now)
-    }
-
-    /// What the vehicle itself says the driver has taken, or said last: he has it until it says otherwise.
-    fn driver_signs(&mut self, buses: &[Bus], now: MonoTime) -> Grants {
-        for (at, sign) in self.binding.driver.iter().enumerate() {
-            let Reading::Observed { meaning: Meaning::Defined(says), .. } = self.read(&sign.role, buses, now)
-            else {
-                continue;
-            };
-            self.signs.get_mut(at).into_iter().for_each(|known| *known = says);
+    /// The functions that the vehicle signals the driver has taken over. A signal that is lost keeps its last
+    /// value.
+    fn driver_overrides(&mut self, buses: &[Bus], now: MonoTime) -> Grants {
+        let mut overrides = Grants::default();
+        for (signal, last) in self.binding.driver.iter().zip(&mut self.driver_signals) {
+            let reading = self.observations.read(&self.binding.table, &signal.role, buses, now);
+            if let Reading::Observed { meaning: Meaning::Defined(is_override), .. } = reading {
+                *last = is_override;
+            }
+            overrides.turn |= *last && signal.overrides.turn;
+            overrides.hazard |= *last && signal.overrides.hazard;
         }
-        let taken = self.binding.driver.iter().zip(&self.signs).filter(|(_, has)| **has);
-        taken.fold(Grants::default(), |all, (sign, _)| Grants {
-            turn: all.turn || sign.overrides.turn,
-            hazard: all.hazard || sign.overrides.hazard,
-        })
+        overrides
     }
 
-    /// Holds the report against what is wanted; gives what the driver has. A dry run can want nothing
-    /// of the vehicle. While the hazard lights are on, reports of turn indicators say nothing.
-    fn supervise(&mut self, decision: Decision, signs: Grants, now: MonoTime) -> Grants {
+    /// Compares the report with the request; gives the functions that are the driver's. A dry run requests
+    /// nothing of the vehicle. While the hazard lights are on, reports of turn indicators show nothing.
+    fn supervise(&mut self, decision: Decision, overrides: Grants, now: MonoTime) -> Grants {
         let Reported { turn, hazard } = self.reported;
-        let wanted = Some(decision.wanted).filter(|_| self.is_live()).unwrap_or_default();
-        let is_hazard = wanted.hazard == Some(true) || hazard == Some(true);
+        let commanded = Some(decision.commanded).filter(|_| self.is_live()).unwrap_or_default();
+        let is_hazard = commanded.hazard == Some(true) || hazard == Some(true);
         if is_hazard {
-            self.turn_feedback.suspend(wanted.turn, signs.turn);
+            self.turn_feedback.suspend(commanded.turn, overrides.turn);
         } else {
-            self.turn_feedback.update(wanted.turn, turn, signs.turn, now);
+            self.turn_feedback.update(commanded.turn, turn, overrides.turn, now);
         }
-        self.hazard_feedback.update(wanted.hazard, hazard, signs.hazard, now);
+        self.hazard_feedback.update(commanded.hazard, hazard, overrides.hazard, now);
         let drivers = self.hazard_feedback.is_driver_override();
-        // Where one signal asks for both, a side would end hazard lights that are left to the vehicle.
+        // Where one signal requests both, a side would end hazard lights that are left to the vehicle.
         let would_end = match hazard {
-            Some(true) => wanted.hazard.is_none() || (wanted.hazard == Some(false) && drivers),
+            Some(true) => commanded.hazard.is_none() || (commanded.hazard == Some(false) && drivers),
             None => {
                 let own_lights = self.hazard_feedback.is_own_light() || self.turn_feedback.is_own_light();
-                wanted.turn == Some(Turn::Off) && !is_hazard && !own_lights
+                commanded.turn == Some(Turn::Off) && !is_hazard && !own_lights
             }
             Some(false) => false,
         };
@@ -413,14 +401,16 @@ impl CommandFlow {
         Grants { turn: self.turn_feedback.is_driver_override() || would_end, hazard: drivers }
     }
 
-    /// Gives out the frames that are due; says on which bus none can be sent.
+    /// Queues the frames that are due; gives the first bus on which none can be sent.
     fn send(&mut self, decision: Decision, buses: &[Bus], now: MonoTime) -> Option<BusIndex> {
         let mut cut_off = None;
         for (output, message) in self.outputs.iter_mut().zip(&self.binding.messages) {
             let bus = message.permission.bus();
             if !buses.get(usize::from(bus.0)).is_some_and(|bus| can_send(bus, now)) {
                 output.sender.cut_off();
-                output.button.iter_mut().for_each(PushButton::forget);
+                if let Some(button) = &mut output.button {
+                    button.forget();
+                }
                 cut_off = cut_off.or(Some(bus));
                 continue;
             }
@@ -430,7 +420,7 @@ impl CommandFlow {
             let has_ended = self.stopping && output.sender.counts().sent > output.sent_before_stop;
             let contents = message.contents(decision.request, pressed).filter(|_| !has_ended);
             if let Some(frame) = output.sender.settle(message, contents, now) {
-                let is_news = std::mem::replace(&mut output.said, contents) != contents;
+                let is_news = std::mem::replace(&mut output.last_contents, contents) != contents;
                 self.ready.push_back(match self.settings.transmit {
                     Transmit::On => CommandOutput::Transmit { frame, is_news },
                     Transmit::Off => {
@@ -444,19 +434,7 @@ impl CommandFlow {
     }
 }
 
-impl<T> FunctionFinding<T> {
-    fn none(command_state: CommandState<T>) -> Self {
-        Self {
-            command_state,
-            refusal: None,
-            is_oscillating: false,
-            compliance: Compliance::NotRequested,
-            reported: None,
-        }
-    }
-}
-
-/// Whether frames go anywhere.
+/// True if frames can be sent on a bus.
 fn can_send(bus: &Bus, now: MonoTime) -> bool {
     bus.link() == LinkState::Up && bus.controller().shown(now) != Some(ControllerState::BusOff)
 }

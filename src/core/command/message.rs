@@ -1,4 +1,4 @@
-//! One command message, compiled from the profile: which bits say what.
+//! One command message, compiled from the profile: the bits of each request.
 
 use std::time::Duration;
 
@@ -13,11 +13,11 @@ use crate::core::validation::integrity::Protection;
 /// A message the gateway sends.
 #[derive(Debug, Clone)]
 pub struct CommandMessage {
-    /// DBC name, for people.
+    /// DBC name, for texts.
     pub name: String,
-    /// Its place in the allow-list.
+    /// The permission of the allow-list to send it.
     pub permission: SendPermission,
-    /// Every bit that nothing below sets.
+    /// Every bit that no part below sets.
     pub background: [u8; MAX_DATA],
     /// Its turn-indicator part.
     pub turn: Option<TurnPart>,
@@ -27,13 +27,13 @@ pub struct CommandMessage {
     pub enable: Option<Enable>,
     /// Counter and checksum; the same kinds as of received messages.
     pub protection: Option<Protection>,
-    /// What goes out without authority.
+    /// The frames that are sent without authority.
     pub idle: Idle,
-    /// When it goes out.
+    /// When it is sent.
     pub timing: SendTiming,
 }
 
-/// What asks for turn indicators. All patches set the same bits.
+/// The bits that request turn indicators. All patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct TurnPart {
     /// Neither side.
@@ -42,54 +42,54 @@ pub struct TurnPart {
     pub left: Patch,
     /// Right.
     pub right: Patch,
-    /// Both sides, where the same signal asks for hazard lights.
+    /// Both sides, where the same signal requests hazard lights.
     pub hazard: Option<Patch>,
-    /// Nothing is asked for; as `off` where the vehicle has no such value.
+    /// No request; as `off` where the vehicle has no such value.
     pub none: Option<Patch>,
 }
 
-/// What asks for hazard lights. All patches set the same bits.
+/// The bits that request hazard lights. All patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct HazardPart {
     /// Off; of a button: not pressed.
     pub off: Patch,
     /// On; of a button: pressed.
     pub on: Patch,
-    /// Nothing is asked for; as `off` where the vehicle has no such value.
+    /// No request; as `off` where the vehicle has no such value.
     pub none: Option<Patch>,
-    /// For a button that springs back: how to press it. None = a switch that stays.
+    /// The timing of a button that springs back; `None` for a switch that stays.
     pub button: Option<PushButtonSettings>,
 }
 
-/// Bits that say whether the rest of the message counts. Both patches set the same bits.
+/// The bits that enable the rest of the message. Both patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct Enable {
-    /// It counts.
+    /// The rest of the message counts.
     pub on: Patch,
-    /// It does not.
+    /// It does not count.
     pub off: Patch,
 }
 
-/// What goes out while nothing is asked for with authority.
+/// The frames that are sent while nothing is requested with authority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Idle {
-    /// Frames that ask for nothing.
+    /// Frames without a request.
     #[default]
     Neutral,
     /// No frames.
     Silent,
 }
 
-/// When a message goes out.
+/// When a message is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SendTiming {
-    /// From frame to frame while nothing changes.
+    /// Interval of frames while nothing changes.
     pub period: Duration,
     /// Frames in quick succession after a change, the first included; at least 1.
     pub burst: u8,
-    /// From frame to frame of them.
+    /// Interval of these frames.
     pub burst_gap: Duration,
-    /// Least time between two frames, whatever happens; at most the period.
+    /// Least interval of two frames, whatever happens; at most the period.
     pub min_send_interval: Duration,
 }
 
@@ -98,20 +98,20 @@ pub struct SendTiming {
 pub struct Contents {
     /// The bytes.
     pub data: [u8; MAX_DATA],
-    /// Whether it asks the vehicle for something.
+    /// True if it requests something of the vehicle.
     pub authority: bool,
 }
 
 impl CommandMessage {
-    /// What to send for a request, or nothing. `pressed`: whether its button is pressed now.
+    /// The contents for a request; `None` when no frame is sent. `pressed`: whether its button is pressed now.
     pub fn contents(&self, request: VehicleRequest, pressed: bool) -> Option<Contents> {
         let mut data = self.background;
         let turn = self.turn.as_ref().map(|part| part.patch(request));
         let hazard = self.hazard.as_ref().map(|part| part.patch(request.hazard, pressed));
         let mut authority = false;
-        for (patch, asks) in [turn, hazard].into_iter().flatten() {
+        for (patch, is_request) in [turn, hazard].into_iter().flatten() {
             patch.apply(&mut data);
-            authority |= asks;
+            authority |= is_request;
         }
         if let Some(enable) = &self.enable {
             if authority { &enable.on } else { &enable.off }.apply(&mut data);
@@ -121,7 +121,7 @@ impl CommandMessage {
 }
 
 impl TurnPart {
-    /// The bits, and whether they ask for something.
+    /// The bits, and whether they request something.
     fn patch(&self, request: VehicleRequest) -> (&Patch, bool) {
         match (request.hazard, &self.hazard, request.turn) {
             (Some(true), Some(hazard), _) => (hazard, true),
@@ -134,7 +134,7 @@ impl TurnPart {
 }
 
 impl HazardPart {
-    /// The bits, and whether they ask for something.
+    /// The bits, and whether they request something.
     fn patch(&self, request: Option<bool>, pressed: bool) -> (&Patch, bool) {
         let on = if self.button.is_some() { request.map(|_| pressed) } else { request };
         match on {

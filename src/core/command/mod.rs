@@ -1,10 +1,9 @@
-//! Commands to the vehicle: what Autoware or the decider wants, what may be asked of the vehicle now,
-//! the frames that ask for it, and whether the vehicle obeys
-//! (docs/spec/vehicle-interface.md, "Arbitration of commands").
+//! Commands to the vehicle: from Autoware or the decider, through arbitration into frames, and compared with the
+//! vehicle's report (docs/spec/vehicle-interface.md, "Arbitration of commands").
 //!
-//! Vocabulary: a *word* is what a sender says; an *opinion* is what is left of its words now; a
-//! *grant* is what the control mode lets through; a *request* is what is asked of the vehicle with
-//! authority; the *compliance* is how the vehicle's report stands to it.
+//! Vocabulary: a *command* is one message of a sender; its *command state* is what its messages come to now; a
+//! *grant* is what the control mode allows; a *request* goes to the vehicle with authority; *compliance* is the
+//! result of comparing the vehicle's report with it.
 
 pub mod allow_list;
 pub mod arbitration;
@@ -22,7 +21,7 @@ pub mod settings;
 mod stale_message_filter;
 mod status;
 
-/// What can be asked of the turn indicators.
+/// A request to the turn indicators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Turn {
     /// Neither side.
@@ -35,7 +34,7 @@ pub enum Turn {
 }
 
 impl Turn {
-    /// For people.
+    /// The name in texts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Off => "off",
@@ -45,12 +44,7 @@ impl Turn {
     }
 }
 
-/// Hazard lights for people: `true` = on.
-pub(crate) fn hazard_name(on: bool) -> &'static str {
-    if on { "on" } else { "off" }
-}
-
-/// What the vehicle's lights do, as the gateway's own reports say; `None` = unknown.
+/// The state of the vehicle's lights as the gateway reports it; `None` while a report is withheld.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Reported {
     /// Turn indicators.

@@ -1,26 +1,28 @@
-//! What the command flow gives out.
+//! The outputs of the command machine.
 
 use super::allow_list::CommandFrame;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
 
-/// One frame to send, or to read along.
+/// One frame to send, or to show.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CommandOutput {
-    /// Send a frame to the vehicle. When it cannot be sent, `Gateway::not_sent` wants to know at once.
+    /// Send a frame to the vehicle, and give its fate back before the next settling:
+    /// [`CommandInput::Sent`](super::input::CommandInput::Sent) or
+    /// [`CommandInput::SendFailed`](super::input::CommandInput::SendFailed).
     Transmit {
         /// The frame and its bus.
         frame: CommandFrame,
-        /// Whether it asks for something else than the frame of this message before.
+        /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
         is_news: bool,
     },
-    /// Dry run: the frame that would be sent to the vehicle now. For those who read along.
+    /// In a dry run, the frame that would be sent to the vehicle now.
     WouldTransmit {
-        /// On which bus.
+        /// The bus.
         bus: BusIndex,
         /// The frame.
         frame: Frame,
-        /// Whether it asks for something else than the frame of this message before.
+        /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
         is_news: bool,
     },
 }

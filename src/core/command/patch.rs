@@ -49,17 +49,17 @@ impl Patch {
         Ok(())
     }
 
-    /// Whether both set the same bits, to whatever value.
+    /// True if both set the same bits, to whatever value.
     pub fn sets_like(&self, other: &Self) -> bool {
         self.mask == other.mask
     }
 
-    /// Whether they have a bit in common.
+    /// True if they have a bit in common.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.mask.iter().zip(other.mask).any(|(mine, other)| mine & other != 0)
     }
 
-    /// Whether `data` has these values, whatever its other bits are.
+    /// True if `data` has these values, whatever its other bits are.
     pub fn matches(&self, data: &[u8; MAX_DATA]) -> bool {
         data.iter().zip(self.mask).zip(self.bits).all(|((byte, mask), bits)| byte & mask == bits)
     }

@@ -1,19 +1,19 @@
-//! A hazard button that springs back: each press toggles the lights, so it is pressed until the report
-//! shows what is wanted, and not for ever.
+//! A hazard button that springs back: each press toggles the lights, so it is pressed until the report shows
+//! the request, and only so often.
 
 use std::time::Duration;
 
 use crate::core::time::MonoTime;
 
-/// How the button is pressed.
+/// The timing of the presses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PushButtonSettings {
-    /// How long it is held down.
+    /// The time the button is held down.
     pub press: Duration,
-    /// How long to wait for the report afterwards; longer than the report takes, or a second press takes
-    /// the first one back.
+    /// The time to wait for the report afterwards; longer than the report takes, since a second press takes the
+    /// first one back.
     pub wait: Duration,
-    /// Presses for one request.
+    /// The most presses for one request.
     pub attempts: u8,
 }
 
@@ -24,43 +24,42 @@ enum ButtonState {
     AwaitingFeedback { until: MonoTime },
 }
 
-/// A button that springs back, with its timing and what came of the presses.
+/// A button that springs back, with its timing and the presses so far.
 #[derive(Debug, Clone)]
 pub struct PushButton {
-    rules: PushButtonSettings,
+    settings: PushButtonSettings,
     state: ButtonState,
-    wanted: Option<bool>,
-    /// Whether the report has shown /// Whether the report has shown  request: what happens afterwards is somebody
-    /// else's doing.
+    requested: Option<bool>,
+    /// True if the report has shown the request: later changes are somebody else's doing.
     done: bool,
     presses: u8,
 }
 
 impl PushButton {
-    /// Not pressed.
-    pub fn new(rules: PushButtonSettings) -> Self {
-        Self { rules, state: ButtonState::Released, wanted: None, done: false, presses: 0 }
+    /// A button that is not pressed.
+    pub fn new(settings: PushButtonSettings) -> Self {
+        Self { settings, state: ButtonState::Released, requested: None, done: false, presses: 0 }
     }
 
-    /// Whether it is pressed now. An unknown report presses nothing.
-    pub fn update(&mut self, wanted: Option<bool>, reported: Option<bool>, now: MonoTime) -> bool {
-        if wanted != self.wanted {
-            (self.wanted, self.done, self.presses) = (wanted, false, 0);
+    /// Brings the button up to now; gives whether it is pressed. It is not pressed without a report.
+    pub fn update(&mut self, requested: Option<bool>, reported: Option<bool>, now: MonoTime) -> bool {
+        if requested != self.requested {
+            (self.requested, self.done, self.presses) = (requested, false, 0);
         }
         match self.state {
             ButtonState::Pressed { until } if now >= until => {
-                self.state = ButtonState::AwaitingFeedback { until: now.after(self.rules.wait) };
+                self.state = ButtonState::AwaitingFeedback { until: now.after(self.settings.wait) };
             }
             ButtonState::AwaitingFeedback { until } if now >= until => self.state = ButtonState::Released,
             ButtonState::Released | ButtonState::Pressed { .. } | ButtonState::AwaitingFeedback { .. } => {}
         }
-        if wanted.is_none() {
+        if requested.is_none() {
             // Without authority the button is released; a press that was cut short is waited for.
             if matches!(self.state, ButtonState::Pressed { .. }) {
-                self.state = ButtonState::AwaitingFeedback { until: now.after(self.rules.wait) };
+                self.state = ButtonState::AwaitingFeedback { until: now.after(self.settings.wait) };
             }
-        } else if wanted == reported {
-            // A press for // A press for  request before may still show.
+        } else if requested == reported {
+            // A press for the request before may still show.
             self.done |= self.presses > 0 || self.state == ButtonState::Released;
         } else if self.state == ButtonState::Released
             && reported.is_some()
@@ -68,27 +67,27 @@ impl PushButton {
             && !self.is_exhausted()
         {
             self.presses += 1;
-            self.state = ButtonState::Pressed { until: now.after(self.rules.press) };
+            self.state = ButtonState::Pressed { until: now.after(self.settings.press) };
         }
         matches!(self.state, ButtonState::Pressed { .. })
     }
 
-    /// Whether all attempts for /// Whether all attempts for  request were without response.
+    /// True if all attempts for the present request were without response.
     pub fn has_given_up(&self) -> bool {
         self.state == ButtonState::Released && !self.done && self.is_exhausted()
     }
 
     fn is_exhausted(&self) -> bool {
-        self.presses >= self.rules.attempts
+        self.presses >= self.settings.attempts
     }
 
-    /// Releases the button and begins anew with the attempts: the vehicle cannot be reached. What the report
-    /// has shown stays shown.
+    /// Releases the button and begins anew with the attempts: the vehicle cannot be reached. A request that the
+    /// report has shown stays done.
     pub fn forget(&mut self) {
         (self.state, self.presses) = (ButtonState::Released, 0);
     }
 
-    /// When it changes with nothing happening.
+    /// When the button changes without a new request or report.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         match self.state {
             ButtonState::Released => None,
@@ -108,20 +107,20 @@ mod tests {
     };
 
     /// When the button goes down on a vehicle whose report follows a press after `delay_ms`, or never.
-    fn presses(wanted: bool, delay_ms: Option<u64>) -> Vec<u64> {
+    fn presses(requested: bool, delay_ms: Option<u64>) -> Vec<u64> {
         let mut button = PushButton::new(RULES);
         let (mut down, mut lit, mut flips) = (false, false, Vec::new());
         let mut pressed_at = Vec::new();
         for ms in (0..10_000).step_by(50) {
             lit ^= flips.contains(&ms);
-            let now = button.update(Some(wanted), Some(lit), MonoTime::from_millis(ms));
+            let now = button.update(Some(requested), Some(lit), MonoTime::from_millis(ms));
             if now && !down {
                 pressed_at.push(ms);
                 flips.extend(delay_ms.map(|delay| ms + delay));
             }
             down = now;
         }
-        assert_eq!(lit, wanted && delay_ms.is_some());
+        assert_eq!(lit, requested && delay_ms.is_some());
         pressed_at
     }
 
@@ -149,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_report_presses_nothing_and_lost_authority_lifts_the_finger() {
+    fn without_a_report_it_is_not_pressed_and_without_authority_it_is_released() {
         let mut button = PushButton::new(RULES);
         let at = MonoTime::from_millis;
         assert!(!button.update(Some(true), None, at(0)));

@@ -1,5 +1,5 @@
-//! Sends one message: in its rhythm, at once on a change, never faster than it may, with an unbroken
-//! counter; and knows its own frames again.
+//! Sends one message: periodically, at once on a change, never faster than allowed, with an unbroken counter;
+//! and recognises its own frames.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -10,11 +10,11 @@ use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::time::{MonoTime, deadline_after};
 use crate::core::validation::integrity::Protection;
 
-/// Own frames that may still come back by loopback.
-const REMEMBERED: usize = 8;
+/// The most own frames that are expected back by loopback.
+const MAX_UNCONFIRMED: usize = 8;
 /// Failures in a row after which sending counts as broken.
 const BROKEN_AFTER: u32 = 10;
-/// How long a foreign frame is shown.
+/// The time for which a foreign frame is a finding.
 const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
 
 /// Why a frame was not sent.
@@ -22,35 +22,35 @@ const FOREIGN_SHOWN: Duration = Duration::from_secs(1);
 pub enum SendFailure {
     /// The queue below is full (`ENOBUFS`, `EAGAIN`): try later.
     QueueFull,
-    /// The socket refused; the code is the `errno`.
+    /// The socket refused it; the code is the `errno`.
     Refused(i32),
 }
 
-/// Whose frame came in.
+/// Whose frame was received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FrameOrigin {
-    /// Not one of our messages: the vehicle's, as far as we know.
+    /// It is not of a message that the gateway sends: the vehicle's, as far as is known.
     Vehicle,
-    /// The loopback of one we sent.
+    /// The loopback of a frame that the gateway sent.
     Own,
-    /// One of our messages, but we did not send it: somebody else commands the vehicle.
+    /// It is of a message that the gateway sends, but not sent by it: somebody else commands the vehicle.
     Foreign,
 }
 
 /// Frames since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SendCounts {
-    /// Given out to be sent and not come back as failed.
+    /// Given out to be sent and not failed.
     pub sent: u64,
-    /// Of these, asking the vehicle for something.
+    /// Those of them that request something of the vehicle.
     pub with_authority: u64,
-    /// Not sent: the queue was full.
+    /// Not sent because the queue was full.
     pub queue_full: u64,
-    /// Not sent: refused.
+    /// Not sent because the socket refused them.
     pub refused: u64,
-    /// Seen again by loopback.
+    /// Received back by loopback.
     pub echoed: u64,
-    /// Of this message, but from somebody else.
+    /// Frames of this message from somebody else.
     pub foreign: u64,
 }
 
@@ -78,7 +78,7 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// Nothing sent yet.
+    /// A sender that has sent nothing yet.
     pub fn new(message: &CommandMessage) -> Self {
         Self {
             contents: None,
@@ -94,8 +94,7 @@ impl Sender {
         }
     }
 
-    /// The frame to send now, if one is due. `contents` = what the message should say; none = nothing
-    /// is to be sent.
+    /// The frame to send now; `None` if none is due. Without `contents` nothing is to be sent.
     pub fn settle(
         &mut self,
         message: &CommandMessage,
@@ -126,30 +125,36 @@ impl Sender {
         self.counts.with_authority += u64::from(contents.authority);
         let submitted = SubmittedFrame { frame: *frame.frame(), counter, authority: contents.authority };
         if self.submitted.replace(submitted).is_some() {
-            // The one before was not taken back.
+            // The frame before has not failed.
             self.failures = 0;
         }
-        if self.unconfirmed.len() == REMEMBERED {
+        if self.unconfirmed.len() == MAX_UNCONFIRMED {
             self.unconfirmed.pop_front();
         }
         self.unconfirmed.push_back(*frame.frame());
         Some(frame)
     }
 
-    /// The frame given out last went out at this time.
-    pub fn sent_at(&mut self, at: MonoTime) {
+    /// The frame given out last was sent at this time: the next one keeps its distance from it.
+    pub fn handle_sent(&mut self, at: MonoTime) {
         self.last_sent = self.last_sent.max(Some(at));
     }
 
-    /// The frame given out last could not be sent: its counter is used again, and it is due again at
-    /// its least distance. Anything else is no longer of interest.
-    pub fn not_sent(&mut self, message: &CommandMessage, frame: &Frame, why: SendFailure, now: MonoTime) {
+    /// The frame given out last could not be sent: its counter is used again, and a frame is due after the least
+    /// interval. The failure of an earlier frame is ignored.
+    pub fn handle_failure(
+        &mut self,
+        message: &CommandMessage,
+        frame: &Frame,
+        failure: SendFailure,
+        now: MonoTime,
+    ) {
         let Some(submitted) = self.submitted.take_if(|submitted| submitted.frame == *frame) else { return };
         self.counter = submitted.counter;
         self.unconfirmed.pop_back();
         self.counts.sent -= 1;
         self.counts.with_authority -= u64::from(submitted.authority);
-        match why {
+        match failure {
             SendFailure::QueueFull => self.counts.queue_full += 1,
             SendFailure::Refused(_) => self.counts.refused += 1,
         }
@@ -158,7 +163,7 @@ impl Sender {
         self.due = self.contents.map(|_| now.after(message.timing.min_send_interval));
     }
 
-    /// Says whose frame of this message came in.
+    /// Tells whose frame of this message was received.
     pub fn classify_frame(&mut self, frame: &Frame, now: MonoTime) -> FrameOrigin {
         if let Some(at) = self.unconfirmed.iter().position(|own| own == frame) {
             self.unconfirmed.remove(at);
@@ -170,12 +175,12 @@ impl Sender {
         FrameOrigin::Foreign
     }
 
-    /// Nothing of what was given out is sent, so nothing of it comes back.
+    /// The frames given out are not sent, so none of them comes back.
     pub fn forget_echoes(&mut self) {
         self.unconfirmed.clear();
     }
 
-    /// Nothing can be sent: what waits is dropped, and the next contents are new ones.
+    /// Nothing can be sent: what waits is dropped, and the next contents count as a change.
     pub fn cut_off(&mut self) {
         self.contents = None;
         self.due = None;
@@ -185,18 +190,18 @@ impl Sender {
         self.unconfirmed.clear();
     }
 
-    /// When a frame is due.
+    /// When a frame is due, or a foreign one no longer shown.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let foreign = self.foreign_at.map(|at| deadline_after(at, FOREIGN_SHOWN)).filter(|at| *at > now);
         self.due.into_iter().chain(foreign).min()
     }
 
-    /// Whether a frame is still to be sent.
+    /// True if a frame is still to be sent.
     pub fn is_waiting(&self) -> bool {
         self.due.is_some()
     }
 
-    /// Whether the last frames could not be sent: no, some, or so many that sending is broken.
+    /// The problem with sending; `None` while the last frame was sent.
     pub fn problem(&self) -> Option<SendProblem> {
         match self.failures {
             0 => None,
@@ -205,7 +210,7 @@ impl Sender {
         }
     }
 
-    /// Whether somebody else has just sent this message.
+    /// True if somebody else has sent this message within the last second.
     pub fn has_conflicting_sender(&self, now: MonoTime) -> bool {
         self.foreign_at.is_some_and(|at| now.since(at) <= FOREIGN_SHOWN)
     }
@@ -216,7 +221,7 @@ impl Sender {
     }
 }
 
-/// How badly sending goes.
+/// A problem with sending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SendProblem {
     /// The last frame could not be sent.

@@ -1,4 +1,4 @@
-//! What the command flow runs on, compiled and checked by `config`.
+//! The settings of the command machine, compiled and checked by `config`.
 
 use std::time::Duration;
 
@@ -9,22 +9,22 @@ use super::feedback_monitor::Limits;
 use super::message::CommandMessage;
 use crate::core::validation::table::{Role, SignalTable};
 
-/// What the gateway's configuration says of commands.
+/// The `[command]` section of the gateway's configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandSettings {
     /// Whose commands are carried out.
     pub source: CommandSource,
-    /// Whether frames are sent.
+    /// Frames are sent, or this is a dry run.
     pub transmit: Transmit,
     /// Where the control mode comes from.
     pub mode_from: ModeFrom,
-    /// Longest time without a turn command.
+    /// The longest time without a turn command.
     pub turn_timeout: Duration,
-    /// Longest time without a hazard command.
+    /// The longest time without a hazard command.
     pub hazard_timeout: Duration,
-    /// What to do in silence and at the end.
+    /// The requests after a timeout and at the end.
     pub rules: Rules,
-    /// How long the vehicle may take to obey.
+    /// The time the vehicle may take to show a request.
     pub limits: Limits,
 }
 
@@ -35,17 +35,17 @@ pub enum CommandSource {
     #[default]
     Topic,
     /// The turn command of this gateway's own decider; the hazard command of its topic, or on when the
-    /// decider wants them on.
+    /// decider commands on.
     Decider,
 }
 
-/// Whether frames are sent.
+/// True if frames are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Transmit {
-    /// Dry run: all is decided and told, nothing is sent.
+    /// Dry run: everything is decided and shown, nothing is sent.
     #[default]
     Off,
-    /// Yes.
+    /// Frames are sent.
     On,
 }
 
@@ -54,29 +54,29 @@ pub enum Transmit {
 pub enum ModeFrom {
     /// `/vehicle/status/control_mode`.
     Topic {
-        /// Longest believed time without a message.
+        /// The longest time without a message for which the last mode holds.
         timeout: Duration,
     },
     /// The signal that the profile names.
     Signal,
 }
 
-/// What the vehicle profile binds for commands; by default nothing.
+/// The binding of the vehicle profile for commands; empty by default.
 #[derive(Debug, Clone, Default)]
 pub struct CommandBinding {
     /// The only messages that can be sent.
     pub allowed: AllowList,
-    /// They themselves, in the order of the profile.
+    /// These messages, in the order of the profile.
     pub messages: Vec<CommandMessage>,
     /// The messages and signals that are received for commands.
     pub table: SignalTable,
-    /// The control mode, where a signal tells it.
+    /// The control mode, where a signal carries it.
     pub control_mode: Option<Role<ControlMode>>,
-    /// Signals by which the vehicle says that the driver has taken over.
+    /// Signals that tell whether the driver has taken over.
     pub driver: Vec<DriverSign>,
 }
 
-/// A signal that tells of the driver.
+/// A signal that tells whether the driver has taken over.
 #[derive(Debug, Clone)]
 pub struct DriverSign {
     /// `true` = the driver has taken over …
@@ -86,12 +86,12 @@ pub struct DriverSign {
 }
 
 impl CommandBinding {
-    /// Whether the profile has no command messages.
+    /// True if the profile has no command messages.
     pub fn is_empty(&self) -> bool {
         self.messages.is_empty()
     }
 
-    /// Whether one signal asks for turn indicators and for hazard lights.
+    /// True if one signal requests turn indicators and hazard lights.
     pub fn shares_signal(&self) -> bool {
         self.messages.iter().filter_map(|message| message.turn.as_ref()).any(|turn| turn.hazard.is_some())
     }

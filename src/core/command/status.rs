@@ -1,50 +1,43 @@
-//! What diagnostics say of commands: one task a function, and one for sending.
+//! The statuses of the command machine: one for each function, and one for sending.
 
 use super::arbitration::DecisionReason;
 use super::control_mode::Mode;
-use super::feedback_monitor::{Compliance, Lights};
+use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
 use super::flow::{CommandFlow, Finding, FunctionFinding};
-use super::intake::{CommandState, IntakeCounts, Refusal};
+use super::intake::{CommandState, Intake, Refusal};
 use super::sender::{SendCounts, SendProblem};
 use super::settings::CommandSource;
-use super::{Turn, hazard_name};
 use crate::core::can::bus::Bus;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
-/// Level and words of one status.
+/// Level and message of one status.
 type StatusText = (Level, String);
 
-/// What a function is called, and how its states are.
-trait LightsName: Lights {
-    fn state_name(self) -> &'static str;
-}
-
-impl LightsName for Turn {
-    fn state_name(self) -> &'static str {
-        self.name()
-    }
-}
-
-impl LightsName for bool {
-    fn state_name(self) -> &'static str {
-        hazard_name(self)
-    }
-}
-
 impl CommandFlow {
-    /// `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
+    /// The statuses `turn_indicators_command`, `hazard_lights_command` and `command_transmission`.
     pub fn statuses(&self, node: &str, buses: &[Bus], now: MonoTime) -> Vec<Status> {
-        let state = self.state();
-        let Finding { decision, turn, hazard, .. } = state;
-        let turn_text = of_function(turn, (decision.request.turn, decision.wanted.turn, decision.turn));
-        let mut hazard_text =
-            of_function(hazard, (decision.request.hazard, decision.wanted.hazard, decision.hazard));
-        if state.button_given_up && hazard_text.0 != Level::Error {
+        let Finding { decision, turn, hazard, button_given_up, .. } = self.finding();
+        let turn = FunctionView {
+            finding: turn,
+            request: decision.request.turn,
+            commanded: decision.commanded.turn,
+            reason: decision.turn,
+            intake: &self.turn,
+            feedback: self.turn_feedback.counts(),
+        };
+        let hazard = FunctionView {
+            finding: hazard,
+            request: decision.request.hazard,
+            commanded: decision.commanded.hazard,
+            reason: decision.hazard,
+            intake: &self.hazard,
+            feedback: self.hazard_feedback.counts(),
+        };
+        let mut hazard_text = hazard.text();
+        if *button_given_up && hazard_text.0 != Level::Error {
             hazard_text = (Level::Error, "no response to the hazard button".to_owned());
         }
-        let turn_values = (self.turn.counts(), self.turn.age(now), self.turn_feedback.counts());
-        let hazard_values = (self.hazard.counts(), self.hazard.age(now), self.hazard_feedback.counts());
         let status = |task: &str, (level, message): StatusText, values| Status {
             name: format!("{node}: {task}"),
             level,
@@ -52,23 +45,15 @@ impl CommandFlow {
             values,
         };
         vec![
-            status(
-                "turn_indicators_command",
-                turn_text,
-                values(turn, decision.request.turn, decision.turn, turn_values),
-            ),
-            status(
-                "hazard_lights_command",
-                hazard_text,
-                values(hazard, decision.request.hazard, decision.hazard, hazard_values),
-            ),
+            status("turn_indicators_command", turn.text(), turn.values(now)),
+            status("hazard_lights_command", hazard_text, hazard.values(now)),
             status("command_transmission", self.transmission(buses), self.transmission_values()),
         ]
     }
 
-    /// The present state in one sentence: what is asked for, why, and in which mode.
+    /// The present requests, their reasons and the control mode in one sentence.
     pub fn explanation(&self) -> String {
-        let Finding { decision, mode, .. } = self.state();
+        let Finding { decision, mode, .. } = self.finding();
         format!(
             "turn indicators {} ({}), hazard lights {} ({}), control mode {}",
             request_text(decision.request.turn),
@@ -80,15 +65,15 @@ impl CommandFlow {
     }
 
     fn transmission(&self, buses: &[Bus]) -> StatusText {
-        let state = self.state();
+        let finding = self.finding();
         let name = |at: usize| self.binding.messages.get(at).map_or("", |message| message.name.as_str());
-        if let Some(bus) = state.cut_off.and_then(|bus| buses.get(usize::from(bus.0))) {
+        if let Some(bus) = finding.cut_off.and_then(|bus| buses.get(usize::from(bus.0))) {
             return (Level::Error, format!("nothing can be sent on {}", bus.settings().name));
         }
-        if let (Some(at), true) = (state.conflicting_sender, self.is_live()) {
+        if let (Some(at), true) = (finding.conflicting_sender, self.is_live()) {
             return (Level::Error, format!("conflicting sender of {}", name(at)));
         }
-        match (state.problem, state.mode) {
+        match (finding.problem, finding.mode) {
             (Some(SendProblem::Broken), _) => (Level::Error, "frames cannot be sent".to_owned()),
             (_, Mode::Undefined(raw)) => (Level::Error, format!("undefined control mode {raw}")),
             (Some(SendProblem::Delayed), _) => (Level::Warn, "frames are delayed".to_owned()),
@@ -112,7 +97,7 @@ impl CommandFlow {
         vec![
             ("tx", if self.is_live() { "on" } else { "off" }.to_owned()),
             ("source", source.to_owned()),
-            ("control_mode", mode_text(self.state().mode)),
+            ("control_mode", mode_text(self.finding().mode)),
             ("undefined_control_modes", self.undefined_modes.to_string()),
             ("frames", each(|counts| counts.sent)),
             ("with_authority", each(|counts| counts.with_authority)),
@@ -124,8 +109,8 @@ impl CommandFlow {
     }
 }
 
-fn request_text<T: LightsName>(request: Option<T>) -> &'static str {
-    request.map_or("left to the vehicle", LightsName::state_name)
+fn request_text<T: Lights>(request: Option<T>) -> &'static str {
+    request.map_or("left to the vehicle", Lights::name)
 }
 
 fn mode_text(mode: Mode) -> String {
@@ -136,75 +121,80 @@ fn mode_text(mode: Mode) -> String {
     }
 }
 
-/// `(request, wanted, why)` of one function.
-fn of_function<T: LightsName>(
-    finding: &FunctionFinding<T>,
-    (request, wanted, why): (Option<T>, Option<T>, DecisionReason),
-) -> StatusText {
-    let reports = || finding.reported.map_or("nothing", LightsName::state_name);
-    let wants = || request_text(wanted);
-    let is_silent = matches!(finding.command_state, CommandState::TimedOut(_));
-    match (finding.refusal, finding.compliance) {
-        (Some(Refusal::Undefined(raw)), _) => (Level::Error, format!("undefined command {raw} is ignored")),
-        (_, Compliance::Mismatch) => {
-            (Level::Error, format!("commanded {}, but the vehicle reports {}", wants(), reports()))
-        }
-        (_, _) if is_silent && why != DecisionReason::NotGranted => {
-            (Level::Error, format!("the command has timed out: {}", request_text(request)))
-        }
-        (Some(Refusal::NonMonotonicStamp), _) => {
-            (Level::Warn, "a command with an older stamp is rejected".to_owned())
-        }
-        (None, _) if finding.is_oscillating => {
-            (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
-        }
-        (None, Compliance::Overdue) => {
-            (Level::Warn, format!("commanded {}, but the vehicle still reports {}", wants(), reports()))
-        }
-        (None, Compliance::NoFeedback) => {
-            (Level::Warn, format!("commanded {}, and no report shows it", wants()))
-        }
-        (None, Compliance::DriverOverride) => {
-            (Level::Warn, format!("commanded {}, left to the driver: {}", wants(), reports()))
-        }
-        (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending)
-            if why == DecisionReason::NeverCommanded =>
-        {
-            (Level::Warn, "no command received".to_owned())
-        }
-        (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
-            (Level::Ok, format!("{}, {}", request_text(request), why.text()))
-        }
-    }
+/// One function with all that its status shows.
+struct FunctionView<'a, T> {
+    finding: &'a FunctionFinding<T>,
+    request: Option<T>,
+    commanded: Option<T>,
+    reason: DecisionReason,
+    intake: &'a Intake<T>,
+    feedback: FeedbackCounts,
 }
 
-/// Counts of the topic, age of its last message, counts of the watch.
-type TopicFigures = (IntakeCounts, Option<std::time::Duration>, (u64, u64));
+impl<T: Lights> FunctionView<'_, T> {
+    fn text(&self) -> StatusText {
+        let finding = self.finding;
+        let request = request_text(self.request);
+        let commanded = request_text(self.commanded);
+        let reported = finding.reported.map_or("nothing", Lights::name);
+        let has_timed_out = matches!(finding.command_state, CommandState::TimedOut(_));
+        match (finding.refusal, finding.compliance) {
+            (Some(Refusal::Undefined(number)), _) => {
+                (Level::Error, format!("undefined command {number} is ignored"))
+            }
+            (_, Compliance::Mismatch) => {
+                (Level::Error, format!("commanded {commanded}, but the vehicle reports {reported}"))
+            }
+            (_, _) if has_timed_out && self.reason != DecisionReason::NotGranted => {
+                (Level::Error, format!("the command has timed out: {request}"))
+            }
+            (Some(Refusal::NonMonotonicStamp), _) => {
+                (Level::Warn, "a command with an older stamp is rejected".to_owned())
+            }
+            (None, _) if finding.is_oscillating => {
+                (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
+            }
+            (None, Compliance::Overdue) => {
+                (Level::Warn, format!("commanded {commanded}, but the vehicle still reports {reported}"))
+            }
+            (None, Compliance::NoFeedback) => {
+                (Level::Warn, format!("commanded {commanded}, and no report shows it"))
+            }
+            (None, Compliance::DriverOverride) => {
+                (Level::Warn, format!("commanded {commanded}, left to the driver: {reported}"))
+            }
+            (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
+                if self.reason == DecisionReason::NeverCommanded {
+                    (Level::Warn, "no command received".to_owned())
+                } else {
+                    (Level::Ok, format!("{request}, {}", self.reason.text()))
+                }
+            }
+        }
+    }
 
-fn values<T: LightsName>(
-    finding: &FunctionFinding<T>,
-    request: Option<T>,
-    why: DecisionReason,
-    (counts, age, (driver, disobeyed)): TopicFigures,
-) -> Vec<(&'static str, String)> {
-    let said = match finding.command_state {
-        CommandState::NeverReceived => "never",
-        CommandState::NoCommand => "nothing requested",
-        CommandState::Requested(requested) => requested.state_name(),
-        CommandState::TimedOut(_) => "silent",
-    };
-    vec![
-        ("command", said.to_owned()),
-        ("requested", request_text(request).to_owned()),
-        ("reason", why.text().to_owned()),
-        ("reported", finding.reported.map_or("unknown", LightsName::state_name).to_owned()),
-        ("command_age_s", age.map_or("-".to_owned(), |age| format!("{:.1}", age.as_secs_f64()))),
-        ("commands", counts.received.to_string()),
-        ("no_command", counts.no_command.to_string()),
-        ("undefined", counts.undefined.to_string()),
-        ("non_monotonic_stamps", counts.backwards.to_string()),
-        ("stale_messages", counts.stale.to_string()),
-        ("driver_overrides", driver.to_string()),
-        ("feedback_mismatches", disobeyed.to_string()),
-    ]
+    fn values(&self, now: MonoTime) -> Vec<(&'static str, String)> {
+        let command = match self.finding.command_state {
+            CommandState::NeverReceived => "never",
+            CommandState::NoCommand => "nothing requested",
+            CommandState::Requested(requested) => requested.name(),
+            CommandState::TimedOut(_) => "silent",
+        };
+        let age = self.intake.age(now).map_or("-".to_owned(), |age| format!("{:.1}", age.as_secs_f64()));
+        let counts = self.intake.counts();
+        vec![
+            ("command", command.to_owned()),
+            ("requested", request_text(self.request).to_owned()),
+            ("reason", self.reason.text().to_owned()),
+            ("reported", self.finding.reported.map_or("unknown", Lights::name).to_owned()),
+            ("command_age_s", age),
+            ("commands", counts.received.to_string()),
+            ("no_command", counts.no_command.to_string()),
+            ("undefined", counts.undefined.to_string()),
+            ("non_monotonic_stamps", counts.non_monotonic.to_string()),
+            ("stale_messages", counts.stale.to_string()),
+            ("driver_overrides", self.feedback.driver_overrides.to_string()),
+            ("feedback_mismatches", self.feedback.mismatches.to_string()),
+        ]
+    }
 }

@@ -13,7 +13,7 @@ use crate::core::can::link::LinkState;
 use crate::core::can::note::Note;
 use crate::core::time::{MonoTime, Now};
 
-/// How much is kept.
+/// The limits of what is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlackBoxSettings {
     /// Time before the change to ERROR.
@@ -24,7 +24,7 @@ pub struct BlackBoxSettings {
     pub most_inputs: usize,
 }
 
-/// What is kept.
+/// The inputs and decisions kept so far.
 #[derive(Debug, Clone)]
 pub struct BlackBox {
     settings: BlackBoxSettings,
@@ -40,9 +40,9 @@ pub struct BlackBox {
 /// A window that has closed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recording {
-    /// When the change to ERROR was that it is about.
+    /// The change to ERROR that it is about.
     pub fault: Now,
-    /// A candump log. Lines that begin with `#` tell what candump has no line for.
+    /// A candump log. Lines that begin with `#` are notes of events for which candump has no line.
     pub log: String,
     /// A decision a line, as `replay` prints them.
     pub decisions: String,
@@ -61,7 +61,7 @@ impl BlackBox {
         self.forget_before(at.mono);
     }
 
-    /// Keeps a decision, as a line without its time; `fault` says that it is a change to ERROR.
+    /// Keeps a decision, as a line without its time; `fault` marks a change to ERROR.
     pub fn decided(&mut self, line: String, fault: bool, at: Now) {
         if fault && self.fault.is_none() {
             self.fault = Some(at);

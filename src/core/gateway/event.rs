@@ -1,7 +1,7 @@
 //! The alphabet of the gateway: everything that can go in, everything that can come out.
 //!
-//! Each flow has its own inputs and outputs; here they are joined. The daemon turns sockets into
-//! [`Input`]s and [`Output`]s into sockets; a replay turns a file into the same `Input`s.
+//! Each flow has its own inputs and outputs; here they are joined. The daemon makes [`Input`]s of what sockets
+//! receive and sends [`Output`]s to sockets; a replay makes the same `Input`s of a file.
 
 use crate::core::can::input::CanInput;
 use crate::core::command::input::CommandInput;
@@ -23,12 +23,10 @@ pub enum Input {
     TrafficLight(TrafficLightInput),
     /// For the turn signal decider.
     Planner(PlannerInput),
-    /// For the command flow.
+    /// For the command machine.
     Command(CommandInput),
-    /// Nothing happened, but the deadline asked for has come.
+    /// Nothing has happened, but a deadline has come.
     Tick,
-    /// The gateway is about to end: last frames to the vehicle, then none.
-    Stop,
 }
 
 /// One thing to do outside.
@@ -40,11 +38,11 @@ pub enum Output {
     TrafficLights(TrafficLightOutput),
     /// Of the turn signal decider.
     TurnSignal(TurnSignalOutput),
-    /// Of the command flow.
+    /// Of the command machine.
     Command(CommandOutput),
     /// Publish `DiagnosticArray`.
     Diagnostics {
-        /// What it says.
+        /// Its statuses.
         diagnostics: Diagnostics,
         /// Header stamp: now.
         stamp: WallStamp,
@@ -56,7 +54,7 @@ impl Input {
     pub fn stamp(&self) -> Option<WallStamp> {
         match self {
             Self::Can(input) => input.stamp(),
-            Self::TrafficLight(_) | Self::Planner(_) | Self::Command(_) | Self::Tick | Self::Stop => None,
+            Self::TrafficLight(_) | Self::Planner(_) | Self::Command(_) | Self::Tick => None,
         }
     }
 }

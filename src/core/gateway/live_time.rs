@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
 
-/// How long a deadline waits for frames that were received before it; batches are 5 ms apart.
+/// The time a deadline waits for frames that were received before it; batches are 5 ms apart.
 pub const LAG: Duration = Duration::from_millis(20);
 
 /// A difference between stamps and the monotonic clock that changes by more than this is a step

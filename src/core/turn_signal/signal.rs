@@ -2,33 +2,7 @@
 
 use std::fmt;
 
-/// `TurnIndicatorsCommand.command`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[repr(u8)]
-pub enum Signal {
-    /// 0: nothing is known or wanted.
-    #[default]
-    NoCommand = 0,
-    /// 1: off.
-    Disable = 1,
-    /// 2: left.
-    Left = 2,
-    /// 3: right.
-    Right = 3,
-}
-
-/// `HazardLightsCommand.command`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[repr(u8)]
-pub enum Hazard {
-    /// 0: nothing is known or wanted.
-    #[default]
-    NoCommand = 0,
-    /// 1: off.
-    Disable = 1,
-    /// 2: on.
-    Enable = 2,
-}
+pub use crate::core::light_command::{HazardCommand as Hazard, TurnCommand as Signal};
 
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -66,27 +40,6 @@ impl From<Side> for Signal {
             Side::Left => Self::Left,
             Side::Right => Self::Right,
         }
-    }
-}
-
-impl fmt::Display for Signal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoCommand => "NO_COMMAND",
-            Self::Disable => "DISABLE",
-            Self::Left => "LEFT",
-            Self::Right => "RIGHT",
-        })
-    }
-}
-
-impl fmt::Display for Hazard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoCommand => "NO_COMMAND",
-            Self::Disable => "DISABLE",
-            Self::Enable => "ENABLE",
-        })
     }
 }
 

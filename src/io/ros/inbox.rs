@@ -94,6 +94,7 @@ mod tests {
 
     use super::*;
     use crate::core::command::input::CommandInput;
+    use crate::core::command::settings::CommandSource;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
@@ -128,7 +129,10 @@ mod tests {
     #[test]
     fn a_newer_command_for_the_vehicle_replaces_the_one_that_waits() {
         let inbox = Inbox::default();
-        let turn = |raw, nanos| (3, CommandInput::Turn { raw, stamp: WallStamp::from_nanos(nanos) }.into());
+        let turn = |number: u8, nanos| {
+            let (command, stamp) = (number.into(), WallStamp::from_nanos(nanos));
+            (3, CommandInput::Turn { source: CommandSource::Topic, command, stamp }.into())
+        };
         for (subscription, input) in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
             inbox.put(subscription, input);
         }

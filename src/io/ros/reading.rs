@@ -10,7 +10,9 @@ use super::messages::{
 };
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
+use crate::core::command::settings::CommandSource;
 use crate::core::gateway::event::Input;
+use crate::core::light_command::EnumOrUnknown;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::turn_signal::planner_input::PlannerInput;
 
@@ -59,8 +61,10 @@ pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Inpu
         SubscriptionKind::Scenario => Input::Planner(bytes.whole::<Scenario>()?.into()),
         SubscriptionKind::HazardRequest => {
             let message: HazardLightsCommand = bytes.whole()?;
-            let request = message.hazard().ok_or(Unreadable::Hazard(message.command))?;
-            Input::Planner(PlannerInput::HazardRequest(request))
+            match message.command.into() {
+                EnumOrUnknown::Known(request) => Input::Planner(PlannerInput::HazardRequest(request)),
+                EnumOrUnknown::Unknown(number) => return Err(Unreadable::Hazard(number)),
+            }
         }
         SubscriptionKind::OwnTurnCommand => {
             Input::Planner(PlannerInput::OwnTurnCommand(bytes.whole::<TurnIndicatorsCommand>()?.command))
@@ -70,15 +74,17 @@ pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Inpu
         }
         SubscriptionKind::TurnCommand => {
             let message: TurnIndicatorsCommand = bytes.whole()?;
-            CommandInput::Turn { raw: message.command, stamp: message.stamp.into() }.into()
+            let (command, stamp) = (message.command.into(), message.stamp.into());
+            CommandInput::Turn { source: CommandSource::Topic, command, stamp }.into()
         }
         SubscriptionKind::HazardCommand => {
             let message: HazardLightsCommand = bytes.whole()?;
-            CommandInput::Hazard { raw: message.command, stamp: message.stamp.into() }.into()
+            let (command, stamp) = (message.command.into(), message.stamp.into());
+            CommandInput::Hazard { source: CommandSource::Topic, command, stamp }.into()
         }
         SubscriptionKind::ControlMode => {
             let message: ControlModeReport = bytes.whole()?;
-            CommandInput::ControlMode { raw: message.mode, stamp: message.stamp.into() }.into()
+            CommandInput::ControlMode { mode: message.mode.into(), stamp: message.stamp.into() }.into()
         }
     })
 }

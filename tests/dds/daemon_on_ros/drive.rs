@@ -14,7 +14,7 @@ use signal_gateway::config::files::Disk;
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
-use signal_gateway::drive::course::Course;
+use signal_gateway::desk::drive::course::Course;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, Reader};
 use crate::support::drive_script::{MODES, Script};

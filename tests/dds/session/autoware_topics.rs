@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::command::settings::CommandSource;
 use signal_gateway::core::gateway::event::Input;
+use signal_gateway::core::light_command::EnumOrUnknown;
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
 use signal_gateway::io::ros::session::{Subscription, SubscriptionKind, Topics};
 
@@ -43,9 +45,22 @@ pub(crate) fn shown(input: &Input) -> Value {
             json!({"points": points.len()})
         }
         Input::Planner(told) => json!({"told": format!("{told:?}")}),
-        Input::Command(CommandInput::Turn { raw, stamp }) => json!({"turn": raw, "sec": stamp.sec()}),
-        Input::Command(CommandInput::Hazard { raw, stamp }) => json!({"hazard": raw, "sec": stamp.sec()}),
-        Input::Command(CommandInput::ControlMode { raw, stamp }) => json!({"mode": raw, "sec": stamp.sec()}),
-        Input::TrafficLight(_) | Input::Can(_) | Input::Tick | Input::Stop => Value::Null,
+        Input::Command(CommandInput::Turn { source: CommandSource::Topic, command, stamp }) => {
+            json!({"turn": number(*command, |command| command as u8), "sec": stamp.sec()})
+        }
+        Input::Command(CommandInput::Hazard { source: CommandSource::Topic, command, stamp }) => {
+            json!({"hazard": number(*command, |command| command as u8), "sec": stamp.sec()})
+        }
+        Input::Command(CommandInput::ControlMode { mode, stamp }) => {
+            json!({"mode": number(*mode, |mode| mode as u8), "sec": stamp.sec()})
+        }
+        Input::Command(_) | Input::TrafficLight(_) | Input::Can(_) | Input::Tick => Value::Null,
+    }
+}
+
+fn number<T>(value: EnumOrUnknown<T>, known: fn(T) -> u8) -> u8 {
+    match value {
+        EnumOrUnknown::Known(value) => known(value),
+        EnumOrUnknown::Unknown(number) => number,
     }
 }

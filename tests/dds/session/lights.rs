@@ -150,9 +150,7 @@ fn shown(subscription: usize, input: &Input, at: f64) -> Value {
             });
             json!({"sec": stamp.sec(), "groups": listed.collect::<Vec<_>>(), "rejected": rejected})
         }
-        Input::Planner(_) | Input::Command(_) | Input::Can(_) | Input::Tick | Input::Stop => {
-            autoware_topics::shown(input)
-        }
+        Input::Planner(_) | Input::Command(_) | Input::Can(_) | Input::Tick => autoware_topics::shown(input),
     };
     json!({"event": "arrived", "at": at, "subscription": subscription, "what": what})
 }

@@ -10,13 +10,30 @@ use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::command::Reported;
 use signal_gateway::core::command::allow_list::CommandFrame;
 use signal_gateway::core::command::flow::CommandFlow;
+use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
+use signal_gateway::core::command::settings::CommandSource;
 use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::time::{MonoTime, Now};
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 use crate::support::clock::at_ns;
 use crate::support::command_vehicle::{DBC, asks};
 use crate::support::files::MemoryFiles;
+
+/// `TurnIndicatorsCommand` of the topic, with this number.
+pub(crate) fn turn(number: u8, stamp: WallStamp) -> CommandInput {
+    CommandInput::Turn { source: CommandSource::Topic, command: number.into(), stamp }
+}
+
+/// `HazardLightsCommand` of the topic, with this number.
+pub(crate) fn hazard(number: u8, stamp: WallStamp) -> CommandInput {
+    CommandInput::Hazard { source: CommandSource::Topic, command: number.into(), stamp }
+}
+
+/// `ControlModeReport` with this number.
+pub(crate) fn mode(number: u8, stamp: WallStamp) -> CommandInput {
+    CommandInput::ControlMode { mode: number.into(), stamp }
+}
 
 /// The configuration with these lines in its `[command]`.
 pub(crate) fn config(command: &str, profile: &str) -> CommandConfig {
@@ -77,7 +94,7 @@ impl Bench {
 
     /// Lets time go by, and settles whenever the flow wants it.
     pub(crate) fn pass_until(&mut self, until_ns: u64) {
-        while let Some(at) = self.flow.next_deadline(self.now().mono).map(MonoTime::as_nanos) {
+        while let Some(at) = self.flow.next_deadline().map(MonoTime::as_nanos) {
             assert!(at > self.now_ns, "a deadline that does not move");
             if at > until_ns {
                 break;
@@ -89,22 +106,23 @@ impl Bench {
     }
 
     pub(crate) fn turn(&mut self, raw: u8) {
-        let now = self.now();
-        self.flow.turn_command(raw, now.wall, now);
+        self.take(turn(raw, self.now().wall));
     }
 
     pub(crate) fn hazard(&mut self, raw: u8) {
-        let now = self.now();
-        self.flow.hazard_command(raw, now.wall, now);
+        self.take(hazard(raw, self.now().wall));
     }
 
     pub(crate) fn mode(&mut self, raw: u8) {
-        let now = self.now();
-        self.flow.control_mode(raw, now.wall, now);
+        self.take(mode(raw, self.now().wall));
+    }
+
+    pub(crate) fn take(&mut self, input: CommandInput) {
+        self.flow.handle_input(input, self.now());
     }
 
     pub(crate) fn report(&mut self, reported: Reported) {
-        self.flow.report(reported);
+        self.flow.handle_report(reported);
     }
 
     /// What the newest frame asks for.

@@ -4,13 +4,12 @@
 use signal_gateway::config::gateway::command::CommandConfig;
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::{Reported, Turn};
 use signal_gateway::core::diagnostics::Level;
-use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::table::MessageIndex;
 
 use crate::pure::command_model::bench::{Bench, config};
-use crate::support::clock::MS;
+use crate::support::clock::{MS, at_ms};
 use crate::support::command_vehicle::{PROFILE, asks};
 
 /// The senders' rhythm.
@@ -237,7 +236,7 @@ fn play(case: &Case) -> Vec<String> {
                 Do::Link(state) => {
                     bench.buses[0].set_link(state);
                 }
-                Do::Stop => bench.flow.stop(),
+                Do::Stop => bench.take(CommandInput::Stop),
             }
         }
         if ms % CYCLE_MS == 0 {
@@ -253,7 +252,7 @@ fn play(case: &Case) -> Vec<String> {
             let state = Frame::classic(CanId::Standard(560), &[u8::from(vehicle.overridden) << 4, 0, 0, 0]);
             let now = bench.now();
             bench.buses[0].frame_arrived(now.mono);
-            bench.flow.frame_arrived(MessageIndex(0), &state.unwrap(), now.wall, now);
+            bench.flow.handle_frame(BusIndex(0), &state.unwrap(), now.wall, now);
         }
         let report = vehicle.report(&bench, ms);
         bench.report(report);
@@ -306,13 +305,13 @@ fn after_the_last_frame_there_is_none() {
     bench.turn(2);
     bench.settle();
     bench.pass_until(300 * MS);
-    bench.flow.stop();
+    bench.take(CommandInput::Stop);
     bench.settle();
     let left = bench.sent.len();
     bench.pass_until(900 * MS);
     assert!(bench.flow.is_finished());
     assert_eq!((bench.sent.len(), bench.asked()), (left, "off"));
-    assert!(bench.flow.next_deadline(bench.now().mono).is_none_or(|at| at > bench.now().mono));
+    assert!(bench.flow.next_deadline().is_none_or(|at| at > bench.now().mono));
 }
 
 #[test]
@@ -348,7 +347,7 @@ fn the_control_mode_may_come_from_a_signal() {
                 let frame = Frame::classic(CanId::Standard(560), &[mode << 5, 0, 0, 0]).unwrap();
                 let now = bench.now();
                 bench.buses[0].frame_arrived(now.mono);
-                bench.flow.frame_arrived(MessageIndex(0), &frame, now.wall, now);
+                bench.flow.handle_frame(BusIndex(0), &frame, now.wall, now);
             }
             bench.settle();
         }
@@ -438,7 +437,7 @@ fn frames_keep_their_distance_from_when_they_really_went_out() {
     bench.turn(2);
     let frame = bench.settle().pop().unwrap();
     // The machine was busy: it went out 30 ms late, and the second frame of the burst is due already.
-    bench.flow.sent(&frame, MonoTime::from_millis(1_030));
+    bench.flow.handle_input(CommandInput::Sent(frame), at_ms(1_030));
     let before = bench.sent.len();
     bench.pass_until(1_039 * MS);
     assert_eq!(bench.sent.len(), before);
@@ -459,7 +458,7 @@ fn a_driver_who_has_taken_over_has_it_until_the_vehicle_says_otherwise() {
             let now = bench.now();
             bench.buses[0].frame_arrived(now.mono);
             if let Some(frame) = frame {
-                bench.flow.frame_arrived(MessageIndex(0), &frame, now.wall, now);
+                bench.flow.handle_frame(BusIndex(0), &frame, now.wall, now);
             }
             bench.settle();
         }

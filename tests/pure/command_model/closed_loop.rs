@@ -21,7 +21,7 @@ use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::state::TurnCode::{self, Both, Left, Off, Right};
 
-use crate::pure::command_model::bench::settings as bench_settings;
+use crate::pure::command_model::bench::{self, settings as bench_settings};
 use crate::support::clock::{MS, at as time};
 use crate::support::command_vehicle::PROFILE;
 use crate::support::files::MemoryFiles;
@@ -151,7 +151,7 @@ impl Loop {
         let end = self.at.after(Duration::from_millis(ms));
         loop {
             let deadlines = [self.vehicle.next_deadline(self.at), Some(self.spoken), Some(end)];
-            let gateway = self.gateway_lives.then(|| self.gateway.next_deadline(self.at));
+            let gateway = self.gateway_lives.then(|| self.gateway.next_deadline());
             let next = deadlines.into_iter().chain([gateway]).flatten().min().unwrap();
             self.at = next.max(self.at);
             let now = time(self.at);
@@ -160,9 +160,9 @@ impl Loop {
                 let [turn, hazard, mode] = self.words;
                 let stamp = now.wall;
                 let words = [
-                    turn.map(|raw| CommandInput::Turn { raw, stamp }),
-                    hazard.map(|raw| CommandInput::Hazard { raw, stamp }),
-                    mode.map(|raw| CommandInput::ControlMode { raw, stamp }),
+                    turn.map(|raw| bench::turn(raw, stamp)),
+                    hazard.map(|raw| bench::hazard(raw, stamp)),
+                    mode.map(|raw| bench::mode(raw, stamp)),
                 ];
                 for word in words.into_iter().flatten().filter(|_| self.gateway_lives) {
                     self.gateway.handle(word, now);
@@ -331,7 +331,7 @@ fn commands_are_reported_in_time(commands: u64) {
             car.pass(300 + step * 37 % 100);
             let told = time(car.at);
             car.words[0] = Some(raw);
-            car.gateway.handle(CommandInput::Turn { raw, stamp: told.wall }, told);
+            car.gateway.handle(bench::turn(raw, told.wall), told);
             car.exchange();
             car.pass(most_ms);
             let report = ["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"][usize::from(raw - 1)];
@@ -398,7 +398,7 @@ fn an_orderly_stop_leaves_the_lights_as_it_is_told_to() {
         car.mode(AUTONOMOUS);
         car.say(LEFT, HAZARD_OFF, 5000);
         let stopped = car.at;
-        car.gateway.handle(Input::Stop, time(car.at));
+        car.gateway.handle(CommandInput::Stop, time(car.at));
         car.words = [None; 3];
         car.pass(400);
         let lights = car.lights_since(stopped);

@@ -6,10 +6,11 @@ use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::command::Reported;
 use signal_gateway::core::command::Turn;
+use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::time::{MonoTime, WallStamp};
 
-use crate::pure::command_model::bench::{Bench, config};
+use crate::pure::command_model::bench::{Bench, config, hazard, turn};
 use crate::pure::command_model::model::{Asked, Event, Rules, Silence, asked};
 use crate::support::clock::MS;
 use crate::support::command_vehicle::{PROFILE, asks};
@@ -117,7 +118,7 @@ impl Day {
             prop_assert_eq!(frame.frame().id(), CanId::Standard(304), "only what is in the allow-list");
             prop_assert_eq!(asks(frame.frame().data()), words((request.turn, request.hazard)));
             if std::mem::take(&mut self.full) {
-                self.bench.flow.not_sent(&frame, SendFailure::QueueFull, self.bench.now());
+                self.bench.take(CommandInput::SendFailed { frame, failure: SendFailure::QueueFull });
             } else {
                 self.wire.push((at, *frame.frame()));
             }
@@ -133,7 +134,7 @@ impl Day {
         let until = self.bench.now_ns + pause_ns;
         loop {
             let at = self.bench.now_ns;
-            let due = self.bench.flow.next_deadline(MonoTime::from_nanos(at)).map(MonoTime::as_nanos);
+            let due = self.bench.flow.next_deadline().map(MonoTime::as_nanos);
             prop_assert!(due.is_none_or(|due| due > at), "a deadline that does not move");
             let next = due.unwrap_or(u64::MAX).min(until);
             let same = asked(self.rules, &self.history, at) == asked(self.rules, &self.history, next - 1);
@@ -151,8 +152,8 @@ impl Day {
         let stamp = |offset: i64| WallStamp::from_nanos(now.wall.as_nanos() + offset * 1_000_000);
         self.history.push((self.bench.now_ns, event));
         match event {
-            Event::Turn(raw, offset) => self.bench.flow.turn_command(raw, stamp(offset), now),
-            Event::Hazard(raw, offset) => self.bench.flow.hazard_command(raw, stamp(offset), now),
+            Event::Turn(raw, offset) => self.bench.take(turn(raw, stamp(offset))),
+            Event::Hazard(raw, offset) => self.bench.take(hazard(raw, stamp(offset))),
             Event::Mode(raw) => self.bench.mode(raw),
             Event::Link(up) => {
                 let state = if up { LinkState::Up } else { LinkState::Down };

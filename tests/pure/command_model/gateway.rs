@@ -7,12 +7,12 @@ use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::Gateway;
-use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::planner_input::PlannerInput;
 use signal_gateway::core::turn_signal::signal::Hazard;
 
-use crate::pure::command_model::bench::settings;
+use crate::pure::command_model::bench::{self, settings};
 use crate::support::clock::{MS, at_ms};
 use crate::support::command_vehicle::{PROFILE, asks};
 use crate::support::virtual_gateway::VirtualGateway;
@@ -80,15 +80,15 @@ impl VirtualGateway {
 }
 
 fn turn(raw: u8) -> CommandInput {
-    CommandInput::Turn { raw, stamp: at_ms(0).wall }
+    bench::turn(raw, at_ms(0).wall)
 }
 
 fn hazard(raw: u8) -> CommandInput {
-    CommandInput::Hazard { raw, stamp: at_ms(0).wall }
+    bench::hazard(raw, at_ms(0).wall)
 }
 
 fn mode(raw: u8) -> CommandInput {
-    CommandInput::ControlMode { raw, stamp: at_ms(0).wall }
+    bench::mode(raw, at_ms(0).wall)
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn a_stop_is_one_last_frame_with_the_state_for_it() {
         desk.drive(300, 1, words);
         let before = desk.sent().len();
         assert!(!desk.gateway.is_finished());
-        desk.handle(Input::Stop);
+        desk.handle(CommandInput::Stop);
         desk.drive(500, 1, words);
         assert_eq!((desk.sent().len(), desk.asked()), (before + 1, last), "{on_shutdown}");
         assert!(desk.gateway.is_finished());

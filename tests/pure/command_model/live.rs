@@ -6,11 +6,11 @@ use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::command::sender::SendFailure;
-use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::live::Live;
+use signal_gateway::daemon::live::Live;
 
-use crate::pure::command_model::bench::settings;
+use crate::pure::command_model::bench::{mode, settings, turn};
 use crate::support::clock::at_ms;
 use crate::support::command_vehicle::PROFILE;
 
@@ -28,17 +28,14 @@ fn frames(until_ms: u64, full: std::ops::Range<u64>) -> Vec<(u64, Frame)> {
         }
         if ms % 90 == 0 {
             let raw = u8::try_from(1 + ms / 450 % 3).unwrap();
-            live.take(
-                [CommandInput::ControlMode { raw: 1, stamp }, CommandInput::Turn { raw, stamp: read.wall }],
-                read,
-            );
+            live.take([mode(1, stamp), turn(raw, read.wall)], read);
         }
         while live.step(read.mono, |_, _| ()).is_some() {}
         live.settle_commands(read);
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = output {
                 if full.contains(&ms) {
-                    live.not_sent(&frame, SendFailure::QueueFull, read);
+                    live.take([CommandInput::SendFailed { frame, failure: SendFailure::QueueFull }], read);
                 } else {
                     sent.push((ms, *frame.frame()));
                 }
@@ -79,7 +76,7 @@ fn what_could_not_be_sent_is_sent_again_with_the_same_counter() {
 #[test]
 fn a_stop_among_live_inputs_ends() {
     let mut live = Live::new(settings("tx = \"on\"", PROFILE).gateway, &[LinkState::Up], at_ms(0));
-    live.take([Input::Stop], at_ms(1));
+    live.take([CommandInput::Stop], at_ms(1));
     let mut ms = 1;
     while !live.is_finished() {
         assert!(ms < 300, "it never ends");

@@ -6,6 +6,7 @@ use signal_gateway::core::can::frame::Frame;
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::command::Turn;
 use signal_gateway::core::command::arbitration::VehicleRequest;
+use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::sender::{FrameOrigin, SendFailure, Sender};
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::time::MonoTime;
@@ -61,10 +62,9 @@ fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
             bench.turn(2);
         }
         for frame in bench.settle() {
-            let now = bench.now();
             if (1_000..1_180).contains(&ms) {
                 failed += 1;
-                bench.flow.not_sent(&frame, SendFailure::QueueFull, now);
+                bench.take(CommandInput::SendFailed { frame, failure: SendFailure::QueueFull });
             } else {
                 wire.push((ms, frame.frame().data()[6] & 15));
             }

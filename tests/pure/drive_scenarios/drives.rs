@@ -12,9 +12,10 @@ use signal_gateway::core::compat::Compat::{Improved, Upstream};
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
-use signal_gateway::drive::course::Course;
-use signal_gateway::drive::run::Run;
-use signal_gateway::drive::verdict::Verdicts;
+use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::run::Run;
+use signal_gateway::desk::drive::verdict::Verdicts;
+use signal_gateway::report::drive::Verdict;
 
 use super::coverage::{CONFLICTS, MANOEUVRES, ONLY_A_GAP, WEAKNESSES};
 
@@ -89,10 +90,9 @@ fn scenario(name: &str) -> Scenario {
             });
         }
     }
-    let [upstream, improved] = runs.map(|(_, verdicts, shown)| Driven {
-        shown,
-        met: verdicts.met(),
-        failures: verdicts.failed().iter().map(ToString::to_string).collect(),
+    let [upstream, improved] = runs.map(|(_, verdicts, shown)| {
+        let Verdict { met, failed, .. } = verdicts.verdict();
+        Driven { shown, met, failures: failed.iter().map(ToString::to_string).collect() }
     });
     Scenario { file, upstream, improved }
 }

@@ -17,7 +17,6 @@ use signal_gateway::core::diagnostics::{Level, Status};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 
 use crate::support::clock::at_ns;
@@ -93,7 +92,7 @@ impl Trial {
     fn pass(&mut self, pause_ns: u64) -> Result<(), TestCaseError> {
         let until = self.now_ns + pause_ns;
         loop {
-            let wanted = self.gateway.next_deadline(MonoTime::from_nanos(self.now_ns)).as_nanos();
+            let wanted = self.gateway.next_deadline().as_nanos();
             prop_assert!(wanted > self.now_ns, "a deadline that does not move");
             let next = wanted.min(until);
             let before: Vec<_> = self.beliefs(self.now_ns).iter().map(Belief::essence).collect();

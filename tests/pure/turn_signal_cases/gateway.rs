@@ -13,7 +13,7 @@ use signal_gateway::core::turn_signal::planner_input::{
 };
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::io::ros::topics::Topics;
-use signal_gateway::timeline::JsonTimeline;
+use signal_gateway::report::gateway::JsonTimeline;
 
 use super::bench::{PERIOD, announcing, decider, path, route};
 

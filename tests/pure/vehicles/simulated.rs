@@ -8,7 +8,7 @@ use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::vehicle_lights::binding::{
     HazardBinding, HazardSource, LightsBinding, TurnBinding,
 };
-use signal_gateway::vehicle_timeline::{Form, VehicleTimeline};
+use signal_gateway::report::vehicle::CandumpLog;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
 use crate::pure::vehicles::{profile, profile_names};
@@ -18,7 +18,7 @@ fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
     let plan = settings.vehicle_plan().unwrap();
     let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let start = WallStamp::from_nanos(1_700_000_000_000_000_000);
-    let timeline = VehicleTimeline { form: Form::Candump, interfaces, start };
+    let candump = CandumpLog { interfaces, start };
     let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), MonoTime::ZERO);
     for line in script.lines().filter(|line| !line.trim().is_empty()) {
         let (at, request) = request::line(line).unwrap().unwrap();
@@ -29,7 +29,7 @@ fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
         vehicle.settle(now);
         while let Some(output) = vehicle.poll_output() {
             if let Output::Frame { .. } | Output::Error { .. } = output {
-                log.push_str(&timeline.line(&output, now).unwrap());
+                log.push_str(&candump.line(&output, now).unwrap());
                 log.push('\n');
             }
         }

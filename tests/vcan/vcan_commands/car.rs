@@ -13,11 +13,11 @@ pub(crate) struct Car(JsonProcess);
 pub(crate) type Lights = (String, String);
 
 impl Car {
-    /// With the folder's profile, on an interface.
+    /// With the folder's `car.toml`, on an interface.
     pub(crate) fn start(folder: &Folder, interface: &str, options: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
         command.args(["vehicle", "--json", "--interface", interface, "--profile"]);
-        command.arg(folder.path().join("profile.toml")).args(options).current_dir(folder.path());
+        command.arg(folder.path().join("car.toml")).args(options).current_dir(folder.path());
         Self(JsonProcess::start("the vehicle", &mut command))
     }
 

@@ -5,7 +5,7 @@
 use super::bytes;
 use super::car::Car;
 use super::commander::{Commander, Durability, ERROR, HAZARD, OK, TRANSMISSION, TURN, WARN};
-use super::recording::Recording;
+use super::recording::{BusTime, Recording};
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, TESLA, Vehicle};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
@@ -173,7 +173,7 @@ fn day(setup: &'static Setup, vcan: &Vcan, cyclone: &Cyclone) {
     }
     gateway.stop("TERM");
     day.recording.finish();
-    let frames = day.recording.since(0, vehicle.command);
+    let frames = day.recording.since(BusTime::START, vehicle.command);
     assert_eq!((vehicle.asks)(&frames.last().unwrap().data), vehicle.nothing, "the last frame");
     assert!(!gateway.log().iter().any(|line| line.contains("somebody else")), "own frames are not foreign");
     bytes::check(&folder, vehicle, &frames, &["off", "left", "right", "hazard", vehicle.nothing]);
@@ -205,7 +205,7 @@ impl Day<'_> {
             return;
         }
         self.car.ask("fault drop KIT_STATE");
-        let last = self.mark();
+        let last = BusTime::now();
         // Once a report comes without it, it is no longer received.
         self.recording.wait(last, self.setup.vehicle.report, "a report", |frames| frames.len() > 5);
     }
@@ -219,18 +219,14 @@ impl Day<'_> {
         self.setup.vehicle.nothing
     }
 
-    fn mark(&self) -> usize {
-        self.recording.mark()
-    }
-
     /// What was asked since then, one word for each run of frames.
-    fn asked(&self, mark: usize) -> Vec<&'static str> {
+    fn asked(&self, mark: BusTime) -> Vec<&'static str> {
         let vehicle = self.setup.vehicle;
         vehicle.runs(&self.recording.since(mark, vehicle.command))
     }
 
     /// Waits until the newest frame since then asks for this.
-    fn wait(&self, mark: usize, asked: &str) {
+    fn wait(&self, mark: BusTime, asked: &str) {
         let vehicle = self.setup.vehicle;
         let is_it = |frames: &[&super::recording::Seen]| {
             frames.last().is_some_and(|frame| (vehicle.asks)(&frame.data) == asked)
@@ -240,15 +236,15 @@ impl Day<'_> {
 
     /// Says commands, waits until they are on the bus, and gives what was asked meanwhile.
     fn say(&self, line: &str, asked: &str) -> Vec<&'static str> {
-        let mark = self.mark();
+        let mark = BusTime::now();
         self.commander.say(line);
         self.wait(mark, asked);
         self.asked(mark)
     }
 
     /// Nothing but this was asked since then, and it was.
-    fn only(&self, mark: usize, asked: &str) {
-        let begun = self.mark();
+    fn only(&self, mark: BusTime, asked: &str) {
+        let begun = BusTime::now();
         self.recording.wait(begun, self.setup.vehicle.command, "a frame", |frames| !frames.is_empty());
         assert_eq!(self.asked(mark), [asked]);
     }
@@ -258,7 +254,7 @@ fn no_command_never_engaged(day: &Day) {
     // The driver indicates, and it is no business of ours.
     day.car.ask("stalk left");
     day.car.wait_for_lights(Mark::START, "left", "driver");
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     for mode in [MANUAL, AUTONOMOUS] {
         day.mode(mode);
         let heard = day.commander.say("turn 0 10; hazard 0 10");
@@ -283,7 +279,7 @@ fn manual(day: &Day) {
     day.mode(MANUAL);
     day.commander.status(heard, TRANSMISSION, OK, "control mode MANUAL");
     day.commander.report(heard, "turn", 1);
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     let heard = day.commander.say("turn 2 10; hazard 2 10");
     for task in [TURN, HAZARD] {
         day.commander.levels_during(heard, task, "commands", 10);
@@ -294,7 +290,7 @@ fn manual(day: &Day) {
 }
 
 fn autonomous(day: &Day) {
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     day.mode(AUTONOMOUS);
     // What was said before counts from now on.
     day.wait(mark, "hazard");
@@ -312,7 +308,7 @@ fn autonomous(day: &Day) {
 }
 
 fn hazard_during_left(day: &Day) {
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     let heard = day.commander.mark();
     day.say("hazard 2 10", "hazard");
     day.car.wait_for_lights(lights, "hazard", "command");
@@ -326,7 +322,7 @@ fn hazard_during_left(day: &Day) {
 }
 
 fn undefined_value(day: &Day) {
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     for (topic, task) in [("turn", TURN), ("hazard", HAZARD)] {
         let heard = day.commander.mark();
         let line = format!("{topic} once 7");
@@ -341,7 +337,7 @@ fn undefined_value(day: &Day) {
 }
 
 fn non_monotonic_stamps(day: &Day) {
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     let heard = day.commander.mark();
     let line = "turn stamps -10; turn once 3; turn stamps 0";
     day.commander.say_until(line, TURN, WARN, "a command with an older stamp is rejected");
@@ -363,12 +359,12 @@ fn steer_only(day: &Day) {
 }
 
 fn velocity_only(day: &Day) {
-    let (mark, heard, lights) = (day.mark(), day.commander.mark(), day.car.mark());
+    let (mark, heard, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.mode(VELOCITY_ONLY);
     day.wait(mark, day.setup.only_hazard_off);
     day.commander.status(heard, TURN, OK, "left to the vehicle, not allowed in this control mode");
     day.car.wait_for_lights(lights, "off", "nobody");
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     day.say("hazard 2 10; turn 3 10", "hazard");
     day.commander.value(heard, TURN, "command", "right");
     day.car.wait_for_lights(lights, "hazard", "command");
@@ -383,7 +379,7 @@ fn velocity_only(day: &Day) {
 }
 
 fn undefined_mode(day: &Day) {
-    let (mark, heard, lights) = (day.mark(), day.commander.mark(), day.car.mark());
+    let (mark, heard, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.mode(UNDEFINED);
     day.wait(mark, day.nothing());
     day.commander.status(heard, TRANSMISSION, ERROR, "undefined control mode 9");
@@ -392,7 +388,7 @@ fn undefined_mode(day: &Day) {
 }
 
 fn silent_mode(day: &Day) {
-    let (mark, heard, lights) = (day.mark(), day.commander.mark(), day.car.mark());
+    let (mark, heard, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.no_mode();
     day.wait(mark, day.nothing());
     day.commander.status(
@@ -407,14 +403,14 @@ fn silent_mode(day: &Day) {
 
 /// What was wanted all the time is asked for at once.
 fn autonomous_again(day: &Day) {
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     day.mode(AUTONOMOUS);
     day.wait(mark, "left");
     day.car.wait_for_lights(lights, "left", "command");
 }
 
 fn silent_commands(day: &Day) {
-    let (mark, lights) = (day.mark(), day.car.mark());
+    let (mark, lights) = (BusTime::now(), day.car.mark());
     let heard = day.commander.say("turn silent; hazard silent");
     for task in [TURN, HAZARD] {
         day.commander.status(heard, task, ERROR, "the command has timed out: ");

@@ -9,9 +9,9 @@ use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::drive::course::Course;
+use signal_gateway::desk::drive::course::Course;
 
-use super::recording::{Recording, Seen};
+use super::recording::{BusTime, Recording, Seen};
 use super::vehicles::{Change, PACMOD};
 use crate::support::drive_script::Script;
 use crate::support::peer::{Cyclone, domain};
@@ -114,7 +114,8 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
 
     let decided = changes(&line["heard"]["turn"]);
     let reported = changes(&line["heard"]["report"]);
-    let (commands, reports) = (bus.since(0, PACMOD.command), bus.since(0, PACMOD.report));
+    let (commands, reports) =
+        (bus.since(BusTime::START, PACMOD.command), bus.since(BusTime::START, PACMOD.report));
     assert_eq!(values(&reported), values(&decided), "{name}: what is reported is what was decided");
     let lights: Vec<_> = lights(&seen_by_vehicle);
     let wanted: Vec<_> = decided.iter().map(|change| word(change.value)).collect();

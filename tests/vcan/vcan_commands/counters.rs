@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::bytes;
 use super::commander::{Commander, Durability};
-use super::recording::Recording;
+use super::recording::{BusTime, Recording};
 use super::rhythm::measured;
 use super::vehicles::{Change, NEW_EAGLE, PATIENT};
 use crate::support::json_process::Mark;
@@ -63,7 +63,7 @@ fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
     gateway.stop("TERM");
     recording.finish();
 
-    let frames = recording.since(0, NEW_EAGLE.command);
+    let frames = recording.since(BusTime::START, NEW_EAGLE.command);
     let counter = NEW_EAGLE.counter.unwrap();
     for (index, frame) in frames.iter().enumerate() {
         assert_eq!(usize::from(counter(&frame.data)), index % 16, "frame {index} of {}", frames.len());

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::car::Car;
 use super::commander::{Commander, Durability, HAZARD, OK, TRANSMISSION, TURN, WARN};
-use super::recording::{Recording, Seen};
+use super::recording::{BusTime, Recording, Seen};
 use super::rhythm::ms;
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, PATIENT, Vehicle};
 use crate::support::json_process::Mark;
@@ -51,9 +51,9 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
         commander.status(heard, TURN, WARN, "no command received");
         commander.status(heard, HAZARD, WARN, "no command received");
     }
-    let frames = recording.since(0, PACMOD.command);
+    let frames = recording.since(BusTime::START, PACMOD.command);
     assert_eq!(PACMOD.runs(&frames), ["none"]);
-    let mark = recording.mark();
+    let mark = BusTime::now();
     commander.say("turn 2 10");
     let asks_left =
         |frames: &[&Seen]| frames.last().is_some_and(|frame| (PACMOD.asks)(&frame.data) == "left");
@@ -75,7 +75,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
 
     let lights = car.mark();
     drop(gateway); // SIGKILL
-    let before = recording.mark();
+    let before = BusTime::now();
     std::thread::sleep(pause_of_the_service());
     let mut gateway = Process::run(&folder);
     let asks_left =
@@ -86,7 +86,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     gateway.stop("TERM");
     recording.finish();
 
-    let frames = recording.since(0, vehicle.command);
+    let frames = recording.since(BusTime::START, vehicle.command);
     let after = recording.since(before, vehicle.command);
     let before = &frames[..frames.len() - after.len()];
     let first_left = after.iter().position(|frame| (vehicle.asks)(&frame.data) == "left").unwrap();

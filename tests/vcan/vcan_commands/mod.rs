@@ -27,7 +27,7 @@ use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Folder, Process};
 use crate::support::vcan::{self, Sender, Vcan};
-use recording::Recording;
+use recording::{BusTime, Recording};
 
 /// The command message of the vehicle.
 const CMD: u32 = 304;
@@ -86,19 +86,19 @@ impl Commander {
 }
 
 /// What each frame since the mark asked for.
-fn asked(recording: &Recording, mark: usize) -> Vec<&'static str> {
+fn asked(recording: &Recording, mark: BusTime) -> Vec<&'static str> {
     recording.since(mark, CMD).iter().map(|frame| asks(&frame.data)).collect()
 }
 
 /// Waits until the newest frame since the mark asks for this.
-fn wait_for(recording: &Recording, mark: usize, asked: &str) {
+fn wait_for(recording: &Recording, mark: BusTime, asked: &str) {
     recording.wait(mark, CMD, asked, |frames| frames.last().is_some_and(|last| asks(&last.data) == asked));
 }
 
 /// Counter without a gap and checksum right, from the first frame to the last. (`asks` has looked at all
 /// other bits.)
 fn check_every_byte(recording: &Recording) {
-    for (index, frame) in recording.since(0, CMD).iter().enumerate() {
+    for (index, frame) in recording.since(BusTime::START, CMD).iter().enumerate() {
         assert_eq!(usize::from(frame.data[6] & 15), index % 16, "frame {index}");
         assert_eq!(frame.data[7], j1850(&frame.data[..7]), "frame {index}");
     }
@@ -119,13 +119,13 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     let autoware = Commander::start(domain);
     let mut gateway = Process::run(&folder);
     let say = |turn, hazard, wanted: &str| {
-        let mark = recording.mark();
+        let mark = BusTime::now();
         autoware.say_until(turn, hazard, || asked(&recording, mark).last() == Some(&wanted));
     };
     // In manual mode frames go out, and no command gives them authority.
-    wait_for(&recording, 0, "-");
+    wait_for(&recording, BusTime::START, "-");
     autoware.say_until(Signal::Left, Hazard::Enable, || recording.count(CMD) > 20);
-    assert!(asked(&recording, 0).iter().all(|asked| *asked == "-"));
+    assert!(asked(&recording, BusTime::START).iter().all(|asked| *asked == "-"));
     vehicle.set(STATE, AUTONOMOUS);
     say(Signal::Left, Hazard::Disable, "left");
     vehicle.set(STATE, AUTONOMOUS_LEFT);
@@ -138,13 +138,13 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     // A link that was down: the present state again, with the next counter.
     vcan.bring_down();
     gateway.wait_for_log("nothing can be sent on body");
-    let mark = recording.mark();
+    let mark = BusTime::now();
     vcan.bring_up();
     wait_for(&recording, mark, "hazard, any turn");
     vehicle.set(STATE, AUTONOMOUS);
     say(Signal::Left, Hazard::Disable, "left");
 
-    let mark = recording.mark();
+    let mark = BusTime::now();
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
     recording.finish();
     let last = asked(&recording, mark);

@@ -22,6 +22,20 @@ pub(crate) struct Seen {
 
 type Frames = Arc<(Mutex<Vec<Seen>>, Condvar)>;
 
+/// An instant on the kernel's wall clock.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BusTime(Duration);
+
+impl BusTime {
+    /// Before the first frame.
+    pub(crate) const START: Self = Self(Duration::ZERO);
+
+    /// The present, to look from there on, whether or not earlier frames have been read yet.
+    pub(crate) fn now() -> Self {
+        Self(Duration::from_nanos(wall().cast_unsigned()))
+    }
+}
+
 /// A listener on one interface.
 pub(crate) struct Recording {
     frames: Frames,
@@ -60,26 +74,21 @@ impl Recording {
         Self { frames, end, thread: Some(thread) }
     }
 
-    /// How many frames there are, to look from there on.
-    pub(crate) fn mark(&self) -> usize {
-        self.frames.0.lock().unwrap().len()
-    }
-
     /// How many frames have this identifier.
     pub(crate) fn count(&self, id: u32) -> usize {
         self.frames.0.lock().unwrap().iter().filter(|frame| frame.id == id).count()
     }
 
     /// The frames with this identifier from `mark` on.
-    pub(crate) fn since(&self, mark: usize, id: u32) -> Vec<Seen> {
+    pub(crate) fn since(&self, mark: BusTime, id: u32) -> Vec<Seen> {
         let frames = self.frames.0.lock().unwrap();
-        frames.iter().skip(mark).filter(|frame| frame.id == id).cloned().collect()
+        frames.iter().filter(|frame| frame.at > mark.0 && frame.id == id).cloned().collect()
     }
 
     /// Waits until the frames with this identifier from `mark` on are as wanted.
-    pub(crate) fn wait(&self, mark: usize, id: u32, what: &str, is_it: impl Fn(&[&Seen]) -> bool) {
+    pub(crate) fn wait(&self, mark: BusTime, id: u32, what: &str, is_it: impl Fn(&[&Seen]) -> bool) {
         let is_done = |frames: &[Seen]| {
-            is_it(&frames.iter().skip(mark).filter(|frame| frame.id == id).collect::<Vec<_>>())
+            is_it(&frames.iter().filter(|frame| frame.at > mark.0 && frame.id == id).collect::<Vec<_>>())
         };
         let frames = self.frames.0.lock().unwrap();
         let lacks = |frames: &mut Vec<Seen>| !is_done(frames);
@@ -91,7 +100,7 @@ impl Recording {
 
     /// Ends, with all that was on the bus up to now.
     pub(crate) fn finish(&mut self) {
-        let _again = self.end.set(Duration::from_nanos(wall().cast_unsigned()));
+        let _again = self.end.set(BusTime::now().0);
         let _ended = self.thread.take().map(JoinHandle::join);
     }
 }

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::recording::{Recording, Seen};
+use super::recording::{BusTime, Recording, Seen};
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, Vehicle};
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Process};
@@ -47,10 +47,10 @@ fn measure(vcan: &Vcan, (vehicle, name, change, count): Measurement) {
     let mut recording = Recording::of(vcan.name);
     let mut gateway = Process::run(&folder);
     // Nobody commands anything, and the frames that ask for nothing go out all the same.
-    recording.wait(0, vehicle.command, name, |frames| frames.len() > count);
+    recording.wait(BusTime::START, vehicle.command, name, |frames| frames.len() > count);
     gateway.stop("TERM");
     recording.finish();
-    let frames = recording.since(0, vehicle.command);
+    let frames = recording.since(BusTime::START, vehicle.command);
     assert_eq!(vehicle.runs(&frames), [vehicle.nothing]);
     // The last one says goodbye, out of the rhythm.
     measured(name, &frames[..frames.len() - 1]);

@@ -81,7 +81,8 @@ pub(crate) const PATIENT: &str = "[command]\ntx = \"on\"\nturn_timeout_ms = 2000
     hazard_timeout_ms = 20000\ncontrol_mode_timeout_ms = 20000\n";
 
 impl Vehicle {
-    /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`.
+    /// A configuration folder: copies of profile and DBC, changed, and `gateway.toml` with `[command]`. The
+    /// vehicle itself has the profile `car.toml`, with the shipped periods.
     pub(crate) fn folder(&self, interface: &str, keys: &str, change: &Change) -> Folder {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR"));
         let read = |path: &str| std::fs::read_to_string(shipped.join(path)).unwrap();
@@ -97,7 +98,13 @@ impl Vehicle {
             assert!(profile.contains(from), "{} has no {from:?}", self.name);
             profile = profile.replacen(from, to, 1);
         }
-        folder.write("profile.toml", &(profile + change.profile_end));
+        folder.write("car.toml", &(profile.clone() + change.profile_end));
+        // A pause of a slow machine is not a silence of the vehicle.
+        let patient = profile.lines().map(|line| match line.strip_prefix("timeout_ms") {
+            Some(_) => "timeout_ms = 10000\n".to_owned(),
+            None => format!("{line}\n"),
+        });
+        folder.write("profile.toml", &(patient.collect::<String>() + change.profile_end));
         folder.write("vehicle.dbc", &(dbc + change.dbc_end));
         folder
     }

@@ -41,7 +41,10 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
     // begins, or at its very beginning when the first frame was there already.
     let said_at_start = if decisions.lines().next() == replayed.lines().next() { 0 } else { 3 };
     let settled: String = replayed.lines().skip(said_at_start).map(|line| format!("{line}\n")).collect();
-    assert_eq!(settled, decisions, "\n{}", std::fs::read_to_string(log).unwrap());
+    let differing = settled.lines().zip(decisions.lines()).find(|(replayed, recorded)| replayed != recorded);
+    let log = std::fs::read_to_string(log).unwrap();
+    assert_eq!(differing, None, "replayed, recorded\n{settled}\n{decisions}\n{log}");
+    assert_eq!(settled.lines().count(), decisions.lines().count(), "{settled}\n{decisions}\n{log}");
 }
 
 fn paths(folder: &Path, extension: &str) -> Vec<std::path::PathBuf> {

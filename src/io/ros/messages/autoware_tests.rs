@@ -10,6 +10,7 @@ use super::lanelet_route::MAX_SEGMENTS;
 use super::path_with_lane_id::{MAX_LANES, MAX_POINTS};
 use super::*;
 use crate::core::command::input::CommandInput;
+use crate::core::command::settings::CommandSource;
 use crate::core::gateway::event::Input;
 use crate::core::turn_signal::geometry as plane;
 use crate::core::turn_signal::planner_input::{self, FactorTopic, OperationMode, PlannerInput, PlannerRoute};
@@ -288,10 +289,13 @@ fn commands_and_modes_are_handed_on_as_sent() {
     for raw in [0, 3, 7, 255] {
         let bytes = with_stamp(&[raw]);
         let seen = |kind| read(kind, &bytes, Endian::Little);
-        assert_eq!(seen(Kind::TurnCommand), Ok(CommandInput::Turn { raw, stamp: STAMP }.into()));
-        assert_eq!(seen(Kind::HazardCommand), Ok(CommandInput::Hazard { raw, stamp: STAMP }.into()));
+        let (source, stamp) = (CommandSource::Topic, STAMP);
+        let turn = CommandInput::Turn { source, command: raw.into(), stamp };
+        assert_eq!(seen(Kind::TurnCommand), Ok(turn.into()));
+        let hazard = CommandInput::Hazard { source, command: raw.into(), stamp };
+        assert_eq!(seen(Kind::HazardCommand), Ok(hazard.into()));
         assert_eq!(cdr(&ControlModeReport { stamp: STAMP.into(), mode: raw }), bytes);
-        assert_eq!(seen(Kind::ControlMode), Ok(CommandInput::ControlMode { raw, stamp: STAMP }.into()));
+        assert_eq!(seen(Kind::ControlMode), Ok(CommandInput::ControlMode { mode: raw.into(), stamp }.into()));
         assert_eq!(seen(Kind::OwnTurnCommand), Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw))));
         assert_eq!(seen(Kind::OwnHazardCommand), Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw))));
     }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::stamp::Time;
+use crate::core::light_command::TurnCommand;
 use crate::core::time::WallStamp;
-use crate::core::turn_signal::signal::Signal;
 
 /// `autoware_vehicle_msgs/msg/TurnIndicatorsCommand`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct TurnIndicatorsCommand {
 
 impl TurnIndicatorsCommand {
     /// The message that gives `command`.
-    pub fn new(command: Signal, stamp: WallStamp) -> Self {
+    pub fn new(command: TurnCommand, stamp: WallStamp) -> Self {
         Self { stamp: stamp.into(), command: command as u8 }
     }
 }

@@ -1,11 +1,10 @@
 //! Commands that are obeyed, refused, silent, or the driver's; and frames that are not sent.
 
-use std::cell::Cell;
-
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::command::settings::CommandSource;
 use signal_gateway::core::time::MonoTime;
 
 use super::{BUS, Desk, Said};
@@ -44,27 +43,31 @@ fn command(desk: &mut Desk<'_>, ms: u64, state: Option<u8>, commands: &[fn(u64) 
 }
 
 fn mode(ms: u64) -> CommandInput {
-    CommandInput::ControlMode { raw: AUTONOMOUS, stamp: at_ms(ms).wall }
+    CommandInput::ControlMode { mode: AUTONOMOUS.into(), stamp: at_ms(ms).wall }
 }
 
 fn undefined_mode(ms: u64) -> CommandInput {
-    CommandInput::ControlMode { raw: 9, stamp: at_ms(ms).wall }
+    CommandInput::ControlMode { mode: 9.into(), stamp: at_ms(ms).wall }
+}
+
+fn turn(number: u8, ms: u64) -> CommandInput {
+    CommandInput::Turn { source: CommandSource::Topic, command: number.into(), stamp: at_ms(ms).wall }
 }
 
 fn off(ms: u64) -> CommandInput {
-    CommandInput::Turn { raw: 1, stamp: at_ms(ms).wall }
+    turn(1, ms)
 }
 
 fn left(ms: u64) -> CommandInput {
-    CommandInput::Turn { raw: 2, stamp: at_ms(ms).wall }
+    turn(2, ms)
 }
 
 fn undefined(ms: u64) -> CommandInput {
-    CommandInput::Turn { raw: 7, stamp: at_ms(ms).wall }
+    turn(7, ms)
 }
 
 fn hazard_on(ms: u64) -> CommandInput {
-    CommandInput::Hazard { raw: 2, stamp: at_ms(ms).wall }
+    CommandInput::Hazard { source: CommandSource::Topic, command: 2.into(), stamp: at_ms(ms).wall }
 }
 
 fn obedience(said: &mut Said) {
@@ -120,7 +123,7 @@ fn transmission(said: &mut Said) {
         command(&mut desk, ms + 500, Some(0), &[mode, left]);
     }
     let stranger = Frame::classic(CanId::Standard(304), &[0; 8]).unwrap();
-    let stamp = Cell::new(at_ms(desk.gateway.ms()).wall).get();
+    let stamp = desk.gateway.now.wall;
     desk.input(CanInput::Frame { bus: BUS, frame: stranger, stamp });
     desk.link(LinkState::Down);
 }

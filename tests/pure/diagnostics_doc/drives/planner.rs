@@ -10,7 +10,7 @@ use signal_gateway::core::turn_signal::planner_input::{
 };
 use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::signal::Hazard;
-use signal_gateway::drive::course::Course;
+use signal_gateway::desk::drive::course::Course;
 
 use super::{Desk, Said};
 use crate::pure::diagnostics_doc::project;

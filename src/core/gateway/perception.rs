@@ -1,0 +1,263 @@
+//! Perception: what is received of vehicle, road and planner in; reports, traffic lights and decisions out.
+//!
+//! It runs in the order of stamps: the same inputs give the same outputs byte for byte.
+
+use std::time::Duration;
+
+use super::GatewaySettings;
+use crate::core::can::bus::{Bus, BusFinding};
+use crate::core::can::bus_status;
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::input::CanInput;
+use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::diagnostics::{Level, RateMeter, Status};
+use crate::core::gateway::event::Output;
+use crate::core::time::timer_table::TimerTable;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::core::traffic_light::flow::TrafficLightFlow;
+use crate::core::turn_signal::flow::TurnSignalFlow;
+use crate::core::validation::table::{BoundMessage, MessageIndex};
+use crate::core::vehicle_lights::{Task, VehicleLights};
+
+/// Buses, vehicle lights, traffic lights and decider.
+#[derive(Debug, Clone)]
+pub(super) struct Perception {
+    pub(super) node: String,
+    pub(super) buses: Vec<Bus>,
+    bus_findings: Vec<Option<BusFinding>>,
+    bus_rates: Vec<RateMeter>,
+    /// For each bus the relevant ids, ascending, with the messages bound to them.
+    routes: Vec<Vec<(CanId, Route)>>,
+    pub(super) lights: VehicleLights,
+    pub(super) traffic_lights: Option<TrafficLightFlow>,
+    traffic_light_headlines: Headlines,
+    pub(super) turn_signal: Option<TurnSignalFlow>,
+    diagnostics_period: Duration,
+    timers: TimerTable<Timer>,
+}
+
+/// The deadlines of perception, each set when its part was settled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Timer {
+    VehicleLights,
+    TrafficLights,
+    Decider,
+    Buses,
+    /// All statuses are refreshed.
+    Diagnostics,
+}
+
+/// The message of each flow that has an identifier.
+#[derive(Debug, Clone, Copy)]
+struct Route {
+    lights: Option<MessageIndex>,
+    v2i: Option<MessageIndex>,
+}
+
+/// Observations that an input has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Forgotten {
+    Nothing,
+    /// Values of event messages: the bus was silent before this frame.
+    Events(BusIndex),
+    /// Everything received on the bus: its link is lost.
+    Bus(BusIndex),
+}
+
+/// Level and message of each status of a flow, as published last.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Headlines(Vec<(Level, String)>);
+
+impl Headlines {
+    /// The statuses whose level or message differs from the ones published last.
+    pub(super) fn changed(&mut self, mut statuses: Vec<Status>) -> Vec<Status> {
+        let now = statuses.iter().map(|status| (status.level, status.message.clone())).collect();
+        let mut before = std::mem::replace(&mut self.0, now).into_iter();
+        statuses.retain(|status| {
+            before.next().is_none_or(|(level, message)| level != status.level || message != status.message)
+        });
+        statuses
+    }
+}
+
+impl Perception {
+    /// Nothing received yet; `links` are those of the buses, and [`LinkState::Missing`] where it ends.
+    pub(super) fn new(settings: GatewaySettings, links: &[LinkState], now: Now) -> Self {
+        let bus_count = settings.buses.len();
+        let links = links.iter().copied().chain(std::iter::repeat(LinkState::Missing));
+        let indices = (0..=u8::MAX).map(BusIndex).take(bus_count);
+        let mut timers = TimerTable::default();
+        timers.set(Timer::Diagnostics, now.mono);
+        Self {
+            routes: indices.map(|bus| routes(&settings, bus)).collect(),
+            node: settings.node,
+            buses: settings.buses.into_iter().zip(links).map(|(bus, link)| Bus::new(bus, link)).collect(),
+            bus_findings: vec![None; bus_count],
+            bus_rates: vec![RateMeter::default(); bus_count],
+            lights: VehicleLights::new(settings.lights, settings.publish),
+            traffic_lights: settings
+                .traffic_lights
+                .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
+            traffic_light_headlines: Headlines::default(),
+            turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
+            diagnostics_period: settings.diagnostics_period,
+            timers,
+        }
+    }
+
+    /// When something has to be settled without an input.
+    pub(super) fn next_deadline(&self) -> MonoTime {
+        self.timers.next_deadline().unwrap_or(MonoTime::MAX)
+    }
+
+    /// Takes what happened on a bus; `None` when it changes nothing.
+    pub(super) fn handle_can(&mut self, input: &CanInput, now: Now) -> Option<Forgotten> {
+        let Some(known) = self.buses.get_mut(usize::from(input.bus().0)) else {
+            return (!matches!(input, CanInput::Frame { .. })).then_some(Forgotten::Nothing);
+        };
+        match *input {
+            CanInput::Frame { bus, ref frame, stamp } => return self.handle_frame(bus, frame, stamp, now),
+            CanInput::Link { bus, state } => {
+                if known.set_link(state) {
+                    self.lights.forget_bus(bus);
+                    if let Some(flow) = &mut self.traffic_lights {
+                        flow.forget_bus(bus);
+                    }
+                    return Some(Forgotten::Bus(bus));
+                }
+            }
+            CanInput::Drops { lost, .. } => known.dropped(lost, now.mono),
+            CanInput::ErrorFrame { error, .. } => known.error_frame(error, now.mono),
+            CanInput::Controller { report, .. } => known.controller_told(report, now.mono),
+            CanInput::BadRecords { count, .. } => known.bad_records(count, now.mono),
+        }
+        Some(Forgotten::Nothing)
+    }
+
+    /// `None` when the frame is not relevant, or from before the link was lost.
+    fn handle_frame(
+        &mut self,
+        bus: BusIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Option<Forgotten> {
+        let routes = self.routes.get(usize::from(bus.0))?;
+        let position = routes.binary_search_by_key(&frame.id(), |(id, _)| *id).ok()?;
+        let route = routes[position].1;
+        let known = &mut self.buses[usize::from(bus.0)];
+        let was_alive = known.is_alive(now.mono);
+        if !known.frame_arrived(now.mono) {
+            return None;
+        }
+        if !was_alive {
+            self.lights.forget_events(bus);
+            if let Some(flow) = &mut self.traffic_lights {
+                flow.forget_events(bus);
+            }
+        }
+        if let Some(message) = route.lights {
+            self.lights.frame_arrived(message, frame, stamp, now);
+        }
+        if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
+            flow.frame_arrived(message, frame, stamp, &self.buses, now);
+        }
+        Some(if was_alive { Forgotten::Nothing } else { Forgotten::Events(bus) })
+    }
+
+    /// Brings all flows up to now and hands their outputs to `emit`; gives the statuses of flows that have
+    /// changed.
+    pub(super) fn settle(&mut self, now: Now, mut emit: impl FnMut(Output)) -> Vec<Status> {
+        let steps = self.lights.settle(&self.buses, now);
+        steps.outputs().map(Output::VehicleLights).for_each(&mut emit);
+        self.timers.set(Timer::VehicleLights, self.lights.next_deadline(now.mono));
+        let is_changed = |task: &Task| match task {
+            Task::TurnIndicators => steps.turn_changed,
+            Task::HazardLights => steps.hazard_changed,
+        };
+        let tasks = self.lights.tasks().filter(is_changed);
+        let mut changed: Vec<_> = tasks.map(|task| self.lights_status(task, now.mono)).collect();
+        if let Some(flow) = &mut self.traffic_lights {
+            let has_news = flow.settle(&self.buses, now);
+            while let Some(output) = flow.poll_output() {
+                emit(Output::TrafficLights(output));
+            }
+            self.timers.set(Timer::TrafficLights, flow.next_deadline(now.mono));
+            if has_news {
+                let statuses = flow.statuses(&self.node, &self.buses, now.mono);
+                changed.extend(self.traffic_light_headlines.changed(statuses));
+            }
+        }
+        if let Some(flow) = &mut self.turn_signal {
+            let has_news = flow.settle(now);
+            while let Some(output) = flow.poll_output() {
+                emit(Output::TurnSignal(output));
+            }
+            self.timers.set(Timer::Decider, flow.next_deadline());
+            changed.extend(has_news.then(|| flow.status(&self.node, now.mono)));
+        }
+        let buses = self.buses.iter().filter_map(|bus| bus.next_deadline(now.mono));
+        self.timers.set(Timer::Buses, buses.min());
+        changed
+    }
+
+    /// The statuses of the buses whose finding has changed.
+    pub(super) fn changed_buses(&mut self, now: MonoTime) -> Vec<Status> {
+        let mut changed = Vec::new();
+        for index in 0..self.buses.len() {
+            let finding = Some(self.buses[index].finding(now));
+            if std::mem::replace(&mut self.bus_findings[index], finding) != finding {
+                changed.push(self.bus_status(index, now));
+            }
+        }
+        changed
+    }
+
+    /// True if all statuses are to be published anew; samples the rates they show.
+    pub(super) fn refresh_statuses(&mut self, now: MonoTime) -> bool {
+        if !self.timers.is_expired(Timer::Diagnostics, now) {
+            return false;
+        }
+        self.timers.set(Timer::Diagnostics, now.after(self.diagnostics_period));
+        self.lights.sample_rates(now);
+        for (bus, rate) in self.buses.iter().zip(&mut self.bus_rates) {
+            rate.sample(bus.counts.frames, now);
+        }
+        true
+    }
+
+    /// All statuses of the flows.
+    pub(super) fn flow_statuses(&self, now: MonoTime) -> Vec<Status> {
+        let mut statuses: Vec<_> = self.lights.tasks().map(|task| self.lights_status(task, now)).collect();
+        if let Some(flow) = &self.traffic_lights {
+            statuses.extend(flow.statuses(&self.node, &self.buses, now));
+        }
+        statuses.extend(self.turn_signal.as_ref().map(|flow| flow.status(&self.node, now)));
+        statuses
+    }
+
+    /// All statuses of the buses.
+    pub(super) fn bus_statuses(&self, now: MonoTime) -> impl Iterator<Item = Status> {
+        (0..self.buses.len()).map(move |index| self.bus_status(index, now))
+    }
+
+    fn lights_status(&self, task: Task, now: MonoTime) -> Status {
+        self.lights.status(task, &self.node, &self.buses, now)
+    }
+
+    fn bus_status(&self, index: usize, now: MonoTime) -> Status {
+        let (bus, rate) = (&self.buses[index], &self.bus_rates[index]);
+        bus_status::status(bus, &self.node, rate.rate_hz(bus.counts.frames, now), now)
+    }
+}
+
+fn routes(settings: &GatewaySettings, bus: BusIndex) -> Vec<(CanId, Route)> {
+    let message_of = |messages: &[BoundMessage], id: CanId| {
+        messages.iter().position(|message| message.bus == bus && message.id == id).map(MessageIndex)
+    };
+    let route = |id: CanId| Route {
+        lights: message_of(&settings.lights.table.messages, id),
+        v2i: message_of(&settings.v2i.table.messages, id),
+    };
+    settings.relevant_ids(bus).into_iter().map(|id| (id, route(id))).collect()
+}

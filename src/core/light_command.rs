@@ -1,0 +1,101 @@
+//! Autoware's commands for the lights, as its messages number them.
+
+use std::fmt;
+
+/// `TurnIndicatorsCommand.command`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[repr(u8)]
+pub enum TurnCommand {
+    /// `NO_COMMAND`, 0: nothing is known or requested.
+    #[default]
+    NoCommand = 0,
+    /// `DISABLE`, 1: off.
+    Disable = 1,
+    /// `ENABLE_LEFT`, 2: left.
+    Left = 2,
+    /// `ENABLE_RIGHT`, 3: right.
+    Right = 3,
+}
+
+/// `HazardLightsCommand.command`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[repr(u8)]
+pub enum HazardCommand {
+    /// `NO_COMMAND`, 0: nothing is known or requested.
+    #[default]
+    NoCommand = 0,
+    /// `DISABLE`, 1: off.
+    Disable = 1,
+    /// `ENABLE`, 2: on.
+    Enable = 2,
+}
+
+/// A number in a message that stands for a value of `T`, or for none: a sender may be newer than this
+/// gateway, or mistaken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EnumOrUnknown<T> {
+    /// A number that the message defines.
+    Known(T),
+    /// Any other number, as received.
+    Unknown(u8),
+}
+
+/// A type whose values are numbered from 0 without a gap.
+pub trait Numbered: Copy + 'static {
+    /// The value with each number, from 0 on.
+    const ALL: &'static [Self];
+}
+
+impl Numbered for TurnCommand {
+    const ALL: &'static [Self] = &[Self::NoCommand, Self::Disable, Self::Left, Self::Right];
+}
+
+impl Numbered for HazardCommand {
+    const ALL: &'static [Self] = &[Self::NoCommand, Self::Disable, Self::Enable];
+}
+
+impl<T: Numbered> From<u8> for EnumOrUnknown<T> {
+    fn from(number: u8) -> Self {
+        T::ALL.get(usize::from(number)).map_or(Self::Unknown(number), |value| Self::Known(*value))
+    }
+}
+
+impl fmt::Display for TurnCommand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoCommand => "NO_COMMAND",
+            Self::Disable => "DISABLE",
+            Self::Left => "LEFT",
+            Self::Right => "RIGHT",
+        })
+    }
+}
+
+impl fmt::Display for HazardCommand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoCommand => "NO_COMMAND",
+            Self::Disable => "DISABLE",
+            Self::Enable => "ENABLE",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_is_the_value_that_casts_to_it_or_unknown() {
+        for number in 0..=u8::MAX {
+            match EnumOrUnknown::<TurnCommand>::from(number) {
+                EnumOrUnknown::Known(command) => assert_eq!(command as u8, number),
+                EnumOrUnknown::Unknown(unknown) => assert_eq!((unknown, number > 3), (number, true)),
+            }
+            match EnumOrUnknown::<HazardCommand>::from(number) {
+                EnumOrUnknown::Known(command) => assert_eq!(command as u8, number),
+                EnumOrUnknown::Unknown(unknown) => assert_eq!((unknown, number > 2), (number, true)),
+            }
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! The way to ROS 2, if there is one: built in, and wanted.
+
+use std::sync::Arc;
+
+use crate::config::Settings;
+use crate::config::gateway::Durability as ConfiguredDurability;
+use crate::config::gateway::command::CommandConfig;
+use crate::config::gateway::traffic_lights::LightsOutput;
+use crate::config::gateway::turn_signal::TurnSignalConfig;
+use crate::core::command::settings::{CommandSource, ModeFrom};
+use crate::core::gateway::event::Output;
+use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+use crate::io::ros::inbox::Inbox;
+#[cfg(feature = "ros")]
+use crate::io::ros::session::{DISTRO, RosError, RosSession};
+use crate::io::ros::settings::{Recovery, RosSettings};
+use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
+
+/// Publishes outputs, or nothing.
+#[derive(Debug)]
+pub struct Publisher {
+    #[cfg(feature = "ros")]
+    session: Option<RosSession>,
+    domain_id: u16,
+}
+
+/// Why nothing can be published.
+#[derive(Debug, thiserror::Error)]
+pub enum PublisherError {
+    /// `ROS_DOMAIN_ID` is set to something else than a number from 0 to 232.
+    #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
+    DomainId(String),
+    /// This build has no DDS.
+    #[error(
+        "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"
+    )]
+    NotBuilt,
+    /// The session cannot start.
+    #[cfg(feature = "ros")]
+    #[error(transparent)]
+    Ros(#[from] RosError),
+}
+
+impl Publisher {
+    /// A publisher into nothing.
+    pub fn off() -> Self {
+        Self {
+            #[cfg(feature = "ros")]
+            session: None,
+            domain_id: 0,
+        }
+    }
+
+    /// Joins the ROS graph, unless the configuration says not to.
+    ///
+    /// # Errors
+    /// See [`PublisherError`].
+    pub fn start(settings: &Settings) -> Result<Self, PublisherError> {
+        if !settings.ros.enabled {
+            return Ok(Self::off());
+        }
+        let ros = ros_settings(settings)?;
+        Self::join(ros)
+    }
+
+    #[cfg(feature = "ros")]
+    fn join(ros: RosSettings) -> Result<Self, PublisherError> {
+        let domain_id = ros.domain_id;
+        Ok(Self { session: Some(RosSession::start(ros)?), domain_id })
+    }
+
+    #[cfg(not(feature = "ros"))]
+    fn join(_ros: RosSettings) -> Result<Self, PublisherError> {
+        Err(PublisherError::NotBuilt)
+    }
+
+    /// Hands an output to the session; never blocks.
+    pub fn send(&self, output: &Output) {
+        #[cfg(feature = "ros")]
+        self.session.iter().for_each(|session| session.send(output));
+        #[cfg(not(feature = "ros"))]
+        let _ = output;
+    }
+
+    /// Whether publishing works, or was not asked for.
+    pub fn is_well(&self) -> bool {
+        #[cfg(feature = "ros")]
+        let well = self.session.as_ref().is_none_or(|session| session.status().running);
+        #[cfg(not(feature = "ros"))]
+        let well = true;
+        well
+    }
+
+    /// Distribution and domain, for people.
+    pub fn graph(&self) -> String {
+        #[cfg(feature = "ros")]
+        if self.session.is_some() {
+            return format!("ROS 2 {DISTRO}, domain {}", self.domain_id);
+        }
+        let _ = self.domain_id;
+        "ROS 2 off".to_owned()
+    }
+
+    /// Likewise, with the readers of each topic we write and the writers of each we read.
+    pub fn describe(&self) -> String {
+        #[cfg(feature = "ros")]
+        if let Some(session) = &self.session {
+            let status = session.status();
+            let readers = status.outgoing.iter().map(|topic| format!("{} {}", topic.label, topic.readers));
+            let readers = readers.collect::<Vec<_>>().join(", ");
+            let writers: Vec<_> =
+                status.incoming.iter().map(|topic| format!("{} {}", topic.name, topic.writers)).collect();
+            let writers = match writers.as_slice() {
+                [] => String::new(),
+                writers => format!(", writers: {}", writers.join(", ")),
+            };
+            let missing = match status.missing_peers {
+                0 => String::new(),
+                count => format!(", {count} lost"),
+            };
+            let graph = self.graph();
+            return format!("{graph}, readers: {readers}{writers}{missing}");
+        }
+        self.graph()
+    }
+
+    /// Where what is received waits, if there is a session.
+    pub fn inbox(&self) -> Option<Arc<Inbox>> {
+        #[cfg(feature = "ros")]
+        let inbox = self.session.as_ref().map(RosSession::inbox);
+        #[cfg(not(feature = "ros"))]
+        let inbox = None;
+        inbox
+    }
+
+    /// Leaves the graph, within half a second.
+    pub fn stop(self) {
+        #[cfg(feature = "ros")]
+        if let Some(session) = self.session {
+            session.stop();
+        }
+    }
+}
+
+/// Topic names as configured; what the profile leaves out has none, as it is never published.
+pub fn topics(settings: &Settings) -> Topics {
+    let lights = &settings.gateway.lights;
+    let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
+    let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
+    let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
+    let commands = settings.turn_signal.as_ref().filter(|decider| decider.commands());
+    Topics {
+        turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
+        hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
+        diagnostics: settings.ros.diagnostics.clone(),
+        lights: settings
+            .light_topics
+            .outputs
+            .iter()
+            .map(|lights_output| light_output(lights_output, settings))
+            .collect(),
+        turn_command: commands.map(|decider| decider.outputs.turn_command.clone()),
+        hazard_command: commands.map(|decider| decider.outputs.hazard_command.clone()),
+    }
+}
+
+fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopicSettings {
+    LightsTopicSettings {
+        topic: lights_output.topic,
+        name: lights_output.name.clone(),
+        lights: lights_output.message,
+        compat: settings.light_topics.compat,
+    }
+}
+
+/// What is read.
+fn subscriptions(settings: &Settings) -> Vec<Subscription> {
+    let topics = &settings.light_topics;
+    let states =
+        topics.inputs.iter().map(|(store, name)| Subscription::new(name, SubscriptionKind::Groups(*store)));
+    let commands = topics.command.iter().map(|name| Subscription::new(name, SubscriptionKind::Command));
+    let decider = settings.turn_signal.iter().filter(|decider| decider.runs).flat_map(decider_subscriptions);
+    let vehicle = settings.command.iter().flat_map(command_subscriptions);
+    states.chain(commands).chain(decider).chain(vehicle).collect()
+}
+
+/// Commands for the vehicle. The turn command is our own decider's where that is the source.
+fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
+    let CommandConfig { settings, topics, .. } = command;
+    let turn = match settings.source {
+        CommandSource::Topic => Some((&topics.turn_indicators_cmd, SubscriptionKind::TurnCommand)),
+        CommandSource::Decider => None,
+    };
+    let mode = match settings.mode_from {
+        ModeFrom::Topic { .. } => Some((&topics.control_mode, SubscriptionKind::ControlMode)),
+        ModeFrom::Signal => None,
+    };
+    let hazard = Some((&topics.hazard_lights_cmd, SubscriptionKind::HazardCommand));
+    let wanted = [turn, hazard, mode].into_iter().flatten();
+    wanted.map(|(name, kind)| Subscription::new(name, kind)).collect()
+}
+
+/// Autoware's own commands only for comparing: where we command they are ours.
+fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
+    let inputs = &decider.inputs;
+    let mut wanted = vec![
+        (&inputs.odometry, SubscriptionKind::Odometry),
+        (&inputs.route, SubscriptionKind::Route),
+        (&inputs.planned_path, SubscriptionKind::PlannedPath),
+        (&inputs.operation_mode, SubscriptionKind::OperationMode),
+        (&inputs.scenario, SubscriptionKind::Scenario),
+        (&inputs.hazard_request, SubscriptionKind::HazardRequest),
+    ];
+    wanted.extend(
+        inputs.planning_factors.iter().map(|(topic, name)| (name, SubscriptionKind::Factors(*topic))),
+    );
+    if !decider.commands() {
+        wanted.push((&inputs.own_turn_command, SubscriptionKind::OwnTurnCommand));
+        wanted.push((&inputs.own_hazard_command, SubscriptionKind::OwnHazardCommand));
+    }
+    let named = wanted.into_iter().filter(|(name, _)| !name.is_empty());
+    named.map(|(name, kind)| Subscription::new(name, kind)).collect()
+}
+
+fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
+    let from_environment = || match std::env::var("ROS_DOMAIN_ID") {
+        Ok(text) if !text.is_empty() => {
+            text.parse().ok().filter(|id| *id <= 232).ok_or(PublisherError::DomainId(text))
+        }
+        Ok(_) | Err(_) => Ok(0),
+    };
+    Ok(RosSettings {
+        node: settings.gateway.node.clone(),
+        namespace: settings.ros.namespace.clone(),
+        domain_id: settings.ros.domain_id.map_or_else(from_environment, Ok)?,
+        only_networks: settings.ros.only_networks.clone(),
+        durability: match settings.ros.durability {
+            ConfiguredDurability::TransientLocal => Durability::TransientLocal,
+            ConfiguredDurability::Volatile => Durability::Volatile,
+        },
+        topics: topics(settings),
+        subscriptions: subscriptions(settings),
+        hardware_id: settings.hardware_id.clone(),
+        recovery: Recovery::default(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::path::Path;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::config::files::Files;
+    use crate::config::gateway::command::CommandTopics;
+    use crate::config::{Overrides, load};
+    use crate::core::command::arbitration::Rules;
+    use crate::core::command::feedback_monitor::Limits;
+    use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
+
+    struct Texts(String);
+
+    impl Files for Texts {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("gateway.toml") => Ok(self.0.clone().into_bytes()),
+                Some("map.osm") => Ok(include_bytes!("../../tests/maps/crossroads.osm").to_vec()),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    /// Topics of commands, and how much is read, by whether Autoware's own commands are.
+    fn graph(keys: &str) -> ([Option<String>; 2], usize, bool) {
+        let text = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
+        let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
+        let (topics, read) = (topics(&settings), subscriptions(&settings));
+        let own = |subscription: &Subscription| {
+            matches!(subscription.kind, SubscriptionKind::OwnTurnCommand | SubscriptionKind::OwnHazardCommand)
+        };
+        ([topics.turn_command, topics.hazard_command], read.len(), read.iter().any(own))
+    }
+
+    #[test]
+    fn commands_are_written_or_autowares_own_are_read_never_both() {
+        let commands = ["/planning/turn_indicators_cmd", "/planning/hazard_lights_cmd"];
+        let commands = commands.map(|name| Some(name.to_owned()));
+        assert_eq!(graph("enabled = true"), (commands, 14, false));
+        assert_eq!(graph("shadow = true"), ([None, None], 16, true));
+        assert_eq!(graph(""), ([None, None], 0, false));
+        let less = "shadow = true\ninputs.planning_factors = \"\"\ninputs.own_hazard_command = \"\"";
+        assert_eq!(graph(less), ([None, None], 7, true));
+    }
+
+    #[test]
+    fn commands_for_the_vehicle_are_read_where_they_come_from() {
+        let second = Duration::from_secs(1);
+        let read = |source, mode_from| {
+            let settings = CommandSettings {
+                source,
+                transmit: Transmit::On,
+                mode_from,
+                turn_timeout: second,
+                hazard_timeout: second,
+                rules: Rules::default(),
+                limits: Limits { warn: second, error: second },
+            };
+            let topics = CommandTopics {
+                turn_indicators_cmd: "/turn".into(),
+                hazard_lights_cmd: "/hazard".into(),
+                control_mode: "/mode".into(),
+            };
+            let config = CommandConfig { settings, binding: CommandBinding::default(), topics };
+            command_subscriptions(&config).into_iter().map(|read| (read.name, read.kind)).collect::<Vec<_>>()
+        };
+        let turn = ("/turn".to_owned(), SubscriptionKind::TurnCommand);
+        let hazard = ("/hazard".to_owned(), SubscriptionKind::HazardCommand);
+        let mode = ("/mode".to_owned(), SubscriptionKind::ControlMode);
+        let topic = ModeFrom::Topic { timeout: second };
+        assert_eq!(read(CommandSource::Topic, topic), [turn, hazard.clone(), mode]);
+        assert_eq!(read(CommandSource::Decider, ModeFrom::Signal), [hazard]);
+    }
+}

@@ -1,0 +1,366 @@
+//! A drive cycle by cycle: what the vehicle and its planner say, without any decider.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::motion::Motion;
+use super::planner::{Sight, offset_m};
+use super::route_path::{Change, RoutePath, RoutePathError};
+use crate::config::Refused;
+use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
+use crate::core::compat::Compat;
+use crate::core::time::MonoTime;
+use crate::core::turn_signal::decision::Decision;
+use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
+use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
+use crate::core::turn_signal::manoeuvre::Manoeuvre;
+use crate::core::turn_signal::planner_input::Odometry;
+use crate::core::turn_signal::route::{Route, RouteError};
+use crate::report::drive::Snapshot;
+
+/// The clock shows this at the start, so that it can jump back.
+const START: MonoTime = MonoTime::from_millis(200_000_000);
+/// Without `until_m`, the drive ends so far before the end of its way, metres.
+const BEFORE_END_M: f64 = 0.5;
+/// The planned path reaches so far behind and ahead, metres.
+const PATH_BEHIND_M: f64 = 8.0;
+const PATH_AHEAD_M: f64 = 300.0;
+/// Another route must pass this near to the vehicle, metres.
+const NEAR_ROUTE_M: f64 = 5.0;
+/// A vehicle that moved this far has departed, metres.
+const DEPARTED_M: f64 = 0.1;
+
+/// A drive that can be driven.
+#[derive(Debug, Clone)]
+pub struct Course {
+    file: DriveFile,
+    legs: Vec<Leg>,
+}
+
+/// A part of the drive on one route.
+#[derive(Debug, Clone)]
+struct Leg {
+    from: Moment,
+    route: Arc<Route>,
+    goal: Pose,
+    route_path: Arc<RoutePath>,
+}
+
+/// What is said at one cycle.
+#[derive(Debug, Clone)]
+pub struct Cycle {
+    /// Which, from 0.
+    pub index: usize,
+    /// Seconds from the start, without jumps.
+    pub at_s: f64,
+    /// What the clock shows.
+    pub now: MonoTime,
+    /// The rear axle, metres along the way.
+    pub at_m: f64,
+    /// The lanelet there.
+    pub lane: Option<LaneId>,
+    /// Where it truly is.
+    pub pose: Pose,
+    /// How fast it truly is, m/s.
+    pub speed_mps: f64,
+    /// What the odometry says; `None` = nothing comes at this cycle.
+    pub odometry: Option<Odometry>,
+    /// The planned path, from some metres behind the vehicle on.
+    pub path: Vec<PathPoint>,
+    /// What the planner is doing, in the order of its chain.
+    pub manoeuvres: Vec<Manoeuvre>,
+    /// The route in force.
+    pub route: Arc<Route>,
+    /// Where that ends.
+    pub goal: Pose,
+    /// The planner drives lanes.
+    pub lane_driving: bool,
+}
+
+/// A point of the planned path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathPoint {
+    /// Where.
+    pub pose: Pose,
+    /// The lanelet there.
+    pub lane: Option<LaneId>,
+}
+
+impl Cycle {
+    /// A snapshot of the cycle with what was decided at it.
+    pub fn snapshot<'a>(&self, compat: Compat, decision: &'a Decision) -> Snapshot<'a> {
+        let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
+        Snapshot { compat, at_s, at_m, pose, speed_mps, lane, decision }
+    }
+}
+
+impl Course {
+    /// The course of a scenario.
+    ///
+    /// # Errors
+    /// Lanelets that make no way, each with its place in the file.
+    pub fn new(file: DriveFile) -> Result<Self, Refused> {
+        let changes: Vec<Change> = file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
+        let mut legs = vec![leg(&file, &file.route, Moment::AtS(0.0), 1, &changes)?];
+        for (disturbance, number) in file.disturbances.iter().zip(2..) {
+            if let DisturbanceKind::Reroute(route) = &disturbance.kind {
+                legs.push(leg(&file, route, disturbance.at, number, &[])?);
+            }
+        }
+        let course = Self { file, legs };
+        course.check_reroutes()?;
+        Ok(course)
+    }
+
+    /// The scenario.
+    pub fn file(&self) -> &DriveFile {
+        &self.file
+    }
+
+    /// The lanelets of its map.
+    pub fn road(&self) -> &LaneNetwork {
+        &self.file.road
+    }
+
+    /// The cycles from the start to the end; each call the same.
+    pub fn cycles(&self) -> Cycles<'_> {
+        let file = &self.file;
+        Cycles {
+            course: self,
+            motion: Motion::new(&file.speed, &file.stops, file.start_m),
+            index: 0,
+            leg: 0,
+            moved_m: 0.0,
+            departed: false,
+            begun: vec![None; file.disturbances.len()],
+            is_over: false,
+        }
+    }
+
+    /// What is expected at a cycle in one behaviour, by position in the file.
+    pub fn expected(&self, cycle: &Cycle, mode: Compat) -> impl Iterator<Item = (usize, &Expectation)> {
+        let (at_m, at_s) = (cycle.at_m, cycle.at_s);
+        let all = self.file.expectations.iter().enumerate();
+        all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.interval.holds(at_m, at_s))
+    }
+
+    fn check_reroutes(&self) -> Result<(), Refused> {
+        let file = &self.file;
+        let Some(first) = self.legs.first() else { return Ok(()) };
+        let reroutes =
+            file.disturbances.iter().filter_map(|disturbance| match (&disturbance.kind, disturbance.at) {
+                (DisturbanceKind::Reroute(route), Moment::AtM(at_m)) => Some((route, at_m)),
+                _ => None,
+            });
+        // Only the first one: where the vehicle is on later ones depends on those before.
+        for ((route, at_m), leg) in reroutes.zip(self.legs.iter().skip(1)).take(1) {
+            let place = first.route_path.pose(at_m, |at_m| offset_m(file, at_m)).position;
+            let (_, far_m) = leg.route_path.nearest(place);
+            if far_m > NEAR_ROUTE_M {
+                let reason = format!("at {at_m} m the vehicle is {far_m:.1} m away from the new route");
+                return Err(refused(route, reason, "name the lanelets where the vehicle is as well"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn change_of(kind: &PlanKind) -> Option<Change> {
+    match kind {
+        PlanKind::LaneChange { side, from_m, to_m, .. } => {
+            Some(Change { side: *side, from_m: *from_m, to_m: *to_m })
+        }
+        PlanKind::Avoidance { .. }
+        | PlanKind::PullOut { .. }
+        | PlanKind::PullOver { .. }
+        | PlanKind::SideShift { .. } => None,
+    }
+}
+
+fn refused(route: &RoutePlan, reason: impl Into<String>, remedy: &str) -> Refused {
+    Refused(vec![route.location.problem(reason, remedy)])
+}
+
+fn leg(
+    file: &DriveFile,
+    plan: &RoutePlan,
+    from: Moment,
+    number: u128,
+    changes: &[Change],
+) -> Result<Leg, Refused> {
+    let of_lanes = |error: RoutePathError| {
+        let remedy = match error {
+            RoutePathError::Gap { .. } => {
+                "name every lanelet of the way, and the lanes beside where it changes lanes"
+            }
+            RoutePathError::ChangeOutside { .. } => {
+                "move the lane_change there, or name more lanes in the segments"
+            }
+            RoutePathError::NoLength { .. } => "mend its bounds in the map",
+        };
+        refused(plan, error.to_string(), remedy)
+    };
+    let road = Arc::clone(&file.road);
+    let end = |at: usize, pose: fn(&[_]) -> Option<Pose>| {
+        let segment = plan.segments.get(at)?;
+        pose(&road.lane(segment.preferred)?.centerline)
+    };
+    let start = plan.start.or_else(|| end(0, front_pose)).unwrap_or_default();
+    let last = plan.segments.len().saturating_sub(1);
+    let goal = plan.goal.or_else(|| end(last, back_pose)).unwrap_or_default();
+    let route = Route::new(plan.id.unwrap_or(number), start, plan.segments.clone());
+    let route = route.map_err(|error: RouteError| refused(plan, error.to_string(), "mend the segments"))?;
+    let route_path = if file.points.is_empty() {
+        RoutePath::of_route(Arc::clone(&road), &plan.segments, changes).map_err(of_lanes)?
+    } else {
+        RoutePath::of_points(Arc::clone(&road), file.points.clone(), route.lanes().collect())
+    };
+    Ok(Leg { from, route: Arc::new(route), goal, route_path: Arc::new(route_path) })
+}
+
+/// The cycles of a course, in order.
+#[derive(Debug, Clone)]
+pub struct Cycles<'a> {
+    course: &'a Course,
+    motion: Motion<'a>,
+    index: usize,
+    leg: usize,
+    moved_m: f64,
+    departed: bool,
+    /// When each trouble began, seconds.
+    begun: Vec<Option<f64>>,
+    is_over: bool,
+}
+
+impl Iterator for Cycles<'_> {
+    type Item = Cycle;
+
+    fn next(&mut self) -> Option<Cycle> {
+        if self.is_over {
+            return None;
+        }
+        let file = &self.course.file;
+        let at_s = self.time_s();
+        if self.index > 0 {
+            self.motion.advance(at_s - self.motion.at_s);
+            self.departed |= self.motion.at_m > file.start_m + DEPARTED_M;
+        }
+        self.change_legs();
+        let end_m = file.until_m.unwrap_or_else(|| self.path_end_m() - BEFORE_END_M);
+        if self.motion.at_m > end_m || at_s > file.until.as_secs_f64() + 1e-9 {
+            self.is_over = true;
+            return None;
+        }
+        let cycle = self.cycle(at_s);
+        self.index += 1;
+        cycle
+    }
+}
+
+impl Cycles<'_> {
+    fn time_s(&self) -> f64 {
+        f64::from(u32::try_from(self.index).unwrap_or(u32::MAX)) / self.course.file.planning_hz
+    }
+
+    fn path_end_m(&self) -> f64 {
+        self.course.legs.get(self.leg).map_or(0.0, |leg| leg.route_path.length_m() - self.moved_m)
+    }
+
+    fn sight<'a>(&self, course: &'a Course, leg: &'a Leg) -> Sight<'a> {
+        Sight {
+            file: &course.file,
+            route_path: &leg.route_path,
+            moved_m: self.moved_m,
+            at_m: self.motion.at_m,
+            at_s: self.motion.at_s,
+            departed: self.departed,
+        }
+    }
+
+    /// Goes over to another route when its time has come, at the same place on the map.
+    fn change_legs(&mut self) {
+        let course = self.course;
+        while let (Some(leg), Some(next)) = (course.legs.get(self.leg), course.legs.get(self.leg + 1)) {
+            let sight = self.sight(course, leg);
+            if !sight.has_come(next.from) {
+                return;
+            }
+            let here = leg.route_path.pose(sight.at_m + self.moved_m, |_| 0.0).position;
+            self.moved_m = next.route_path.nearest(here).0 - sight.at_m;
+            self.leg += 1;
+        }
+    }
+
+    fn cycle(&mut self, at_s: f64) -> Option<Cycle> {
+        let course = self.course;
+        let file = &course.file;
+        let leg = course.legs.get(self.leg)?;
+        let sight = self.sight(course, leg);
+        let moved_m = self.moved_m;
+        let offset = |way_m: f64| offset_m(file, way_m - moved_m);
+        let pose = leg.route_path.pose(sight.at_m + moved_m, offset);
+        let speed_mps = self.motion.speed_mps();
+        let mut clock_s = at_s;
+        let mut odometry = Some(Odometry { pose, speed_mps });
+        let (mut has_path, mut lane_driving) = (true, true);
+        for (disturbance, begun) in file.disturbances.iter().zip(&mut self.begun) {
+            if begun.is_none() && sight.has_come(disturbance.at) {
+                *begun = Some(at_s);
+            }
+            let Some(begun_s) = *begun else { continue };
+            let lasts = |for_s: f64| at_s < begun_s + for_s - 1e-9;
+            match disturbance.kind {
+                DisturbanceKind::OdometryGap { for_s } => odometry = odometry.filter(|_| !lasts(for_s)),
+                DisturbanceKind::NanPose { for_s } => {
+                    if lasts(for_s) {
+                        let pose = Pose::new(f64::NAN, f64::NAN, f64::NAN);
+                        odometry = odometry.map(|odometry| Odometry { pose, ..odometry });
+                    }
+                }
+                DisturbanceKind::EmptyPath { for_s } => has_path &= !lasts(for_s),
+                DisturbanceKind::NotLaneDriving { for_s } => lane_driving &= !lasts(for_s),
+                DisturbanceKind::TimeJump { by_s } => clock_s += by_s,
+                DisturbanceKind::Reroute(_) => {}
+            }
+        }
+        let path = if has_path { path(&sight) } else { Vec::new() };
+        Some(Cycle {
+            index: self.index,
+            at_s,
+            now: clock(clock_s),
+            at_m: sight.at_m,
+            lane: leg.route_path.lane_at(sight.at_m + moved_m),
+            pose,
+            speed_mps,
+            odometry,
+            path,
+            manoeuvres: sight.manoeuvres(),
+            route: Arc::clone(&leg.route),
+            goal: leg.goal,
+            lane_driving,
+        })
+    }
+}
+
+/// Points a metre apart.
+fn path(sight: &Sight<'_>) -> Vec<PathPoint> {
+    let mut points = Vec::new();
+    let mut way_m = (sight.at_m + sight.moved_m - PATH_BEHIND_M).max(0.0);
+    let to_m = (sight.at_m + sight.moved_m + PATH_AHEAD_M).min(sight.route_path.length_m());
+    while way_m <= to_m {
+        let pose = sight.route_path.pose(way_m, |way_m| offset_m(sight.file, way_m - sight.moved_m));
+        points.push(PathPoint { pose, lane: sight.route_path.lane_at(way_m) });
+        way_m += 1.0;
+    }
+    points
+}
+
+fn clock(at_s: f64) -> MonoTime {
+    let by = Duration::from_secs_f64(at_s.abs());
+    if at_s < 0.0 {
+        MonoTime::from_nanos(START.as_nanos().saturating_sub(MonoTime::ZERO.after(by).as_nanos()))
+    } else {
+        START.after(by)
+    }
+}

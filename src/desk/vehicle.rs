@@ -1,0 +1,36 @@
+//! A simulated vehicle on virtual time, from the start of its script to the end, without a bus.
+
+use std::time::Duration;
+
+use crate::core::simulated_vehicle::plan::VehiclePlan;
+use crate::core::simulated_vehicle::request::Request;
+use crate::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
+use crate::core::time::MonoTime;
+
+/// Runs a vehicle for `length` and hands each output to `take`. The script holds requests with their times since
+/// the start.
+///
+/// # Errors
+/// The first error of `take` ends the run.
+pub fn run<E>(
+    plan: VehiclePlan,
+    simulation: SimulationSettings,
+    script: Vec<(Duration, Request)>,
+    length: Duration,
+    mut take: impl FnMut(&Output, MonoTime) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut vehicle = SimulatedVehicle::new(plan, simulation, MonoTime::ZERO);
+    for (at, request) in script {
+        vehicle.schedule(MonoTime::ZERO.after(at), request);
+    }
+    let end = MonoTime::ZERO.after(length);
+    let mut next = Some(MonoTime::ZERO);
+    while let Some(now) = next.filter(|next| *next <= end) {
+        vehicle.settle(now);
+        while let Some(output) = vehicle.poll_output() {
+            take(&output, now)?;
+        }
+        next = vehicle.next_deadline(now);
+    }
+    Ok(())
+}

@@ -1,0 +1,160 @@
+//! The gateway over a recording, on virtual time: both of its machines on one clock.
+//!
+//! The recording's stamps drive that clock: virtual time is zero at the first frame and moves with
+//! the stamps, never backwards. Deadlines that lie before the next frame come first, so the same
+//! recording gives the same outputs byte for byte, however fast it is played.
+
+mod routes;
+mod tape;
+
+use std::io;
+
+use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
+use crate::core::gateway::event::{Input, Output};
+use crate::core::gateway::{Gateway, GatewaySettings};
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::io::can::log::Log;
+pub use routes::Routes;
+use tape::Tape;
+pub use tape::{Counts, MAX_SILENCE};
+
+/// A gateway that is being fed from a recording.
+#[derive(Debug)]
+pub struct Replay {
+    gateway: Gateway,
+    tape: Tape,
+    next: Option<(CanInput, Now)>,
+    now: Now,
+    ended: bool,
+}
+
+impl Replay {
+    /// Reads up to the first frame; stamps are those of the recording.
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
+        Self::begin(settings, Tape::new(log, routes))
+    }
+
+    /// Likewise, with all stamps moved by a constant, so that the first is `start`.
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn starting_at(
+        start: WallStamp,
+        settings: GatewaySettings,
+        log: Log,
+        routes: Routes,
+    ) -> io::Result<Self> {
+        let mut tape = Tape::new(log, routes);
+        tape.start = Some(start);
+        Self::begin(settings, tape)
+    }
+
+    fn begin(settings: GatewaySettings, mut tape: Tape) -> io::Result<Self> {
+        let next = tape.next_input()?;
+        let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
+        let now = next.as_ref().map_or(start, |(_, now)| *now);
+        // Nobody may hear today what was commanded then.
+        let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
+        Ok(Self { gateway, tape, next, now, ended: false })
+    }
+
+    /// When the next step happens, virtual; `None` at the end of the recording.
+    pub fn next_time(&self) -> Option<MonoTime> {
+        let deadline = self.gateway.next_deadline().max(self.now.mono);
+        match &self.next {
+            Some((_, frame)) => Some(deadline.min(frame.mono)),
+            None => self.ended.then_some(deadline),
+        }
+    }
+
+    /// Takes the next step: a deadline, or the next frame. False at the end of the recording.
+    ///
+    /// # Errors
+    /// When the recording cannot be read on; everything before has been handled.
+    pub fn step(&mut self) -> io::Result<bool> {
+        let deadline = self.gateway.next_deadline().max(self.now.mono);
+        match self.next.take_if(|(_, at)| at.mono < deadline) {
+            Some((input, at)) => {
+                self.now = at;
+                self.gateway.handle(input, at);
+                self.next = self.tape.next_input()?;
+                Ok(true)
+            }
+            None if self.next.is_none() && !self.ended => Ok(false),
+            None => {
+                self.now = Now { mono: deadline, wall: self.now.wall.after(deadline.since(self.now.mono)) };
+                self.gateway.handle(Input::Tick, self.now);
+                Ok(true)
+            }
+        }
+    }
+
+    /// Tells the gateway that nothing more will come; from now on only deadlines happen.
+    pub fn end(&mut self) {
+        self.ended = true;
+        for (_, bus) in &self.tape.routes.0 {
+            self.gateway.handle(CanInput::Link { bus: *bus, state: LinkState::Ended }, self.now);
+        }
+    }
+
+    /// Puts in the same recording again; virtual time and stamps go on.
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn rewind(&mut self, log: Log) -> io::Result<()> {
+        self.tape.rewind(log);
+        self.next = self.tape.next_input()?;
+        Ok(())
+    }
+
+    /// The next output of the steps taken so far.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.gateway.poll_output()
+    }
+
+    /// Virtual time, and the wall time that belongs to it.
+    pub fn now(&self) -> Now {
+        self.now
+    }
+
+    /// The gateway.
+    pub fn gateway(&self) -> &Gateway {
+        &self.gateway
+    }
+
+    /// The next input of the recording and its virtual time, if no deadline lies before it.
+    pub fn upcoming(&self) -> Option<(&CanInput, MonoTime)> {
+        let (input, at) = self.next.as_ref()?;
+        (at.mono < self.gateway.next_deadline()).then_some((input, at.mono))
+    }
+
+    /// Takes the next input past the gateway.
+    ///
+    /// # Errors
+    /// When the recording cannot be read on.
+    pub fn skim(&mut self) -> io::Result<Option<CanInput>> {
+        let Some((input, at)) = self.next.take() else { return Ok(None) };
+        self.now = at;
+        self.next = self.tape.next_input()?;
+        Ok(Some(input))
+    }
+
+    /// Virtual time of the last entry read, of whatever interface.
+    pub fn length(&self) -> MonoTime {
+        self.tape.length()
+    }
+
+    /// What was read so far.
+    pub fn counts(&self) -> Counts {
+        self.tape.counts
+    }
+
+    /// The log.
+    pub fn log(&self) -> &Log {
+        &self.tape.log
+    }
+}

@@ -1,0 +1,190 @@
+//! A recording as inputs with virtual times.
+
+use std::io;
+use std::time::Duration;
+
+use super::routes::Routes;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::BusIndex;
+use crate::core::time::{MonoTime, Now, WallStamp};
+use crate::io::can::candump::Content;
+use crate::io::can::log::{Log, Record};
+
+/// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
+/// time then moves on by just this much. Everything is stale long before.
+pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
+
+/// A stamp earlier than the one before by less than this is a late line; by more, the recorder's
+/// clock was set back.
+const LATE_LINE: Duration = Duration::from_secs(1);
+
+/// What was read of a recording.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Entries of any kind.
+    pub records: u64,
+    /// Entries of interfaces that no bus is configured for.
+    pub foreign: u64,
+    /// Stamps that lay before an earlier one.
+    pub backwards: u64,
+    /// Steps of the recorder's clock longer than [`MAX_SILENCE`].
+    pub jumps: u64,
+}
+
+/// The recording as inputs with virtual times.
+#[derive(Debug)]
+pub(super) struct Tape {
+    pub(super) log: Log,
+    pub(super) routes: Routes,
+    clock: Option<TapeClock>,
+    /// Added to recorded stamps, ns.
+    shift: i64,
+    /// What the next record's stamp becomes, when the recording begins or begins again.
+    pub(super) start: Option<WallStamp>,
+    /// Comes after the bad lines that stood before it.
+    held: Option<(CanInput, Now)>,
+    bad_reported: u64,
+    pub(super) counts: Counts,
+}
+
+/// Virtual time, and the newest stamp that was seen by then.
+#[derive(Debug, Clone, Copy)]
+struct TapeClock {
+    mono: MonoTime,
+    stamp: WallStamp,
+}
+
+impl Tape {
+    pub(super) fn new(log: Log, routes: Routes) -> Self {
+        let counts = Counts::default();
+        Self { log, routes, clock: None, shift: 0, start: None, held: None, bad_reported: 0, counts }
+    }
+
+    /// Virtual time of the last entry read, of whatever interface.
+    pub(super) fn length(&self) -> MonoTime {
+        self.clock.map_or(MonoTime::ZERO, |clock| clock.mono)
+    }
+
+    pub(super) fn rewind(&mut self, log: Log) {
+        self.log = log;
+        self.bad_reported = 0;
+        self.start = self.clock.map(|clock| clock.stamp.after(Duration::from_millis(1)));
+    }
+
+    pub(super) fn next_input(&mut self) -> io::Result<Option<(CanInput, Now)>> {
+        if let Some(held) = self.held.take() {
+            return Ok(Some(held));
+        }
+        while let Some(record) = self.log.next_record()? {
+            self.counts.records += 1;
+            let (stamp, now) = self.advance(record.stamp);
+            let input = self.input(record, stamp).map(|input| (input, now));
+            self.counts.foreign += u64::from(input.is_none());
+            if let Some(bad) = self.new_bad_lines() {
+                self.held = input;
+                return Ok(Some((bad, now)));
+            }
+            if input.is_some() {
+                return Ok(input);
+            }
+        }
+        let last = self.clock.map(|clock| Now { mono: clock.mono, wall: clock.stamp });
+        Ok(self.new_bad_lines().zip(last))
+    }
+
+    /// Bad lines since the last call. They count for the first bus: such a line names none.
+    fn new_bad_lines(&mut self) -> Option<CanInput> {
+        let count = self.log.bad_lines() - std::mem::replace(&mut self.bad_reported, self.log.bad_lines());
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        (count > 0).then_some(CanInput::BadRecords { bus: BusIndex(0), count })
+    }
+
+    fn input(&self, record: Record, stamp: WallStamp) -> Option<CanInput> {
+        let bus = self.routes.bus_of(&self.log.interfaces()[record.interface.0])?;
+        match record.content {
+            Content::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
+            Content::Error(error) => Some(CanInput::ErrorFrame { bus, error }),
+            Content::Note(note) => Some(note.input(bus)),
+            Content::Remote => None,
+        }
+    }
+
+    /// The record's stamp after shifting, and the virtual time it comes at.
+    fn advance(&mut self, recorded: WallStamp) -> (WallStamp, Now) {
+        if let Some(start) = self.start.take() {
+            self.shift = start.as_nanos().saturating_sub(recorded.as_nanos());
+        }
+        let stamp = WallStamp::from_nanos(recorded.as_nanos().saturating_add(self.shift));
+        let clock = self.clock.get_or_insert(TapeClock { mono: MonoTime::ZERO, stamp });
+        let nanos = stamp.as_nanos().saturating_sub(clock.stamp.as_nanos());
+        let size = Duration::from_nanos(nanos.unsigned_abs());
+        if nanos >= 0 {
+            self.counts.jumps += u64::from(size > MAX_SILENCE);
+            clock.mono = clock.mono.after(size.min(MAX_SILENCE));
+            clock.stamp = stamp;
+        } else if size < LATE_LINE {
+            self.counts.backwards += 1;
+        } else {
+            self.counts.jumps += 1;
+            clock.stamp = stamp;
+        }
+        (stamp, Now { mono: clock.mono, wall: clock.stamp })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tape(text: &str) -> Tape {
+        let log = Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap();
+        Tape::new(log, Routes(vec![("can0".into(), BusIndex(0))]))
+    }
+
+    fn all(tape: &mut Tape) -> Vec<(u64, String)> {
+        std::iter::from_fn(|| tape.next_input().unwrap())
+            .map(|(input, now)| (now.mono.as_nanos() / 1_000_000, text(&input)))
+            .collect()
+    }
+
+    fn text(input: &CanInput) -> String {
+        match input {
+            CanInput::Frame { frame, stamp, .. } => format!("{frame} {}", stamp.as_nanos() / 1_000_000),
+            other @ (CanInput::Link { .. }
+            | CanInput::Drops { .. }
+            | CanInput::ErrorFrame { .. }
+            | CanInput::Controller { .. }
+            | CanInput::BadRecords { .. }) => format!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn late_lines_do_not_turn_the_clock_back_and_jumps_do_not_stop_it() {
+        let mut tape = tape(
+            "(10.0) can0 001#\n(10.5) can0 002#\n(10.4) can0 003#\n(10.6) can1 004#\n(99999.0) can0 005#\n\
+             (20.0) can0 006#\n(20.1) can0 007#\n",
+        );
+        let frames = all(&mut tape);
+        let times: Vec<_> = frames.iter().map(|(ms, _)| *ms).collect();
+        assert_eq!(times, [0, 500, 500, 3_600_600, 3_600_600, 3_600_700]);
+        assert_eq!(frames[2].1, "003# 10400", "the frame keeps its own stamp");
+        assert_eq!(tape.counts, Counts { records: 7, foreign: 1, backwards: 1, jumps: 2 });
+    }
+
+    #[test]
+    fn bad_lines_come_before_the_frame_behind_them_and_at_the_end() {
+        let mut tape = tape("(1.0) can0 001#\nx\ny\n(2.0) can0 002#\nz\n");
+        let order: Vec<_> = all(&mut tape).into_iter().map(|(_, text)| text).collect();
+        let bad = |count| format!("{:?}", CanInput::BadRecords { bus: BusIndex(0), count });
+        assert_eq!(order, ["001# 1000".to_owned(), bad(2), "002# 2000".to_owned(), bad(1)]);
+    }
+
+    #[test]
+    fn a_repeated_recording_goes_on_in_time() {
+        let text = "(5.0) can0 001#\n(5.1) can0 002#\n";
+        let mut tape = tape(text);
+        all(&mut tape);
+        tape.rewind(Log::new(Box::new(io::Cursor::new(text.as_bytes().to_vec()))).unwrap());
+        assert_eq!(all(&mut tape), [(101, "001# 5101".to_owned()), (201, "002# 5201".to_owned())]);
+    }
+}

@@ -1,0 +1,240 @@
+//! How the state of a bar looks: bulbs, a name, or a command.
+
+use super::command::{CommandKind, IndicatorState};
+use super::ink::{self, Ink};
+use super::svg::{Element, Place, line, pixels, rect, words};
+use super::text;
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+
+/// What a bar shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Look {
+    /// A light: a stripe for each bulb, from the first in the order of keys at the top. Without
+    /// bulbs it is dark, which is a thin line.
+    Bulbs(BulbSet),
+    /// A box with a name, such as a phase or a lanelet.
+    Named(String),
+    /// A turn signal or hazard lights.
+    Command(CommandKind, IndicatorState),
+}
+
+const STRIPE_PX: f64 = 12.0;
+const MAX_STRIPES: u8 = 6;
+/// A narrower bar is all border.
+const BORDERLESS_PX: f64 = 4.0;
+const SIGN_PX: f64 = 11.0;
+
+impl Look {
+    /// The same in words.
+    pub(super) fn description(&self) -> String {
+        match self {
+            Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
+            Self::Bulbs(bulbs) => bulbs.to_string(),
+            Self::Named(name) => name.clone(),
+            Self::Command(kind, indicator) => kind.description(*indicator),
+        }
+    }
+
+    /// How high a row must be to show it, where `single_px` is enough for a line of text.
+    pub(super) fn height(&self, single_px: f64) -> f64 {
+        match self {
+            Self::Bulbs(bulbs) => {
+                let stripes = u8::try_from(bulbs.len()).unwrap_or(MAX_STRIPES).min(MAX_STRIPES);
+                single_px.max(f64::from(stripes) * STRIPE_PX)
+            }
+            Self::Named(_) | Self::Command(..) => single_px,
+        }
+    }
+
+    /// Whether bars of this look may lie one over the other.
+    pub(super) fn overlaps(&self) -> bool {
+        matches!(self, Self::Command(..))
+    }
+
+    /// The bar; `base_line` is where text stands below its middle, as a factor of its size.
+    pub(super) fn draw(&self, place: Place, base_line: f64) -> Vec<Element> {
+        match self {
+            Self::Bulbs(bulbs) if bulbs.is_empty() => vec![dark(place)],
+            Self::Bulbs(bulbs) => stripes(bulbs, place),
+            Self::Named(name) => {
+                let edge = if place.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
+                let field = rect(place.x, place.y, place.width, place.height);
+                labelled(
+                    field.with("fill", ink::BOX).with("stroke", edge),
+                    (name, ink::DARK),
+                    place,
+                    base_line,
+                )
+            }
+            Self::Command(kind, indicator) => {
+                let label = kind.label(*indicator);
+                labelled(kind.field(*indicator, place), label, place, base_line)
+            }
+        }
+    }
+}
+
+/// A field with as much of its label as fits.
+fn labelled(field: Element, (label, fill): (&str, &str), place: Place, base_line: f64) -> Vec<Element> {
+    let shown = text::fitted(label, SIGN_PX, place.width - 6.0);
+    let y = place.y + place.height / 2.0 + SIGN_PX * base_line;
+    let label = words(place.x + place.width / 2.0, y, SIGN_PX, &shown).with("text-anchor", "middle");
+    let label = (!shown.is_empty()).then(|| label.with("fill", fill));
+    [field].into_iter().chain(label).collect()
+}
+
+/// Hatchings that bars refer to.
+pub(super) fn patterns() -> Element {
+    let hatchings = Color::ALL.into_iter().flat_map(|color| {
+        let pattern = |kind: &str, size_px: f64| {
+            Element::new("pattern")
+                .with("id", pattern_name(kind, color))
+                .with("patternUnits", "userSpaceOnUse")
+                .at("width", size_px)
+                .at("height", size_px)
+        };
+        let edge = ink::of(color).edge;
+        let stroke = line((0.0, 0.0), (0.0, 6.0), edge).with("stroke-width", 4).with("stroke-opacity", 0.6);
+        let dot = Element::new("circle").at("cx", 2.0).at("cy", 2.0).at("r", 0.9).with("fill", edge);
+        [
+            pattern("flashing", 6.0).with("patternTransform", "rotate(45)").child(stroke),
+            pattern("unsure", 4.0).child(dot),
+        ]
+    });
+    Element::new("defs").children(hatchings)
+}
+
+/// A row of bars too narrow to be told apart.
+pub(super) fn dense(place: Place) -> Vec<Element> {
+    let fill = format!("url(#{})", pattern_name("flashing", Color::Unknown));
+    vec![
+        rect(place.x, place.y, place.width, place.height).with("fill", "#ffffff"),
+        rect(place.x, place.y, place.width, place.height).with("fill", fill),
+    ]
+}
+
+fn pattern_name(kind: &str, color: Color) -> String {
+    format!("{kind}-{}", color.name())
+}
+
+fn dark(place: Place) -> Element {
+    let y = place.y + place.height / 2.0;
+    line((place.x, y), (place.x + place.width, y), ink::DARK).with("stroke-width", 1.5)
+}
+
+fn stripes(bulbs: &BulbSet, place: Place) -> Vec<Element> {
+    let count = u32::try_from(bulbs.len()).map_or(1.0, f64::from);
+    let height = place.height / count;
+    let mut y = place.y;
+    let mut drawn = Vec::new();
+    for bulb in bulbs.iter() {
+        drawn.extend(stripe(bulb, Place { y, height, ..place }));
+        y += height;
+    }
+    drawn
+}
+
+fn stripe(bulb: Bulb, place: Place) -> Vec<Element> {
+    let ink = ink::of(bulb.color);
+    let mut drawn = field(bulb, ink, place);
+    let size = SIGN_PX.min(place.height - 2.0);
+    if size >= 7.0 {
+        let sign = if bulb.status == Status::SolidOff { ink.edge } else { ink.sign };
+        drawn.extend(signs(bulb, ink, sign, place, size));
+    }
+    drawn
+}
+
+fn field(bulb: Bulb, ink: Ink, place: Place) -> Vec<Element> {
+    let Place { x, y, width, height } = place;
+    let wide = width >= BORDERLESS_PX && height >= BORDERLESS_PX;
+    let edge = if wide { ink.edge } else { "none" };
+    let field = rect(x, y, width, height).with("stroke", edge).with("stroke-width", 0.75);
+    let over = |kind| {
+        let fill = format!("url(#{})", pattern_name(kind, bulb.color));
+        rect(x, y, width, height).with("fill", fill)
+    };
+    match bulb.status {
+        Status::SolidOn => vec![field.with("fill", ink.fill)],
+        Status::Flashing => {
+            vec![field.with("fill", ink.fill).with("stroke-dasharray", "3 2"), over("flashing")]
+        }
+        Status::Unknown => {
+            let pale = field.with("fill", ink.fill).with("fill-opacity", 0.5);
+            vec![pale.with("stroke-dasharray", "1 2"), over("unsure")]
+        }
+        // Hollow: the border alone, drawn inside so that neighbours do not cover it.
+        Status::SolidOff if wide => {
+            vec![
+                rect(x + 1.0, y + 1.0, width - 2.0, height - 2.0)
+                    .with("fill", "#ffffff")
+                    .with("stroke", ink.edge)
+                    .with("stroke-width", 2),
+            ]
+        }
+        Status::SolidOff => vec![field.with("fill", ink.fill).with("fill-opacity", 0.3)],
+    }
+}
+
+/// Letter and outline, as much of it as there is room for; the outline goes first.
+fn signs(bulb: Bulb, ink: Ink, color: &str, place: Place, size: f64) -> Vec<Element> {
+    let outline = |x: f64| outline(bulb, (x, place.y + place.height / 2.0), size, color);
+    let middle = place.x + place.width / 2.0;
+    let letter = |x: f64| {
+        let place = Place { x, width: 0.0, ..place };
+        let halo =
+            if bulb.status == Status::Flashing && bulb.color != Color::White { ink.edge } else { "none" };
+        let halo = if bulb.color == Color::Yellow && halo != "none" { ink.fill } else { halo };
+        centred(place, size, ink.letter)
+            .with("font-weight", "bold")
+            .with("fill", color)
+            .with("stroke", halo)
+            .with("stroke-width", 2.5)
+            .with("paint-order", "stroke")
+    };
+    match outline(middle + size * 0.55) {
+        Some(second) if place.width >= size * 2.4 => vec![letter(middle - size * 0.6), second],
+        Some(_) if place.width >= size + 4.0 => outline(middle).into_iter().collect(),
+        None if place.width >= size + 3.0 => vec![letter(middle)],
+        Some(_) | None => Vec::new(),
+    }
+}
+
+/// The sign of a shape; none for the circle, which is what a light is without further notice.
+fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Element> {
+    let turn_deg = match bulb.shape {
+        Shape::Circle => return None,
+        // The letter says it already.
+        Shape::Unknown if bulb.color == Color::Unknown => return None,
+        Shape::Unknown => {
+            let place = Place { x, y: y - size, width: 0.0, height: 2.0 * size };
+            return Some(centred(place, size, "?").with("font-weight", "bold").with("fill", color));
+        }
+        Shape::Cross => {
+            let arm = size * 0.36;
+            let path = format!("M{0} {0}L{1} {1}M{0} {1}L{1} {0}", pixels(-arm), pixels(arm));
+            let cross = Element::new("path").with("d", path).with("stroke", color).with("stroke-width", 2);
+            return Some(cross.with("transform", format!("translate({} {})", pixels(x), pixels(y))));
+        }
+        Shape::Right => 0,
+        Shape::LowerRight => 45,
+        Shape::Down => 90,
+        Shape::LowerLeft => 135,
+        Shape::Left => 180,
+        Shape::UpperLeft => 225,
+        Shape::Up => 270,
+        Shape::UpperRight => 315,
+    };
+    let tip = size * 0.5;
+    let corners =
+        [(-1.0, -0.22), (0.0, -0.22), (0.0, -0.8), (1.0, 0.0), (0.0, 0.8), (0.0, 0.22), (-1.0, 0.22)];
+    let points = corners.map(|(x, y)| format!("{},{}", pixels(x * tip), pixels(y * tip))).join(" ");
+    let transform = format!("translate({} {}) rotate({turn_deg})", pixels(x), pixels(y));
+    let arrow = Element::new("polygon").with("points", points).with("fill", color);
+    Some(arrow.with("transform", transform))
+}
+
+fn centred(place: Place, size_px: f64, text: &str) -> Element {
+    let y = place.y + place.height / 2.0 + size_px * 0.36;
+    words(place.x + place.width / 2.0, y, size_px, text).with("text-anchor", "middle")
+}

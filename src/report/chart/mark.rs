@@ -1,0 +1,210 @@
+//! Vertical marks: their texts as steps above the lanes or, when they do not fit there, as numbers
+//! with a list below.
+
+use super::axis::{Axis, seconds};
+use super::svg::{Element, line, words};
+use super::{Mark, ink, text};
+
+const SIZE_PX: f64 = 11.0;
+const LEVEL_PX: f64 = 15.0;
+const MAX_LEVELS: usize = 6;
+const MAX_PX: f64 = 280.0;
+const NUMBER_GAP_PX: f64 = 4.0;
+const LINE_PX: f64 = 15.0;
+const COLUMN_GAP_PX: f64 = 28.0;
+const MAX_LISTED: usize = 120;
+
+/// Marks with places for their texts.
+#[derive(Debug)]
+pub(super) struct Marks<'a> {
+    moments: Vec<Moment<'a>>,
+    /// For each moment, its step from the top; empty when they are numbered.
+    levels: Vec<usize>,
+}
+
+/// All marks of one time.
+#[derive(Debug)]
+struct Moment<'a> {
+    at_s: f64,
+    texts: Vec<&'a str>,
+}
+
+/// One line of the list: number, time, text; the first two only where a moment begins.
+struct Listed {
+    number: String,
+    time: String,
+    text: String,
+}
+
+impl<'a> Marks<'a> {
+    pub(super) fn new(marks: &'a [Mark], axis: &Axis) -> Self {
+        let mut marks: Vec<_> = marks.iter().collect();
+        marks.sort_by(|one, other| one.at.total_cmp(&other.at));
+        let mut moments: Vec<Moment<'_>> = Vec::new();
+        for Mark { at: at_s, text } in marks {
+            match moments.last_mut().filter(|moment| moment.at_s.total_cmp(at_s).is_eq()) {
+                Some(moment) => moment.texts.push(text),
+                None => moments.push(Moment { at_s: *at_s, texts: vec![text] }),
+            }
+        }
+        let levels = levels(&moments, axis).unwrap_or_default();
+        Self { moments, levels }
+    }
+
+    /// How much room they need above the lanes.
+    pub(super) fn height_above(&self) -> f64 {
+        let numbers = usize::from(!self.moments.is_empty());
+        pixels(self.levels.iter().max().map_or(numbers, |top| top + 1)) * LEVEL_PX
+    }
+
+    /// How far the texts reach beyond the right edge of the axis.
+    pub(super) fn overhang(&self, axis: &Axis) -> f64 {
+        if self.levels.is_empty() {
+            return 0.0;
+        }
+        let (_, right) = axis.edges();
+        let reaches = self.moments.iter().map(|moment| axis.x(moment.at_s) + 6.0 + moment.width() - right);
+        reaches.fold(0.0, f64::max)
+    }
+
+    /// Lines and texts, from `top` to `bottom`; the lanes begin below the texts.
+    pub(super) fn draw(&self, axis: &Axis, top: f64, bottom: f64) -> Vec<Element> {
+        let mut drawn = Vec::new();
+        let mut free = f64::NEG_INFINITY;
+        for (index, moment) in self.moments.iter().enumerate() {
+            let x = axis.x(moment.at_s);
+            let level = self.levels.get(index).copied();
+            let y = top + pixels(level.unwrap_or(0)) * LEVEL_PX;
+            let title = format!("{} s: {}", seconds(moment.at_s), moment.text());
+            let stroke =
+                line((x, if level.is_some() { y } else { y + LEVEL_PX - 2.0 }), (x, bottom), ink::MARK);
+            let mut group = Element::new("g").with("class", "mark").with("fill", ink::MARK);
+            group = group.child(Element::new("title").text(&title));
+            group = group.child(stroke.with("stroke-dasharray", "4 3").with("stroke-opacity", 0.75));
+            if level.is_some() {
+                group = group.child(words(x + 4.0, y + SIZE_PX, SIZE_PX, &moment.text()));
+            } else {
+                let number = (index + 1).to_string();
+                let width = text::width(&number, SIZE_PX);
+                if x - width / 2.0 >= free {
+                    free = x + width / 2.0 + NUMBER_GAP_PX;
+                    let number = words(x, y + SIZE_PX - 1.0, SIZE_PX, &number);
+                    group = group.child(number.with("text-anchor", "middle"));
+                }
+            }
+            drawn.push(group);
+        }
+        drawn
+    }
+
+    /// The list below the lanes, in as many columns as there is room for, with its height.
+    pub(super) fn draw_list(&self, left: f64, right: f64, top: f64) -> (Vec<Element>, f64) {
+        let lines = self.list();
+        let width = |part: fn(&Listed) -> &str| {
+            lines.iter().map(|line| text::width(part(line), SIZE_PX)).fold(0.0, f64::max)
+        };
+        let (numbers_px, times_px) = (width(|line| &line.number), width(|line| &line.time));
+        let texts_px = width(|line| &line.text).min(right - left);
+        let column_px = numbers_px + 10.0 + times_px + 10.0 + texts_px + COLUMN_GAP_PX;
+        let mut rows = lines.len();
+        while rows > 8 && column_px * pixels(lines.len().div_ceil(rows - 1)) <= right - left {
+            rows -= 1;
+        }
+        let mut drawn = Vec::new();
+        for (index, line) in lines.iter().enumerate() {
+            let x = left + pixels(index / rows.max(1)) * column_px;
+            let y = top + pixels(index % rows.max(1) + 1) * LINE_PX;
+            let times_x = x + numbers_px + 10.0 + times_px;
+            let ends = [(x + numbers_px, &line.number), (times_x, &line.time)];
+            let ends = ends.into_iter().filter(|(_, text)| !text.is_empty());
+            drawn.extend(ends.map(|(x, text)| words(x, y, SIZE_PX, text).with("text-anchor", "end")));
+            drawn.push(words(times_x + 10.0, y, SIZE_PX, &text::fitted(&line.text, SIZE_PX, texts_px)));
+        }
+        let drawn = drawn.into_iter().map(|words| words.with("fill", ink::MARK)).collect();
+        (drawn, pixels(rows) * LINE_PX)
+    }
+
+    fn list(&self) -> Vec<Listed> {
+        if !self.levels.is_empty() {
+            return Vec::new();
+        }
+        let all = self.moments.iter().enumerate().flat_map(|(index, moment)| {
+            moment.texts.iter().enumerate().map(move |(position, text)| {
+                let first = |words: String| if position == 0 { words } else { String::new() };
+                let (number, time) =
+                    (first((index + 1).to_string()), first(format!("{} s", seconds(moment.at_s))));
+                Listed { number, time, text: (*text).to_owned() }
+            })
+        });
+        let mut lines: Vec<_> = all.collect();
+        if lines.len() > MAX_LISTED {
+            let text = format!("… and {} more", lines.len() - MAX_LISTED);
+            lines.truncate(MAX_LISTED);
+            lines.push(Listed { number: String::new(), time: String::new(), text });
+        }
+        lines
+    }
+}
+
+impl Moment<'_> {
+    fn text(&self) -> String {
+        self.texts.join("; ")
+    }
+
+    fn width(&self) -> f64 {
+        text::width(&self.text(), SIZE_PX)
+    }
+}
+
+/// A step for each text such that no line runs through one: to the right of a mark, lower steps are
+/// free. `None` when they do not fit.
+fn levels(moments: &[Moment<'_>], axis: &Axis) -> Option<Vec<usize>> {
+    let mut ends = [f64::NEG_INFINITY; MAX_LEVELS];
+    let level = |moment: &Moment<'_>| {
+        let (x, width) = (axis.x(moment.at_s), moment.width());
+        let level = ends.iter().rposition(|end| *end > x).map_or(0, |taken| taken + 1);
+        *ends.get_mut(level).filter(|_| width <= MAX_PX)? = x + 10.0 + width;
+        Some(level)
+    };
+    moments.iter().map(level).collect()
+}
+
+/// A small number as a factor of pixels.
+fn pixels(number: usize) -> f64 {
+    u32::try_from(number).map_or(0.0, f64::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::axis::Along;
+    use super::*;
+
+    fn mark(at_s: f64, text: &str) -> Mark {
+        Mark { at: at_s, text: text.into() }
+    }
+
+    #[test]
+    fn texts_step_down_where_the_one_before_is_in_the_way() {
+        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
+        let given = [mark(8.0, "d"), mark(1.0, "a long text"), mark(1.2, "b"), mark(1.2, "c")];
+        let marks = Marks::new(&given, &axis);
+        assert_eq!(marks.levels, [0, 1, 0]);
+        assert_eq!((marks.moments[1].text(), marks.list().len()), ("b; c".to_owned(), 0));
+        assert!((marks.height_above() - 2.0 * LEVEL_PX).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_numbered_and_listed() {
+        let axis = Axis::new(Along::Time, (0.0, 10.0), 0.0, 1_000.0);
+        let crowd: Vec<_> = (0..200).map(|number| mark(f64::from(number) * 0.01, "a long text")).collect();
+        let long = [mark(1.0, &"long ".repeat(50)), mark(1.0, "b"), mark(2.0, "c")];
+        let listed = |given: &[Mark]| {
+            let lines = Marks::new(given, &axis).list();
+            lines.into_iter().map(|line| (line.number, line.text)).collect::<Vec<_>>()
+        };
+        assert_eq!(listed(&crowd).len(), MAX_LISTED + 1);
+        assert_eq!(listed(&crowd)[MAX_LISTED].1, "… and 80 more");
+        let lines = listed(&long);
+        assert_eq!(lines[1..], [(String::new(), "b".to_owned()), ("2".to_owned(), "c".to_owned())]);
+    }
+}

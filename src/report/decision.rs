@@ -1,0 +1,232 @@
+//! A decision of the turn signal decider: fields for programs, reasons for people.
+
+use std::fmt::Display;
+use std::mem::{Discriminant, discriminant};
+
+use serde_json::{Value, json};
+
+use crate::core::turn_signal::decision::{Basis, Decision};
+use crate::core::turn_signal::inputs::Finding;
+use crate::core::turn_signal::intersection::TurnAhead;
+use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
+use crate::core::turn_signal::min_duration::Held;
+use crate::core::turn_signal::resolve::{CandidateOutcome, Case, EvaluatedCandidate, Resolution, Source};
+use crate::core::turn_signal::section::Distances;
+use crate::core::turn_signal::signal::{Hazard, Signal};
+
+/// The commands, the candidate that won by which rule, and why each other one lost, as an object that
+/// `decide --help` describes. Distances are metres to the micrometre, negative behind the vehicle.
+pub fn fields(decision: &Decision) -> Value {
+    let basis = match decision.basis {
+        Basis::NoInputs => "no_inputs",
+        Basis::Hazard => "hazard",
+        Basis::ManoeuvreAlone(_) => "manoeuvres",
+        Basis::Candidates(_) => "candidates",
+    };
+    let intersection = decision.intersection.turn.map(|TurnAhead { side, active, distance_m, .. }| {
+        json!({
+            "side": side.to_string(), "active": active, "distance_m": to_the_micrometre(distance_m)
+        })
+    });
+    let manoeuvre = |outcome: &ManoeuvreOutcome| json!({ "kind": outcome.kind.to_string(), "why": outcome.why.to_string() });
+    json!({
+        "turn": decision.turn.to_string(),
+        "hazard": decision.hazard.to_string(),
+        "basis": basis,
+        "winner": text(winner(decision)),
+        "case": text(case(decision)),
+        "held": text(decision.held),
+        "intersection": intersection,
+        "candidates": evaluated(decision).iter().map(candidate).collect::<Vec<_>>(),
+        "manoeuvres": decision.remarks.iter().map(manoeuvre).collect::<Vec<_>>(),
+        "findings": decision.findings.iter().map(Finding::to_string).collect::<Vec<_>>(),
+    })
+}
+
+fn candidate(evaluated: &EvaluatedCandidate) -> Value {
+    let lost = match evaluated.outcome {
+        CandidateOutcome::LostTo { source, case } => Some((source, case)),
+        CandidateOutcome::Absent
+        | CandidateOutcome::NoSide
+        | CandidateOutcome::NotFinite
+        | CandidateOutcome::NotReached
+        | CandidateOutcome::Passed
+        | CandidateOutcome::Finished
+        | CandidateOutcome::Won => None,
+    };
+    let (lost_to, lost_by) = lost.unzip();
+    let distances = |distances: Distances| {
+        json!({
+            "desired_start_m": to_the_micrometre(distances.desired_start_m),
+            "desired_end_m": to_the_micrometre(distances.desired_end_m),
+            "required_start_m": to_the_micrometre(distances.required_start_m),
+            "required_end_m": to_the_micrometre(distances.required_end_m),
+        })
+    };
+    json!({
+        "source": evaluated.source.to_string(),
+        "turn": evaluated.turn.to_string(),
+        "won": evaluated.outcome == CandidateOutcome::Won,
+        "why": evaluated.outcome.to_string(),
+        "lost_to": text(lost_to),
+        "lost_by": text(lost_by),
+        "distances": evaluated.distances.map(distances),
+    })
+}
+
+fn text(value: Option<impl Display>) -> Option<String> {
+    value.map(|value| value.to_string())
+}
+
+/// Zero has no sign.
+fn to_the_micrometre(metres: f64) -> f64 {
+    (metres * 1e6).round() / 1e6 + 0.0
+}
+
+/// The candidates, if they were evaluated.
+const fn resolution(decision: &Decision) -> Option<&Resolution> {
+    match &decision.basis {
+        Basis::Candidates(resolution) => Some(resolution),
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
+    }
+}
+
+/// Each candidate with what became of it, in the order that settles equal starts; empty unless candidates were
+/// evaluated.
+pub fn evaluated(decision: &Decision) -> &[EvaluatedCandidate] {
+    resolution(decision).map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
+}
+
+/// The candidate that is signalled.
+pub fn winner(decision: &Decision) -> Option<Source> {
+    resolution(decision)?.winner.map(|winner| winner.source)
+}
+
+/// The branch of the prior rule that decided last; `None` when nothing was compared.
+pub fn case(decision: &Decision) -> Option<Case> {
+    resolution(decision)?.case
+}
+
+/// What the decision rests on, in a word or two.
+pub(super) fn basis(decision: &Decision) -> String {
+    match &decision.basis {
+        Basis::NoInputs => "no inputs".to_owned(),
+        Basis::Hazard => "hazard lights".to_owned(),
+        Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
+        Basis::Candidates(resolution) => match (resolution.winner, resolution.case) {
+            (Some(winner), Some(case)) => format!("{} by {case}", winner.source),
+            (Some(winner), None) => format!("{}, alone", winner.source),
+            (None, _) => "no candidate".to_owned(),
+        },
+    }
+}
+
+/// Every reason, one a line: candidates, hold, manoeuvres, findings.
+pub(super) fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
+    let candidates = evaluated(decision).iter().map(EvaluatedCandidate::to_string);
+    let held = decision.held.map(|held| format!("held: {held}"));
+    let manoeuvres = decision.remarks.iter().map(ManoeuvreOutcome::to_string);
+    let findings = decision.findings.iter().map(|finding| format!("finding: {finding}"));
+    candidates.chain(held).chain(manoeuvres).chain(findings)
+}
+
+/// A decision without distances and ages, which change all the time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Essence {
+    commands: (Signal, Hazard),
+    basis: String,
+    candidates: Vec<(Signal, CandidateOutcome)>,
+    held: Option<Held>,
+    manoeuvres: Vec<ManoeuvreOutcome>,
+    findings: Vec<Discriminant<Finding>>,
+}
+
+impl Essence {
+    pub(super) fn of(decision: &Decision) -> Self {
+        let candidates = evaluated(decision).iter().map(|evaluated| (evaluated.turn, evaluated.outcome));
+        Self {
+            commands: (decision.turn, decision.hazard),
+            basis: basis(decision),
+            candidates: candidates.collect(),
+            held: decision.held,
+            manoeuvres: decision.remarks.clone(),
+            findings: decision.findings.iter().map(discriminant).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::turn_signal::geometry::Pose;
+    use crate::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
+    use crate::core::turn_signal::intersection::IntersectionInfo;
+    use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
+    use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
+    use crate::core::turn_signal::section::Section;
+    use crate::core::turn_signal::shift::ShiftVerdict;
+    use crate::core::turn_signal::signal::Side;
+
+    fn decision(basis: Basis) -> Decision {
+        Decision {
+            turn: Signal::Left,
+            hazard: Hazard::Disable,
+            basis,
+            held: None,
+            intersection: IntersectionInfo::default(),
+            remarks: Vec::new(),
+            findings: Vec::new(),
+            next_deadline: None,
+        }
+    }
+
+    #[test]
+    fn winner_rule_distances_and_losers_are_told() {
+        let at = |x: f64| Pose::new(x, 0.0, 0.0);
+        let path = Path::new((0..80).map(|x| at(f64::from(x)))).unwrap();
+        let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };
+        let record = |side, from: f64, to: f64| {
+            Section::blinking(side, (at(from), at(to)), (at(from + 10.0), at(to - 10.0)))
+        };
+        let candidates = Candidates {
+            intersection: Some(record(Side::Left, 0.0, 60.0)),
+            roundabout: None,
+            manoeuvre: Some(record(Side::Right, 5.0, 70.0)),
+        };
+        let path_frame = PathFrame::new(&path, at(12.250_001), 2.0, limits);
+        let resolution = resolve(&path_frame, &candidates, Rules::default());
+        let remarks = vec![ManoeuvreOutcome {
+            kind: ManoeuvreKind::Avoidance,
+            why: SignalReason::Shift(ShiftVerdict::TooSmall),
+        }];
+        let held = Some(Held::On(Side::Left));
+        let findings = vec![Finding::EmptyPlannedPath];
+        let evaluated = Decision { held, remarks, findings, ..decision(Basis::Candidates(resolution)) };
+        assert_eq!(
+            fields(&evaluated).to_string(),
+            concat!(
+                r#"{"turn":"LEFT","hazard":"DISABLE","basis":"candidates","winner":"intersection","case":"A2","#,
+                r#""held":"LEFT is on for too short a time","intersection":null,"candidates":["#,
+                r#"{"source":"intersection","turn":"LEFT","won":true,"why":"won","lost_to":null,"lost_by":null,"#,
+                r#""distances":{"desired_start_m":-14.250001,"desired_end_m":47.749999,"required_start_m":-4.250001,"required_end_m":37.749999}},"#,
+                r#"{"source":"roundabout","turn":"NO_COMMAND","won":false,"why":"no record","lost_to":null,"lost_by":null,"distances":null},"#,
+                r#"{"source":"manoeuvre","turn":"RIGHT","won":false,"why":"lost to intersection by A2","lost_to":"intersection","lost_by":"A2","#,
+                r#""distances":{"desired_start_m":-9.250001,"desired_end_m":57.749999,"required_start_m":0.749999,"required_end_m":47.749999}}],"#,
+                r#""manoeuvres":[{"kind":"avoidance","why":"shift too small"}],"findings":["the planned path is empty"]}"#,
+            )
+        );
+    }
+
+    #[test]
+    fn decisions_without_candidates_name_their_basis() {
+        for (basis, name) in [
+            (Basis::NoInputs, "no_inputs"),
+            (Basis::Hazard, "hazard"),
+            (Basis::ManoeuvreAlone(Signal::Left), "manoeuvres"),
+        ] {
+            let fields = fields(&decision(basis));
+            assert_eq!(fields["basis"], name);
+            assert_eq!((&fields["winner"], &fields["candidates"]), (&Value::Null, &json!([])));
+        }
+    }
+}

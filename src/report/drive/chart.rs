@@ -1,0 +1,262 @@
+//! A drive as a chart: the lanelets of its route, what the planner does, and for each behaviour the
+//! sections of every candidate and the signal that came out.
+
+use super::{Snapshot, name};
+use crate::config::drive::{AvoidanceLine, DriveFile, Expectation, Interval, PlanKind};
+use crate::core::compat::Compat;
+use crate::core::map::lanelet::TurnDirection;
+use crate::core::turn_signal::resolve::Source;
+use crate::core::turn_signal::signal::{Hazard, Signal};
+use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
+use crate::report::decision::evaluated;
+
+/// Records whose ends lie nearer than this are one, metres: some have starts that move on.
+const SAME_M: f64 = 1.0;
+
+/// Collects what is drawn while a drive goes on, behaviour by behaviour.
+#[derive(Debug, Clone)]
+pub struct DriveChart<'a> {
+    file: &'a DriveFile,
+    lanelets: Vec<Bar>,
+    runs: Vec<CompatRun>,
+}
+
+#[derive(Debug, Clone)]
+struct CompatRun {
+    compat: Compat,
+    records: Vec<Record>,
+    signals: Vec<Driven>,
+}
+
+/// A signal over a part of the route that was driven in one direction, metres.
+#[derive(Debug, Clone, Copy)]
+struct Driven {
+    from_m: f64,
+    to_m: f64,
+    indicator: IndicatorState,
+}
+
+/// The sections of a candidate, metres along the route.
+#[derive(Debug, Clone, Copy)]
+struct Record {
+    source: Source,
+    indicator: IndicatorState,
+    desired: (f64, f64),
+    required: (f64, f64),
+}
+
+impl<'a> DriveChart<'a> {
+    /// A chart without any snapshot.
+    pub fn new(file: &'a DriveFile) -> Self {
+        Self { file, lanelets: Vec::new(), runs: Vec::new() }
+    }
+
+    /// Adds what was decided at a cycle; the cycles of one behaviour come one after the other.
+    pub fn add(&mut self, snapshot: &Snapshot<'_>) {
+        let &Snapshot { compat, at_m, decision, .. } = snapshot;
+        if self.runs.last().is_none_or(|run| run.compat != compat) {
+            self.runs.push(CompatRun { compat, records: Vec::new(), signals: Vec::new() });
+        }
+        if self.runs.len() == 1 {
+            self.add_lanelet(snapshot);
+        }
+        let front_m = self.file.vehicle.front_m();
+        let Some(run) = self.runs.last_mut() else { return };
+        run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
+        for evaluated in evaluated(decision) {
+            let (Some(_), Some(distances)) = (evaluated.turn.side(), evaluated.distances) else { continue };
+            let front_at = |distance_m: f64| at_m + front_m + distance_m;
+            run.add_record(Record {
+                source: evaluated.source,
+                indicator: indicator_of(evaluated.turn, Hazard::Disable),
+                desired: (front_at(distances.desired_start_m), at_m + distances.desired_end_m),
+                required: (front_at(distances.required_start_m), at_m + distances.required_end_m),
+            });
+        }
+    }
+
+    /// The chart of all snapshots.
+    pub fn chart(self, title: String) -> Chart {
+        let file = self.file;
+        let driven = self.runs.iter().flat_map(|run| &run.signals);
+        let ends = driven.flat_map(|driven| [driven.from_m, driven.to_m]);
+        let (from, to) = ends
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), end_m| (from.min(end_m), to.max(end_m)));
+        let planner = |bars| Row { label: "planner".to_owned(), bars };
+        let plans = file.manoeuvres.iter().map(|plan| planner(planned(&plan.kind)));
+        let lanelets = Row { label: "lanelets".to_owned(), bars: self.lanelets };
+        let rows = std::iter::once(lanelets).chain(plans).collect();
+        let mut lanes = vec![Lane { label: "way".to_owned(), rows }];
+        lanes.extend(self.runs.iter().map(|run| {
+            let ours = file.expectations.iter().filter(|one| one.modes.contains(&run.compat));
+            run.lane(ours.filter_map(expected).collect())
+        }));
+        for lane in &mut lanes {
+            for row in &mut lane.rows {
+                for bar in &mut row.bars {
+                    bar.from = bar.from.clamp(from.min(to), to.max(from));
+                    bar.to = bar.to.clamp(from.min(to), to.max(from));
+                }
+                row.bars.retain(|bar| bar.from < bar.to);
+            }
+            // What lies beyond the drive leaves no empty row.
+            lane.rows.retain(|row| !row.bars.is_empty());
+        }
+        let front_m = file.vehicle.front_m();
+        let subtitle = format!(
+            "signals over the place of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
+             starts of sections, the rear axle for their ends"
+        );
+        Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks: Vec::new() }
+    }
+
+    fn add_lanelet(&mut self, snapshot: &Snapshot<'_>) {
+        let lane = snapshot.lane.and_then(|id| self.file.road.lane(id));
+        let direction = lane.map_or("", |lane| match lane.turn_direction {
+            TurnDirection::None => "",
+            TurnDirection::Straight => " straight",
+            TurnDirection::Left => " left",
+            TurnDirection::Right => " right",
+        });
+        let name = lane.map_or_else(|| "?".to_owned(), |lane| format!("{}{direction}", lane.id));
+        let (at_m, look) = (snapshot.at_m, Look::Named(name));
+        if let Some(first) = self.lanelets.first_mut().filter(|first| at_m < first.from) {
+            // Backing beyond the start.
+            if first.look == look {
+                first.from = at_m;
+            } else {
+                let begun = Bar { from: at_m, to: first.from, look };
+                self.lanelets.insert(0, begun);
+            }
+            return;
+        }
+        match self.lanelets.last_mut() {
+            Some(last) if at_m < last.to => {}
+            Some(last) => {
+                last.to = at_m;
+                if last.look != look {
+                    self.lanelets.push(Bar { from: at_m, to: at_m, look });
+                }
+            }
+            None => self.lanelets.push(Bar { from: at_m, to: at_m, look }),
+        }
+    }
+}
+
+impl CompatRun {
+    fn add_signal(&mut self, at_m: f64, indicator: IndicatorState) {
+        let begun = Driven { from_m: at_m, to_m: at_m, indicator };
+        let Some(last) = self.signals.last_mut() else {
+            self.signals.push(begun);
+            return;
+        };
+        // The signal holds up to the next cycle.
+        let held = *last;
+        if held.turns_around(at_m) {
+            self.signals.push(Driven { from_m: held.to_m, to_m: at_m, indicator: held.indicator });
+        } else {
+            last.to_m = at_m;
+        }
+        if held.indicator != indicator {
+            self.signals.push(begun);
+        }
+    }
+
+    fn add_record(&mut self, record: Record) {
+        let is_same = |known: &&mut Record| {
+            let near = |one: f64, other: f64| (one - other).abs() < SAME_M;
+            known.source == record.source
+                && known.indicator == record.indicator
+                && near(known.desired.1, record.desired.1)
+                && near(known.required.1, record.required.1)
+        };
+        match self.records.iter_mut().find(is_same) {
+            Some(known) => {
+                known.desired.0 = known.desired.0.min(record.desired.0);
+                known.required.0 = known.required.0.min(record.required.0);
+            }
+            None => self.records.push(record),
+        }
+    }
+
+    fn lane(&self, expected: Vec<Bar>) -> Lane {
+        let mut rows = Vec::new();
+        for source in Source::ALL {
+            for record in self.records.iter().filter(|record| record.source == source) {
+                let bar = |(from, to), kind| Bar { from, to, look: Look::Command(kind, record.indicator) };
+                let bars = vec![
+                    bar(record.desired, CommandKind::Desired),
+                    bar(record.required, CommandKind::Required),
+                ];
+                rows.push(Row { label: source.to_string(), bars });
+            }
+        }
+        let (backing, forwards): (Vec<Driven>, Vec<Driven>) =
+            self.signals.iter().partition(|driven| driven.to_m < driven.from_m);
+        for (label, driven) in [("backing", backing), ("signal", forwards)] {
+            rows.push(Row { label: label.to_owned(), bars: driven.into_iter().map(Driven::bar).collect() });
+        }
+        if !expected.is_empty() {
+            rows.push(Row { label: "expected".to_owned(), bars: expected });
+        }
+        Lane { label: name(self.compat).to_owned(), rows }
+    }
+}
+
+impl Driven {
+    /// The vehicle goes the other way now.
+    fn turns_around(&self, at_m: f64) -> bool {
+        (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
+    }
+
+    fn bar(self) -> Bar {
+        Bar {
+            from: self.from_m.min(self.to_m),
+            to: self.from_m.max(self.to_m),
+            look: Look::Command(CommandKind::Signal, self.indicator),
+        }
+    }
+}
+
+const fn indicator_of(turn: Signal, hazard: Hazard) -> IndicatorState {
+    match (turn, hazard) {
+        (_, Hazard::Enable) => IndicatorState::Hazard,
+        (Signal::Left, _) => IndicatorState::Left,
+        (Signal::Right, _) => IndicatorState::Right,
+        (Signal::Disable, _) => IndicatorState::Off,
+        (Signal::NoCommand, _) => IndicatorState::Nothing,
+    }
+}
+
+/// Expected commands by place; those by time have none.
+fn expected(expectation: &Expectation) -> Option<Bar> {
+    let Interval::Metres { from, to, .. } = expectation.interval else { return None };
+    let hazard = expectation.wanted.hazard.unwrap_or_default();
+    let indicator = indicator_of(expectation.wanted.command?, hazard);
+    Some(Bar { from, to, look: Look::Command(CommandKind::Expected, indicator) })
+}
+
+fn planned(kind: &PlanKind) -> Vec<Bar> {
+    let bar = |from: &f64, to: &f64, name: String| Bar { from: *from, to: *to, look: Look::Named(name) };
+    let one = |from_m, to_m, name| vec![bar(from_m, to_m, name)];
+    match kind {
+        PlanKind::Avoidance { lines } => {
+            let shift = |line: &AvoidanceLine| {
+                bar(&line.from_m, &line.to_m, format!("avoidance to {} m", line.offset_m))
+            };
+            lines.iter().map(shift).collect()
+        }
+        PlanKind::LaneChange { from_m, to_m, side, .. } => {
+            one(from_m, to_m, format!("lane change {}", side.to_string().to_lowercase()))
+        }
+        PlanKind::PullOut { from_m, to_m, offset_m, .. } => {
+            one(from_m, to_m, format!("pull-out from {offset_m} m"))
+        }
+        PlanKind::PullOver { from_m, to_m, offset_m, .. } => {
+            one(from_m, to_m, format!("pull-over to {offset_m} m"))
+        }
+        PlanKind::SideShift { from_m, to_m, offset_m } => {
+            one(from_m, to_m, format!("side shift to {offset_m} m"))
+        }
+    }
+}

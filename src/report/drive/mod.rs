@@ -1,0 +1,156 @@
+//! A drive of the turn signal decider, written down.
+
+pub mod chart;
+
+use std::fmt;
+
+use serde_json::{Value, json};
+
+use super::decision::{self, Essence};
+use super::{Form, joined};
+use crate::config::drive::{Expectation, Interval};
+use crate::core::compat::Compat;
+use crate::core::turn_signal::decision::Decision;
+use crate::core::turn_signal::geometry::Pose;
+use crate::core::turn_signal::lane_network::LaneId;
+use crate::core::turn_signal::signal::Hazard;
+
+/// What was decided at one cycle of a drive.
+#[derive(Debug, Clone, Copy)]
+pub struct Snapshot<'a> {
+    /// The behaviour of the decider.
+    pub compat: Compat,
+    /// Seconds from the start.
+    pub at_s: f64,
+    /// The rear axle, metres along the route.
+    pub at_m: f64,
+    /// The rear axle on the map.
+    pub pose: Pose,
+    /// m/s; negative while backing up.
+    pub speed_mps: f64,
+    /// The lanelet of the rear axle.
+    pub lane: Option<LaneId>,
+    /// The decision with its reasons.
+    pub decision: &'a Decision,
+}
+
+/// How the expectations of one behaviour fared.
+#[derive(Debug, Clone)]
+pub struct Verdict<'a> {
+    /// The behaviour of the decider.
+    pub compat: Compat,
+    /// How many expectations held.
+    pub met: usize,
+    /// Those that did not.
+    pub failed: Vec<Failed<'a>>,
+}
+
+/// An expectation that failed.
+#[derive(Debug, Clone)]
+pub struct Failed<'a> {
+    /// What was expected.
+    pub expectation: &'a Expectation,
+    /// The behaviour of the decider.
+    pub compat: Compat,
+    /// What came out instead, and where.
+    pub reason: String,
+}
+
+/// Writes a drive as lines, for one behaviour after the other.
+#[derive(Debug, Clone)]
+pub struct DriveWriter {
+    form: Form,
+    last: Option<Essence>,
+}
+
+/// What stands before reasons.
+const INDENT: &str = "                                   ";
+
+impl DriveWriter {
+    /// A writer that has written nothing.
+    pub fn new(form: Form) -> Self {
+        Self { form, last: None }
+    }
+
+    /// Begins a behaviour; the first decision after it is a change.
+    pub fn begin(&mut self, compat: Compat) -> Option<String> {
+        self.last = None;
+        let columns = format!("{:>9}  {:>9}  {:>8}", "seconds", "metres", "m/s");
+        (self.form == Form::Text).then(|| format!("{}\n{columns}", name(compat)))
+    }
+
+    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and `whole` is
+    /// not asked for.
+    pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
+        let essence = Some(Essence::of(snapshot.decision));
+        if self.last == essence && !whole {
+            return None;
+        }
+        self.last = essence;
+        Some(match self.form {
+            Form::Text => text(snapshot),
+            Form::Json => fields(snapshot).to_string(),
+        })
+    }
+
+    /// The lines that end a behaviour: how many expectations held, and each that failed.
+    pub fn end(&self, verdict: &Verdict<'_>) -> String {
+        let Verdict { compat, met, failed } = verdict;
+        if self.form == Form::Text {
+            let count = format!("expectations: {met} met, {} failed", failed.len());
+            let failed = failed.iter().map(|failed| format!("\nFAILED {failed}"));
+            return std::iter::once(count).chain(failed).collect();
+        }
+        let failed = failed.iter().map(
+            |failed| json!({ "expectation": failed.expectation.location.to_string(), "what": failed.reason }),
+        );
+        let expectations = json!({ "met": met, "failed": failed.collect::<Vec<_>>() });
+        json!({ "compat": name(*compat), "expectations": expectations }).to_string()
+    }
+}
+
+/// When, where, how fast, which command on which basis; below it every reason.
+fn text(snapshot: &Snapshot<'_>) -> String {
+    let Snapshot { at_s, at_m, speed_mps, decision, .. } = snapshot;
+    let command = match decision.hazard {
+        Hazard::Enable => format!("{} + hazard", decision.turn),
+        Hazard::Disable | Hazard::NoCommand => decision.turn.to_string(),
+    };
+    let basis = decision::basis(decision);
+    let first = format!("{at_s:>9.3}  {at_m:>9.2}  {speed_mps:>8.2}  {command:<10}  {basis}");
+    let reasons = decision::reasons(decision).map(|reason| format!("\n{INDENT}{reason}"));
+    std::iter::once(first).chain(reasons).collect()
+}
+
+fn fields(snapshot: &Snapshot<'_>) -> Value {
+    let position = snapshot.pose.position;
+    let place = json!({
+        "compat": name(snapshot.compat),
+        "t": snapshot.at_s,
+        "at_m": snapshot.at_m,
+        "x_m": position.x_m,
+        "y_m": position.y_m,
+        "yaw_rad": snapshot.pose.yaw_rad,
+        "speed_mps": snapshot.speed_mps,
+    });
+    joined(place, decision::fields(snapshot.decision))
+}
+
+const fn name(compat: Compat) -> &'static str {
+    match compat {
+        Compat::Improved => "improved",
+        Compat::Upstream => "upstream",
+    }
+}
+
+/// `file:line:column: key: from 37 to 116 m, improved: LEFT wanted, DISABLE at 40.00 m (4.000 s)`
+impl fmt::Display for Failed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (from, to, unit) = match self.expectation.interval {
+            Interval::Metres { from, to, .. } => (from, to, "m"),
+            Interval::Seconds { from, to, .. } => (from, to, "s"),
+        };
+        let (location, compat) = (&self.expectation.location, name(self.compat));
+        write!(f, "{location}: from {from} to {to} {unit}, {compat}: {}", self.reason)
+    }
+}

@@ -1,0 +1,335 @@
+//! What comes out of the gateway, written down: as lines for people and as JSON lines for programs.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::{decision, seconds};
+use crate::core::can::frame::{CanId, Frame};
+use crate::core::can::link::BusIndex;
+use crate::core::command::output::CommandOutput;
+use crate::core::diagnostics::{Level, Status};
+use crate::core::gateway::event::Output;
+use crate::core::time::MonoTime;
+use crate::core::traffic_light::emission::Emission;
+use crate::core::traffic_light::output::TrafficLightOutput;
+use crate::core::turn_signal::output::TurnSignalOutput;
+use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use crate::io::ros::messages::{
+    DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
+    TurnIndicatorsReport,
+};
+use crate::io::ros::topics::Topics;
+
+/// One object a line: `{"t": seconds, "topic": name, "data": {message fields}}`.
+///
+/// Every published report is a line. Diagnostics are a line whenever a status changes, with the
+/// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
+/// when it, or the reason for it, is another than before; its topic is [`DECISIONS`] and its data an
+/// object, see [`decision::fields`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
+/// `{"bus": name, "id": number, "extended": bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is
+/// false in a dry run, and always in a replay.
+#[derive(Debug, Clone)]
+pub struct JsonTimeline {
+    /// Topic names as configured.
+    pub topics: Topics,
+    /// `hardware_id` of each status.
+    pub hardware_id: String,
+    /// Name of each bus.
+    pub buses: Vec<String>,
+}
+
+/// In the place of a topic for decisions, which are not published.
+pub const DECISIONS: &str = "turn_signal_decision";
+
+/// In the place of a topic for frames to the vehicle, which are not published.
+pub const FRAMES: &str = "command_frame";
+
+#[derive(Serialize)]
+struct JsonLine<'a, T> {
+    /// Seconds of virtual time, to the nanosecond.
+    t: f64,
+    topic: &'a str,
+    data: T,
+}
+
+impl JsonTimeline {
+    /// The line for an output, without line end; `None` for what is not a message and for refreshes.
+    /// Traffic lights are a line for each message on each of their topics.
+    pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
+        match output {
+            Output::VehicleLights(output) => self.vehicle_lights(output, at),
+            Output::TrafficLights(TrafficLightOutput::Publish(emission)) => self.lights(emission, at),
+            Output::TurnSignal(output) => self.turn_signal(output, at),
+            Output::Command(CommandOutput::Transmit { frame, .. }) => {
+                self.frame((frame.bus(), frame.frame()), true, at)
+            }
+            Output::Command(CommandOutput::WouldTransmit { bus, frame, .. }) => {
+                self.frame((*bus, frame), false, at)
+            }
+            Output::Diagnostics { diagnostics, stamp } if !diagnostics.refresh => line(
+                at,
+                &self.topics.diagnostics,
+                DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id),
+            ),
+            Output::Diagnostics { .. } | Output::TrafficLights(TrafficLightOutput::CommandRefused(_)) => None,
+        }
+    }
+
+    fn vehicle_lights(&self, output: &VehicleLightsOutput, at: MonoTime) -> Option<String> {
+        match *output {
+            VehicleLightsOutput::TurnIndicators { report, stamp } => {
+                line(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(report, stamp))
+            }
+            VehicleLightsOutput::HazardLights { report, stamp } => {
+                line(at, &self.topics.hazard_lights, HazardLightsReport::new(report, stamp))
+            }
+            VehicleLightsOutput::WithdrawTurnIndicators | VehicleLightsOutput::WithdrawHazardLights => None,
+        }
+    }
+
+    fn turn_signal(&self, output: &TurnSignalOutput, at: MonoTime) -> Option<String> {
+        match output {
+            TurnSignalOutput::Decision(decision) => line(at, DECISIONS, decision::fields(decision)),
+            TurnSignalOutput::TurnCommand { command, stamp } => {
+                let topic = self.topics.turn_command.as_ref()?;
+                line(at, topic, TurnIndicatorsCommand::new(*command, *stamp))
+            }
+            TurnSignalOutput::HazardCommand { command, stamp } => {
+                let topic = self.topics.hazard_command.as_ref()?;
+                line(at, topic, HazardLightsCommand::new(*command, *stamp))
+            }
+        }
+    }
+
+    fn frame(&self, (bus, frame): (BusIndex, &Frame), sent: bool, at: MonoTime) -> Option<String> {
+        let bus = self.buses.get(usize::from(bus.0)).map_or("", String::as_str);
+        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let extended = matches!(frame.id(), CanId::Extended(_));
+        let fields = json!({
+            "bus": bus, "id": frame.id().number(), "extended": extended, "fd": frame.is_fd(),
+            "data": data, "sent": sent,
+        });
+        line(at, FRAMES, fields)
+    }
+
+    fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
+        let outlets = self.topics.lights.iter().filter(|lights_topic| lights_topic.topic == emission.topic);
+        let lines: Vec<_> = outlets
+            .flat_map(|lights_topic| {
+                let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
+                messages.into_iter().filter_map(|message| line(at, &lights_topic.name, message))
+            })
+            .collect();
+        (!lines.is_empty()).then(|| lines.join("\n"))
+    }
+}
+
+fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
+    // Plain structs of numbers and strings: this cannot fail.
+    serde_json::to_string(&JsonLine { t: seconds(at), topic, data }).ok()
+}
+
+/// Something a person wants to hear of: a report or a status that is another than before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Event {
+    /// How much it matters.
+    pub level: Level,
+    /// `turn_indicators`, `hazard_lights` or an interface.
+    pub task: String,
+    /// `ENABLE_LEFT`, `no longer published`, or what diagnostics say.
+    pub text: String,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:<5} {:<16} {}", self.level.to_string(), self.task, self.text)
+    }
+}
+
+/// Finds the changes in a stream of outputs.
+#[derive(Debug, Clone, Default)]
+pub struct Changes {
+    turn: Option<&'static str>,
+    hazard: Option<&'static str>,
+    said: BTreeMap<String, (Level, String)>,
+}
+
+impl Changes {
+    /// What a person should hear of this output.
+    pub fn of(&mut self, output: &Output) -> Vec<Event> {
+        match output {
+            Output::VehicleLights(output) => match output {
+                VehicleLightsOutput::TurnIndicators { report, .. } => {
+                    published(&mut self.turn, "turn_indicators", Some(report.name()))
+                }
+                VehicleLightsOutput::HazardLights { report, .. } => {
+                    published(&mut self.hazard, "hazard_lights", Some(report.name()))
+                }
+                VehicleLightsOutput::WithdrawTurnIndicators => {
+                    published(&mut self.turn, "turn_indicators", None)
+                }
+                VehicleLightsOutput::WithdrawHazardLights => {
+                    published(&mut self.hazard, "hazard_lights", None)
+                }
+            },
+            Output::Diagnostics { diagnostics, .. } => {
+                diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
+            }
+            // Many a second, changed or not: nothing to read along. What decisions say, diagnostics say.
+            Output::TrafficLights(_) | Output::TurnSignal(_) => Vec::new(),
+            Output::Command(CommandOutput::Transmit { frame, is_news }) => {
+                commanded(*is_news, "sends", frame.frame())
+            }
+            Output::Command(CommandOutput::WouldTransmit { frame, is_news, .. }) => {
+                commanded(*is_news, "would send", frame)
+            }
+        }
+    }
+
+    /// What is published on the turn topic, by the name of its constant.
+    pub fn turn(&self) -> Option<&'static str> {
+        self.turn
+    }
+
+    /// What is published on the hazard topic, by the name of its constant.
+    pub fn hazard(&self) -> Option<&'static str> {
+        self.hazard
+    }
+
+    fn status(&mut self, status: &Status) -> Option<Event> {
+        let now = (status.level, status.message.clone());
+        if self.said.get(&status.name) == Some(&now) {
+            return None;
+        }
+        self.said.insert(status.name.clone(), now);
+        let text = status.message.clone();
+        Some(Event { level: status.level, task: task_of(&status.name).to_owned(), text })
+    }
+}
+
+/// The task in `<node>: <task>`.
+pub fn task_of(status_name: &str) -> &str {
+    status_name.split_once(": ").map_or(status_name, |(_, task)| task)
+}
+
+fn commanded(is_news: bool, what: &str, frame: &Frame) -> Vec<Event> {
+    let event = || Event { level: Level::Ok, task: FRAMES.to_owned(), text: format!("{what} {frame}") };
+    is_news.then(event).into_iter().collect()
+}
+
+fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static str>) -> Vec<Event> {
+    if *before == now {
+        return Vec::new();
+    }
+    *before = now;
+    let (level, text) = now.map_or((Level::Warn, "no longer published"), |name| (Level::Ok, name));
+    vec![Event { level, task: task.to_owned(), text: text.to_owned() }]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::core::compat::Compat;
+    use crate::core::diagnostics::Diagnostics;
+    use crate::core::time::WallStamp;
+    use crate::core::traffic_light::emission::{Content, GroupState, LightsTopic};
+    use crate::core::vehicle_lights::verdict::TurnIndicators;
+    use crate::io::ros::messages::LightsType;
+    use crate::io::ros::topics::LightsTopicSettings;
+
+    fn left() -> Output {
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
+            report: TurnIndicators::EnableLeft,
+            stamp: WallStamp::from_nanos(1_500_000_001),
+        })
+    }
+
+    fn status(level: Level, refresh: bool) -> Output {
+        let values = vec![("age_ms", "3".to_owned())];
+        let status = Status { name: "gw: can0".into(), level, message: "text".into(), values };
+        let diagnostics = Diagnostics { statuses: vec![status], refresh };
+        Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(2_000_000_000) }
+    }
+
+    #[test]
+    fn json_lines_are_the_contract() {
+        let timeline =
+            JsonTimeline { topics: Topics::default(), hardware_id: "car".into(), buses: vec!["body".into()] };
+        assert_eq!(
+            timeline.line(&left(), MonoTime::from_nanos(1_250_000_000)).unwrap(),
+            r#"{"t":1.25,"topic":"/vehicle/status/turn_indicators_status","data":{"stamp":{"sec":1,"nanosec":500000001},"report":2}}"#
+        );
+        assert_eq!(
+            timeline.line(&status(Level::Error, false), MonoTime::from_millis(3)).unwrap(),
+            r#"{"t":0.003,"topic":"/diagnostics","data":{"header":{"stamp":{"sec":2,"nanosec":0},"frame_id":""},"status":[{"level":2,"name":"gw: can0","message":"text","hardware_id":"car","values":[{"key":"age_ms","value":"3"}]}]}}"#
+        );
+        assert_eq!(timeline.line(&status(Level::Error, true), MonoTime::ZERO), None);
+        assert_eq!(
+            timeline
+                .line(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators), MonoTime::ZERO),
+            None
+        );
+    }
+
+    #[test]
+    fn traffic_lights_are_a_line_on_each_of_their_topics() {
+        let lights_topic = |topic, name: &str| LightsTopicSettings {
+            topic,
+            name: name.to_owned(),
+            lights: LightsType::GroupArray,
+            compat: Compat::Improved,
+        };
+        let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
+        let lights = vec![lights_topic(v2i, "/a"), lights_topic(camera, "/b"), lights_topic(v2i, "/c")];
+        let topics = Topics { lights, ..Topics::default() };
+        let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
+        let emission = |topic| {
+            let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
+            let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::groups(groups)));
+            Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
+        };
+        let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;
+        let line = |topic: &str| format!(r#"{{"t":0.0,"topic":"{topic}","data":{data}}}"#);
+        assert_eq!(
+            timeline.line(&emission(v2i), MonoTime::ZERO).unwrap(),
+            format!("{}\n{}", line("/a"), line("/c"))
+        );
+        assert_eq!(timeline.line(&emission(LightsTopic::Arbiter), MonoTime::ZERO), None);
+    }
+
+    #[test]
+    fn frames_to_the_vehicle_are_lines_and_a_person_hears_of_those_that_say_something_new() {
+        let topics = Topics::default();
+        let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
+        let frame = Frame::classic(CanId::Extended(0x130), &[1, 0xFF]).unwrap();
+        let output =
+            |is_news| Output::Command(CommandOutput::WouldTransmit { bus: BusIndex(0), frame, is_news });
+        let line = r#"{"t":0.0,"topic":"command_frame","data":{"bus":"body","id":304,"extended":true,"fd":false,"data":"01FF","sent":false}}"#;
+        for is_news in [false, true] {
+            assert_eq!(timeline.line(&output(is_news), MonoTime::ZERO).unwrap(), line);
+            let events = Changes::default().of(&output(is_news));
+            let texts: Vec<_> = events.into_iter().map(|event| event.text).collect();
+            assert_eq!(texts, vec!["would send 00000130#01FF"; usize::from(is_news)]);
+        }
+    }
+
+    #[test]
+    fn a_person_hears_of_changes_only() {
+        let mut changes = Changes::default();
+        assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
+        assert!(changes.of(&left()).is_empty());
+        assert_eq!(
+            changes.of(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators))[0].text,
+            "no longer published"
+        );
+        assert!(changes.of(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators)).is_empty());
+        assert_eq!(changes.of(&status(Level::Error, false)).len(), 1);
+        assert!(changes.of(&status(Level::Error, true)).is_empty());
+        assert_eq!(changes.of(&status(Level::Ok, false))[0].to_string(), "OK    can0             text");
+    }
+}

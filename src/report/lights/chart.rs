@@ -1,0 +1,174 @@
+//! A scenario as a chart: controllers, then lights with what is detected above what is so, then
+//! groups as they were sent.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::display::list;
+use super::entry::{action_of, entry};
+use super::snapshot::{STORES, Snapshot};
+use crate::core::map::light_map::LightMap;
+use crate::core::time::MonoTime;
+use crate::core::traffic_light::bulb::BulbSet;
+use crate::core::traffic_light::emission::GroupState;
+use crate::core::traffic_light::event_log::ScenarioEvent;
+use crate::core::traffic_light::scenario::{Action, Scenario};
+use crate::core::traffic_light::target::{Channel, Layer};
+use crate::report::chart::{Along, Bar, Chart, Lane, Look, Mark, Row};
+use crate::report::seconds;
+
+/// Collects bars while a scenario runs.
+#[derive(Debug)]
+pub struct LightsChart {
+    map: Arc<LightMap>,
+    rows: BTreeMap<Subject, Growing>,
+    marks: Vec<Mark>,
+}
+
+/// What a row shows, in the order of rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Subject {
+    Controller(usize),
+    Light { id: i64, channel: Channel, is_truth: bool },
+    Group { id: i64, is_external: bool },
+}
+
+/// Bars that have ended, and the one that has not.
+#[derive(Debug, Default)]
+struct Growing {
+    bars: Vec<Bar>,
+    open: Option<(f64, Look)>,
+}
+
+impl LightsChart {
+    /// A chart without any snapshot; the map says which groups a light belongs to.
+    pub fn new(map: Arc<LightMap>) -> Self {
+        Self { map, rows: BTreeMap::new(), marks: Vec::new() }
+    }
+
+    /// Adds a snapshot.
+    pub fn add(&mut self, snapshot: &Snapshot<'_>) {
+        if !snapshot.has_changed {
+            return;
+        }
+        let at_s = seconds(snapshot.at);
+        for note in snapshot.notes {
+            let text = || entry(&note.what, snapshot.scenario).text;
+            match &note.what {
+                // Entering the phase that is on begins it anew.
+                ScenarioEvent::PhaseEntered { controller, .. } => {
+                    self.rows.entry(Subject::Controller(controller.0)).or_default().end(at_s);
+                }
+                ScenarioEvent::Ended(_) => {
+                    self.marks.push(Mark { at: at_s, text: format!("end: {}", text()) });
+                }
+                // The end of the scenario has a mark of its own.
+                ScenarioEvent::ActionDone(source) => match action_of(*source, snapshot.scenario) {
+                    None | Some(Action::End { .. }) => {}
+                    Some(_) => self.marks.push(Mark { at: at_s, text: text() }),
+                },
+                // Acts and events show in what they do.
+                ScenarioEvent::ActStarted { .. }
+                | ScenarioEvent::ActEnded { .. }
+                | ScenarioEvent::EventStarted { .. } => {}
+            }
+        }
+        let mut looks = looks(snapshot);
+        for (subject, row) in &mut self.rows {
+            row.show(at_s, looks.remove(subject));
+        }
+        for (subject, look) in looks {
+            self.rows.entry(subject).or_default().show(at_s, Some(look));
+        }
+    }
+
+    /// The chart of all snapshots, from zero to `end`.
+    pub fn chart(mut self, title: String, subtitle: String, end: MonoTime, scenario: &Scenario) -> Chart {
+        let to = seconds(end);
+        let mut lanes: Vec<Lane> = Vec::new();
+        for (subject, mut row) in std::mem::take(&mut self.rows) {
+            row.end(to);
+            let (lane, label) = self.labels(subject, scenario);
+            let row = Row { label: label.to_owned(), bars: row.bars };
+            match lanes.last_mut().filter(|last| last.label == lane) {
+                Some(last) => last.rows.push(row),
+                None => lanes.push(Lane { label: lane, rows: vec![row] }),
+            }
+        }
+        Chart { title, subtitle, along: Along::Time, from: 0.0, to, lanes, marks: self.marks }
+    }
+
+    fn labels(&self, subject: Subject, scenario: &Scenario) -> (String, &'static str) {
+        match subject {
+            Subject::Controller(index) => {
+                let controller = scenario.controllers.get(index);
+                (controller.map_or_else(String::new, |controller| controller.name.clone()), "phase")
+            }
+            Subject::Light { id, channel, is_truth } => {
+                let row = match (channel, is_truth) {
+                    (Channel::Conventional, true) => "GroundTruth",
+                    (Channel::Conventional, false) => "Detected",
+                    (Channel::V2i, true) => "v2i GroundTruth",
+                    (Channel::V2i, false) => "v2i Detected",
+                };
+                (self.light(id), row)
+            }
+            Subject::Group { id, is_external } => {
+                (format!("group {id}"), if is_external { "external" } else { "internal" })
+            }
+        }
+    }
+
+    /// Upstream may have detected a group under its own id.
+    fn light(&self, id: i64) -> String {
+        let head = self.map.head(id).and_then(|head| self.map.heads().get(head.0 as usize));
+        match head.map(|head| &*head.relation_ids) {
+            None => format!("{id} (a group)"),
+            Some([]) => format!("{id} (no group)"),
+            Some([group]) => format!("{id} (group {group})"),
+            Some(groups) => format!("{id} (groups {})", list(groups)),
+        }
+    }
+}
+
+impl Growing {
+    fn show(&mut self, at_s: f64, look: Option<Look>) {
+        if self.open.as_ref().map(|(_, look)| look) != look.as_ref() {
+            self.end(at_s);
+            self.open = look.map(|look| (at_s, look));
+        }
+    }
+
+    fn end(&mut self, at_s: f64) {
+        if let Some((from_s, look)) = self.open.take().filter(|(from_s, _)| *from_s < at_s) {
+            self.bars.push(Bar { from: from_s, to: at_s, look });
+        }
+    }
+}
+
+fn looks(snapshot: &Snapshot<'_>) -> BTreeMap<Subject, Look> {
+    let (states, scenario) = (snapshot.states, snapshot.scenario);
+    let phases = scenario.controllers.iter().zip(&states.phases).enumerate();
+    let phases = phases.filter_map(|(index, (controller, phase))| {
+        let phase = controller.phases.get((*phase)?)?;
+        Some((Subject::Controller(index), Look::Named(phase.name.clone())))
+    });
+    let lights = STORES.into_iter().flat_map(|store| {
+        let (channel, is_truth) = (store.channel, store.layer == Layer::GroundTruth);
+        let subject = move |id| Subject::Light { id, channel, is_truth };
+        states.store(store).map(move |(id, light)| (subject(id), Look::Bulbs(light.bulbs)))
+    });
+    let mut looks: BTreeMap<_, _> = phases.chain(lights).collect();
+    for (groups, is_external) in [(states.internal(), false), (states.external(), true)] {
+        let mut bulbs: BTreeMap<i64, BulbSet> = BTreeMap::new();
+        for group in groups.unwrap_or_default() {
+            let GroupState { relation_id, elements, .. } = &**group;
+            // More than one of a group in upstream's behaviour: all of their bulbs.
+            let sent = bulbs.entry(*relation_id).or_default();
+            *sent = sent.union(elements.iter().map(|element| element.bulb).collect());
+        }
+        let sent = bulbs.into_iter();
+        looks.extend(sent.map(|(id, bulbs)| (Subject::Group { id, is_external }, Look::Bulbs(bulbs))));
+    }
+    looks
+}

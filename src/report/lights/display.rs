@@ -1,0 +1,140 @@
+//! Lights and groups in short words.
+
+use super::snapshot::time_of;
+use crate::core::time::MonoTime;
+use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
+use crate::core::traffic_light::engine::LightObservation;
+use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+
+const RESET: &str = "\x1b[0m";
+
+/// Whether text has colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Style {
+    /// Without terminal colours.
+    #[default]
+    Plain,
+    /// With terminal colours.
+    Colored,
+}
+
+impl Style {
+    /// A light: its bulbs, or `dark`; with its confidence, unless that is 1.
+    pub(super) fn light(self, light: &LightObservation) -> String {
+        self.bulbs(&light.bulbs) + &unsure(light.confidence)
+    }
+
+    fn bulbs(self, bulbs: &BulbSet) -> String {
+        lit(bulbs.iter().map(|bulb| self.bulb(bulb)))
+    }
+
+    /// A group as it was sent: its bulbs, and how it will look if that was sent as well.
+    pub(super) fn group(self, group: &GroupState) -> String {
+        let now = self.elements(&group.elements);
+        let next: Vec<_> = group.predictions.iter().map(|prediction| self.prediction(prediction)).collect();
+        if next.is_empty() { now } else { format!("{now}, then {}", next.join(", ")) }
+    }
+
+    fn prediction(self, prediction: &Prediction) -> String {
+        format!("{} at {}", self.elements(&prediction.elements), seconds(time_of(prediction.at)))
+    }
+
+    fn elements(self, elements: &[Element]) -> String {
+        lit(elements.iter().map(|element| self.bulb(element.bulb) + &unsure(element.confidence)))
+    }
+
+    /// A state text without its defaults.
+    fn bulb(self, bulb: Bulb) -> String {
+        let mut words = vec![bulb.color.name()];
+        if bulb.status != Status::SolidOn || bulb.shape == Shape::Unknown {
+            words.push(bulb.status.name());
+        }
+        if bulb.shape != Shape::Circle {
+            words.push(bulb.shape.name());
+        }
+        let words = words.join(" ");
+        match (self, color_code(bulb.color)) {
+            (Self::Plain, _) => words,
+            (Self::Colored, code) => format!("{code}{words}{RESET}"),
+        }
+    }
+}
+
+/// Seconds with three decimals.
+pub(super) fn seconds(at: MonoTime) -> String {
+    // To the nearest, as a frame at 1/30 s is not quite 0.033 s.
+    let millis = (at.as_nanos() + 500_000) / 1_000_000;
+    format!("{}.{:03}", millis / 1_000, millis % 1_000)
+}
+
+/// The name of a store in scenarios.
+pub(super) fn store(store: StoreId) -> &'static str {
+    match (store.channel, store.layer) {
+        (Channel::Conventional, Layer::GroundTruth) => "conventional",
+        (Channel::Conventional, Layer::Detected) => "conventional_detected",
+        (Channel::V2i, Layer::GroundTruth) => "v2i",
+        (Channel::V2i, Layer::Detected) => "v2i_detected",
+    }
+}
+
+/// Ids joined by `, `.
+pub(super) fn list(ids: &[i64]) -> String {
+    ids.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// Bulbs joined by ` + `.
+fn lit(bulbs: impl Iterator<Item = String>) -> String {
+    let bulbs: Vec<_> = bulbs.collect();
+    if bulbs.is_empty() { "dark".to_owned() } else { bulbs.join(" + ") }
+}
+
+#[allow(clippy::float_cmp)] // 1.0 is the default
+fn unsure(confidence: f64) -> String {
+    if confidence == 1.0 { String::new() } else { format!(" ({confidence})") }
+}
+
+const fn color_code(color: Color) -> &'static str {
+    match color {
+        Color::Green => "\x1b[32m",
+        Color::Yellow => "\x1b[33m",
+        Color::Red => "\x1b[31m",
+        Color::White => "\x1b[1m",
+        Color::Unknown => "\x1b[2m",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::traffic_light::text::parse_bulbs;
+
+    #[test]
+    fn every_bulb_is_written_as_a_state_text_that_means_it() {
+        for color in Color::ALL {
+            for status in Status::ALL {
+                for shape in Shape::ALL {
+                    let bulb = Bulb { color, status, shape };
+                    let words = Style::Plain.bulb(bulb);
+                    assert_eq!(parse_bulbs(&words), Ok([bulb].into_iter().collect()), "{words}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lights_are_written_in_short() {
+        let cases = [
+            ("red, green right", 1.0, "green right + red"),
+            ("", 1.0, "dark"),
+            ("yellow flashing", 0.5, "yellow flashing (0.5)"),
+            ("unknown unknown unknown", 1.0, "unknown unknown unknown"),
+        ];
+        for (text, confidence, words) in cases {
+            let bulbs = parse_bulbs(text).unwrap();
+            assert_eq!(Style::Plain.light(&LightObservation { bulbs, confidence }), words);
+        }
+        let red = parse_bulbs("red").unwrap();
+        assert_eq!(Style::Colored.bulbs(&red), "\x1b[31mred\x1b[0m");
+    }
+}

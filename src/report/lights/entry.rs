@@ -1,0 +1,96 @@
+//! What happens in a scenario.
+
+use serde_json::json;
+
+use super::display::list;
+use crate::core::traffic_light::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
+use crate::core::traffic_light::scenario::{Action, Scenario};
+use crate::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use crate::report::Entry;
+
+/// The entry of an event, with the names behind its positions.
+pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
+    let act_name = |act: usize| scenario.acts.get(act).map_or("", |act| &act.name);
+    let event_name = |act: usize, event: usize| {
+        scenario.acts.get(act).and_then(|act| act.events.get(event)).map_or("", |event| &event.name)
+    };
+    match event {
+        ScenarioEvent::PhaseEntered { controller, phase } => {
+            let controller = scenario.controllers.get(controller.0);
+            let phase = controller.and_then(|controller| controller.phases.get(*phase));
+            let (controller, phase) =
+                (controller.map_or("", |controller| &controller.name), phase.map_or("", |phase| &phase.name));
+            let fields = json!({ "what": "phase", "controller": controller, "phase": phase });
+            Entry::new("phase", format!("{controller}: {phase}"), fields)
+        }
+        ScenarioEvent::ActStarted { act } => {
+            let act = act_name(*act);
+            Entry::new("act", format!("{act} begins"), json!({ "what": "act_begins", "act": act }))
+        }
+        ScenarioEvent::ActEnded { act } => {
+            let act = act_name(*act);
+            Entry::new("act", format!("{act} ends"), json!({ "what": "act_ends", "act": act }))
+        }
+        ScenarioEvent::EventStarted { act, event } => {
+            let (act, event) = (act_name(*act), event_name(*act, *event));
+            Entry::new("event", event, json!({ "what": "event", "act": act, "event": event }))
+        }
+        ScenarioEvent::ActionDone(source) => {
+            let event = match source {
+                ActionSource::Event { act, event, .. } => Some(event_name(*act, *event)),
+                ActionSource::Init(_) | ActionSource::Outside => None,
+            };
+            let text = action_of(*source, scenario).map(|done| action(done, scenario)).unwrap_or_default();
+            let fields = json!({ "what": "action", "event": event, "does": text });
+            Entry::new("action", text, fields)
+        }
+        ScenarioEvent::Ended(outcome) => {
+            let (name, text, reason) = match outcome {
+                ScenarioOutcome::Success => ("success", "success".to_owned(), None),
+                ScenarioOutcome::Failure => ("failure", "failure".to_owned(), None),
+                ScenarioOutcome::Stopped => ("stopped", "stopped by its stop trigger".to_owned(), None),
+                ScenarioOutcome::Fault(refusal) => {
+                    ("fault", format!("cannot go on: {refusal}"), Some(refusal.to_string()))
+                }
+            };
+            Entry::new("end", text, json!({ "what": "end", "verdict": name, "reason": reason }))
+        }
+    }
+}
+
+/// The action that was done.
+pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Action> {
+    match source {
+        ActionSource::Init(index) => scenario.init.get(index),
+        ActionSource::Event { act, event, action } => {
+            scenario.acts.get(act)?.events.get(event)?.actions.get(action)
+        }
+        ActionSource::Outside => None,
+    }
+}
+
+/// An action in words.
+fn action(action: &Action, scenario: &Scenario) -> String {
+    let set = |target: &Target, text: &str| {
+        if text.is_empty() { format!("set {target} to nothing") } else { format!("set {target} to {text}") }
+    };
+    match action {
+        Action::SetState { target, state } => set(target, &state.text),
+        Action::Clear { target } => format!("clear {target}"),
+        Action::EnterPhase { controller, phase } => {
+            let controller = scenario.controllers.get(controller.0).map_or("", |controller| &controller.name);
+            format!("{controller} shall enter {phase}")
+        }
+        Action::SetV2iState { id, state, rate_hz } => {
+            let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+            let rate = rate_hz.map(|rate| format!(", v2i at {rate} Hz")).unwrap_or_default();
+            set(&Target { id: *id, store }, &state.text) + &rate
+        }
+        Action::SetV2iRate { rate_hz } => format!("send v2i at {rate_hz} Hz"),
+        Action::EnableV2i { ids } => format!("enable v2i of {}", list(ids)),
+        Action::DisableV2i { ids } => format!("disable v2i of {}", list(ids)),
+        Action::SetConfidence { target, confidence } => format!("confidence of {target} is {confidence}"),
+        Action::End { success: true } => "end with success".to_owned(),
+        Action::End { success: false } => "end with failure".to_owned(),
+    }
+}

@@ -1,0 +1,68 @@
+//! Objects for programs: all there is to see, whether it changed or not. `lights --help` describes them.
+
+use std::sync::Arc;
+
+use serde_json::{Map, Value, json};
+
+use super::entry::entry;
+use super::snapshot::{Snapshot, States, time_of};
+use crate::core::traffic_light::bulb::Bulb;
+use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
+use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+use crate::report::seconds;
+
+pub(super) fn object(snapshot: &Snapshot<'_>) -> Value {
+    let states = snapshot.states;
+    let events = snapshot.notes.iter().map(|note| entry(&note.what, snapshot.scenario).fields);
+    json!({
+        "t": seconds(snapshot.at),
+        "events": events.collect::<Vec<_>>(),
+        "ground_truth": channels(states, Layer::GroundTruth),
+        "detected": channels(states, Layer::Detected),
+        "internal": states.internal().map(|groups| list(groups, internal)),
+        "external": states.external().map(|groups| list(groups, external)),
+    })
+}
+
+fn channels(states: &States, layer: Layer) -> Value {
+    let lights = |channel| -> Map<String, Value> {
+        let lights = states.store(StoreId { channel, layer });
+        let light = lights.map(|(id, light)| {
+            let state = json!({ "state": light.bulbs.to_string(), "confidence": light.confidence });
+            (id.to_string(), state)
+        });
+        light.collect()
+    };
+    json!({ "conventional": lights(Channel::Conventional), "v2i": lights(Channel::V2i) })
+}
+
+fn internal(group: &Arc<GroupState>) -> Value {
+    json!({ "id": group.relation_id, "elements": list(&group.elements, element) })
+}
+
+fn external(group: &Arc<GroupState>) -> Value {
+    json!({
+        "id": group.relation_id,
+        "elements": list(&group.elements, element),
+        "predictions": list(&group.predictions, prediction),
+    })
+}
+
+fn element(element: &Element) -> Value {
+    let Bulb { color, status, shape } = element.bulb;
+    let (color, status, shape) = (color.name(), status.name(), shape.name());
+    json!({ "color": color, "status": status, "shape": shape, "confidence": element.confidence })
+}
+
+fn prediction(prediction: &Prediction) -> Value {
+    json!({
+        "at": seconds(time_of(prediction.at)),
+        "elements": list(&prediction.elements, element),
+        "reliability": prediction.reliability,
+        "source": prediction.source,
+    })
+}
+
+fn list<T>(all: &[T], value: impl Fn(&T) -> Value) -> Vec<Value> {
+    all.iter().map(value).collect()
+}

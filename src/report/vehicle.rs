@@ -1,0 +1,88 @@
+//! What a simulated vehicle does: entries, or the candump log of its frames.
+
+use serde_json::json;
+
+use super::{Entry, Form, joined};
+use crate::core::command::Turn;
+use crate::core::simulated_vehicle::{Output, VehicleEvent};
+use crate::core::time::{MonoTime, WallStamp};
+use crate::core::vehicle_lights::state::TurnCode;
+
+/// The line for an event: `seconds  subject  what`, or an object that `vehicle --help` describes.
+pub fn line(form: Form, event: &VehicleEvent, at: MonoTime) -> String {
+    let entry = entry(event);
+    let t = at.since(MonoTime::ZERO).as_secs_f64();
+    match form {
+        Form::Text => format!("{t:>9.3}  {:<9}  {}", entry.subject, entry.text),
+        Form::Json => joined(json!({ "t": t }), entry.fields).to_string(),
+    }
+}
+
+/// Writes the frames of a vehicle as `candump -L` does.
+#[derive(Debug, Clone)]
+pub struct CandumpLog {
+    /// Name of the interface of each bus.
+    pub interfaces: Vec<String>,
+    /// The time of day at the start.
+    pub start: WallStamp,
+}
+
+impl CandumpLog {
+    /// The line for an output; `None` when it is not a frame.
+    pub fn line(&self, output: &Output, at: MonoTime) -> Option<String> {
+        let (bus, frame) = match output {
+            Output::Frame { bus, frame } => (bus, frame.to_string()),
+            Output::Error { bus, error } => (bus, error.log_text()),
+            Output::Happened(_) => return None,
+        };
+        let stamp = self.start.after(at.since(MonoTime::ZERO));
+        let interface = self.interfaces.get(usize::from(bus.0)).map_or("unknown", String::as_str);
+        Some(format!("({}.{:06}) {interface} {frame}", stamp.sec(), stamp.nanosec() / 1000))
+    }
+}
+
+fn entry(event: &VehicleEvent) -> Entry {
+    match event {
+        VehicleEvent::Commanded { turn, hazard } => {
+            let turn = turn.map(Turn::name);
+            let hazard_text = hazard.map_or("–", |on| if on { "on" } else { "off" });
+            let text = format!("turn {}, hazard lights {hazard_text}", turn.unwrap_or("–"));
+            Entry::new("commanded", text, json!({ "what": "commanded", "turn": turn, "hazard": hazard }))
+        }
+        VehicleEvent::CommandTimedOut { message } => {
+            let text = format!("{message} is no longer received: dropped");
+            Entry::new("command", text, json!({ "what": "command_timed_out", "message": message }))
+        }
+        VehicleEvent::CommandRejected { message, why } => {
+            let fields = json!({ "what": "command_rejected", "message": message, "why": why });
+            Entry::new("command", format!("{message} not believed: {why}"), fields)
+        }
+        VehicleEvent::Lights { code, who } => {
+            let (lights, who) = (lights(*code), who.name());
+            let fields = json!({ "what": "lights", "lights": lights, "who": who });
+            Entry::new("lights", format!("{lights} ({who})"), fields)
+        }
+        VehicleEvent::Lamps { left, right } => {
+            let lamp = |lit: bool| if lit { "●" } else { "○" };
+            let text = format!("{} {}", lamp(*left), lamp(*right));
+            Entry::new("lamps", text, json!({ "what": "lamps", "left": left, "right": right }))
+        }
+        VehicleEvent::NotPossible(why) => {
+            let text = format!("without effect on the bus: {why}");
+            Entry::new("request", text, json!({ "what": "not_possible", "why": why }))
+        }
+        VehicleEvent::BusOff(on) => {
+            let text = if *on { "off: nothing is sent, nothing is heard" } else { "restarted" };
+            Entry::new("bus", text, json!({ "what": "bus_off", "on": on }))
+        }
+    }
+}
+
+const fn lights(code: TurnCode) -> &'static str {
+    match code {
+        TurnCode::Off => "off",
+        TurnCode::Left => "left",
+        TurnCode::Right => "right",
+        TurnCode::Both => "hazard",
+    }
+}

@@ -1,0 +1,253 @@
+//! What `run` and `demo` show while they run: log lines, and on a terminal a live view.
+
+use std::fmt::Write as _;
+use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
+
+use crate::core::diagnostics::{Level, Status};
+use crate::core::gateway::event::Output;
+use crate::core::time::MonoTime;
+use crate::report::gateway::{Changes, Event, task_of};
+
+/// How much a terminal shows beside the events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// One line per event, with its time.
+    Lines,
+    /// The journal keeps the time: one log record per event.
+    Journal,
+    /// Events, and one status line below them.
+    StatusLine,
+    /// Events, and the whole state below them.
+    Panel,
+}
+
+impl Style {
+    /// `on_terminal` if standard output is one, else `otherwise`.
+    pub fn choose(on_terminal: Self, otherwise: Self) -> Self {
+        if io::stdout().is_terminal() { on_terminal } else { otherwise }
+    }
+}
+
+/// The view.
+#[derive(Debug)]
+pub struct View {
+    style: Style,
+    title: String,
+    changes: Changes,
+    statuses: Vec<Status>,
+    /// Lines of the panel that stand on the screen.
+    drawn: usize,
+    drawn_at: Option<MonoTime>,
+    footer: String,
+}
+
+/// A panel is drawn at most this often.
+const FRAME_TIME: Duration = Duration::from_millis(100);
+const RESET: &str = "\x1b[0m";
+const DIM: &str = "\x1b[2m";
+
+impl View {
+    /// An empty view with a heading for the panel.
+    pub fn new(style: Style, title: String) -> Self {
+        let changes = Changes::default();
+        Self { style, title, changes, statuses: vec![], drawn: 0, drawn_at: None, footer: String::new() }
+    }
+
+    /// Takes an output; prints what changed.
+    ///
+    /// # Errors
+    /// When standard output is closed.
+    pub fn show(&mut self, output: &Output, at: MonoTime) -> io::Result<()> {
+        if let Output::Diagnostics { diagnostics, .. } = output {
+            for status in &diagnostics.statuses {
+                match self.statuses.iter_mut().find(|known| known.name == status.name) {
+                    Some(known) => known.clone_from(status),
+                    None => self.statuses.push(status.clone()),
+                }
+            }
+        }
+        let events = self.changes.of(output);
+        if events.is_empty() {
+            return Ok(());
+        }
+        if self.style == Style::Journal {
+            events.iter().for_each(log);
+            return Ok(());
+        }
+        let mut out = io::stdout().lock();
+        let mut text = self.erase();
+        for event in &events {
+            let (begin, end) = if self.is_coloured() { (colour(event.level), RESET) } else { ("", "") };
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "{begin}{} {event}{end}", time_text(at));
+        }
+        self.drawn_at = None;
+        out.write_all(text.as_bytes())?;
+        out.flush()
+    }
+
+    /// Draws the live part anew when it is time; `footer` ends it.
+    ///
+    /// # Errors
+    /// When standard output is closed.
+    pub fn refresh(&mut self, at: MonoTime, footer: impl FnOnce() -> String) -> io::Result<()> {
+        let due = self.drawn_at.is_none_or(|before| at.since(before) >= FRAME_TIME);
+        if !due || !self.is_coloured() {
+            return Ok(());
+        }
+        self.footer = footer();
+        self.drawn_at = Some(at);
+        let mut text = self.erase();
+        let lines = if self.style == Style::Panel { self.panel(at) } else { vec![self.status_line(at)] };
+        let width = terminal_width();
+        for line in &lines {
+            text += &clip(line, width);
+            text += "\n";
+        }
+        self.drawn = lines.len();
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes())?;
+        out.flush()
+    }
+
+    fn is_coloured(&self) -> bool {
+        matches!(self.style, Style::Panel | Style::StatusLine)
+    }
+
+    /// Moves back over the live part and clears it.
+    fn erase(&mut self) -> String {
+        match std::mem::take(&mut self.drawn) {
+            0 => String::new(),
+            lines => format!("\x1b[{lines}F\x1b[J"),
+        }
+    }
+
+    fn status_line(&self, at: MonoTime) -> String {
+        let worst = self.statuses.iter().map(|status| status.level).max().unwrap_or(Level::Ok);
+        let interfaces = self.statuses.iter().filter(|status| value(status, "link").is_some());
+        let buses: Vec<_> = interfaces
+            .map(|status| {
+                let rate = value(status, "rate_hz").unwrap_or("0.0");
+                format!("{} {rate}/s", task_of(&status.name))
+            })
+            .collect();
+        format!(
+            "{}{worst}{RESET} {} | turn {} | hazard {} | {} | {}",
+            colour(worst),
+            time_text(at).trim_start(),
+            self.changes.turn().unwrap_or("not published"),
+            self.changes.hazard().unwrap_or("not published"),
+            buses.join(", "),
+            self.footer
+        )
+    }
+
+    fn panel(&self, at: MonoTime) -> Vec<String> {
+        let (turn, hazard) = (self.changes.turn(), self.changes.hazard());
+        let lamp = |on: bool, text: &str| {
+            if on { format!("\x1b[30;43m {text} {RESET}") } else { format!("{DIM} {text} {RESET}") }
+        };
+        let unknown = |value: Option<&str>| match value {
+            Some(value) => value.to_owned(),
+            None => format!("{}not published{RESET}", colour(Level::Error)),
+        };
+        let mut lines = vec![
+            String::new(),
+            format!("{DIM}──{RESET} {} {DIM}──{RESET} {} s", self.title, time_text(at).trim_start()),
+            format!(
+                "   {}   {}   {}",
+                lamp(turn == Some("ENABLE_LEFT"), "◀ LEFT"),
+                lamp(hazard == Some("ENABLE"), "▲ HAZARD"),
+                lamp(turn == Some("ENABLE_RIGHT"), "RIGHT ▶")
+            ),
+            format!("   turn_indicators_status  {}", unknown(turn)),
+            format!("   hazard_lights_status    {}", unknown(hazard)),
+        ];
+        lines.extend(self.statuses.iter().map(|status| {
+            let level = format!("{}{:<5}{RESET}", colour(status.level), status.level.to_string());
+            let detail = match (value(status, "age_ms"), value(status, "frames")) {
+                (Some(age), _) => format!("{DIM}age {age} ms{RESET}"),
+                (None, Some(frames)) => format!("{DIM}{frames} frames{RESET}"),
+                (None, None) => String::new(),
+            };
+            format!("   {level} {:<16} {}  {detail}", task_of(&status.name), status.message)
+        }));
+        lines.push(format!("   {DIM}{}{RESET}", self.footer));
+        lines
+    }
+}
+
+impl Drop for View {
+    fn drop(&mut self) {
+        // The last panel stays on the screen; a shell prompt follows below it.
+        let _ = io::stdout().flush();
+    }
+}
+
+fn log(event: &Event) {
+    let Event { task, text, .. } = event;
+    match event.level {
+        Level::Ok => tracing::info!("{task}: {text}"),
+        Level::Warn | Level::Stale => tracing::warn!("{task}: {text}"),
+        Level::Error => tracing::error!("{task}: {text}"),
+    }
+}
+
+fn value<'a>(status: &'a Status, key: &str) -> Option<&'a str> {
+    status.values.iter().find(|(name, _)| *name == key).map(|(_, value)| value.as_str())
+}
+
+fn colour(level: Level) -> &'static str {
+    match level {
+        Level::Ok => "\x1b[32m",
+        Level::Warn | Level::Stale => "\x1b[33m",
+        Level::Error => "\x1b[31m",
+    }
+}
+
+/// Seconds with three decimals, right-aligned.
+pub fn time_text(at: MonoTime) -> String {
+    let millis = at.as_nanos() / 1_000_000;
+    format!("{:>8}.{:03}", millis / 1000, millis % 1000)
+}
+
+fn terminal_width() -> usize {
+    terminal_size::terminal_size().map_or(100, |(terminal_size::Width(width), _)| usize::from(width))
+}
+
+/// Cuts a line to `width` visible characters; colour codes take no room.
+fn clip(line: &str, width: usize) -> String {
+    let mut clipped = String::new();
+    let (mut visible, mut in_code) = (0, false);
+    for char in line.chars() {
+        if char == '\x1b' {
+            in_code = true;
+        } else if !in_code {
+            visible += 1;
+        }
+        if in_code || visible < width {
+            clipped.push(char);
+        }
+        if in_code && char.is_ascii_alphabetic() {
+            in_code = false;
+        }
+    }
+    clipped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_clipped_by_what_is_seen_of_it() {
+        assert_eq!(clip("\x1b[31mabcdef\x1b[0m", 4), "\x1b[31mabc\x1b[0m");
+        assert_eq!(clip("◀ LEFT", 40), "◀ LEFT");
+    }
+
+    #[test]
+    fn times_are_seconds() {
+        assert_eq!(time_text(MonoTime::from_millis(61_007)), "      61.007");
+    }
+}
