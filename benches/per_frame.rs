@@ -22,7 +22,7 @@ use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
-use signal_gateway::core::validation::integrity::checksum::{Checksum, Crc8, Rule, Sum};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule, Sum};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
 use signal_gateway::core::validation::integrity::e2e::{DataIdMode, E2e, Profile};
 use signal_gateway::core::validation::integrity::{IntegrityChecker, MessageIntegrity, Protection};
@@ -171,7 +171,7 @@ fn time_of_a_check(criterion: &mut Criterion) {
     for (name, (protection, protect)) in [
         ("check, Honda's nibble and counter", fields(Rule::Honda, field(56, 4), field(60, 2))),
         ("check, Toyota's sum and a counter", fields(Rule::Sum(Sum::TOYOTA), field(56, 8), field(48, 2))),
-        ("check, J1850 and a counter", fields(Rule::Crc8(Crc8::j1850()), field(56, 8), field(48, 2))),
+        ("check, J1850 and a counter", fields(Rule::Crc(CrcRule::j1850()), field(56, 8), field(48, 2))),
         ("check, E2E profile 1", e2e(p01)),
         ("check, E2E profile 5", e2e(Profile::P05 { data_id: 0x1234 })),
     ] {

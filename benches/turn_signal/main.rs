@@ -1,9 +1,7 @@
-//! What the turn signal decider costs: a decision, loading a map, looking into it, and how that grows from
-//! 500 lanelets to 50,000.
+//! What the turn signal decider costs: a decision, loading a map, and how that grows from 500 lanelets to 50,000.
 //!
-//! `cargo bench --bench turn_signal`. The limits compare figures of the same run: a decision and a look
-//! into the map must not cost much more because the map is large, and a megabyte of a large map not
-//! much more than one of a small map.
+//! `cargo bench --bench turn_signal`. The limits compare figures of the same run: a decision must not
+//! cost much more because the map is large, and a megabyte of a large map not much more than one of a small map.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
 
@@ -14,15 +12,14 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use city::City;
-use signal_gateway::core::compat::Compat;
+use signal_gateway::core::map::geometry::Pose;
+use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
+use signal_gateway::core::map::lane_network::LaneNetwork;
 use signal_gateway::core::map::projector::Projector;
-use signal_gateway::core::map::road_map::RoadMap;
 use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::decider::{Decider, Settings};
-use signal_gateway::core::turn_signal::geometry::Pose;
-use signal_gateway::core::turn_signal::geometry::polyline::{at_arc, headed};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
-use signal_gateway::core::turn_signal::lane_network::LaneNetwork;
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
@@ -33,9 +30,9 @@ use signal_gateway::core::turn_signal::signal::{Side, Signal};
 const SIDES: [usize; 3] = [6, 18, 56];
 /// The route that all cities have, in steps of two blocks.
 const STEPS: usize = 5;
-/// What a decision or a look into the map may cost more among a hundred times the lanelets.
+/// What a decision may cost more among a hundred times the lanelets.
 const MAX_GROWTH: f64 = 10.0;
-/// What a byte or a lanelet may cost more when there are a hundred times as many.
+/// What a byte of a map may cost more when there are a hundred times as many.
 const MAX_GROWTH_EACH: f64 = 5.0;
 /// What a decision may cost more on a route of eleven times the lanelets.
 const MAX_GROWTH_WITH_ROUTE: f64 = 8.0;
@@ -48,16 +45,12 @@ const CYCLE_M: f64 = 1.0;
 /// The first is so far along the route that the distance path is whole, metres.
 const FIRST_M: f64 = 150.0;
 const SPEED_MPS: f64 = 10.0;
-const QUERIES: usize = 10_000;
 
 /// What one size costs.
 struct Figures {
     /// Nanoseconds a decision: default behaviour, upstream's, default with a lane change.
     decision_ns: [f64; 3],
-    nearest_ns: f64,
-    holding_ns: f64,
     read_ns_per_byte: f64,
-    road_ns_per_lanelet: f64,
     /// Nanoseconds a decision on a route through the whole city.
     long_route_ns: f64,
 }
@@ -77,11 +70,7 @@ fn main() -> ExitCode {
     }
     let by_route = [last.decision_ns[0], last.long_route_ns];
     grown("a decision with the route", by_route, MAX_GROWTH_WITH_ROUTE);
-    grown("the nearest lanelet with the map", [first.nearest_ns, last.nearest_ns], MAX_GROWTH);
-    grown("the lanelets at a place with the map", [first.holding_ns, last.holding_ns], MAX_GROWTH);
     grown("a byte read with the map", [first.read_ns_per_byte, last.read_ns_per_byte], MAX_GROWTH_EACH);
-    let each = [first.road_ns_per_lanelet, last.road_ns_per_lanelet];
-    grown("a lanelet made ready with the map", each, MAX_GROWTH_EACH);
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -89,10 +78,10 @@ fn measure(city: City) -> Figures {
     let osm = city.osm();
     // A large map is read once: it takes seconds.
     let reads = if osm.len() > 20_000_000 { 1 } else { 3 };
-    let read = || RoadMap::read(osm.as_bytes(), &Projector::Local).unwrap();
+    let read = || LaneNetwork::read(osm.as_bytes(), &Projector::Local).unwrap();
     let read_ns = median(reads, || timed(1, || drop(black_box(read()))));
-    let map = read();
-    let lanelets = map.lanelets().len();
+    let road = read();
+    let lanelets = road.lanes().count();
     let size_mb = osm.len() as f64 / 1e6;
     println!(
         "turn signal, map of {size_mb:.1} MB, {lanelets} lanelets: read in {:.0} ms, {:.0} MB/s, peak memory so far {} MB",
@@ -100,54 +89,21 @@ fn measure(city: City) -> Figures {
         size_mb / (read_ns / 1e9),
         peak_kib() / 1024,
     );
-    let road_ns = median(reads, || timed(1, || drop(black_box(LaneNetwork::of_map(&map)))));
-    println!("turn signal, {lanelets} lanelets: road made ready in {:.1} ms", road_ns / 1e6);
-
-    let places = places(city);
-    let nearest_ns = median(SAMPLES, || {
-        timed(places.len(), || {
-            for place in &places {
-                black_box(map.nearest_lanelet(*place, |lanelet| lanelet.for_vehicles).unwrap());
-            }
-        })
-    });
-    let holding_ns = median(SAMPLES, || {
-        timed(places.len(), || {
-            for place in &places {
-                black_box(map.lanelets_at(*place));
-            }
-        })
-    });
-    println!(
-        "turn signal, {lanelets} lanelets: nearest in {:.2} µs, all at a place in {:.2} µs",
-        nearest_ns / 1e3,
-        holding_ns / 1e3
-    );
-
-    let road = LaneNetwork::of_map(&map);
-    drop(map);
     let drive = Drive::new(&road, &city.staircase(STEPS));
     let decision_ns = [
-        drive.decision_ns(Compat::Improved, &[]),
-        drive.decision_ns(Compat::Upstream, &[]),
-        drive.decision_ns(Compat::Improved, &drive.lane_change()),
+        drive.decision_ns(DeciderCompat::Improved, &[]),
+        drive.decision_ns(DeciderCompat::Upstream, &[]),
+        drive.decision_ns(DeciderCompat::Improved, &drive.lane_change()),
     ];
     let long = Drive::new(&road, &city.staircase(city.side - 1));
-    let long_route_ns = long.decision_ns(Compat::Improved, &[]);
+    let long_route_ns = long.decision_ns(DeciderCompat::Improved, &[]);
     let [improved, compat, with_lane_change] = decision_ns.map(|ns| ns / 1e3);
     println!(
         "turn signal, {lanelets} lanelets: a decision in {improved:.1} µs, as upstream {compat:.1} µs, with a lane change {with_lane_change:.1} µs, on a route of {} lanelets {:.1} µs",
         long.lanelets,
         long_route_ns / 1e3
     );
-    Figures {
-        decision_ns,
-        nearest_ns,
-        holding_ns,
-        read_ns_per_byte: read_ns / osm.len() as f64,
-        road_ns_per_lanelet: road_ns / lanelets as f64,
-        long_route_ns,
-    }
+    Figures { decision_ns, read_ns_per_byte: read_ns / osm.len() as f64, long_route_ns }
 }
 
 /// A drive along a route.
@@ -184,7 +140,7 @@ impl<'a> Drive<'a> {
     }
 
     /// Nanoseconds a decision, over the whole drive.
-    fn decision_ns(&self, mode: Compat, manoeuvres: &[Manoeuvre]) -> f64 {
+    fn decision_ns(&self, mode: DeciderCompat, manoeuvres: &[Manoeuvre]) -> f64 {
         median(SAMPLES, || {
             let mut decider = Decider::new(Settings::deployed(mode));
             let mut signalled = 0;
@@ -210,16 +166,6 @@ impl<'a> Drive<'a> {
             ns
         })
     }
-}
-
-/// All over the city, and the same in every run.
-fn places(city: City) -> Vec<[f64; 2]> {
-    let mut state: u32 = 1;
-    let mut share = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(state) / f64::from(u32::MAX)
-    };
-    (0..QUERIES).map(|_| [share(), share()].map(|share| share * city.extent_m())).collect()
 }
 
 /// Nanoseconds for each of so many.

@@ -146,7 +146,7 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     }
     assert!(count <= 6, "{count} outputs of one input");
     for (task, shown) in [Task::TurnIndicators, Task::HazardLights].into_iter().zip(shown) {
-        let (trouble, published) = gateway.lights().trouble(task);
+        let (trouble, published) = gateway.lights().failure(task);
         assert_eq!(published, *shown, "{task:?}");
         if matches!(trouble, Some(FaultKind::Unknown | FaultKind::Invalid)) {
             assert!(!published, "{task:?} in doubt");

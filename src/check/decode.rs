@@ -1,4 +1,4 @@
-//! `decode`: bound signals by name, like candump with meaning.
+//! `decode`: the bound signals of frames by name, with their meaning.
 
 use std::io::{self, Write};
 
@@ -20,7 +20,7 @@ pub struct Decoder {
     last: Vec<Option<i128>>,
 }
 
-/// A bound message, whether a frame is it, and the signals it carries with their raw values.
+/// The bound signals that a frame carries, with their raw values.
 pub fn signals_in<'a>(
     table: &'a SignalTable,
     bus: BusIndex,

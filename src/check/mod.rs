@@ -102,7 +102,6 @@ pub fn notes(settings: &Settings) -> Vec<String> {
 }
 
 fn flashes_unseen(lights: &LightsBinding) -> Vec<String> {
-    let TurnBinding::From(sources) = &lights.turn else { return vec![] };
     let note = |named: &NamedSource<TurnSource>| match &named.source {
         TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {
             let [left, right] =
@@ -117,12 +116,12 @@ fn flashes_unseen(lights: &LightsBinding) -> Vec<String> {
         | TurnSource::Pair(_)
         | TurnSource::Stalk { .. } => None,
     };
-    sources.list.iter().filter_map(note).collect()
+    lights.turn.sources().iter().filter_map(note).collect()
 }
 
 fn turn_sources(turn: &TurnBinding, report: &mut Report) {
     let sources = match turn {
-        TurnBinding::LeftOut => {
+        TurnBinding::LeftOut | TurnBinding::Unbound => {
             return report.line("turn", "not in the profile: never published, no diagnostics");
         }
         TurnBinding::NotFitted => return report.line("turn", "no indicators fitted: DISABLE for ever"),

@@ -114,7 +114,7 @@ impl Survey {
         let lights = replay.gateway().lights();
         for (index, task) in TASKS.into_iter().enumerate() {
             let (was_trouble, was_published) =
-                std::mem::replace(&mut self.current[index], lights.trouble(task));
+                std::mem::replace(&mut self.current[index], lights.failure(task));
             let (trouble, _) = self.current[index];
             if let Some(survey) = was_trouble.and_then(|was| self.troubles.get_mut(&(index, was))) {
                 survey.total += now.since(before);
@@ -310,12 +310,11 @@ mod tests {
     #[test]
     fn rejected_frames_are_a_warning_unless_they_are_the_first() {
         let (settings, report) = volvo(&[0, 1, 2, 3, 0]);
-        let text =
-            "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, its counter has nothing";
+        let text = "           Indicator_Stalk: 4 trusted, 1 rejected (1 first frame, no counter before it)";
         assert!(report.text.contains(text), "{}", report.text);
         assert_eq!(report.concerns, 1, "only that hazard is not bound: {}", report.text);
         let (_, report) = volvo(&[0, 1, 3, 3, 0, 1, 2]);
-        let text = "! Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, its counter has nothing to follow, \
+        let text = "! Indicator_Stalk: 4 trusted, 3 rejected (1 first frame, no counter before it, \
                     1 repeated counter, 1 counter not in sequence for long enough), 1 lost by the counter";
         assert!(report.text.contains(text), "{}", report.text);
         assert_eq!(report.concerns, 2, "{}", report.text);

@@ -2,7 +2,6 @@
 
 use super::Report;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
-use crate::core::compat::Compat;
 use crate::core::turn_signal::flow::Role;
 use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
 use crate::core::turn_signal::planner_input::FactorTopic;
@@ -20,15 +19,11 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     report.line("decider", &role);
     let (map, lanes) = (decider.map.display(), flow.road.lanes().count());
     report.line("", &format!("map {map}: {lanes} lanelets, {} roundabouts", flow.road.roundabouts().len()));
-    let behaviour = match settings.mode {
-        Compat::Improved => "improved",
-        Compat::Upstream => "upstream",
-    };
     let rules = decider
         .country
         .as_ref()
         .map_or("as deployed".to_owned(), |country| format!("{} ({})", country.code, country.source));
-    report.line("", &format!("compat {behaviour}, rules {rules}"));
+    report.line("", &format!("compat {}, rules {rules}", settings.compat.name()));
     let Vehicle { front_overhang_m, rear_overhang_m, left_m, right_m, .. } = settings.vehicle;
     let front_m = settings.vehicle.front_m();
     report.line(

@@ -10,7 +10,7 @@ use super::Failure;
 use super::arguments::{draw, file_name};
 use crate::config::drive;
 use crate::config::files::Disk;
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::desk::drive::course::Course;
 use crate::desk::drive::run::Run;
 use crate::desk::drive::verdict::Verdicts;
@@ -35,17 +35,18 @@ With --json each line is one object:
    \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
    \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
    \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
-From \"turn\" on it is the form that a replay has; what there is none of is null. The last line of each behaviour is
+From \"turn\" on it is the form that a replay has; what there is none of is null. With path_generator the
+basis is \"path_generator\", without candidates. The last line of each behaviour is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 The exit code is 5 when an expectation failed.";
 
 #[derive(Debug, Args)]
 pub(super) struct DecideArgs {
-    /// Drive scenario (.toml, .yaml)
+    /// Drive scenario (.toml)
     scenario: PathBuf,
-    /// Whose behaviour; default: those that the scenario is for
-    #[arg(long, value_name = "WHOSE", value_enum)]
+    /// Behaviour of the decider; default: those that the scenario is for
+    #[arg(long, value_name = "COMPAT", value_enum)]
     compat: Option<CompatArg>,
     /// Print JSON lines
     #[arg(long)]
@@ -60,10 +61,13 @@ pub(super) struct DecideArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CompatArg {
-    /// Ours
+    /// Autoware's behavior path planner without its weaknesses
     Improved,
-    /// That of Autoware
+    /// Autoware's behavior path planner
     Upstream,
+    /// Autoware's core path generator
+    #[value(name = "path_generator")]
+    PathGenerator,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -79,8 +83,9 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let course = Course::new(drive::read(&Disk, &args.scenario)?)?;
     let modes = match args.compat {
         None => course.file().modes.clone(),
-        Some(CompatArg::Improved) => vec![Compat::Improved],
-        Some(CompatArg::Upstream) => vec![Compat::Upstream],
+        Some(CompatArg::Improved) => vec![DeciderCompat::Improved],
+        Some(CompatArg::Upstream) => vec![DeciderCompat::Upstream],
+        Some(CompatArg::PathGenerator) => vec![DeciderCompat::PathGenerator],
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut writer = DriveWriter::new(Form::json_if(args.json));

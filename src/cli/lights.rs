@@ -62,7 +62,7 @@ The exit code is 5 when the scenario ends with exitFailure or cannot be carried 
 
 #[derive(Debug, Args)]
 pub(super) struct LightsArgs {
-    /// Scenario: OpenSCENARIO (.xosc), TIER IV's YAML, or a bench file (.toml, .yaml)
+    /// Scenario: OpenSCENARIO (.xosc), TIER IV's YAML, or a bench file (.toml)
     scenario: PathBuf,
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "FILE.osm")]

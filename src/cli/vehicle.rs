@@ -161,7 +161,7 @@ fn write_log(settings: &Settings, run: VehicleRun) -> Result<ExitCode, Failure> 
     Ok(ExitCode::SUCCESS)
 }
 
-/// A real vehicle must not hear a simulated one.
+/// Refuses an interface with a controller, which may be that of a real vehicle.
 fn refuse_controller(interface: &str) -> Result<(), Failure> {
     match has_controller(interface) {
         Ok(false) => Ok(()),

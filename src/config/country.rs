@@ -1,29 +1,34 @@
-//! Rules of a country from a file, one of those built into the binary or another.
+//! Rules of a country, from a file that is built into the binary or from another one.
 
 use std::path::Path;
 
-use serde::Deserialize;
-use toml::Spanned;
-
 use super::files::{Embedded, Files};
-use super::reading::checker::Checker;
-use super::reading::document::Document;
-use super::reading::keyword::{Keyword, keywords};
+use super::reading::checker::{Checker, Keywords, LocatedText};
+use super::reading::fields::Fields;
+use super::reading::location::Text;
 use super::reading::problem::Problem;
+use super::reading::toml_text::from_toml;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::signal::Side;
 
-/// Countries that the binary knows, files of `config/countries`.
+/// Codes of the countries whose rules are built into the binary, from `config/countries`.
 pub const BUILT_IN: [&str; 7] = ["JP", "DE", "KR", "AT", "CH", "GB", "US-CA"];
 
-/// Why there are no rules.
+/// An example of a file of rules, which shows every key.
+const SEE: &str = "config/countries/JP.toml";
+
+const SIDES: Keywords<Side> = &[("left", Side::Left), ("right", Side::Right)];
+const SIDES_OR_NONE: Keywords<Option<Side>> =
+    &[("left", Some(Side::Left)), ("right", Some(Side::Right)), ("none", None)];
+
+/// The reason why a country has no rules.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoCountry {
-    /// Nothing has the name that was given.
+    /// The name is unknown, or its file cannot be read.
     Nowhere {
-        /// What is wrong.
+        /// The problem in words.
         reason: String,
-        /// What to do about it.
+        /// The remedy in words.
         remedy: String,
     },
     /// Its file is refused.
@@ -33,7 +38,7 @@ pub enum NoCountry {
 /// The country with a code, or of the `.toml` file with this path, relative to `folder`.
 ///
 /// # Errors
-/// An unknown code, a file that cannot be read, or one that says what cannot be.
+/// An unknown code, a file that cannot be read, or every problem of the file.
 pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country, NoCountry> {
     if Path::new(given).extension().is_some_and(|extension| extension == "toml") {
         return read(files, &folder.join(given));
@@ -41,13 +46,20 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
     if !BUILT_IN.contains(&given) {
         return Err(NoCountry::Nowhere {
             reason: format!("there are no rules for {given:?}"),
-            remedy: format!(
-                "give {}, the path of a file like config/countries/JP.toml, or leave it out",
-                BUILT_IN.join(", ")
-            ),
+            remedy: format!("give {}, the path of a file like {SEE}, or leave it out", BUILT_IN.join(", ")),
         });
     }
     read(&Embedded, Path::new(&format!("config/countries/{given}.toml")))
+}
+
+/// The country that a file names; problems are noted.
+pub(super) fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Option<Country> {
+    match country(files, checker.folder(), &given.text) {
+        Ok(country) => return Some(country),
+        Err(NoCountry::Nowhere { reason, remedy }) => checker.refuse(&given.location, reason, &remedy),
+        Err(NoCountry::Refused(problems)) => checker.adopt(problems),
+    }
+    None
 }
 
 fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
@@ -59,61 +71,41 @@ fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
             BUILT_IN.join(", ")
         ),
     })?;
-    let document = Document::new(path, bytes).map_err(one)?;
-    let file: CountryFile = document.parse().map_err(|problem| {
-        one(Problem { remedy: "see config/countries/JP.toml for every key".to_owned(), ..problem })
-    })?;
-    interpret(&document, file)
+    let text = Text::new(path, bytes).map_err(one)?;
+    let root = from_toml(&text, SEE).map_err(one)?;
+    let checker = Checker::new(&text.file, SEE);
+    let country = Fields::of(&checker, &root).and_then(interpret);
+    checker.finish(country).map_err(NoCountry::Refused)
 }
 
-fn interpret(document: &Document, file: CountryFile) -> Result<Country, NoCountry> {
-    let mut checker = Checker::new(document);
-    for text in [&file.code, &file.source] {
-        if text.get_ref().trim().is_empty() || text.get_ref().chars().any(char::is_control) {
-            checker.refuse(text, "this says nothing readable", "write it on one line");
+fn interpret(fields: Fields<'_>) -> Option<Country> {
+    fields.require(&["code", "source", "traffic", "roundabout"], "");
+    let readable = |key| {
+        let text = fields.string(key)?.text;
+        if text.trim().is_empty() || text.chars().any(char::is_control) {
+            fields.refuse(key, "expected a readable text", "write it on one line");
         }
-    }
-    let turn_distance_m = file.turn_distance_m.as_ref();
-    let turn_distance_m =
-        checker.in_range(turn_distance_m, &(0.0..=1000.0), "{} m is out of range", "give 0 to 1000 m");
-    let lane_change_time_s = file.lane_change_time_s.as_ref();
-    let lane_change_time_s =
-        checker.in_range(lane_change_time_s, &(0.0..=60.0), "{} s is out of range", "give 0 to 60 s");
-    if !checker.problems.is_empty() {
-        return Err(NoCountry::Refused(checker.problems));
-    }
-    Ok(Country {
-        code: file.code.into_inner(),
-        source: file.source.into_inner(),
-        traffic: file.traffic.0,
+        Some(text)
+    };
+    let (code, source) = (readable("code"), readable("source"));
+    let traffic = fields.keyword("traffic", SIDES);
+    let turn_distance_m = fields.number("turn_distance_m", 0.0..=1000.0, "m");
+    let lane_change_time_s = fields.number("lane_change_time_s", 0.0..=60.0, "s");
+    let roundabout = fields.table("roundabout");
+    fields.done();
+    let roundabout = roundabout?;
+    roundabout.require(&["on_entry", "on_exit"], "");
+    let [on_entry, on_exit] = ["on_entry", "on_exit"].map(|key| roundabout.keyword(key, SIDES_OR_NONE));
+    let entry_persists = roundabout.flag("entry_persists");
+    roundabout.done();
+    Some(Country {
+        code: code?,
+        source: source?,
+        traffic: traffic?,
         turn_distance_m,
         lane_change_time_s,
-        roundabout_on_entry: file.roundabout.on_entry.0,
-        roundabout_on_exit: file.roundabout.on_exit.0,
-        roundabout_entry_persists: file.roundabout.entry_persists,
+        roundabout_on_entry: on_entry?,
+        roundabout_on_exit: on_exit?,
+        roundabout_entry_persists: entry_persists.unwrap_or_default(),
     })
-}
-
-/// A country's file, as it stands there.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CountryFile {
-    code: Spanned<String>,
-    source: Spanned<String>,
-    traffic: Keyword<Side>,
-    turn_distance_m: Option<Spanned<f64>>,
-    lane_change_time_s: Option<Spanned<f64>>,
-    roundabout: RoundaboutFile,
-}
-
-keywords!(Side { "left" => Side::Left, "right" => Side::Right });
-keywords!(Option<Side> { "left" => Some(Side::Left), "right" => Some(Side::Right), "none" => None });
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RoundaboutFile {
-    on_entry: Keyword<Option<Side>>,
-    on_exit: Keyword<Option<Side>>,
-    #[serde(default)]
-    entry_persists: bool,
 }

@@ -1,18 +1,18 @@
-//! Where configuration files come from: the disk, or the copies built into the binary.
+//! Sources of configuration files: the disk, or the copies built into the binary.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Larger files are not a configuration and no map, bytes: whatever is named by mistake, memory is kept.
+/// The largest file that is read, bytes: a file named by mistake must not fill memory.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// A place to read files from.
+/// A source of files.
 pub trait Files {
     /// The whole file.
     ///
     /// # Errors
-    /// As the place says, e.g. not found.
+    /// An error of the source, such as a missing file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 }
 
@@ -35,7 +35,7 @@ fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the binary carries so that the demo and the rules of countries need nothing beside it.
+/// The files in the binary, so that the demo and the rules of countries need nothing beside it.
 #[derive(Debug, Clone, Copy)]
 pub struct Embedded;
 

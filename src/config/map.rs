@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use super::files::Files;
+use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::LightMap;
 use crate::core::map::light_roads::{LampSource, LightRoads};
 use crate::core::map::osm;
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
-use crate::core::map::road_map::RoadMap;
 
 /// The lights of a map in a file.
 ///
 /// # Errors
-/// Why there are none, in words.
+/// The reason in words.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<LightMap, String> {
     let osm = osm::read(&read(files, path)?).map_err(|error| error.to_string())?;
-    // Places are for viewers: a map without them has its lights all the same.
+    // Points are for viewers only: a map without them has its lights all the same.
     let points = Points::new(&osm, &projector(files, path)?).ok();
     let roads = LightRoads::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
     Ok(roads.lights().clone())
@@ -25,16 +25,16 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// The lanelets of a map in a file.
 ///
 /// # Errors
-/// Why there are none, in words.
-pub(super) fn read_road_map(files: &dyn Files, path: &Path) -> Result<RoadMap, String> {
-    RoadMap::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
+/// The reason in words.
+pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
+    LaneNetwork::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
 }
 
 fn read(files: &dyn Files, path: &Path) -> Result<Vec<u8>, String> {
     files.read(path).map_err(|error| format!("cannot read it: {error}"))
 }
 
-/// How the map's places are meant, as the file beside it says that Autoware reads; else they are local.
+/// The projector of a map, from the file beside it that Autoware reads; local coordinates without one.
 fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
     let path = map.with_file_name("map_projector_info.yaml");
     let Ok(bytes) = files.read(&path) else { return Ok(Projector::Local) };

@@ -1,20 +1,21 @@
-//! Configuration: what the TOML files say, and what that means.
+//! Configuration: from TOML files to settings.
 //!
 //! [`load`] reads one gateway file and the vehicle profile and DBCs it names, checks all of it,
-//! and gives [`Settings`] or every reason why not.
+//! and gives [`Settings`] or every problem.
 //!
-//! | room | what it reads |
+//! | room | contents |
 //! |---|---|
-//! | [`gateway`] | `gateway.toml`: a file for each section with its shape, its check and its settings |
-//! | `vehicle` | a vehicle profile: likewise, bound to the DBCs |
+//! | [`gateway`] | `gateway.toml`, a file for each section |
+//! | `vehicle` | vehicle profiles, likewise, bound to the DBCs |
 //! | [`scenario`] | scenarios of traffic lights: OpenSCENARIO and the bench form |
 //! | [`drive`] | drives of the turn signal decider |
 //! | `map` | the lanelet2 maps that sections and drives name |
-//! | [`country`] | rules of countries |
-//! | [`files`] | where files come from: the disk, or the binary itself |
-//! | `reading` | TOML, YAML and XML with the place of everything, and the problems found in them |
+//! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
+//! | [`files`] | sources of files: the disk, or the binary itself |
+//! | `reading` | TOML, YAML and XML as values with their places, and the problems found in them |
 
 pub mod country;
+mod dimensions;
 pub mod drive;
 pub mod files;
 pub mod gateway;

@@ -1,4 +1,4 @@
-//! Findings to levelled, named statuses (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
+//! Diagnostic statuses with levels and values (`diagnostic_msgs`; docs/spec/vehicle-interface.md, "Diagnostics").
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -10,13 +10,13 @@ use super::time::MonoTime;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Level {
-    /// 0: as it should be.
+    /// No problem (0).
     Ok = 0,
-    /// 1: works, but look at it.
+    /// Works with a problem (1).
     Warn = 1,
-    /// 2: does not work.
+    /// Does not work (2).
     Error = 2,
-    /// 3: was not refreshed. Aggregators set it; this gateway always knows and never does.
+    /// Not refreshed (3); set by aggregators, never by this gateway.
     Stale = 3,
 }
 
@@ -31,29 +31,29 @@ impl fmt::Display for Level {
     }
 }
 
-/// One `DiagnosticStatus`, without the hardware id that all share.
+/// One `DiagnosticStatus` without the hardware id, which is common to all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Status {
-    /// `<node>: <task>`.
+    /// Name of node and task, `<node>: <task>`.
     pub name: String,
-    /// How bad it is.
+    /// Severity of the status.
     pub level: Level,
-    /// One short line for a person; changes only when the situation does.
+    /// Short text, which changes only with the condition.
     pub message: String,
-    /// What an operator needs beside it, in a fixed order.
+    /// Keys and values with details in a fixed order.
     pub values: Vec<(&'static str, String)>,
 }
 
-/// Several statuses that go out together.
+/// Statuses that are published together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostics {
     /// The statuses, in a fixed order.
     pub statuses: Vec<Status>,
-    /// True for a refresh of all tasks; false when these are the ones that changed just now.
+    /// True for a refresh of all tasks; false for those that have changed.
     pub refresh: bool,
 }
 
-/// Frames per second over the last few refreshes.
+/// Measures a rate over the latest refreshes.
 #[derive(Debug, Clone, Default)]
 pub struct RateMeter {
     samples: VecDeque<(MonoTime, u64)>,
@@ -65,7 +65,7 @@ impl RateMeter {
     /// Bounds memory when refreshes come often.
     const MAX_SAMPLES: usize = 64;
 
-    /// Takes the count as of now.
+    /// Samples the current count.
     pub fn sample(&mut self, count: u64, now: MonoTime) {
         self.samples.push_back((now, count));
         let old = |samples: &VecDeque<(MonoTime, u64)>| {
@@ -77,7 +77,7 @@ impl RateMeter {
         }
     }
 
-    /// Events per second, up to now; zero while nothing was sampled before.
+    /// Rate in events per second up to now; 0 before the first sample.
     #[allow(clippy::cast_precision_loss)] // counts within a window are far below 2^52
     pub fn rate_hz(&self, count: u64, now: MonoTime) -> f64 {
         self.samples.front().map_or(0.0, |(since, before)| {
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rate_is_measured_over_the_window() {
+    fn rate_is_measured_over_window() {
         let mut meter = RateMeter::default();
         for half_second in 0..=20_u64 {
             meter.sample(half_second * 50, MonoTime::from_millis(half_second * 500));

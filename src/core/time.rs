@@ -1,18 +1,18 @@
-//! Two kinds of time that cannot be mixed.
+//! Monotonic time and wall-clock stamps as distinct types.
 //!
-//! [`MonoTime`] decides ages and timeouts. [`WallStamp`] is carried from the kernel or the
-//! recording into message stamps and is never compared. [`Now`] travels with every call.
+//! [`MonoTime`] decides ages and timeouts. [`WallStamp`] is copied from the kernel or the recording
+//! into message stamps and is never compared. [`Now`] is an argument of every call.
 
 use std::time::Duration;
 
 pub mod timer_table;
 
-/// Monotonic time in nanoseconds since an arbitrary origin. Never runs backwards.
+/// Monotonic time in nanoseconds since an arbitrary origin, which never runs backwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct MonoTime(u64);
 
 impl MonoTime {
-    /// The origin.
+    /// The origin of the time.
     pub const ZERO: Self = Self(0);
     /// The end of time, 584 years after the origin.
     pub const MAX: Self = Self(u64::MAX);
@@ -32,7 +32,7 @@ impl MonoTime {
         self.0
     }
 
-    /// How long ago `earlier` was; zero when it lies ahead.
+    /// Time elapsed since `earlier`; 0 when it lies ahead.
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
@@ -45,7 +45,7 @@ impl MonoTime {
 
 /// Wall-clock stamp in nanoseconds since 1970-01-01 UTC, as the kernel or the recording gave it.
 ///
-/// It has no order on purpose: a stamp is copied into messages, it decides nothing.
+/// It has no order on purpose, since a stamp is copied into messages and decides nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct WallStamp(i64);
 
@@ -78,12 +78,12 @@ impl WallStamp {
     }
 }
 
-/// The moment of a call: what ages are measured by, and what a new header is stamped with.
+/// Time of a call on both clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Now {
-    /// Decides ages and timeouts.
+    /// Monotonic time, which decides ages and timeouts.
     pub mono: MonoTime,
-    /// Goes into headers that are made now (diagnostics).
+    /// Wall-clock stamp for new headers, as of diagnostics.
     pub wall: WallStamp,
 }
 
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stamps_before_the_epoch_keep_a_positive_nanosec() {
+    fn stamps_before_epoch_have_positive_nanosec() {
         let stamp = WallStamp::from_nanos(-1);
         assert_eq!((stamp.sec(), stamp.nanosec()), (-1, 999_999_999));
     }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn an_earlier_time_in_the_future_has_no_age() {
+    fn time_since_later_time_is_zero() {
         assert_eq!(MonoTime::from_nanos(1).since(MonoTime::from_nanos(2)), Duration::ZERO);
     }
 }

@@ -1,4 +1,4 @@
-//! The way to ROS 2, if there is one: built in, and wanted.
+//! The publisher on ROS 2, if it is built in and enabled.
 
 use std::sync::Arc;
 
@@ -24,10 +24,10 @@ pub struct Publisher {
     domain_id: u16,
 }
 
-/// Why nothing can be published.
+/// Reason why nothing can be published.
 #[derive(Debug, thiserror::Error)]
 pub enum PublisherError {
-    /// `ROS_DOMAIN_ID` is set to something else than a number from 0 to 232.
+    /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
     #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
     DomainId(String),
     /// This build has no DDS.
@@ -42,7 +42,7 @@ pub enum PublisherError {
 }
 
 impl Publisher {
-    /// A publisher into nothing.
+    /// A publisher without a session.
     pub fn off() -> Self {
         Self {
             #[cfg(feature = "ros")]
@@ -51,7 +51,7 @@ impl Publisher {
         }
     }
 
-    /// Joins the ROS graph, unless the configuration says not to.
+    /// Joins the ROS graph, unless the configuration disables it.
     ///
     /// # Errors
     /// See [`PublisherError`].
@@ -82,7 +82,7 @@ impl Publisher {
         let _ = output;
     }
 
-    /// Whether publishing works, or was not asked for.
+    /// Whether publishing works, or is off.
     pub fn is_well(&self) -> bool {
         #[cfg(feature = "ros")]
         let well = self.session.as_ref().is_none_or(|session| session.status().running);
@@ -91,7 +91,7 @@ impl Publisher {
         well
     }
 
-    /// Distribution and domain, for people.
+    /// Distribution and domain as text.
     pub fn graph(&self) -> String {
         #[cfg(feature = "ros")]
         if self.session.is_some() {
@@ -101,7 +101,7 @@ impl Publisher {
         "ROS 2 off".to_owned()
     }
 
-    /// Likewise, with the readers of each topic we write and the writers of each we read.
+    /// Distribution and domain, with the readers of each topic we write and the writers of each we read.
     pub fn describe(&self) -> String {
         #[cfg(feature = "ros")]
         if let Some(session) = &self.session {
@@ -124,7 +124,7 @@ impl Publisher {
         self.graph()
     }
 
-    /// Where what is received waits, if there is a session.
+    /// The inbox of received messages; `None` without a session.
     pub fn inbox(&self) -> Option<Arc<Inbox>> {
         #[cfg(feature = "ros")]
         let inbox = self.session.as_ref().map(RosSession::inbox);
@@ -173,7 +173,7 @@ fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopi
     }
 }
 
-/// What is read.
+/// The topics that are read.
 fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     let topics = &settings.light_topics;
     let states =

@@ -1,5 +1,4 @@
-//! A simulated vehicle in real time: on its interfaces, obeying and asked by the lines of whoever plays
-//! with it.
+//! A simulated vehicle in real time: on its interfaces, with requests from a script and from lines.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -20,28 +19,28 @@ use crate::core::time::MonoTime;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
 
-/// A vehicle and what becomes of it.
+/// A run of a simulated vehicle.
 pub struct VehicleRun {
-    /// What it sends and obeys.
+    /// Messages that it sends, and commands that it follows.
     pub plan: VehiclePlan,
-    /// How it behaves.
+    /// Reaction, timeouts, flash rate and seed.
     pub simulation: SimulationSettings,
-    /// What it is asked to do, and when, since the start.
+    /// Requests with their times since the start.
     pub script: Vec<(Duration, Request)>,
-    /// When it ends by itself.
+    /// End of the run since the start; `None` runs until a stop signal.
     pub until: Option<Duration>,
     /// Lines with further requests.
     pub lines: Option<UnboundedReceiver<String>>,
 }
 
-/// Something to tell whoever watches.
+/// Something that an observer sees.
 #[derive(Debug)]
 pub enum Seen<'a> {
-    /// What the vehicle does.
+    /// An output of the vehicle.
     Output(&'a Output),
-    /// A frame could not be sent; told for the first of a row.
+    /// A frame that could not be sent; only the first of a row.
     NotSent(BusIndex, SendFailure),
-    /// A line that asks for nothing.
+    /// A line that is not a request.
     Misunderstood(&'a request::RequestError),
 }
 
@@ -57,7 +56,7 @@ pub fn run_vehicle(
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
         let (mut inputs, transmitters) = receive_all(settings, |bus| run.plan.command_ids(bus));
-        let mut transmitters: Vec<_> = transmitters.into_iter().map(|way| Channel { transmitter: way, is_refusing: false }).collect();
+        let mut transmitters: Vec<_> = transmitters.into_iter().map(|transmitter| Channel { transmitter, is_refusing: false }).collect();
         // From then on frames can be sent, where the link is up.
         first_links(&mut inputs, transmitters.len()).await.ok_or(DaemonError::ReceiversEnded)?;
         let clock = Clock::start();
@@ -104,7 +103,7 @@ pub fn run_vehicle(
     })
 }
 
-/// One for each bus.
+/// The transmitter of a bus.
 struct Channel {
     transmitter: Transmitter,
     is_refusing: bool,
@@ -112,18 +111,18 @@ struct Channel {
 
 /// Sends a frame; a failure is given back only when it is the first of a row.
 fn send(transmitters: &mut [Channel], output: &Output) -> Option<(BusIndex, SendFailure)> {
-    let (bus, way) = match output {
+    let (bus, channel) = match output {
         Output::Frame { bus, .. } | Output::Error { bus, .. } => {
             (*bus, transmitters.get_mut(usize::from(bus.0))?)
         }
         Output::Happened(_) => return None,
     };
     let sent = match output {
-        Output::Frame { frame, .. } => way.transmitter.send(frame),
-        Output::Error { error, .. } => way.transmitter.send_error(*error),
+        Output::Frame { frame, .. } => channel.transmitter.send(frame),
+        Output::Error { error, .. } => channel.transmitter.send_error(*error),
         Output::Happened(_) => Ok(()),
     };
-    let was_refusing = std::mem::replace(&mut way.is_refusing, sent.is_err());
+    let was_refusing = std::mem::replace(&mut channel.is_refusing, sent.is_err());
     sent.err().filter(|_| !was_refusing).map(|why| (bus, why))
 }
 

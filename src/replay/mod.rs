@@ -19,7 +19,7 @@ pub use routes::Routes;
 use tape::Tape;
 pub use tape::{Counts, MAX_SILENCE};
 
-/// A gateway that is being fed from a recording.
+/// A gateway with a recording as its input.
 #[derive(Debug)]
 pub struct Replay {
     gateway: Gateway,
@@ -57,12 +57,12 @@ impl Replay {
         let next = tape.next_input()?;
         let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
         let now = next.as_ref().map_or(start, |(_, now)| *now);
-        // Nobody may hear today what was commanded then.
+        // A command of the recording must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
         Ok(Self { gateway, tape, next, now, ended: false })
     }
 
-    /// When the next step happens, virtual; `None` at the end of the recording.
+    /// Virtual time of the next step; `None` at the end of the recording.
     pub fn next_time(&self) -> Option<MonoTime> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         match &self.next {
@@ -93,7 +93,7 @@ impl Replay {
         }
     }
 
-    /// Tells the gateway that nothing more will come; from now on only deadlines happen.
+    /// Ends the links of the gateway; from now on only deadlines are handled.
     pub fn end(&mut self) {
         self.ended = true;
         for (_, bus) in &self.tape.routes.0 {
@@ -101,7 +101,7 @@ impl Replay {
         }
     }
 
-    /// Puts in the same recording again; virtual time and stamps go on.
+    /// Starts the same recording again; virtual time and stamps go on.
     ///
     /// # Errors
     /// When the recording cannot be read.
@@ -148,7 +148,7 @@ impl Replay {
         self.tape.length()
     }
 
-    /// What was read so far.
+    /// Counts of what was read so far.
     pub fn counts(&self) -> Counts {
         self.tape.counts
     }

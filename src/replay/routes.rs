@@ -17,7 +17,7 @@ impl Routes {
         Self(names.zip((0..=u8::MAX).map(BusIndex)).collect())
     }
 
-    /// Takes the log's interface for the bus, whatever it is called, when there is one of each.
+    /// Maps the only interface of the log to the only bus, whatever their names.
     pub fn adopt_only_interface(&mut self, log: &Path) {
         if let [(interface, _)] = self.0.as_mut_slice()
             && let [only] = Log::interfaces_in(log).as_slice()

@@ -18,7 +18,7 @@ pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 /// clock was set back.
 const LATE_LINE: Duration = Duration::from_secs(1);
 
-/// What was read of a recording.
+/// Counts of what was read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Entries of any kind.

@@ -21,6 +21,7 @@ pub fn fields(decision: &Decision) -> Value {
         Basis::NoInputs => "no_inputs",
         Basis::Hazard => "hazard",
         Basis::ManoeuvreAlone(_) => "manoeuvres",
+        Basis::PathGenerator(_) => "path_generator",
         Basis::Candidates(_) => "candidates",
     };
     let intersection = decision.intersection.turn.map(|TurnAhead { side, active, distance_m, .. }| {
@@ -87,7 +88,7 @@ fn to_the_micrometre(metres: f64) -> f64 {
 const fn resolution(decision: &Decision) -> Option<&Resolution> {
     match &decision.basis {
         Basis::Candidates(resolution) => Some(resolution),
-        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => None,
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => None,
     }
 }
 
@@ -107,12 +108,13 @@ pub fn case(decision: &Decision) -> Option<Case> {
     resolution(decision)?.case
 }
 
-/// What the decision rests on, in a word or two.
+/// The basis of the decision in short words.
 pub(super) fn basis(decision: &Decision) -> String {
     match &decision.basis {
         Basis::NoInputs => "no inputs".to_owned(),
         Basis::Hazard => "hazard lights".to_owned(),
         Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
+        Basis::PathGenerator(tagged) => format!("path generator, {tagged}"),
         Basis::Candidates(resolution) => match (resolution.winner, resolution.case) {
             (Some(winner), Some(case)) => format!("{} by {case}", winner.source),
             (Some(winner), None) => format!("{}, alone", winner.source),
@@ -158,10 +160,11 @@ impl Essence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::turn_signal::geometry::Pose;
-    use crate::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
+    use crate::core::map::geometry::Pose;
+    use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::intersection::IntersectionInfo;
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
+    use crate::core::turn_signal::path_generator::TaggedLanelet;
     use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
@@ -181,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn winner_rule_distances_and_losers_are_told() {
+    fn fields_hold_winner_rule_distances_and_losers() {
         let at = |x: f64| Pose::new(x, 0.0, 0.0);
         let path = Path::new((0..80).map(|x| at(f64::from(x)))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };
@@ -223,6 +226,7 @@ mod tests {
             (Basis::NoInputs, "no_inputs"),
             (Basis::Hazard, "hazard"),
             (Basis::ManoeuvreAlone(Signal::Left), "manoeuvres"),
+            (Basis::PathGenerator(TaggedLanelet::Own(7)), "path_generator"),
         ] {
             let fields = fields(&decision(basis));
             assert_eq!(fields["basis"], name);

@@ -1,4 +1,4 @@
-//! What comes out of the gateway, written down: as lines for people and as JSON lines for programs.
+//! Outputs of the gateway: messages as JSON lines for programs, changes as lines for people.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -33,7 +33,7 @@ use crate::io::ros::topics::Topics;
 /// false in a dry run, and always in a replay.
 #[derive(Debug, Clone)]
 pub struct JsonTimeline {
-    /// Topic names as configured.
+    /// Configured topic names.
     pub topics: Topics,
     /// `hardware_id` of each status.
     pub hardware_id: String,
@@ -41,10 +41,10 @@ pub struct JsonTimeline {
     pub buses: Vec<String>,
 }
 
-/// In the place of a topic for decisions, which are not published.
+/// Stands for the topic of decisions, which are not published.
 pub const DECISIONS: &str = "turn_signal_decision";
 
-/// In the place of a topic for frames to the vehicle, which are not published.
+/// Stands for the topic of frames to the vehicle, which are not published.
 pub const FRAMES: &str = "command_frame";
 
 #[derive(Serialize)]
@@ -132,14 +132,14 @@ fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
     serde_json::to_string(&JsonLine { t: seconds(at), topic, data }).ok()
 }
 
-/// Something a person wants to hear of: a report or a status that is another than before.
+/// A change for people: of a report or of a status.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// `turn_indicators`, `hazard_lights` or an interface.
+    /// Subject: `turn_indicators`, `hazard_lights` or an interface.
     pub task: String,
-    /// `ENABLE_LEFT`, `no longer published`, or what diagnostics say.
+    /// `ENABLE_LEFT`, `no longer published`, or the message of a status.
     pub text: String,
 }
 
@@ -154,11 +154,11 @@ impl fmt::Display for Event {
 pub struct Changes {
     turn: Option<&'static str>,
     hazard: Option<&'static str>,
-    said: BTreeMap<String, (Level, String)>,
+    statuses: BTreeMap<String, (Level, String)>,
 }
 
 impl Changes {
-    /// What a person should hear of this output.
+    /// The changes in this output.
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
         match output {
             Output::VehicleLights(output) => match output {
@@ -178,7 +178,7 @@ impl Changes {
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
-            // Many a second, changed or not: nothing to read along. What decisions say, diagnostics say.
+            // Many a second, changed or not. Diagnostics have the decisions.
             Output::TrafficLights(_) | Output::TurnSignal(_) => Vec::new(),
             Output::Command(CommandOutput::Transmit { frame, is_news }) => {
                 commanded(*is_news, "sends", frame.frame())
@@ -201,10 +201,10 @@ impl Changes {
 
     fn status(&mut self, status: &Status) -> Option<Event> {
         let now = (status.level, status.message.clone());
-        if self.said.get(&status.name) == Some(&now) {
+        if self.statuses.get(&status.name) == Some(&now) {
             return None;
         }
-        self.said.insert(status.name.clone(), now);
+        self.statuses.insert(status.name.clone(), now);
         let text = status.message.clone();
         Some(Event { level: status.level, task: task_of(&status.name).to_owned(), text })
     }
@@ -215,8 +215,8 @@ pub fn task_of(status_name: &str) -> &str {
     status_name.split_once(": ").map_or(status_name, |(_, task)| task)
 }
 
-fn commanded(is_news: bool, what: &str, frame: &Frame) -> Vec<Event> {
-    let event = || Event { level: Level::Ok, task: FRAMES.to_owned(), text: format!("{what} {frame}") };
+fn commanded(is_news: bool, verb: &str, frame: &Frame) -> Vec<Event> {
+    let event = || Event { level: Level::Ok, task: FRAMES.to_owned(), text: format!("{verb} {frame}") };
     is_news.then(event).into_iter().collect()
 }
 
@@ -231,8 +231,6 @@ fn published(before: &mut Option<&'static str>, task: &str, now: Option<&'static
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::core::compat::Compat;
     use crate::core::diagnostics::Diagnostics;
@@ -290,7 +288,7 @@ mod tests {
         let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
-            let (stamp, content) = (WallStamp::from_nanos(3), Arc::new(Content::groups(groups)));
+            let (stamp, content) = (WallStamp::from_nanos(3), Content::groups(groups));
             Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content }))
         };
         let data = r#"{"stamp":{"sec":0,"nanosec":3},"traffic_light_groups":[{"traffic_light_group_id":7,"elements":[],"predictions":[]}]}"#;
@@ -303,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_to_the_vehicle_are_lines_and_a_person_hears_of_those_that_say_something_new() {
+    fn every_frame_to_the_vehicle_is_a_json_line_and_new_ones_are_lines_for_people() {
         let topics = Topics::default();
         let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
         let frame = Frame::classic(CanId::Extended(0x130), &[1, 0xFF]).unwrap();
@@ -319,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_person_hears_of_changes_only() {
+    fn only_changes_are_lines_for_people() {
         let mut changes = Changes::default();
         assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
         assert!(changes.of(&left()).is_empty());

@@ -1,4 +1,4 @@
-//! What `run` and `demo` show while they run: log lines, and on a terminal a live view.
+//! The live view of `run` and `demo`: log lines, and on a terminal the present state.
 
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
@@ -9,7 +9,7 @@ use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::report::gateway::{Changes, Event, task_of};
 
-/// How much a terminal shows beside the events.
+/// Parts of the view beside the events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// One line per event, with its time.
@@ -29,20 +29,20 @@ impl Style {
     }
 }
 
-/// The view.
+/// Shows events, and the present state below them.
 #[derive(Debug)]
 pub struct View {
     style: Style,
     title: String,
     changes: Changes,
     statuses: Vec<Status>,
-    /// Lines of the panel that stand on the screen.
+    /// Lines of the live part on the screen.
     drawn: usize,
     drawn_at: Option<MonoTime>,
     footer: String,
 }
 
-/// A panel is drawn at most this often.
+/// Least time between two drawings of the live part.
 const FRAME_TIME: Duration = Duration::from_millis(100);
 const RESET: &str = "\x1b[0m";
 const DIM: &str = "\x1b[2m";
@@ -54,7 +54,7 @@ impl View {
         Self { style, title, changes, statuses: vec![], drawn: 0, drawn_at: None, footer: String::new() }
     }
 
-    /// Takes an output; prints what changed.
+    /// Prints the changes in an output.
     ///
     /// # Errors
     /// When standard output is closed.
@@ -87,7 +87,7 @@ impl View {
         out.flush()
     }
 
-    /// Draws the live part anew when it is time; `footer` ends it.
+    /// Draws the live part again when it is due; `footer` is its last line.
     ///
     /// # Errors
     /// When standard output is closed.
@@ -115,7 +115,7 @@ impl View {
         matches!(self.style, Style::Panel | Style::StatusLine)
     }
 
-    /// Moves back over the live part and clears it.
+    /// The control sequence that moves back over the live part and clears it.
     fn erase(&mut self) -> String {
         match std::mem::take(&mut self.drawn) {
             0 => String::new(),
@@ -216,7 +216,7 @@ fn terminal_width() -> usize {
     terminal_size::terminal_size().map_or(100, |(terminal_size::Width(width), _)| usize::from(width))
 }
 
-/// Cuts a line to `width` visible characters; colour codes take no room.
+/// Cuts a line to `width` visible characters; colour codes do not count.
 fn clip(line: &str, width: usize) -> String {
     let mut clipped = String::new();
     let (mut visible, mut in_code) = (0, false);

@@ -70,7 +70,7 @@ fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
         of("hazard_lights"),
         [
             "hazard_lights unknown: no frame of PAGES (200) on can0 yet",
-            "hazard_lights unknown: PAGES (200) comes, but not with PAGES.HAZARD",
+            "hazard_lights unknown: PAGES (200) is received, but without PAGES.HAZARD",
             "hazard_lights unknown: no new frame of PAGES (200) on can0 yet",
         ]
     );
@@ -81,7 +81,7 @@ fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
             "turn_indicators ENABLE_LEFT",
             "turn_indicators publishing",
             "turn_indicators no longer published",
-            "turn_indicators unknown: PAGES (200) comes, but not with PAGES.TURN",
+            "turn_indicators unknown: PAGES (200) is received, but without PAGES.TURN",
             "turn_indicators unknown: PAGES is stale, silent for more than 300 ms",
         ]
     );

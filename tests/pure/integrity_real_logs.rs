@@ -7,7 +7,7 @@ use std::path::Path;
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::dbc::codec::{ByteOrder, Layout, SignalCodec};
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::validation::integrity::checksum::{Checksum, Crc8, Rule, Sum};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule, Sum};
 use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule};
 use signal_gateway::core::validation::integrity::{
     IntegrityChecker, IntegrityCounts, IntegrityVerdict, MessageIntegrity, Protection,
@@ -45,7 +45,11 @@ fn honda(length: usize) -> Checksum {
 }
 
 fn j1850(length: usize) -> Checksum {
-    Checksum::new(Rule::Crc8(Crc8::j1850()), last_byte(length)).unwrap()
+    Checksum::new(Rule::Crc(CrcRule::j1850()), last_byte(length)).unwrap()
+}
+
+fn holds(checksum: &Checksum, frame: &Frame) -> bool {
+    checksum.compare(frame).is_some_and(|(stored, expected)| stored == expected)
 }
 
 /// Frames that hold their checksum, and all of them; the length of the first is that of all.
@@ -55,7 +59,7 @@ fn rate(frames: &[Frame], checksum: impl Fn(usize) -> Checksum) -> (usize, usize
         return (0, frames.len());
     }
     let checksum = checksum(length);
-    (frames.iter().filter(|frame| checksum.holds(frame.id(), frame)).count(), frames.len())
+    (frames.iter().filter(|frame| holds(&checksum, frame)).count(), frames.len())
 }
 
 /// What a guard says of a message's frames: the first, then the rest counted.
@@ -159,7 +163,7 @@ fn known_good(shared: &Path, dbc: &str) -> Vec<(String, CanId, Vec<u8>)> {
 
 /// Whether the frame holds, and no frame that differs in one bit does; `free` bits excepted.
 fn holds_as_it_is(checksum: &Checksum, id: CanId, data: &[u8], free: std::ops::Range<usize>) -> bool {
-    let holds = |data: &[u8]| checksum.holds(id, &Frame::classic(id, data).unwrap());
+    let holds = |data: &[u8]| holds(checksum, &Frame::classic(id, data).unwrap());
     let changed = |bit: usize| {
         let mut data = data.to_vec();
         data[bit / 8] ^= 1 << (bit % 8);
@@ -168,12 +172,21 @@ fn holds_as_it_is(checksum: &Checksum, id: CanId, data: &[u8], free: std::ops::R
     holds(data) && (0..data.len() * 8).filter(|bit| !free.contains(bit)).all(|bit| !holds(&changed(bit)))
 }
 
+/// A checksum for each value that a message's constants may have.
+fn volkswagen_candidates() -> Vec<Checksum> {
+    let rule = |constant| Rule::Crc(CrcRule::volkswagen([constant; 16]));
+    (0..=u8::MAX).map(|constant| Checksum::new(rule(constant), last_byte(1)).unwrap()).collect()
+}
+
 #[test]
 fn the_known_good_frames_of_volkswagen_are_good() {
     let frames = known_good(&require!(shared_data()), "vw_mqb");
+    let candidates = volkswagen_candidates();
     let mut constants: BTreeMap<&str, [Option<u8>; 16]> = BTreeMap::new();
     for (message, _, data) in &frames {
-        let (counter, constant) = Crc8::volkswagen_constant(data).unwrap();
+        let frame = Frame::classic(CanId::Standard(0), data).unwrap();
+        let constant = candidates.iter().position(|candidate| holds(candidate, &frame)).unwrap();
+        let (counter, constant) = (data[1] & 0xF, u8::try_from(constant).unwrap());
         let before = constants.entry(message).or_default()[usize::from(counter)].replace(constant);
         assert_eq!(before, None, "{message} has each counter once");
     }
@@ -182,7 +195,7 @@ fn the_known_good_frames_of_volkswagen_are_good() {
     let agreeing = constants.values().filter(|table| table.iter().all(|constant| *constant == table[0]));
     assert_eq!((constants.len(), agreeing.count()), (23, 12));
     for (message, id, data) in &frames {
-        let checksum = Checksum::new(Rule::Crc8(Crc8::volkswagen(table(message))), last_byte(1)).unwrap();
+        let checksum = Checksum::new(Rule::Crc(CrcRule::volkswagen(table(message))), last_byte(1)).unwrap();
         assert!(holds_as_it_is(&checksum, *id, data, 8..12), "{message} {data:02X?}");
     }
     assert_eq!(frames.len(), 368);
@@ -199,7 +212,7 @@ fn the_known_good_frames_of_giorgio_are_good_but_for_a_damaged_one() {
             "EPS_3" => 0xF1,
             _ => 0x0A,
         };
-        let checksum = Checksum::new(Rule::Crc8(Crc8::giorgio(last_xor)), last_byte(data.len())).unwrap();
+        let checksum = Checksum::new(Rule::Crc(CrcRule::giorgio(last_xor)), last_byte(data.len())).unwrap();
         if !holds_as_it_is(&checksum, *id, data, 0..0) {
             damaged.push((message.as_str(), data.as_slice()));
         }

@@ -173,7 +173,7 @@ fn bus_off_is_the_cause_that_is_named_and_says_how_it_ends() {
         desk.error(0x40, &[]);
         desk.pass(60_000);
         assert_eq!(desk.heard("can0"), [format!("ERROR bus-off: {how}")]);
-        assert_eq!(desk.heard("turn_indicators"), ["ERROR unknown: TURN does not come, can0 is bus-off"]);
+        assert_eq!(desk.heard("turn_indicators"), ["ERROR unknown: TURN is not received, can0 is bus-off"]);
         assert_eq!(desk.value("can0", "controller"), "bus-off");
         assert_eq!(desk.value("can0", "controller_state_s"), "60");
         desk.error(0x100, &[]);

@@ -30,8 +30,8 @@ use signal_gateway::core::traffic_light::scenario::{
     Action, Controller, Phase, PhaseEntry, Scenario, StateText,
 };
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
-use signal_gateway::core::validation::integrity::checksum::{Checksum, Crc8, Rule};
-use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule, Counts};
+use signal_gateway::core::validation::integrity::checksum::{Checksum, CrcRule, Rule};
+use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule, IncrementsOn};
 use signal_gateway::core::validation::integrity::e2e::{E2e, Profile};
 use signal_gateway::core::validation::integrity::window::{Limits, Window};
 use signal_gateway::core::validation::integrity::{
@@ -265,7 +265,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
             while let Some(output) = gateway.poll_output() {
                 let Output::TrafficLights(TrafficLightOutput::Publish(emission)) = output else { continue };
                 messages += 1;
-                if let Content::Groups(list) = &*emission.content {
+                if let Content::Groups(list) = &emission.content {
                     groups += list.len();
                 }
             }
@@ -292,9 +292,9 @@ fn decoding_allocates_nothing() {
 fn judging_a_frame_allocates_nothing_good_or_bad() {
     let byte = |start| SignalLayout { start, length: 8, order: ByteOrder::Intel, signed: false };
     let checksum = SignalCodec::new(byte(56), 8).unwrap();
-    let checksum = Checksum::new(Rule::Crc8(Crc8::j1850()), checksum).unwrap();
+    let checksum = Checksum::new(Rule::Crc(CrcRule::j1850()), checksum).unwrap();
     let counter = SignalCodec::new(byte(0), 8).unwrap();
-    let rule = CounterRule::new(0, 255).unwrap().with_counts(Counts::Changes);
+    let rule = CounterRule::new(0, 255).unwrap().with_increments_on(IncrementsOn::Changes);
     let limits = Limits { size: 3, min_ok: 2, max_error: 0 };
     let own = Protection::Fields {
         checksum: Some(checksum.clone()),

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 use signal_gateway::config::drive::Wanted;
-use signal_gateway::core::compat::Compat;
-use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::map::geometry::Pose;
+use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::avoidance::AvoidanceLine;
 use signal_gateway::core::turn_signal::manoeuvre::pull_over::{PullOver, Undecided};
@@ -18,7 +18,7 @@ use signal_gateway::desk::drive::course::{Course, Cycle};
 use signal_gateway::desk::drive::run::Run;
 
 /// Both behaviours, in the order of everything that is kept for each.
-pub(crate) const MODES: [Compat; 2] = [Compat::Improved, Compat::Upstream];
+pub(crate) const MODES: [DeciderCompat; 2] = [DeciderCompat::Improved, DeciderCompat::Upstream];
 
 /// Numbers of `PlanningFactor.behavior`.
 const SLOW_DOWN: u8 = 2;

@@ -1,91 +1,83 @@
-//! What goes wrong in a drive scenario.
+//! Disturbances in a drive scenario.
 
-use super::reader::{MAX_S, Moment, Reader, keyword, required, required_moment};
+use super::reader::{Lanes, MAX_S, Moment, required_moment, required_seconds};
 use super::route::{RoutePlan, plan};
+use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
-use crate::config::reading::value::Value;
 
-/// Something that goes wrong.
+/// A disturbance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
-    /// When it begins.
+    /// Its start.
     pub at: Moment,
-    /// What it is.
+    /// Its kind.
     pub kind: DisturbanceKind,
 }
 
-/// What goes wrong; times in seconds.
+/// The kind of a disturbance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DisturbanceKind {
-    /// No odometry comes.
+    /// No odometry is received.
     OdometryGap {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The pose is not a number.
     NanPose {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The planned path has no points.
     EmptyPath {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The planner does something else, such as parking.
     NotLaneDriving {
-        /// How long.
+        /// Duration, seconds.
         for_s: f64,
     },
     /// The clock jumps once.
     TimeJump {
-        /// How far, negative back.
+        /// Distance of the jump, seconds; negative for back.
         by_s: f64,
     },
-    /// Another route holds from then on.
+    /// Another route is set.
     Reroute(RoutePlan),
 }
 
-#[derive(Clone, Copy)]
-enum Keyword {
-    OdometryGap,
-    NanPose,
-    EmptyPath,
-    NotLaneDriving,
-    TimeJump,
-    Reroute,
-}
-
-const KEYWORDS: [(&str, Keyword); 6] = [
-    ("odometry_gap", Keyword::OdometryGap),
-    ("nan_pose", Keyword::NanPose),
-    ("empty_path", Keyword::EmptyPath),
-    ("not_lane_driving", Keyword::NotLaneDriving),
-    ("time_jump", Keyword::TimeJump),
-    ("reroute", Keyword::Reroute),
+/// Disturbances that last for some seconds.
+const LASTING: Keywords<fn(f64) -> DisturbanceKind> = &[
+    ("odometry_gap", |for_s| DisturbanceKind::OdometryGap { for_s }),
+    ("nan_pose", |for_s| DisturbanceKind::NanPose { for_s }),
+    ("empty_path", |for_s| DisturbanceKind::EmptyPath { for_s }),
+    ("not_lane_driving", |for_s| DisturbanceKind::NotLaneDriving { for_s }),
 ];
 
-/// The list `disturbance`.
-pub(super) fn disturbances(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<Disturbance> {
-    top.list(reader, "disturbance").iter().filter_map(|value| disturbance(reader, value)).collect()
+/// Reads the list `disturbance`.
+pub(super) fn disturbances(lanes: &Lanes, top: &Fields<'_>) -> Vec<Disturbance> {
+    top.tables("disturbance").filter_map(|fields| disturbance(lanes, fields)).collect()
 }
 
-fn disturbance(reader: &mut Reader, value: &Value) -> Option<Disturbance> {
-    let mut fields = Fields::of(reader, value)?;
-    fields.must_have(reader, "kind")?;
-    let kind = keyword(reader, &mut fields, "kind", &KEYWORDS)?;
-    let at = required_moment(reader, &mut fields, ["at_m", "at_s"]);
-    let mut lasting =
-        |make: fn(f64) -> DisturbanceKind| required(reader, &mut fields, "for_s", 0.0..=MAX_S, "s").map(make);
-    let kind = match kind {
-        Keyword::OdometryGap => lasting(|for_s| DisturbanceKind::OdometryGap { for_s }),
-        Keyword::NanPose => lasting(|for_s| DisturbanceKind::NanPose { for_s }),
-        Keyword::EmptyPath => lasting(|for_s| DisturbanceKind::EmptyPath { for_s }),
-        Keyword::NotLaneDriving => lasting(|for_s| DisturbanceKind::NotLaneDriving { for_s }),
-        Keyword::TimeJump => required(reader, &mut fields, "by_s", -MAX_S..=MAX_S, "s")
-            .map(|by_s| DisturbanceKind::TimeJump { by_s }),
-        Keyword::Reroute => plan(reader, &mut fields).map(DisturbanceKind::Reroute),
+fn disturbance(lanes: &Lanes, fields: Fields<'_>) -> Option<Disturbance> {
+    let name = fields.required_text("kind")?;
+    let at = required_moment(&fields, ["at_m", "at_s"]);
+    let lasting = LASTING.iter().find(|(known, _)| *known == name.text);
+    let kind = match (name.text.as_str(), lasting) {
+        (_, Some((_, make))) => required_seconds(&fields, "for_s").map(make),
+        ("time_jump", None) => {
+            let by_s = fields.required_number("by_s", -MAX_S..=MAX_S, "s");
+            by_s.map(|by_s| DisturbanceKind::TimeJump { by_s })
+        }
+        ("reroute", None) => plan(lanes, &fields).map(DisturbanceKind::Reroute),
+        _ => {
+            let lasting: Vec<_> = LASTING.iter().map(|(known, _)| *known).collect();
+            let remedy = format!("give one of {}, time_jump, reroute", lasting.join(", "));
+            fields.refuse("kind", format!("unknown value {:?}", name.text), &remedy);
+            fields.accept_rest();
+            None
+        }
     };
-    fields.done(reader);
+    fields.done();
     Some(Disturbance { at: at?, kind: kind? })
 }

@@ -1,66 +1,66 @@
-//! What must come out of a drive scenario.
+//! Expectations of a drive scenario.
 
-use super::reader::{MAX_S, Reader, keyword, metres, modes, number};
+use super::reader::{MAX_S, metres, modes};
+use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
-use crate::config::reading::value::Value;
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::{Case, Source};
 use crate::core::turn_signal::signal::{Hazard, Signal};
 
-/// What must hold for a while.
+/// A condition that must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
-    /// In which behaviours.
-    pub modes: Vec<Compat>,
-    /// Where, or when.
+    /// Behaviours in which it must hold.
+    pub modes: Vec<DeciderCompat>,
+    /// Stretch or time in which it must hold.
     pub interval: Interval,
-    /// What.
+    /// Condition.
     pub wanted: Wanted,
-    /// Where it stands.
+    /// Place in the file.
     pub location: SourceLocation,
 }
 
-/// Where or when something holds; all of it but `tolerance` at either end.
+/// A stretch or a time; `tolerance` at either end does not count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Interval {
     /// Metres along the way.
     Metres {
-        /// From here.
+        /// Start.
         from: f64,
-        /// To here.
+        /// End.
         to: f64,
-        /// Not looked at, at either end.
+        /// Length at either end that does not count.
         tolerance: f64,
     },
     /// Seconds from the start.
     Seconds {
-        /// From then.
+        /// Start.
         from: f64,
-        /// To then.
+        /// End.
         to: f64,
-        /// Not looked at, at either end.
+        /// Length at either end that does not count.
         tolerance: f64,
     },
 }
 
-/// What must hold; `None` = anything will do.
+/// What must hold; `None` = any value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wanted {
-    /// The turn command.
+    /// Turn command.
     pub command: Option<Signal>,
-    /// The hazard command.
+    /// Hazard command.
     pub hazard: Option<Hazard>,
-    /// Who is signalled; `Some(None)` = nobody.
+    /// Source that wins; `Some(None)` = none.
     pub winner: Option<Option<Source>>,
-    /// The branch of the pairwise rule that decided last.
+    /// Branch of the pairwise rule that decided last.
     pub case: Option<Case>,
-    /// Words of a finding that some cycle has.
+    /// Part of a finding that some cycle has.
     pub finding: Option<String>,
 }
 
 impl Interval {
-    /// Whether a cycle counts.
+    /// Whether a cycle lies within it.
     pub fn holds(&self, at_m: f64, at_s: f64) -> bool {
         let (value, (from, to, tolerance)) = match *self {
             Self::Metres { from, to, tolerance } => (at_m, (from, to, tolerance)),
@@ -70,21 +70,21 @@ impl Interval {
     }
 }
 
-const COMMANDS: [(&str, Signal); 4] = [
+const COMMANDS: Keywords<Signal> = &[
     ("LEFT", Signal::Left),
     ("RIGHT", Signal::Right),
     ("DISABLE", Signal::Disable),
     ("NO_COMMAND", Signal::NoCommand),
 ];
-const HAZARDS: [(&str, Hazard); 3] =
-    [("ENABLE", Hazard::Enable), ("DISABLE", Hazard::Disable), ("NO_COMMAND", Hazard::NoCommand)];
-const WINNERS: [(&str, Option<Source>); 4] = [
+const HAZARDS: Keywords<Hazard> =
+    &[("ENABLE", Hazard::Enable), ("DISABLE", Hazard::Disable), ("NO_COMMAND", Hazard::NoCommand)];
+const WINNERS: Keywords<Option<Source>> = &[
     ("intersection", Some(Source::Intersection)),
     ("roundabout", Some(Source::Roundabout)),
     ("manoeuvre", Some(Source::Manoeuvre)),
     ("none", None),
 ];
-const CASES: [(&str, Case); 6] = [
+const CASES: Keywords<Case> = &[
     ("A1", Case::A1),
     ("A2", Case::A2),
     ("A3", Case::A3),
@@ -93,56 +93,47 @@ const CASES: [(&str, Case); 6] = [
     ("B2", Case::B2),
 ];
 
-/// The list `expect`.
-pub(super) fn expectations(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<Expectation> {
-    top.list(reader, "expect").iter().filter_map(|value| expectation(reader, value)).collect()
+/// Reads the list `expect`.
+pub(super) fn expectations(top: &Fields<'_>) -> Vec<Expectation> {
+    top.tables("expect").filter_map(expectation).collect()
 }
 
-fn expectation(reader: &mut Reader, value: &Value) -> Option<Expectation> {
-    let mut fields = Fields::of(reader, value)?;
-    let modes = modes(reader, &mut fields, "compat");
-    let interval = interval(reader, &mut fields);
+fn expectation(fields: Fields<'_>) -> Option<Expectation> {
+    let modes = modes(&fields);
+    let interval = interval(&fields);
     let wanted = Wanted {
-        command: keyword(reader, &mut fields, "command", &COMMANDS),
-        hazard: keyword(reader, &mut fields, "hazard", &HAZARDS),
-        winner: keyword(reader, &mut fields, "winner", &WINNERS),
-        case: keyword(reader, &mut fields, "case", &CASES),
-        finding: fields.text(reader, "finding").map(|given| given.text),
+        command: fields.keyword("command", COMMANDS),
+        hazard: fields.keyword("hazard", HAZARDS),
+        winner: fields.keyword("winner", WINNERS),
+        case: fields.keyword("case", CASES),
+        finding: fields.string("finding").map(|given| given.text),
     };
-    let says_something = ["command", "hazard", "winner", "case", "finding"].iter().any(|key| fields.has(key));
-    fields.done(reader);
-    if !says_something {
-        reader.refuse(
-            &value.location,
-            "nothing is expected",
-            "give command, hazard, winner, case or finding",
-        );
+    if !["command", "hazard", "winner", "case", "finding"].iter().any(|key| fields.has(key)) {
+        let remedy = "give command, hazard, winner, case or finding";
+        fields.checker.refuse(fields.location(), "nothing is expected", remedy);
     }
-    Some(Expectation {
-        modes,
-        interval: interval?,
-        wanted,
-        location: reader.source_location(&value.location),
-    })
+    let location = fields.checker.source_location(fields.location());
+    fields.done();
+    Some(Expectation { modes, interval: interval?, wanted, location })
 }
 
-fn interval(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<Interval> {
+fn interval(fields: &Fields<'_>) -> Option<Interval> {
     let is_by_time = fields.has("from_s") || fields.has("to_s");
-    let keys = if is_by_time { ["from_s", "to_s"] } else { ["from_m", "to_m"] };
-    for key in keys {
-        fields.must_have(reader, key);
-    }
-    let [from, to] = keys.map(|key| {
-        if is_by_time { number(reader, fields, key, 0.0..=MAX_S, "s") } else { metres(reader, fields, key) }
-    });
-    let (key, unit, otherwise) =
-        if is_by_time { ("tolerance_s", "s", 0.2) } else { ("tolerance_m", "m", 1.0) };
-    let tolerance = number(reader, fields, key, 0.0..=1000.0, unit).unwrap_or(otherwise);
+    let (keys, tolerance_key, unit, default) = if is_by_time {
+        (["from_s", "to_s"], "tolerance_s", "s", 0.2)
+    } else {
+        (["from_m", "to_m"], "tolerance_m", "m", 1.0)
+    };
+    fields.require(&keys, "");
+    let [from, to] =
+        keys.map(|key| if is_by_time { fields.number(key, 0.0..=MAX_S, "s") } else { metres(fields, key) });
+    let tolerance = fields.number(tolerance_key, 0.0..=1000.0, unit).unwrap_or(default);
     let (from, to) = (from?, to?);
     if from + tolerance > to - tolerance {
         let reason =
             format!("from {from} to {to} {unit} nothing is left but the tolerance of {tolerance} {unit}");
-        reader.refuse(fields.location(), reason, &format!("give a longer stretch, or less {key}"));
+        let remedy = format!("give a longer stretch, or less {tolerance_key}");
+        fields.checker.refuse(fields.location(), reason, &remedy);
         return None;
     }
     Some(if is_by_time {

@@ -1,95 +1,93 @@
-//! What the planner does in a drive scenario.
+//! Manoeuvres that the planner does in a drive scenario.
 
-use super::reader::{
-    MAX_S, Moment, Reader, from_to, keyword, lanes, metres, moment, number, offset, place_within,
-};
+use super::reader::{Lanes, MAX_S, Moment, from_to, metres, moment, offset};
+use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
-use crate::config::reading::value::Value;
-use crate::core::turn_signal::lane_network::LaneId;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::signal::Side;
 
 /// A manoeuvre as it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Which.
+    /// Kind, with its places.
     pub kind: PlanKind,
-    /// From when on the planner knows of it; `None` = from the start.
+    /// Moment from which the planner knows of it; `None` = the start.
     pub known_from: Option<Moment>,
-    /// Up to when; `None` = until 1 m after its end.
+    /// Moment until which it knows of it; `None` = 1 m after its end.
     pub known_to: Option<Moment>,
-    /// From when on it is approved; `None` = as soon as it is known.
+    /// Moment from which it is approved; `None` = as soon as it is known.
     pub approved_from: Option<Moment>,
-    /// The planner's current lanelets; `None` = those of the way around the vehicle.
+    /// Current lanelets of the planner; `None` = those of the way around the vehicle.
     pub lanes: Option<Vec<LaneId>>,
-    /// Where it stands.
+    /// Place in the file.
     pub location: SourceLocation,
 }
 
-/// Which manoeuvre, by places on the way, metres.
+/// The kind of a manoeuvre. Places are metres along the way, offsets metres to the left of it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlanKind {
     /// Around an obstacle and back.
     Avoidance {
-        /// Ascending, at least one.
+        /// Shifts in ascending order, at least one.
         lines: Vec<AvoidanceLine>,
     },
     /// Into the next lane.
     LaneChange {
-        /// Which way.
+        /// Side of the next lane.
         side: Side,
-        /// Where steering begins.
+        /// Start of the steering.
         from_m: f64,
-        /// Where it ends.
+        /// End.
         to_m: f64,
-        /// Where the bound is crossed.
+        /// Place at which the bound is crossed.
         crossing_m: f64,
-        /// The planner has a path for it.
+        /// Whether the planner has a path for it.
         valid_path: bool,
-        /// Not signalled while it waits.
+        /// Whether it is not signalled while it waits.
         special: bool,
         /// Length kept for it before the lane ends.
         minimum_length_m: f64,
     },
     /// From the roadside.
     PullOut {
-        /// Where it begins.
+        /// Start.
         from_m: f64,
-        /// Where it ends.
+        /// End.
         to_m: f64,
-        /// Where the vehicle stands before, metres to the left of the way.
+        /// Offset before it.
         offset_m: f64,
-        /// It backs up until then, seconds.
+        /// Time until which the vehicle backs up, seconds.
         backwards_until_s: Option<f64>,
-        /// The first part of its path ends there.
+        /// End of the first part of its path.
         first_part_end_m: Option<f64>,
     },
     /// To the roadside.
     PullOver {
-        /// Where it begins.
+        /// Start.
         from_m: f64,
-        /// Where it ends.
+        /// End.
         to_m: f64,
-        /// Where the vehicle stands afterwards, metres to the left of the way.
+        /// Offset after it.
         offset_m: f64,
-        /// From when on its path is decided; `None` = as soon as it is known.
+        /// Moment from which its path is decided; `None` = as soon as it is known.
         decided_from: Option<Moment>,
-        /// Before that: the vehicle slows down from here on.
+        /// Before that: the place from which the vehicle slows down.
         deceleration_m: Option<f64>,
-        /// Before that: it would stop here.
+        /// Before that: the place at which it would stop.
         stop_m: Option<f64>,
-        /// Before that: the path ends here.
+        /// Before that: the end of the path.
         stop_path_end_m: f64,
-        /// The first part of its path ends there.
+        /// End of the first part of its path.
         first_part_end_m: Option<f64>,
     },
     /// To the side within the lane, never signalled.
     SideShift {
-        /// Where it begins.
+        /// Start.
         from_m: f64,
-        /// Where it ends.
+        /// End.
         to_m: f64,
-        /// Offset afterwards, metres.
+        /// Offset after it.
         offset_m: f64,
     },
 }
@@ -97,16 +95,16 @@ pub enum PlanKind {
 /// One shift of an avoidance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvoidanceLine {
-    /// Where it begins, metres.
+    /// Start, metres.
     pub from_m: f64,
-    /// Where it ends, metres.
+    /// End, metres.
     pub to_m: f64,
-    /// Offset afterwards, metres to the left.
+    /// Offset after it, metres to the left.
     pub offset_m: f64,
 }
 
 impl PlanKind {
-    /// Where its last movement ends, metres.
+    /// The end of its last movement, metres.
     pub fn end_m(&self) -> f64 {
         match self {
             Self::Avoidance { lines } => lines.last().map_or(0.0, |line| line.to_m),
@@ -118,86 +116,64 @@ impl PlanKind {
     }
 }
 
-#[derive(Clone, Copy)]
-enum Keyword {
-    Avoidance,
-    LaneChange,
-    PullOut,
-    PullOver,
-    SideShift,
-}
-
-const KEYWORDS: [(&str, Keyword); 5] = [
-    ("avoidance", Keyword::Avoidance),
-    ("lane_change", Keyword::LaneChange),
-    ("pull_out", Keyword::PullOut),
-    ("pull_over", Keyword::PullOver),
-    ("side_shift", Keyword::SideShift),
+/// Kinds of manoeuvre, with the reader of each.
+const KINDS: Keywords<fn(&Fields<'_>) -> Option<PlanKind>> = &[
+    ("avoidance", avoidance),
+    ("lane_change", lane_change),
+    ("pull_out", pull_out),
+    ("pull_over", pull_over),
+    ("side_shift", side_shift),
 ];
 
-/// The list `manoeuvre`.
-pub(super) fn plans(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<Plan> {
-    top.list(reader, "manoeuvre").iter().filter_map(|value| plan(reader, value)).collect()
+/// Reads the list `manoeuvre`.
+pub(super) fn plans(lanes: &Lanes, top: &Fields<'_>) -> Vec<Plan> {
+    top.tables("manoeuvre").filter_map(|fields| plan(lanes, fields)).collect()
 }
 
-fn plan(reader: &mut Reader, value: &Value) -> Option<Plan> {
-    let mut fields = Fields::of(reader, value)?;
-    fields.must_have(reader, "kind")?;
-    let kind = match keyword(reader, &mut fields, "kind", &KEYWORDS)? {
-        Keyword::Avoidance => avoidance(reader, &mut fields),
-        Keyword::LaneChange => lane_change(reader, &mut fields),
-        Keyword::PullOut => pull_out(reader, &mut fields),
-        Keyword::PullOver => pull_over(reader, &mut fields),
-        Keyword::SideShift => side_shift(reader, &mut fields),
-    };
-    let known_from = moment(reader, &mut fields, ["known_from_m", "known_from_s"]);
-    let known_to = moment(reader, &mut fields, ["known_to_m", "known_to_s"]);
-    let approved_from = moment(reader, &mut fields, ["approved_from_m", "approved_from_s"]);
-    let lanes = lanes(reader, &mut fields);
-    fields.done(reader);
-    Some(Plan {
-        kind: kind?,
-        known_from,
-        known_to,
-        approved_from,
-        lanes,
-        location: reader.source_location(&value.location),
-    })
+fn plan(lanes: &Lanes, fields: Fields<'_>) -> Option<Plan> {
+    fields.require(&["kind"], "");
+    let kind = fields.keyword("kind", KINDS)?(&fields);
+    let known_from = moment(&fields, ["known_from_m", "known_from_s"]);
+    let known_to = moment(&fields, ["known_to_m", "known_to_s"]);
+    let approved_from = moment(&fields, ["approved_from_m", "approved_from_s"]);
+    let lanes = lanes.lanes(&fields);
+    let location = fields.checker.source_location(fields.location());
+    fields.done();
+    Some(Plan { kind: kind?, known_from, known_to, approved_from, lanes, location })
 }
 
-fn avoidance(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    fields.must_have(reader, "lines")?;
-    let given = fields.list(reader, "lines");
-    let lines: Vec<_> = given.iter().filter_map(|value| line(reader, value)).collect();
+fn avoidance(fields: &Fields<'_>) -> Option<PlanKind> {
+    fields.require(&["lines"], "")?;
+    let given: Vec<_> = fields.tables("lines").map(line).collect();
+    let lines: Vec<_> = given.into_iter().collect::<Option<_>>()?;
     let ascends = lines.iter().zip(lines.iter().skip(1)).all(|(one, next)| one.to_m <= next.from_m);
-    if lines.len() < given.len() {
-        return None;
-    }
     if lines.is_empty() || !ascends {
         let remedy = "give lines one after the other: [{ from_m = 50, to_m = 80, offset_m = 1.5 }]";
-        reader.refuse(fields.location(), "the lines of the avoidance are none, or overlap", remedy);
+        let reason = "the avoidance has no lines, or its lines overlap";
+        fields.checker.refuse(fields.location(), reason, remedy);
         return None;
     }
     Some(PlanKind::Avoidance { lines })
 }
 
-fn line(reader: &mut Reader, value: &Value) -> Option<AvoidanceLine> {
-    let mut fields = Fields::of(reader, value)?;
-    let range = from_to(reader, &mut fields);
-    let offset_m = offset(reader, &mut fields);
-    fields.done(reader);
+fn line(fields: Fields<'_>) -> Option<AvoidanceLine> {
+    let (range, offset_m) = (from_to(&fields), offset(&fields));
+    fields.done();
     let (from_m, to_m) = range?;
     Some(AvoidanceLine { from_m, to_m, offset_m: offset_m? })
 }
 
-fn lane_change(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    fields.must_have(reader, "side");
-    let side = keyword(reader, fields, "side", &[("left", Side::Left), ("right", Side::Right)]);
-    let range = from_to(reader, fields);
-    let crossing_m = range.and_then(|range| place_within(reader, fields, "crossing_m", range));
-    let valid_path = fields.truth_or(reader, "valid_path", true);
-    let special = fields.truth_or(reader, "special", false);
-    let minimum_length_m = number(reader, fields, "minimum_length_m", 0.0..=1000.0, "m").unwrap_or(0.0);
+fn lane_change(fields: &Fields<'_>) -> Option<PlanKind> {
+    fields.require(&["side"], "");
+    let side = fields.keyword("side", &[("left", Side::Left), ("right", Side::Right)]);
+    let range = from_to(fields);
+    let crossing_m = match range {
+        Some((from_m, to_m)) => fields.number("crossing_m", from_m..=to_m, "m"),
+        None => metres(fields, "crossing_m"),
+    };
+    let valid_path = fields.flag("valid_path").unwrap_or(true);
+    let special = fields.flag("special").unwrap_or_default();
+    let minimum_length_m = fields.number("minimum_length_m", 0.0..=1000.0, "m").unwrap_or(0.0);
     let (from_m, to_m) = range?;
     Some(PlanKind::LaneChange {
         side: side?,
@@ -210,23 +186,19 @@ fn lane_change(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind>
     })
 }
 
-fn pull_out(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    let range = from_to(reader, fields);
-    let offset_m = offset(reader, fields);
-    let backwards_until_s = number(reader, fields, "backwards_until_s", 0.0..=MAX_S, "s");
-    let first_part_end_m = metres(reader, fields, "first_part_end_m");
+fn pull_out(fields: &Fields<'_>) -> Option<PlanKind> {
+    let (range, offset_m) = (from_to(fields), offset(fields));
+    let backwards_until_s = fields.number("backwards_until_s", 0.0..=MAX_S, "s");
+    let first_part_end_m = metres(fields, "first_part_end_m");
     let (from_m, to_m) = range?;
     Some(PlanKind::PullOut { from_m, to_m, offset_m: offset_m?, backwards_until_s, first_part_end_m })
 }
 
-fn pull_over(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    let range = from_to(reader, fields);
-    let offset_m = offset(reader, fields);
-    let decided_from = moment(reader, fields, ["decided_from_m", "decided_from_s"]);
-    let deceleration_m = metres(reader, fields, "deceleration_m");
-    let stop_m = metres(reader, fields, "stop_m");
-    let stop_path_end_m = metres(reader, fields, "stop_path_end_m");
-    let first_part_end_m = metres(reader, fields, "first_part_end_m");
+fn pull_over(fields: &Fields<'_>) -> Option<PlanKind> {
+    let (range, offset_m) = (from_to(fields), offset(fields));
+    let decided_from = moment(fields, ["decided_from_m", "decided_from_s"]);
+    let [deceleration_m, stop_m, stop_path_end_m, first_part_end_m] =
+        ["deceleration_m", "stop_m", "stop_path_end_m", "first_part_end_m"].map(|key| metres(fields, key));
     let (from_m, to_m) = range?;
     Some(PlanKind::PullOver {
         from_m,
@@ -240,9 +212,8 @@ fn pull_over(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
     })
 }
 
-fn side_shift(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<PlanKind> {
-    let range = from_to(reader, fields);
-    let offset_m = offset(reader, fields);
+fn side_shift(fields: &Fields<'_>) -> Option<PlanKind> {
+    let (range, offset_m) = (from_to(fields), offset(fields));
     let (from_m, to_m) = range?;
     Some(PlanKind::SideShift { from_m, to_m, offset_m: offset_m? })
 }

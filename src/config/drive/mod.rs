@@ -1,6 +1,5 @@
-//! Drive scenarios for the turn signal decider: a map, a route, how the vehicle drives it, what the
-//! planner does meanwhile, what goes wrong, and what must come out. TOML or YAML with the same keys;
-//! `docs/turn-signal-scenarios.md` explains each.
+//! Drive scenarios for the turn-signal decider: a map, a route, the speed of the vehicle, manoeuvres of the
+//! planner, disturbances, and expectations. `docs/turn-signal-scenarios.md` explains each key.
 //!
 //! Positions are metres along the way: the middle of the preferred lanelets, from the start of the
 //! first one, of the rear axle. Times are seconds from the start. Offsets are to the left.
@@ -23,125 +22,109 @@ pub use reader::Moment;
 pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
+use crate::config::dimensions;
 use crate::config::files::Files;
-use crate::config::map::read_road_map;
+use crate::config::map::read_lane_network;
+use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
-use crate::config::reading::value::Value;
-use crate::config::reading::yaml_text::from_yaml;
-use crate::core::compat::Compat;
-use crate::core::turn_signal::geometry::Point;
-use crate::core::turn_signal::lane_network::LaneNetwork;
+use crate::core::map::geometry::Point;
+use crate::core::map::lane_network::LaneNetwork;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::parameters::{Parameters, Vehicle};
-use reader::{MAX_S, Reader, SEE, metres};
+use reader::{Lanes, MAX_S, SEE, metres};
 
-/// Without a limit a drive ends after this.
+/// The default end of a drive, seconds.
 const MAX_DRIVE_S: f64 = 600.0;
 
-/// What a drive scenario says.
+/// The content of a drive scenario.
 #[derive(Debug, Clone)]
 pub struct DriveFile {
-    /// What it is called.
+    /// Title.
     pub name: Option<String>,
-    /// What it is about.
+    /// Description.
     pub description: Option<String>,
-    /// Whose behaviours it is for, improved first.
-    pub modes: Vec<Compat>,
-    /// The decider's parameters, those of the country and those set one by one.
+    /// Behaviours for which it is, improved first.
+    pub modes: Vec<DeciderCompat>,
+    /// Parameters of the decider: those of the country, and those set one by one.
     pub parameters: Parameters,
-    /// The vehicle.
+    /// Dimensions of the vehicle.
     pub vehicle: Vehicle,
     /// Cycles a second.
     pub planning_hz: f64,
-    /// Where the vehicle is at the start, metres.
+    /// Place of the vehicle at the start, metres.
     pub start_m: f64,
-    /// Where the drive ends, metres; `None` = at the end of the way.
+    /// Place at which the drive ends, metres; `None` = the end of the way.
     pub until_m: Option<f64>,
-    /// When it ends at the latest.
+    /// Time at which it ends at the latest.
     pub until: Duration,
-    /// The map it is on.
+    /// Path of the map.
     pub map: PathBuf,
-    /// The lanelets of the map.
+    /// Lanelets of the map.
     pub road: Arc<LaneNetwork>,
-    /// The route.
+    /// Route.
     pub route: RoutePlan,
-    /// How fast the vehicle drives.
+    /// Speed of the vehicle.
     pub speed: SpeedProfile,
-    /// Where it stands for a while, ascending.
+    /// Stops, in ascending order.
     pub stops: Vec<Stop>,
-    /// The line it drives instead of the way of the route; empty = that way.
+    /// Line that it drives instead of the way of the route; empty = that way.
     pub points: Vec<Point>,
-    /// What the planner does, in the order of the file.
+    /// Manoeuvres of the planner, in the order of the file.
     pub manoeuvres: Vec<Plan>,
-    /// What goes wrong.
+    /// Disturbances.
     pub disturbances: Vec<Disturbance>,
-    /// What must come out.
+    /// Expectations.
     pub expectations: Vec<Expectation>,
 }
 
 /// Reads a drive scenario and the map it names.
 ///
 /// # Errors
-/// All reasons, each with its place; of what is not even TOML or YAML, the first.
+/// Every problem with its place; only the first one of a file that is not TOML.
 pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
-    let one = |problem| Refused(vec![problem]);
-    let bytes = files
-        .read(path)
-        .map_err(|error| one(Problem::unreadable(path, &error, "give the path of a drive scenario")))?;
-    let text = Text::new(path, bytes).map_err(one)?;
-    let root = match path.extension().and_then(|extension| extension.to_str()) {
-        Some("toml") => from_toml(&text, SEE),
-        Some("yaml" | "yml") => from_yaml(&text),
-        Some(_) | None => {
-            let reason = "unknown file extension of a drive scenario";
-            Err(Problem::whole_file(path, reason, "name it .toml or .yaml"))
-        }
-    };
-    let mut reader = Reader::new(Arc::clone(&text.file));
-    let file = interpret(files, &root.map_err(one)?, path, &mut reader);
-    match file.filter(|_| reader.problems.is_empty()) {
-        Some(file) => Ok(file),
-        None => Err(Refused(reader.into_problems())),
+    let text = Text::read(path, files.read(path), "give the path of a drive scenario")?.not_blank()?;
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return Err(Problem::whole_file(path, "expected a TOML file", "name it .toml").into());
     }
+    let root = from_toml(&text, SEE)?;
+    let checker = Checker::new(&text.file, SEE);
+    let file = Fields::of(&checker, &root).and_then(|top| interpret(files, top));
+    checker.finish(file).map_err(Refused)
 }
 
-/// `None` only with a problem told.
-fn interpret(files: &dyn Files, root: &Value, path: &Path, reader: &mut Reader) -> Option<DriveFile> {
-    let mut top = Fields::of(reader, root)?;
-    let name = top.text(reader, "name").map(|given| given.text);
-    let description = top.text(reader, "description").map(|given| given.text);
-    let map = top.required(reader, "map");
-    let modes = reader::modes(reader, &mut top, "compat");
-    let parameters = setting::parameters(files, reader, &mut top);
-    let vehicle = setting::vehicle(reader, &mut top);
-    let planning_hz = reader::number(reader, &mut top, "planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
-    let start_m = metres(reader, &mut top, "start_m").unwrap_or(0.0);
-    let until_m = metres(reader, &mut top, "until_m");
-    let until_s = reader::number(reader, &mut top, "until_s", 0.0..=MAX_S, "s");
-    let route = route::route(reader, &mut top);
-    let drive = setting::drive(reader, &mut top);
-    let manoeuvres = manoeuvre::plans(reader, &mut top);
-    let disturbances = disturbance::disturbances(reader, &mut top);
-    let expectations = expectation::expectations(reader, &mut top);
-    top.done(reader);
+/// Reads the file; `None` only when a problem was noted.
+fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
+    let checker = top.checker;
+    let lanes = Lanes::default();
+    top.require(&["map"], "");
+    let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
+    let map = top.path("map");
+    let modes = reader::modes(&top);
+    let parameters = setting::parameters(files, &top);
+    let vehicle = dimensions::vehicle(top.section("vehicle"));
+    let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
+    let start_m = metres(&top, "start_m").unwrap_or(0.0);
+    let until_m = metres(&top, "until_m");
+    let until_s = top.number("until_s", 0.0..=MAX_S, "s");
+    let route = route::route(&lanes, &top);
+    let drive = setting::drive(&top);
+    let manoeuvres = manoeuvre::plans(&lanes, &top);
+    let disturbances = disturbance::disturbances(&lanes, &top);
+    let expectations = expectation::expectations(&top);
     if until_m.is_some_and(|until_m| until_m <= start_m) {
-        reader.refuse(&root.location, "until_m is not beyond start_m", "the drive goes forward: give more");
+        top.refuse("until_m", "until_m is not beyond start_m", "the drive goes forward: give more");
     }
-    let map_path = path.parent().unwrap_or(Path::new("")).join(&map.as_ref()?.text);
-    let road = match read_road_map(files, &map_path) {
-        Ok(map) => LaneNetwork::of_map(&map),
-        Err(reason) => {
-            let reason = format!("{}: {reason}", map_path.display());
-            let remedy = "give the path of a lanelet2 map, relative to this file";
-            reader.refuse(&map?.location, reason, remedy);
-            return None;
-        }
-    };
-    reader.check_lanes(&road);
+    let map_at = top.at("map");
+    top.done();
+    let map = map?;
+    let road = read_lane_network(files, &map).map_err(|reason| format!("{}: {reason}", map.display()));
+    let remedy = "give the path of a lanelet2 map, relative to this file";
+    let road = checker.accept(map_at, road, remedy)?;
+    lanes.check(checker, &road);
     let (speed, stops, points) = drive?;
-    let until = Duration::from_secs_f64(until_s.unwrap_or(MAX_DRIVE_S).clamp(0.0, MAX_S));
     Some(DriveFile {
         name,
         description,
@@ -151,8 +134,8 @@ fn interpret(files: &dyn Files, root: &Value, path: &Path, reader: &mut Reader) 
         planning_hz,
         start_m,
         until_m,
-        until,
-        map: map_path,
+        until: Duration::from_secs_f64(until_s.unwrap_or(MAX_DRIVE_S)),
+        map,
         road: Arc::new(road),
         route: route?,
         speed,

@@ -1,83 +1,69 @@
 //! The route of a drive scenario.
 
-use super::reader::{Reader, list, pose};
-use crate::config::reading::fields::{Fields, items};
+use super::reader::{Lanes, pose};
+use crate::config::reading::checker::Checker;
+use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
-use crate::config::reading::value::{Kind, Value};
-use crate::core::turn_signal::geometry::Pose;
+use crate::config::reading::value::{Value, items};
+use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::route::Segment;
+
+const EXAMPLE: &str = "give a list of lists of lanelet ids, the preferred one first: [[1], [2, 3]]";
 
 /// A route as it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoutePlan {
-    /// Side by side lanelets, the preferred one first.
+    /// Lanelets side by side, the preferred one first.
     pub segments: Vec<Segment>,
-    /// Its id, if it has one of its own.
+    /// Id, if it has one of its own.
     pub id: Option<u128>,
-    /// Where it starts; `None` = where its first preferred lanelet does.
+    /// Start; `None` = that of its first preferred lanelet.
     pub start: Option<Pose>,
-    /// Where it ends; `None` = where its last preferred lanelet does.
+    /// Goal; `None` = the end of its last preferred lanelet.
     pub goal: Option<Pose>,
-    /// Where it stands.
+    /// Place in the file.
     pub location: SourceLocation,
 }
 
-/// The table `route`.
-pub(super) fn route(reader: &mut Reader, top: &mut Fields<'_>) -> Option<RoutePlan> {
-    top.must_have(reader, "route")?;
-    let value = top.take("route")?;
-    let mut fields = Fields::of(reader, value)?;
-    let start = fields.take("start").and_then(|value| pose(reader, value));
-    let goal = fields.take("goal").and_then(|value| pose(reader, value));
-    let route = plan(reader, &mut fields);
-    fields.done(reader);
+/// Reads the table `route`.
+pub(super) fn route(lanes: &Lanes, top: &Fields<'_>) -> Option<RoutePlan> {
+    top.require(&["route"], "");
+    let fields = top.table("route")?;
+    let start = fields.table("start").and_then(pose);
+    let goal = fields.table("goal").and_then(pose);
+    let route = plan(lanes, &fields);
+    fields.done();
     Some(RoutePlan { start, goal, ..route? })
 }
 
-/// The keys `segments` and `id` of any table.
-pub(super) fn plan(reader: &mut Reader, fields: &mut Fields<'_>) -> Option<RoutePlan> {
-    fields.must_have(reader, "segments")?;
-    let value = fields.take("segments")?;
-    let wanted = "give a list of lists of lanelet ids, the preferred one first: [[1], [2, 3]]";
+/// Reads the keys `segments` and `id` of any table.
+pub(super) fn plan(lanes: &Lanes, fields: &Fields<'_>) -> Option<RoutePlan> {
+    let id = fields.whole("id");
+    fields.require(&["segments"], "")?;
+    let given = fields.list("segments", EXAMPLE);
     let segments: Vec<Segment> =
-        list(reader, value, wanted).iter().filter_map(|item| segment(reader, item)).collect();
-    if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
-        reader.refuse(&value.location, "a route without lanelets", wanted);
+        given.iter().filter_map(|item| segment(lanes, fields.checker, item)).collect();
+    if given.is_empty() {
+        fields.refuse("segments", "a route without lanelets", EXAMPLE);
     }
     let mut seen = Vec::new();
     for lane in segments.iter().flat_map(|segment| &segment.lanes) {
         if seen.contains(lane) {
             let reason = format!("the route lists lanelet {lane} twice");
-            reader.refuse(&value.location, reason, "Autoware refuses such a route: name each lanelet once");
+            fields.refuse("segments", reason, "Autoware refuses such a route: name each lanelet once");
         }
         seen.push(*lane);
     }
-    let id = fields.number(reader, "id").and_then(|given| {
-        let id = given.text.parse().ok();
-        if id.is_none() {
-            reader.refuse(
-                &given.location,
-                format!("{:?} is not an id", given.text),
-                "give a whole number from 0",
-            );
-        }
-        id
-    });
-    Some(RoutePlan {
-        segments,
-        id,
-        start: None,
-        goal: None,
-        location: reader.source_location(&value.location),
-    })
+    let location = fields.checker.source_location(fields.at("segments"));
+    Some(RoutePlan { segments, id, start: None, goal: None, location })
 }
 
-/// Lanelets side by side; a single one needs no list.
-fn segment(reader: &mut Reader, value: &Value) -> Option<Segment> {
-    let lanes: Vec<_> = items(value).iter().filter_map(|item| reader.lane(item)).collect();
+/// Reads lanelets side by side; a single one needs no list.
+fn segment(lanes: &Lanes, checker: &Checker, value: &Value) -> Option<Segment> {
+    let lanes: Vec<_> = items(value).iter().filter_map(|item| lanes.lane(checker, item)).collect();
     let Some(preferred) = lanes.first().copied() else {
         if items(value).is_empty() {
-            reader.refuse(&value.location, "a segment without lanelets", "name at least the preferred one");
+            checker.refuse(&value.location, "a segment without lanelets", "name at least the preferred one");
         }
         return None;
     };

@@ -1,87 +1,71 @@
 //! `[can.*]`: the interface of each bus.
 
-use std::collections::BTreeMap;
-
-use serde::Deserialize;
-use toml::Spanned;
-
-use crate::config::reading::checker::Checker;
+use crate::config::reading::fields::Fields;
 use crate::config::vehicle::Vehicle;
 
 const DEFAULT_RECEIVE_BUFFER: usize = 4 << 20;
 
-/// The sections by the names of their buses.
-pub(super) type CanFiles = BTreeMap<Spanned<String>, CanFile>;
-
-/// `[can.<bus>]`
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CanFile {
-    /// SocketCAN interface; also the name in recordings.
-    pub interface: Spanned<String>,
-    /// Kernel receive buffer to ask for, bytes.
-    pub receive_buffer_bytes: Option<Spanned<usize>>,
+/// The interface of a bus.
+#[derive(Debug)]
+pub(super) struct CanConfig {
+    /// Name of the SocketCAN interface, also in recordings.
+    pub(super) interface: String,
+    /// Kernel receive buffer, bytes.
+    pub(super) receive_buffer: usize,
 }
 
-/// Interface and receive buffer of each bus of the vehicle, in its order.
-pub(super) fn cans(
-    checker: &mut Checker<'_>,
-    sections: &CanFiles,
-    vehicle: &Vehicle,
-) -> Vec<(String, usize)> {
-    let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.as_str()).collect();
-    let known = buses.join(", ");
-    for (name, _) in sections.iter().filter(|(name, _)| !buses.contains(&name.get_ref().as_str())) {
-        checker.refuse(
-            name,
-            format!("the vehicle profile has no bus {}", name.get_ref()),
-            &format!("it has {known}"),
-        );
+impl CanConfig {
+    /// The interface of a bus by its number, when no configuration names one.
+    pub(super) fn numbered(index: usize) -> Self {
+        Self { interface: format!("can{index}"), receive_buffer: DEFAULT_RECEIVE_BUFFER }
     }
-    let mut taken: Vec<&str> = Vec::new();
-    for can in sections.values() {
-        let interface = can.interface.get_ref();
-        if !is_interface_name(interface) {
-            let remedy = "give 1 to 15 characters without spaces and slashes, e.g. can0";
-            checker.refuse(&can.interface, format!("{interface:?} is not an interface name"), remedy);
+}
+
+/// Reads the section of each bus of the vehicle, in the order of its buses.
+pub(super) fn cans(top: &Fields<'_>, vehicle: &Vehicle) -> Vec<CanConfig> {
+    let checker = top.checker;
+    let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.as_str()).collect();
+    let mut sections = Vec::new();
+    let mut taken = Vec::new();
+    for entry in top.entries("can", "write [can.<bus>]") {
+        if !buses.contains(&entry.key.as_str()) {
+            let reason = format!("the vehicle profile has no bus {}", entry.key);
+            checker.refuse(&entry.location, reason, &format!("it has {}", buses.join(", ")));
         }
-        if taken.contains(&interface.as_str()) {
-            checker.refuse(
-                &can.interface,
-                format!("{interface} serves two buses"),
-                "give each bus its own interface",
-            );
+        let Some(fields) = Fields::of(checker, &entry.value) else { continue };
+        if let Some(can) = can(&fields) {
+            if taken.contains(&can.interface) {
+                let reason = format!("{} serves two buses", can.interface);
+                fields.refuse("interface", reason, "give each bus its own interface");
+            }
+            taken.push(can.interface.clone());
+            sections.push((entry.key.as_str(), can));
         }
-        taken.push(interface);
-        let buffer = can.receive_buffer_bytes.as_ref();
-        checker.in_range(
-            buffer,
-            &(4096..=1 << 30),
-            "invalid buffer size {} bytes",
-            "give 4096 to 1073741824",
-        );
+        fields.done();
     }
     let mut cans = Vec::new();
     for bus in buses {
-        match sections.get(bus) {
-            Some(can) => {
-                let buffer = can.receive_buffer_bytes.as_ref();
-                cans.push((
-                    can.interface.get_ref().clone(),
-                    buffer.map_or(DEFAULT_RECEIVE_BUFFER, |bytes| *bytes.get_ref()),
-                ));
-            }
-            None => checker.refuse_at(
-                0..0,
-                format!("bus {bus} of the vehicle profile has no interface"),
-                &format!("add [can.{bus}] interface = \"can0\""),
-            ),
+        if let Some(at) = sections.iter().position(|(name, _)| *name == bus) {
+            cans.push(sections.swap_remove(at).1);
+        } else if !top.section("can").has(bus) {
+            let reason = format!("bus {bus} of the vehicle profile has no interface");
+            checker.refuse(top.location(), reason, &format!("add [can.{bus}] interface = \"can0\""));
         }
     }
     cans
 }
 
-/// As the kernel's `dev_valid_name`.
+fn can(fields: &Fields<'_>) -> Option<CanConfig> {
+    let receive_buffer = fields.number("receive_buffer_bytes", 4096..=1 << 30, "bytes");
+    let interface = fields.required_string("interface")?.text;
+    if !is_interface_name(&interface) {
+        let remedy = "give 1 to 15 characters without spaces and slashes, e.g. can0";
+        fields.refuse("interface", format!("{interface:?} is not an interface name"), remedy);
+    }
+    Some(CanConfig { interface, receive_buffer: receive_buffer.unwrap_or(DEFAULT_RECEIVE_BUFFER) })
+}
+
+/// The rule of the kernel's `dev_valid_name`.
 fn is_interface_name(name: &str) -> bool {
     (1..=15).contains(&name.len())
         && name != "."

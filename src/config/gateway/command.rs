@@ -1,85 +1,31 @@
-//! `[command]`: whose commands are carried out, when, and what happens when they fall silent.
+//! `[command]`: whose commands are carried out, when, and the reaction when they stop.
 
 use std::time::Duration;
 
-use serde::Deserialize;
-use toml::Spanned;
-
-use crate::config::reading::checker::Checker;
-use crate::config::reading::keyword::{Keyword, keywords};
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 use crate::core::command::arbitration::{Rules, ShutdownAction, TimeoutAction};
 use crate::core::command::feedback_monitor::Limits;
 use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, ModeFrom, Transmit};
 
-keywords!(CommandSource { "topic" => CommandSource::Topic, "decider" => CommandSource::Decider });
-keywords!(Transmit { "off" => Transmit::Off, "on" => Transmit::On });
-keywords!(TimeoutAction { "off" => TimeoutAction::Off, "hold" => TimeoutAction::Hold, "hazard" => TimeoutAction::Hazard });
-keywords!(ShutdownAction { "release" => ShutdownAction::Release, "off" => ShutdownAction::Off, "hazard" => ShutdownAction::Hazard });
+const SOURCES: Keywords<CommandSource> =
+    &[("topic", CommandSource::Topic), ("decider", CommandSource::Decider)];
+const TRANSMIT: Keywords<Transmit> = &[("off", Transmit::Off), ("on", Transmit::On)];
+const ON_TIMEOUT: Keywords<TimeoutAction> =
+    &[("off", TimeoutAction::Off), ("hold", TimeoutAction::Hold), ("hazard", TimeoutAction::Hazard)];
+const ON_SHUTDOWN: Keywords<ShutdownAction> =
+    &[("release", ShutdownAction::Release), ("off", ShutdownAction::Off), ("hazard", ShutdownAction::Hazard)];
+/// Whether the control mode comes from a signal.
+const MODE_FROM_SIGNAL: Keywords<bool> = &[("topic", false), ("signal", true)];
 
-/// `[command]`
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CommandFile {
-    /// Whose commands are carried out.
-    pub source: Option<Spanned<Keyword<CommandSource>>>,
-    /// Whether frames are sent.
-    #[serde(default)]
-    pub tx: Keyword<Transmit>,
-    /// Where the control mode comes from.
-    pub control_mode: Option<Spanned<ModeFromFile>>,
-    /// Longest believed time without a control mode, ms.
-    pub control_mode_timeout_ms: Option<Spanned<u64>>,
-    /// Longest time without a turn command, ms.
-    pub turn_timeout_ms: Option<Spanned<u64>>,
-    /// Longest time without a hazard command, ms.
-    pub hazard_timeout_ms: Option<Spanned<u64>>,
-    /// What to do when the turn command falls silent.
-    pub on_turn_timeout: Option<Keyword<TimeoutAction>>,
-    /// What to do when the hazard command falls silent.
-    pub on_hazard_timeout: Option<Keyword<TimeoutAction>>,
-    /// What to ask for in the last frames.
-    #[serde(default)]
-    pub on_shutdown: Keyword<ShutdownAction>,
-    /// Until a difference between command and report is a WARN, ms.
-    pub warn_after_ms: Option<Spanned<u64>>,
-    /// Until it is an ERROR, ms.
-    pub error_after_ms: Option<Spanned<u64>>,
-    /// Topic names.
-    #[serde(default)]
-    pub topics: CommandTopicsFile,
-}
-
-/// `[command.topics]`
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CommandTopicsFile {
-    /// `TurnIndicatorsCommand`
-    pub turn_indicators_cmd: Option<Spanned<String>>,
-    /// `HazardLightsCommand`
-    pub hazard_lights_cmd: Option<Spanned<String>>,
-    /// `ControlModeReport`
-    pub control_mode: Option<Spanned<String>>,
-}
-
-/// `control_mode = …`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ModeFromFile {
-    /// The topic.
-    #[default]
-    Topic,
-    /// The signal of the vehicle profile.
-    Signal,
-}
-
-/// Everything for commands to the vehicle.
+/// The settings of commands to the vehicle.
 #[derive(Debug, Clone)]
 pub struct CommandConfig {
-    /// What the flow runs on.
+    /// Settings of the flow.
     pub settings: CommandSettings,
-    /// What the vehicle profile binds; never empty.
+    /// The binding of the vehicle profile; never empty.
     pub binding: CommandBinding,
-    /// Where commands and control mode come from.
+    /// Topics of commands and control mode.
     pub topics: CommandTopics,
 }
 
@@ -95,76 +41,72 @@ pub struct CommandTopics {
 }
 
 const TIMEOUT: Duration = Duration::from_secs(1);
-/// Longer than the report of a lamp that blinks takes.
+/// Longer than the report of a flashing lamp takes.
 const WARN_AFTER: Duration = Duration::from_millis(1500);
 const ERROR_AFTER: Duration = Duration::from_secs(3);
 
-/// Checks the section; every problem found is noted. `binding` = that of the vehicle profile, unless it
-/// was refused.
+/// Reads the section. `binding` is that of the vehicle profile, unless the profile was refused; `decides` says
+/// whether the decider publishes commands.
 pub(super) fn command(
-    checker: &mut Checker<'_>,
-    file: &Spanned<CommandFile>,
+    fields: Fields<'_>,
     binding: Option<&CommandBinding>,
+    decides: bool,
 ) -> Option<CommandConfig> {
-    let (span, file) = (file.span(), file.get_ref());
-    let before = checker.problems.len();
+    let checker = fields.checker;
     if binding.is_some_and(CommandBinding::is_empty) {
-        let reason = "the vehicle profile has no [command]: nothing says how to ask the vehicle";
-        checker.refuse_at(span, reason, "describe its command messages there");
+        let reason = "the vehicle profile has no [command], so no message can be sent";
+        checker.refuse(fields.location(), reason, "describe its command messages there");
     }
-    let mut time = |given: &Option<_>, default| checker.limit(given.as_ref()).unwrap_or(default);
-    let turn_timeout = time(&file.turn_timeout_ms, TIMEOUT);
-    let hazard_timeout = time(&file.hazard_timeout_ms, TIMEOUT);
-    let mode_timeout = time(&file.control_mode_timeout_ms, TIMEOUT);
-    let warn = time(&file.warn_after_ms, WARN_AFTER);
-    let error = time(&file.error_after_ms, ERROR_AFTER.max(warn));
-    if let Some(given) = file.error_after_ms.as_ref().filter(|_| error < warn) {
-        let reason = format!("an error after {} ms comes before its warning", given.get_ref());
-        checker.refuse(given, reason, &format!("give at least {} ms", warn.as_millis()));
+    let source = fields.keyword("source", SOURCES).unwrap_or_default();
+    if source == CommandSource::Decider && !decides {
+        let remedy = "add [turn_signal] enabled = true, or use \"topic\"";
+        fields.refuse("source", "there is no decider that commands", remedy);
     }
-    let mode_from = mode_from(checker, file, mode_timeout, binding);
-    let mut topic = |given: &Option<_>, default| checker.topic(given.as_ref(), default);
-    let topics = CommandTopics {
-        turn_indicators_cmd: topic(&file.topics.turn_indicators_cmd, "/control/command/turn_indicators_cmd"),
-        hazard_lights_cmd: topic(&file.topics.hazard_lights_cmd, "/control/command/hazard_lights_cmd"),
-        control_mode: topic(&file.topics.control_mode, "/vehicle/status/control_mode"),
-    };
+    let time = |key, default| fields.limit(key).unwrap_or(default);
+    let warn = time("warn_after_ms", WARN_AFTER);
+    let error = time("error_after_ms", ERROR_AFTER.max(warn));
+    if error < warn {
+        let reason = format!("an error after {} ms comes before its warning", error.as_millis());
+        fields.refuse("error_after_ms", reason, &format!("give at least {} ms", warn.as_millis()));
+    }
     let settings = CommandSettings {
-        source: file.source.as_ref().map(|source| source.get_ref().0).unwrap_or_default(),
-        transmit: file.tx.0,
-        mode_from,
-        turn_timeout,
-        hazard_timeout,
+        source,
+        transmit: fields.keyword("tx", TRANSMIT).unwrap_or_default(),
+        mode_from: mode_from(&fields, binding),
+        turn_timeout: time("turn_timeout_ms", TIMEOUT),
+        hazard_timeout: time("hazard_timeout_ms", TIMEOUT),
         rules: Rules {
-            on_turn_timeout: file.on_turn_timeout.map_or(TimeoutAction::Off, |given| given.0),
-            // What was on in an emergency stays on.
-            on_hazard_timeout: file.on_hazard_timeout.map_or(TimeoutAction::Hold, |given| given.0),
-            on_shutdown: file.on_shutdown.0,
+            on_turn_timeout: fields.keyword("on_turn_timeout", ON_TIMEOUT).unwrap_or(TimeoutAction::Off),
+            // Lights that are on in an emergency stay on.
+            on_hazard_timeout: fields.keyword("on_hazard_timeout", ON_TIMEOUT).unwrap_or(TimeoutAction::Hold),
+            on_shutdown: fields.keyword("on_shutdown", ON_SHUTDOWN).unwrap_or_default(),
         },
         limits: Limits { warn, error },
     };
-    let binding = binding.filter(|_| checker.problems.len() == before)?.clone();
-    Some(CommandConfig { settings, binding, topics })
+    let names = fields.section("topics");
+    let topics = CommandTopics {
+        turn_indicators_cmd: names.topic("turn_indicators_cmd", "/control/command/turn_indicators_cmd"),
+        hazard_lights_cmd: names.topic("hazard_lights_cmd", "/control/command/hazard_lights_cmd"),
+        control_mode: names.topic("control_mode", "/vehicle/status/control_mode"),
+    };
+    names.done();
+    fields.done();
+    Some(CommandConfig { settings, binding: binding?.clone(), topics })
 }
 
-/// Where the control mode comes from.
-fn mode_from(
-    checker: &mut Checker<'_>,
-    file: &CommandFile,
-    timeout: Duration,
-    binding: Option<&CommandBinding>,
-) -> ModeFrom {
-    let given = file.control_mode.as_ref();
-    let Some(given) = given.filter(|given| *given.get_ref() == ModeFromFile::Signal) else {
+/// Reads the origin of the control mode.
+fn mode_from(fields: &Fields<'_>, binding: Option<&CommandBinding>) -> ModeFrom {
+    let timeout = fields.limit("control_mode_timeout_ms").unwrap_or(TIMEOUT);
+    if fields.keyword("control_mode", MODE_FROM_SIGNAL) != Some(true) {
         return ModeFrom::Topic { timeout };
-    };
-    if let Some(timeout) = &file.control_mode_timeout_ms {
-        let reason = "a signal has the timeout of its message";
-        checker.refuse(timeout, reason, "remove it, or use control_mode = \"topic\"");
+    }
+    if fields.has("control_mode_timeout_ms") {
+        let remedy = "remove it, or use control_mode = \"topic\"";
+        fields.refuse("control_mode_timeout_ms", "a signal has the timeout of its message", remedy);
     }
     if binding.is_some_and(|binding| binding.control_mode.is_none()) {
         let reason = "the vehicle profile binds no signal for the control mode";
-        checker.refuse(given, reason, "add [command.control_mode] there, or use \"topic\"");
+        fields.refuse("control_mode", reason, "add [command.control_mode] there, or use \"topic\"");
     }
     ModeFrom::Signal
 }

@@ -2,37 +2,19 @@
 
 use std::time::Duration;
 
-use serde::Deserialize;
-use toml::Spanned;
-
-use crate::config::reading::checker::Checker;
+use crate::config::reading::fields::Fields;
 
 const DEFAULT_PERIOD: Duration = Duration::from_millis(250);
 
-/// `[diagnostics]`
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DiagnosticsFile {
-    /// Refresh period, ms.
-    pub period_ms: Option<Spanned<u64>>,
-    /// `DiagnosticStatus.hardware_id`.
-    pub hardware_id: Option<Spanned<String>>,
-}
-
-/// How often a status is refreshed.
-pub(super) fn period(checker: &mut Checker<'_>, file: &DiagnosticsFile) -> Duration {
-    let remedy = "give 20 to 500 ms: aggregators call a status stale after 1 s";
-    let given = file.period_ms.as_ref();
-    let period = checker.in_range(given, &(20..=500), "invalid refresh period {} ms", remedy);
-    period.map_or(DEFAULT_PERIOD, Duration::from_millis)
-}
-
-/// `DiagnosticStatus.hardware_id`
-pub(super) fn hardware_id(checker: &mut Checker<'_>, file: &DiagnosticsFile) -> String {
-    let Some(id) = &file.hardware_id else { return "none".to_owned() };
-    if id.get_ref().is_empty() {
+/// Reads the section: the refresh period, and `DiagnosticStatus.hardware_id`.
+pub(super) fn diagnostics(fields: Fields<'_>) -> (Duration, String) {
+    // Aggregators call a status stale after 1 s.
+    let period = fields.millis("period_ms", 20..=500).unwrap_or(DEFAULT_PERIOD);
+    let hardware_id = fields.string("hardware_id").map_or("none".to_owned(), |id| id.text);
+    if hardware_id.is_empty() {
         let reason = "an empty hardware_id draws a warning from ROS tools";
-        checker.refuse(id, reason, "use \"none\" or leave it out");
+        fields.refuse("hardware_id", reason, "use \"none\" or leave it out");
     }
-    id.get_ref().clone()
+    fields.done();
+    (period, hardware_id)
 }

@@ -1,60 +1,42 @@
-//! `[recording]`: which recording to play, and how.
+//! `[recording]`: the recording that is played.
 
 use std::path::PathBuf;
 
-use serde::Deserialize;
-use toml::Spanned;
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 
-use crate::config::reading::checker::Checker;
-
-/// `[recording]`
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RecordingFile {
-    /// Recording in any known format, plain or gzip, relative to this file.
-    pub file: Spanned<String>,
-    /// Factor on the original timing.
-    pub speed: Option<Spanned<f64>>,
-    /// Start again at the end.
-    #[serde(default)]
-    pub repeat: bool,
-    /// Which time goes into message stamps.
-    #[serde(default)]
-    pub stamps: Stamps,
-}
-
-/// `stamps = …`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// The time that goes into message stamps while a recording is played in real time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stamps {
-    /// Those of the recording.
+    /// The time of the recording.
     #[default]
     Recorded,
-    /// Moved by a constant so that playback starts now.
+    /// The time of the recording, moved by a constant so that playback starts now.
     Now,
 }
 
-/// Which recording to play, and how.
+const STAMPS: Keywords<Stamps> = &[("recorded", Stamps::Recorded), ("now", Stamps::Now)];
+
+/// The recording that is played.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Recording in any known format, plain or gzip.
     pub file: PathBuf,
     /// Factor on the original timing.
     pub speed: f64,
-    /// Start again at the end.
+    /// Whether playback starts again at the end.
     pub repeat: bool,
-    /// Which time goes into stamps while it plays in real time.
+    /// Time in message stamps.
     pub stamps: Stamps,
 }
 
-/// Checks the section.
-pub(super) fn recording(checker: &mut Checker<'_>, file: &RecordingFile) -> Recording {
-    let remedy = "give 0.01 to 1000 (1 = original)";
-    let speed = checker.in_range(file.speed.as_ref(), &(0.01..=1000.0), "invalid speed {}", remedy);
-    Recording {
-        file: checker.beside(&file.file),
-        speed: speed.unwrap_or(1.0),
-        repeat: file.repeat,
-        stamps: file.stamps,
-    }
+/// Reads the section.
+pub(super) fn recording(fields: Fields<'_>) -> Option<Recording> {
+    fields.require(&["file"], "");
+    let file = fields.path("file");
+    let speed = fields.number("speed", 0.01..=1000.0, "").unwrap_or(1.0);
+    let repeat = fields.flag("repeat").unwrap_or_default();
+    let stamps = fields.keyword("stamps", STAMPS).unwrap_or_default();
+    fields.done();
+    Some(Recording { file: file?, speed, repeat, stamps })
 }

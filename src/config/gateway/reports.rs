@@ -2,68 +2,39 @@
 
 use std::time::Duration;
 
-use serde::Deserialize;
-use toml::Spanned;
-
-use crate::config::reading::checker::Checker;
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 use crate::core::vehicle_lights::report::Publish;
 
 const DEFAULT_RATE_HZ: f64 = 10.0;
 
-/// `[reports]`
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ReportsFile {
-    /// Rhythm.
-    #[serde(default)]
-    pub publish: PublishFile,
-    /// Rate of periodic publishing, Hz.
-    pub rate_hz: Option<Spanned<f64>>,
-    /// What late joiners get.
-    #[serde(default)]
-    pub durability: Durability,
-}
-
-/// `publish = …`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PublishFile {
-    /// At `rate_hz`, and at once on a change.
-    #[default]
-    Periodic,
-    /// On a change only.
-    OnChange,
-}
-
-/// `durability = …`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Durability of a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Durability {
-    /// A late joiner gets the report that is current.
+    /// A late joiner gets the current report.
     #[default]
     TransientLocal,
-    /// A late joiner waits for the next one.
+    /// A late joiner waits for the next report.
     Volatile,
 }
 
-/// When reports are published; what has no usable rate is not periodic.
-pub(super) fn publish(checker: &mut Checker<'_>, file: &ReportsFile) -> Publish {
-    let rate = file.rate_hz.as_ref();
-    match file.publish {
-        PublishFile::OnChange => {
-            if let Some(rate) = rate {
-                checker.refuse(rate, "on_change has no rate", "remove it, or use publish = \"periodic\"");
-            }
-            Publish::OnChange
+const DURABILITIES: Keywords<Durability> =
+    &[("transient_local", Durability::TransientLocal), ("volatile", Durability::Volatile)];
+/// Whether reports are published periodically.
+const IS_PERIODIC: Keywords<bool> = &[("periodic", true), ("on_change", false)];
+
+/// Reads the section: when reports are published, and their durability.
+pub(super) fn reports(fields: Fields<'_>) -> (Publish, Durability) {
+    let durability = fields.keyword("durability", DURABILITIES).unwrap_or_default();
+    let rate_hz = fields.number("rate_hz", 0.1..=1000.0, "Hz");
+    let publish = if fields.keyword("publish", IS_PERIODIC).unwrap_or(true) {
+        Publish::Periodic(Duration::from_secs_f64(1.0 / rate_hz.unwrap_or(DEFAULT_RATE_HZ)))
+    } else {
+        if rate_hz.is_some() {
+            fields.refuse("rate_hz", "on_change has no rate", "remove it, or use publish = \"periodic\"");
         }
-        PublishFile::Periodic => {
-            let range = 0.1..=1000.0;
-            let given = checker.in_range(rate, &range, "{} Hz cannot be published", "give 0.1 to 1000 Hz");
-            let rate_hz = given.unwrap_or(DEFAULT_RATE_HZ);
-            if !range.contains(&rate_hz) {
-                return Publish::OnChange;
-            }
-            Publish::Periodic(Duration::from_secs_f64(1.0 / rate_hz))
-        }
-    }
+        Publish::OnChange
+    };
+    fields.done();
+    (publish, durability)
 }

@@ -1,124 +1,224 @@
-//! Checks of a TOML document's values: what is wrong is noted, and checking goes on.
+//! Collects the problems of one file, and reads single values: a value that cannot be used is refused at its
+//! place, and reading goes on.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::str::FromStr;
+use std::sync::Arc;
 
-use toml::Spanned;
-
-use super::document::Document;
+use super::location::{Location, SourceLocation, line};
 use super::problem::Problem;
+use super::value::{Entry, Kind, Value};
 
-/// No limit is longer than an hour, ms.
-pub(in crate::config) const MAX_LIMIT_MS: u64 = 3_600_000;
+/// Keywords with the value of each, in the order in which a refusal lists them.
+pub(in crate::config) type Keywords<T> = &'static [(&'static str, T)];
 
-/// Collects the problems of one document.
-#[derive(Debug)]
-pub(in crate::config) struct Checker<'a> {
-    document: &'a Document,
-    pub(in crate::config) problems: Vec<Problem>,
+/// A text with its place.
+#[derive(Debug, Clone)]
+pub(in crate::config) struct LocatedText {
+    pub(in crate::config) text: String,
+    pub(in crate::config) location: Location,
 }
 
-impl<'a> Checker<'a> {
-    /// A checker without any problem so far.
-    pub(in crate::config) fn new(document: &'a Document) -> Self {
-        Self { document, problems: Vec::new() }
+/// Collects the problems of one file.
+pub(in crate::config) struct Checker {
+    file: Arc<Path>,
+    /// Document that explains the keys.
+    see: &'static str,
+    problems: RefCell<Vec<Problem>>,
+}
+
+impl Checker {
+    /// A checker without problems; `see` names the document that explains the keys of the file.
+    pub(in crate::config) fn new(file: &Arc<Path>, see: &'static str) -> Self {
+        Self { file: Arc::clone(file), see, problems: RefCell::default() }
     }
 
-    /// The folder of the document, to which its paths are relative.
-    pub(in crate::config) fn folder(&self) -> &'a Path {
-        self.document.path().parent().unwrap_or(Path::new(""))
+    /// The folder of the file, to which its paths are relative.
+    pub(in crate::config) fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or(Path::new(""))
     }
 
-    /// A path that the document names.
-    pub(in crate::config) fn beside(&self, path: &Spanned<String>) -> PathBuf {
-        self.folder().join(path.get_ref())
+    /// A path that the file names.
+    pub(in crate::config) fn beside(&self, named: &str) -> PathBuf {
+        self.folder().join(named)
     }
 
-    /// Notes a problem at a place; `0..0` is the whole file.
-    pub(in crate::config) fn refuse_at(&mut self, at: Range<usize>, reason: impl Into<String>, remedy: &str) {
-        self.problems.push(self.document.problem(at, reason, remedy));
+    /// The place with the name of the file.
+    pub(in crate::config) fn source_location(&self, at: &Location) -> SourceLocation {
+        at.in_file(&self.file)
     }
 
-    /// Notes a problem with a value.
-    pub(in crate::config) fn refuse<T>(
-        &mut self,
-        value: &Spanned<T>,
-        reason: impl Into<String>,
-        remedy: &str,
-    ) {
-        self.refuse_at(value.span(), reason, remedy);
+    /// Notes a problem at a place.
+    pub(in crate::config) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
+        let problem = self.source_location(at).problem(line(reason.as_ref()), line(remedy));
+        self.problems.borrow_mut().push(problem);
     }
 
-    /// The value, refused for `reason`, in which `{}` stands for it, when it is out of range; `None` without a
-    /// value.
-    pub(in crate::config) fn in_range<T: Copy + Display + PartialOrd>(
-        &mut self,
-        given: Option<&Spanned<T>>,
-        range: &RangeInclusive<T>,
-        reason: &str,
+    /// Notes a problem whose remedy is in the document that explains the keys.
+    pub(in crate::config) fn refuse_and_explain(&self, at: &Location, reason: impl AsRef<str>) {
+        self.refuse(at, reason, &format!("see {}", self.see));
+    }
+
+    /// Adds problems of another file, or of this one.
+    pub(in crate::config) fn adopt(&self, problems: Vec<Problem>) {
+        self.problems.borrow_mut().extend(problems);
+    }
+
+    /// The value; an error is noted at `at`.
+    pub(in crate::config) fn accept<T, E: Display>(
+        &self,
+        at: &Location,
+        result: Result<T, E>,
         remedy: &str,
     ) -> Option<T> {
-        let given = given?;
-        let value = *given.get_ref();
-        if !range.contains(&value) {
-            self.refuse(given, reason.replace("{}", &value.to_string()), remedy);
+        result.map_err(|error| self.refuse(at, error.to_string(), remedy)).ok()
+    }
+
+    /// The number of problems so far.
+    pub(in crate::config) fn count(&self) -> usize {
+        self.problems.borrow().len()
+    }
+
+    /// The value, which must exist when no problem was noted.
+    ///
+    /// # Errors
+    /// Every problem: those of other files first, then those of this file in the order of their places.
+    pub(in crate::config) fn finish<T>(self, value: Option<T>) -> Result<T, Vec<Problem>> {
+        let problems = self.problems.into_inner();
+        match value {
+            Some(value) if problems.is_empty() => Ok(value),
+            Some(_) | None => {
+                let (mut own, mut all): (Vec<_>, Vec<_>) =
+                    problems.into_iter().partition(|problem| problem.file == *self.file);
+                own.sort_by_key(|problem| problem.position);
+                // A value that was read twice was refused twice.
+                let mut seen = BTreeSet::new();
+                own.retain(|problem| seen.insert((problem.position, problem.reason.clone())));
+                all.extend(own);
+                Err(all)
+            }
         }
-        Some(value)
     }
 
-    /// A time within a range of milliseconds; `None` without a value.
-    pub(in crate::config) fn millis(
-        &mut self,
-        given: Option<&Spanned<u64>>,
-        range: &RangeInclusive<u64>,
-        reason: &str,
-    ) -> Option<Duration> {
-        let remedy = format!("give {} to {} ms", range.start(), range.end());
-        self.in_range(given, range, reason, &remedy).map(Duration::from_millis)
-    }
-
-    /// How long something is believed or waited for: 1 ms to an hour.
-    pub(in crate::config) fn limit(&mut self, given: Option<&Spanned<u64>>) -> Option<Duration> {
-        self.millis(given, &(1..=MAX_LIMIT_MS), "invalid time limit {} ms")
-    }
-
-    /// A ROS name: letters, digits and underscores, not beginning with a digit.
-    pub(in crate::config) fn ros_name(&mut self, given: Option<&Spanned<String>>, default: &str) -> String {
-        if let Some(name) = given.filter(|name| !is_ros_name(name.get_ref())) {
-            let reason = format!("{:?} is not a ROS name", name.get_ref());
-            self.refuse(name, reason, "use letters, digits and _, no digit first");
+    /// A single value as text, quoted or not.
+    pub(in crate::config) fn text(&self, value: &Value) -> Option<LocatedText> {
+        match &value.kind {
+            Kind::Scalar { text, .. } => {
+                Some(LocatedText { text: text.clone(), location: value.location.clone() })
+            }
+            Kind::Null | Kind::List(_) | Kind::Map(_) => {
+                self.refuse_kind(value, "a single value");
+                None
+            }
         }
-        given.map_or(default, |name| name.get_ref()).to_owned()
     }
 
-    /// An absolute topic: `/a/b`.
-    pub(in crate::config) fn topic(&mut self, given: Option<&Spanned<String>>, default: &str) -> String {
-        if let Some(topic) = given.filter(|topic| !is_topic(topic.get_ref())) {
-            self.refuse(topic, format!("{:?} is not an absolute topic", topic.get_ref()), "write it as /a/b");
+    /// A text in quotes.
+    pub(in crate::config) fn string(&self, value: &Value) -> Option<LocatedText> {
+        match &value.kind {
+            Kind::Scalar { is_quoted: true, .. } => self.text(value),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
+                self.refuse_kind(value, "a text in quotes");
+                None
+            }
         }
-        given.map_or(default, |topic| topic.get_ref()).to_owned()
     }
 
-    /// An absolute topic, or nothing at all: `""`.
-    pub(in crate::config) fn optional_topic(
-        &mut self,
-        given: Option<&Spanned<String>>,
-        default: &str,
-    ) -> String {
-        if given.is_some_and(|topic| topic.get_ref().is_empty()) {
-            return String::new();
+    /// A number within a range.
+    pub(in crate::config) fn number<T: FromStr + Display + PartialOrd>(
+        &self,
+        value: &Value,
+        range: &RangeInclusive<T>,
+        unit: &str,
+    ) -> Option<T> {
+        let remedy = format!("give {} to {}", range.start(), with_unit(&range.end().to_string(), unit));
+        self.number_that(value, |number| range.contains(number), unit, &remedy)
+    }
+
+    /// A whole number of any size that its type can hold.
+    pub(in crate::config) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
+        self.number_that(value, |_| true, "", "give a whole number")
+    }
+
+    fn number_that<T: FromStr>(
+        &self,
+        value: &Value,
+        is_allowed: impl Fn(&T) -> bool,
+        unit: &str,
+        remedy: &str,
+    ) -> Option<T> {
+        let text = match &value.kind {
+            Kind::Scalar { text, is_quoted: false } => text.trim(),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => "",
+        };
+        let is_whole = text.trim_start_matches('-').bytes().all(|byte| byte.is_ascii_digit());
+        let reason = match text.parse() {
+            Ok(number) if is_allowed(&number) => return Some(number),
+            Err(_) if text.parse::<f64>().is_err() => {
+                format!("expected a number, found {}", value.described())
+            }
+            Err(_) if !is_whole => format!("expected a whole number, found {text}"),
+            Ok(_) | Err(_) => format!("{} is out of range", with_unit(text, unit)),
+        };
+        self.refuse(&value.location, reason, remedy);
+        None
+    }
+
+    /// `true` or `false`.
+    pub(in crate::config) fn flag(&self, value: &Value) -> Option<bool> {
+        let flag = match &value.kind {
+            Kind::Scalar { text, is_quoted: false } => text.parse().ok(),
+            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
+        };
+        if flag.is_none() {
+            self.refuse_kind(value, "true or false");
         }
-        self.topic(given, default)
+        flag
+    }
+
+    /// The value of a keyword.
+    pub(in crate::config) fn keyword<T: Copy>(
+        &self,
+        given: &LocatedText,
+        keywords: &[(&str, T)],
+    ) -> Option<T> {
+        let found = keywords.iter().find(|(keyword, _)| *keyword == given.text);
+        if found.is_none() {
+            let known: Vec<_> = keywords.iter().map(|(keyword, _)| *keyword).collect();
+            let reason = format!("unknown value {:?}", given.text);
+            self.refuse(&given.location, reason, &format!("give one of {}", known.join(", ")));
+        }
+        found.map(|(_, value)| *value)
+    }
+
+    /// The values of a list; `example` is part of the remedy when it is something else.
+    pub(in crate::config) fn list<'v>(&self, value: &'v Value, example: &str) -> &'v [Value] {
+        if let Kind::List(items) = &value.kind {
+            return items;
+        }
+        self.refuse(&value.location, format!("expected a list, found {}", value.described()), example);
+        &[]
+    }
+
+    /// The entries of a table; `example` is part of the remedy when it is something else.
+    pub(in crate::config) fn entries<'v>(&self, value: &'v Value, example: &str) -> &'v [Entry] {
+        if let Kind::Map(entries) = &value.kind {
+            return entries;
+        }
+        self.refuse(&value.location, format!("expected a table, found {}", value.described()), example);
+        &[]
+    }
+
+    /// Refuses a value of another kind than expected.
+    pub(in crate::config) fn refuse_kind(&self, value: &Value, expected: &str) {
+        self.refuse_and_explain(&value.location, format!("expected {expected}, found {}", value.described()));
     }
 }
 
-fn is_topic(topic: &str) -> bool {
-    topic.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_ros_name))
-}
-
-fn is_ros_name(name: &str) -> bool {
-    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
-        && name.chars().all(|char| char.is_ascii_alphanumeric() || char == '_')
+fn with_unit(number: &str, unit: &str) -> String {
+    if unit.is_empty() { number.to_owned() } else { format!("{number} {unit}") }
 }

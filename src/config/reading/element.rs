@@ -1,16 +1,16 @@
 //! The elements of an OpenSCENARIO document, whichever form it was written in.
 //!
-//! Whoever reads an element or attribute marks it as seen. What nobody has seen in the end was not
-//! interpreted, and is told.
+//! Reading an element or attribute marks it as seen. What is not seen in the end was not interpreted, and is
+//! listed.
 
 use std::cell::Cell;
 
 use super::location::Location;
 
-/// An element with what stands in it.
+/// An element with its content.
 #[derive(Debug)]
 pub(in crate::config) struct Element {
-    /// Without namespace.
+    /// Name without namespace.
     pub(in crate::config) name: String,
     pub(in crate::config) location: Location,
     pub(in crate::config) attributes: Vec<Attribute>,
@@ -32,26 +32,26 @@ pub(in crate::config) struct Content {
 pub(in crate::config) struct Attribute {
     pub(in crate::config) name: String,
     pub(in crate::config) value: String,
-    /// Of the value.
+    /// Place of the value.
     pub(in crate::config) location: Location,
     pub(in crate::config) is_seen: Cell<bool>,
 }
 
 impl Element {
-    /// The first child of that name. Others are left unseen.
+    /// The first child with a name; others are left unseen.
     pub(in crate::config) fn child(&self, name: &str) -> Option<&Element> {
         let found = self.children.iter().find(|child| child.name == name)?;
         found.is_seen.set(true);
         Some(found)
     }
 
-    /// All children of that name.
+    /// All children with a name.
     pub(in crate::config) fn all<'e>(&'e self, name: &'e str) -> impl Iterator<Item = &'e Element> {
         let named = self.children.iter().filter(move |child| child.name == name);
         named.inspect(|child| child.is_seen.set(true))
     }
 
-    /// The attribute of that name.
+    /// The attribute with a name.
     pub(in crate::config) fn attribute(&self, name: &str) -> Option<&Attribute> {
         let found = self.attributes.iter().find(|attribute| attribute.name == name)?;
         found.is_seen.set(true);
@@ -64,7 +64,7 @@ impl Element {
         &self.content.text
     }
 
-    /// Marks it and all that stands in it as seen.
+    /// Marks the element and everything in it as seen.
     pub(in crate::config) fn see_all(&self) {
         self.is_seen.set(true);
         self.content.is_seen.set(true);
@@ -72,21 +72,21 @@ impl Element {
         self.children.iter().for_each(Element::see_all);
     }
 
-    /// Whether all of it was seen, but for elements that say nothing.
+    /// Whether everything in it was seen; empty elements count as seen.
     pub(in crate::config) fn is_all_seen(&self) -> bool {
-        self.says_nothing()
+        self.is_empty()
             || self.is_seen.get()
                 && (self.content.is_seen.get() || self.content.text.is_empty())
                 && self.attributes.iter().all(|attribute| attribute.is_seen.get())
                 && self.children.iter().all(Element::is_all_seen)
     }
 
-    /// It has neither attributes nor text nor children.
-    pub(in crate::config) fn says_nothing(&self) -> bool {
+    /// Whether it has neither attributes nor text nor children.
+    pub(in crate::config) fn is_empty(&self) -> bool {
         self.attributes.is_empty() && self.children.is_empty() && self.content.text.is_empty()
     }
 
-    /// How many elements it is, itself included.
+    /// The number of elements in it, itself included.
     pub(in crate::config) fn count(&self) -> usize {
         1 + self.children.iter().map(Element::count).sum::<usize>()
     }

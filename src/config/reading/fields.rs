@@ -1,182 +1,291 @@
-//! The keys of one table, taken one by one; what is left is refused.
+//! Reads a table key by key; a key that nobody read is refused in the end.
 
+use std::cell::{Cell, RefCell};
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+use super::checker::{Checker, LocatedText};
 use super::location::Location;
 use super::value::{Entry, Kind, Value};
 
-/// A text with its place.
-#[derive(Debug, Clone)]
-pub(in crate::config) struct LocatedText {
-    pub(in crate::config) text: String,
-    pub(in crate::config) location: Location,
+/// The longest time limit, an hour in ms.
+pub(in crate::config) const MAX_LIMIT_MS: u64 = 3_600_000;
+
+/// The keys of a table. Each reading method takes a key and gives `None` when it is absent, or when its value
+/// was refused.
+pub(in crate::config) struct Fields<'c> {
+    pub(in crate::config) checker: &'c Checker,
+    location: &'c Location,
+    entries: &'c [Entry],
+    known: RefCell<Vec<&'static str>>,
+    /// The form of the table, for refusals: `with kind = "lamp"`; empty when it has only one.
+    form: Cell<&'static str>,
+    /// Whether the form is unknown, so that any key may be right.
+    is_open: Cell<bool>,
 }
 
-/// What collects refusals.
-pub(in crate::config) trait Refuse {
-    /// Where the keys are explained.
-    const SEE: &'static str;
+impl<'c> Fields<'c> {
+    /// The keys of a table; any other value is refused.
+    pub(in crate::config) fn of(checker: &'c Checker, value: &'c Value) -> Option<Self> {
+        let fields = Self::of_table(checker, value);
+        if fields.is_none() {
+            checker.refuse_kind(value, "a table");
+        }
+        fields
+    }
 
-    /// Refuses what stands at a place.
-    fn refuse_at(&mut self, location: &Location, reason: String, remedy: &str);
-}
+    /// The keys of a table; `None` for any other value.
+    pub(in crate::config) fn of_table(checker: &'c Checker, value: &'c Value) -> Option<Self> {
+        let Kind::Map(entries) = &value.kind else { return None };
+        Some(Self::new(checker, &value.location, entries))
+    }
 
-/// The keys of a table.
-pub(in crate::config) struct Fields<'v> {
-    value: &'v Value,
-    entries: &'v [Entry],
-    known: Vec<&'static str>,
-}
-
-impl<'v> Fields<'v> {
-    /// Those of a table; anything else is refused.
-    pub(in crate::config) fn of<R: Refuse>(reading: &mut R, value: &'v Value) -> Option<Self> {
-        match &value.kind {
-            Kind::Map(entries) => Some(Self { value, entries, known: Vec::new() }),
-            Kind::Null | Kind::Scalar { .. } | Kind::List(_) => {
-                let reason = format!("expected a table, found {}", value.described());
-                reading.refuse_at(&value.location, reason, &see::<R>());
-                None
-            }
+    fn new(checker: &'c Checker, location: &'c Location, entries: &'c [Entry]) -> Self {
+        Self {
+            checker,
+            location,
+            entries,
+            known: RefCell::default(),
+            form: Cell::default(),
+            is_open: Cell::default(),
         }
     }
 
-    /// The value of a key; nothing (YAML's null) is as if it were not there.
-    pub(in crate::config) fn take(&mut self, key: &'static str) -> Option<&'v Value> {
-        self.known.push(key);
-        let entry = self.entries.iter().find(|entry| entry.key == key)?;
-        (!matches!(entry.value.kind, Kind::Null)).then_some(&entry.value)
+    /// Notes a problem at the value of a key, or at the table when the key is absent.
+    pub(in crate::config) fn refuse(&self, key: &str, reason: impl AsRef<str>, remedy: &str) {
+        self.checker.refuse(self.at(key), reason, remedy);
     }
 
-    /// Whether the key is there.
+    /// The value of a key.
+    pub(in crate::config) fn value(&self, key: &'static str) -> Option<&'c Value> {
+        let mut known = self.known.borrow_mut();
+        if !known.contains(&key) {
+            known.push(key);
+        }
+        self.entries.iter().find(|entry| entry.key == key).map(|entry| &entry.value)
+    }
+
+    /// Whether the key is present.
     pub(in crate::config) fn has(&self, key: &str) -> bool {
         self.entries.iter().any(|entry| entry.key == key)
     }
 
-    /// A single value as text.
-    pub(in crate::config) fn text(
-        &mut self,
-        reading: &mut impl Refuse,
-        key: &'static str,
-    ) -> Option<LocatedText> {
-        self.take(key).and_then(|value| given(reading, value))
+    /// Whether the key has this text. It is not taken, so it must be read elsewhere.
+    pub(in crate::config) fn is(&self, key: &str, expected: &str) -> bool {
+        let has_text = |value: &Value| matches!(&value.kind, Kind::Scalar { text, .. } if text == expected);
+        self.entries.iter().any(|entry| entry.key == key && has_text(&entry.value))
     }
 
-    /// A single value that is not quoted.
-    pub(in crate::config) fn number(
-        &mut self,
-        reading: &mut impl Refuse,
-        key: &'static str,
-    ) -> Option<LocatedText> {
-        let value = self.take(key)?;
-        if let Kind::Scalar { text, is_quoted: true } = &value.kind {
-            reading.refuse_at(
-                &value.location,
-                format!("{text:?} is a text"),
-                "give a number, without quotes",
-            );
+    /// The one key of several that is present; none or more than one is refused for `reason`.
+    pub(in crate::config) fn only_one_of(&self, keys: &[&'static str], reason: &str) -> Option<&'static str> {
+        let mut given = keys.iter().filter(|key| self.has(key));
+        let (Some(key), None) = (given.next(), given.next()) else {
+            self.checker.refuse(self.location, reason, &format!("give one of {}", keys.join(", ")));
+            return None;
+        };
+        Some(key)
+    }
+
+    /// The place of the table.
+    pub(in crate::config) fn location(&self) -> &'c Location {
+        self.location
+    }
+
+    /// The place of a key's value, or of the table when the key is absent.
+    pub(in crate::config) fn at(&self, key: &str) -> &'c Location {
+        let entry = self.entries.iter().find(|entry| entry.key == key);
+        entry.map_or(self.location, |entry| &entry.value.location)
+    }
+
+    /// Refuses the table for the keys among these that are missing; `remedy` is empty when the document that
+    /// explains the keys is enough.
+    pub(in crate::config) fn require(&self, keys: &[&'static str], remedy: &str) -> Option<()> {
+        let missing: Vec<_> = keys.iter().filter(|key| !self.has(key)).copied().collect();
+        let reason = match missing.as_slice() {
+            [] => return Some(()),
+            [key] => format!("a key is missing: {key}"),
+            keys => format!("keys are missing: {}", keys.join(", ")),
+        };
+        match remedy {
+            "" => self.checker.refuse_and_explain(self.location, reason),
+            remedy => self.checker.refuse(self.location, reason, remedy),
+        }
+        None
+    }
+
+    /// A single value as text, quoted or not.
+    pub(in crate::config) fn text(&self, key: &'static str) -> Option<LocatedText> {
+        self.checker.text(self.value(key)?)
+    }
+
+    /// A text in quotes.
+    pub(in crate::config) fn string(&self, key: &'static str) -> Option<LocatedText> {
+        self.checker.string(self.value(key)?)
+    }
+
+    /// A single value, not quoted, that its reader makes a number.
+    pub(in crate::config) fn unquoted(&self, key: &'static str) -> Option<LocatedText> {
+        let value = self.value(key)?;
+        if let Kind::Scalar { is_quoted: true, .. } = &value.kind {
+            let reason = format!("expected a number, found {}", value.described());
+            self.checker.refuse(&value.location, reason, "give a number, without quotes");
             return None;
         }
-        given(reading, value)
+        self.checker.text(value)
     }
 
-    /// `true` or `false`; false when it is not there.
-    pub(in crate::config) fn truth(&mut self, reading: &mut impl Refuse, key: &'static str) -> bool {
-        self.truth_or(reading, key, false)
+    /// A single value, quoted or not, that must be present.
+    pub(in crate::config) fn required_text(&self, key: &'static str) -> Option<LocatedText> {
+        self.require(&[key], "")?;
+        self.text(key)
     }
 
-    /// `true` or `false`; `otherwise` when it is not there.
-    pub(in crate::config) fn truth_or(
-        &mut self,
-        reading: &mut impl Refuse,
+    /// A text in quotes that must be present.
+    pub(in crate::config) fn required_string(&self, key: &'static str) -> Option<LocatedText> {
+        self.require(&[key], "")?;
+        self.string(key)
+    }
+
+    /// A number within a range.
+    pub(in crate::config) fn number<T: FromStr + Display + PartialOrd>(
+        &self,
         key: &'static str,
-        otherwise: bool,
-    ) -> bool {
-        let Some(value) = self.take(key) else { return otherwise };
-        match &value.kind {
-            Kind::Scalar { text, is_quoted: false } if text == "true" => true,
-            Kind::Scalar { text, is_quoted: false } if text == "false" => false,
-            Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
-                let reason = format!("{} stands here", value.described());
-                reading.refuse_at(&value.location, reason, "give true or false");
-                otherwise
-            }
-        }
+        range: RangeInclusive<T>,
+        unit: &str,
+    ) -> Option<T> {
+        self.checker.number(self.value(key)?, &range, unit)
     }
 
-    /// Refuses when the key is not there.
-    pub(in crate::config) fn must_have<R: Refuse>(&self, reading: &mut R, key: &'static str) -> Option<()> {
-        // Nothing (YAML's null) is as if it were not there.
-        let is_filled = |entry: &&Entry| entry.key == key && !matches!(entry.value.kind, Kind::Null);
-        let found = self.entries.iter().find(is_filled).map(|_| ());
-        if found.is_none() {
-            reading.refuse_at(&self.value.location, format!("the key {key} is missing"), &see::<R>());
-        }
-        found
-    }
-
-    /// Where the table stands.
-    pub(in crate::config) fn location(&self) -> &'v Location {
-        &self.value.location
-    }
-
-    /// Where a key stands.
-    pub(in crate::config) fn location_of(&self, key: &str) -> Option<Location> {
-        self.entries.iter().find(|entry| entry.key == key).map(|entry| entry.location.clone())
-    }
-
-    /// A text that must be there.
-    pub(in crate::config) fn required(
-        &mut self,
-        reading: &mut impl Refuse,
+    /// A number within a range that must be present.
+    pub(in crate::config) fn required_number<T: FromStr + Display + PartialOrd>(
+        &self,
         key: &'static str,
-    ) -> Option<LocatedText> {
-        self.must_have(reading, key)?;
-        let value = self.take(key)?;
-        given(reading, value)
+        range: RangeInclusive<T>,
+        unit: &str,
+    ) -> Option<T> {
+        self.require(&[key], "")?;
+        self.number(key, range, unit)
     }
 
-    /// A list of tables, `[[key]]`.
-    pub(in crate::config) fn list(&mut self, reading: &mut impl Refuse, key: &'static str) -> &'v [Value] {
-        let Some(value) = self.take(key) else { return &[] };
-        if let Kind::List(items) = &value.kind {
-            return items;
+    /// A whole number of any size that its type can hold.
+    pub(in crate::config) fn whole<T: FromStr>(&self, key: &'static str) -> Option<T> {
+        self.checker.whole(self.value(key)?)
+    }
+
+    /// A time within a range of milliseconds.
+    pub(in crate::config) fn millis(
+        &self,
+        key: &'static str,
+        range: RangeInclusive<u64>,
+    ) -> Option<Duration> {
+        self.number(key, range, "ms").map(Duration::from_millis)
+    }
+
+    /// A time limit: 1 ms to an hour.
+    pub(in crate::config) fn limit(&self, key: &'static str) -> Option<Duration> {
+        self.millis(key, 1..=MAX_LIMIT_MS)
+    }
+
+    /// `true` or `false`.
+    pub(in crate::config) fn flag(&self, key: &'static str) -> Option<bool> {
+        self.checker.flag(self.value(key)?)
+    }
+
+    /// The value of a keyword.
+    pub(in crate::config) fn keyword<T: Copy>(&self, key: &'static str, keywords: &[(&str, T)]) -> Option<T> {
+        self.checker.keyword(&self.text(key)?, keywords)
+    }
+
+    /// A path, relative to the file.
+    pub(in crate::config) fn path(&self, key: &'static str) -> Option<PathBuf> {
+        Some(self.checker.beside(&self.string(key)?.text))
+    }
+
+    /// A ROS name (letters, digits and underscores, not beginning with a digit), or `default`.
+    pub(in crate::config) fn ros_name(&self, key: &'static str, default: &str) -> String {
+        let given = self.string(key);
+        if let Some(name) = given.as_ref().filter(|name| !is_ros_name(&name.text)) {
+            let reason = format!("{:?} is not a ROS name", name.text);
+            self.refuse(key, reason, "use letters, digits and _, no digit first");
         }
-        let reason = format!("expected a list, found {}", value.described());
-        reading.refuse_at(&value.location, reason, &format!("write [[{key}]], or in YAML a list"));
-        &[]
+        given.map_or(default.to_owned(), |name| name.text)
     }
 
-    /// Refuses every key that nobody took.
-    pub(in crate::config) fn done(self, reading: &mut impl Refuse) {
-        for entry in self.entries.iter().filter(|entry| !self.known.contains(&entry.key.as_str())) {
-            let remedy = format!("known here are {}", self.known.join(", "));
-            reading.refuse_at(&entry.location, format!("unknown key {:?}", entry.key), &remedy);
+    /// An absolute topic such as `/a/b`, or `default`.
+    pub(in crate::config) fn topic(&self, key: &'static str, default: &str) -> String {
+        let given = self.string(key);
+        if let Some(topic) = given.as_ref().filter(|topic| !is_topic(&topic.text)) {
+            self.refuse(key, format!("{:?} is not an absolute topic", topic.text), "write it as /a/b");
+        }
+        given.map_or(default.to_owned(), |topic| topic.text)
+    }
+
+    /// An absolute topic, empty for none, or `default`.
+    pub(in crate::config) fn optional_topic(&self, key: &'static str, default: &str) -> String {
+        match self.value(key).map(|value| &value.kind) {
+            Some(Kind::Scalar { text, is_quoted: true }) if text.is_empty() => String::new(),
+            _ => self.topic(key, default),
+        }
+    }
+
+    /// The keys of a table within the table.
+    pub(in crate::config) fn table(&self, key: &'static str) -> Option<Self> {
+        Self::of(self.checker, self.value(key)?)
+    }
+
+    /// As [`Self::table`]; an absent table is an empty one.
+    pub(in crate::config) fn section(&self, key: &'static str) -> Self {
+        self.table(key).unwrap_or_else(|| Self::new(self.checker, self.location, &[]))
+    }
+
+    /// The values of a list; empty when it is absent.
+    pub(in crate::config) fn list(&self, key: &'static str, example: &str) -> &'c [Value] {
+        self.value(key).map(|value| self.checker.list(value, example)).unwrap_or_default()
+    }
+
+    /// A list of tables, `[[key]]`; empty when it is absent.
+    pub(in crate::config) fn tables(&self, key: &'static str) -> impl Iterator<Item = Self> + use<'c> {
+        let checker = self.checker;
+        self.list(key, &format!("write [[{key}]]")).iter().filter_map(|value| Self::of(checker, value))
+    }
+
+    /// The entries of a table whose keys are names; empty when it is absent.
+    pub(in crate::config) fn entries(&self, key: &'static str, example: &str) -> &'c [Entry] {
+        self.value(key).map(|value| self.checker.entries(value, example)).unwrap_or_default()
+    }
+
+    /// Names the form of the table on which its known keys depend, such as `with kind = "lamp"`.
+    pub(in crate::config) fn set_form(&self, form: &'static str) {
+        self.form.set(form);
+    }
+
+    /// Lets all keys pass that are not read: the form of the table was refused.
+    pub(in crate::config) fn accept_rest(&self) {
+        self.is_open.set(true);
+    }
+
+    /// Refuses every key that was not read.
+    pub(in crate::config) fn done(self) {
+        if self.is_open.get() {
+            return;
+        }
+        let known = self.known.into_inner();
+        let remedy = format!("known here are {}", known.join(", "));
+        for entry in self.entries.iter().filter(|entry| !known.contains(&entry.key.as_str())) {
+            let reason = format!("unknown key {:?} {}", entry.key, self.form.get());
+            self.checker.refuse(&entry.location, reason.trim_end(), &remedy);
         }
     }
 }
 
-/// A single value as text.
-pub(in crate::config) fn given<R: Refuse>(reading: &mut R, value: &Value) -> Option<LocatedText> {
-    match &value.kind {
-        Kind::Scalar { text, .. } => {
-            Some(LocatedText { text: text.clone(), location: value.location.clone() })
-        }
-        Kind::Null | Kind::List(_) | Kind::Map(_) => {
-            let reason = format!("expected a single value, found {}", value.described());
-            reading.refuse_at(&value.location, reason, &see::<R>());
-            None
-        }
-    }
+fn is_topic(topic: &str) -> bool {
+    topic.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_ros_name))
 }
 
-/// The values of a list; a single one is a list of one.
-pub(in crate::config) fn items(value: &Value) -> &[Value] {
-    match &value.kind {
-        Kind::List(items) => items,
-        Kind::Null => &[],
-        Kind::Scalar { .. } | Kind::Map(_) => std::slice::from_ref(value),
-    }
-}
-
-fn see<R: Refuse>() -> String {
-    format!("see {}", R::SEE)
+fn is_ros_name(name: &str) -> bool {
+    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
+        && name.chars().all(|char| char.is_ascii_alphanumeric() || char == '_')
 }

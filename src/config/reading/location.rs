@@ -1,31 +1,32 @@
-//! Where things stand in a scenario file: line, column, and the path of keys or elements to them.
+//! The text of a file, and places in it: line, column, and the path of keys or elements.
 
 use std::fmt;
+use std::io;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::problem::Problem;
 
-/// Longer files are not scenarios, bytes.
+/// The largest file that is read, bytes.
 const MAX_BYTES: usize = 4 << 20;
-/// Deeper nesting is refused, levels.
+/// The deepest nesting of values, levels.
 pub(in crate::config) const MAX_DEPTH: usize = 64;
-/// More elements or values, aliases written out, are refused.
+/// The largest number of elements or values in a file, with aliases written out.
 pub(in crate::config) const MAX_NODES: usize = 100_000;
-/// Of a key longer than this, only the beginning is named, characters.
+/// The length at which a key is cut in a refusal, characters.
 const MAX_NAME: usize = 60;
 
-/// How far apart the places are that know how many characters are before them, bytes.
+/// The distance between the places for which the number of characters before them is kept, bytes.
 const STRIDE: usize = 256;
 
-/// The rest of longer reasons is cut, characters.
+/// The length at which a reason is cut, characters.
 const MAX_REASON: usize = 600;
 
-/// A place in a scenario file, for people.
+/// A place in a file, for people.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceLocation {
-    /// The file.
+    /// Path of the file.
     pub file: Arc<Path>,
     /// Line and column (characters), both from 1.
     pub position: (usize, usize),
@@ -109,7 +110,7 @@ pub(in crate::config) struct Location {
 }
 
 impl Location {
-    /// The place for people.
+    /// The place with the name of the file.
     pub(in crate::config) fn in_file(&self, file: &Arc<Path>) -> SourceLocation {
         SourceLocation { file: Arc::clone(file), position: self.position, key: self.key.to_string() }
     }
@@ -122,13 +123,28 @@ pub(in crate::config) struct Text {
     pub(in crate::config) body: String,
     /// Byte at which each line begins.
     starts: Vec<usize>,
-    /// How many characters begin before each stretch of [`STRIDE`] bytes: all of a file may stand on
-    /// one line.
+    /// The number of characters before each stretch of [`STRIDE`] bytes, since a whole file may be one line.
     before: Vec<usize>,
 }
 
 impl Text {
+    /// The text of a file that was read; `remedy` is for one that could not be.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is too large, or is not UTF-8.
+    pub(in crate::config) fn read(
+        path: &Path,
+        bytes: io::Result<Vec<u8>>,
+        remedy: &str,
+    ) -> Result<Self, Problem> {
+        let bytes = bytes.map_err(|error| Problem::unreadable(path, &error, remedy))?;
+        Self::new(path, bytes)
+    }
+
     /// The text of a file's bytes.
+    ///
+    /// # Errors
+    /// Too many bytes, or bytes that are not UTF-8.
     pub(in crate::config) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
         let whole = |reason: String, remedy: &str| Problem {
             file: path.to_owned(),
@@ -138,8 +154,8 @@ impl Text {
             remedy: remedy.to_owned(),
         };
         if bytes.len() > MAX_BYTES {
-            let reason = format!("{} bytes are too many for a scenario", bytes.len());
-            return Err(whole(reason, "split it: up to 4 MiB are read"));
+            let reason = format!("the file is too large: {} bytes", bytes.len());
+            return Err(whole(reason, "split it: at most 4 MiB are read"));
         }
         let body = String::from_utf8(bytes).map_err(|error| {
             let good = error.utf8_error().valid_up_to();
@@ -151,11 +167,15 @@ impl Text {
                 ..whole("this is not UTF-8".into(), "save the file as UTF-8")
             }
         })?;
-        let text = Self::of(path, body.strip_prefix('\u{FEFF}').map_or(body.clone(), str::to_owned));
-        if text.body.trim().is_empty() {
-            return Err(whole("the file is empty".into(), "write a scenario into it"));
+        Ok(Self::of(path, body.strip_prefix('\u{FEFF}').map_or(body.clone(), str::to_owned)))
+    }
+
+    /// The same text, refused when it is blank.
+    pub(in crate::config) fn not_blank(self) -> Result<Self, Problem> {
+        if self.body.trim().is_empty() {
+            return Err(self.problem((1, 1), "the file is empty", "write a scenario into it"));
         }
-        Ok(text)
+        Ok(self)
     }
 
     fn of(path: &Path, body: String) -> Self {
@@ -169,7 +189,7 @@ impl Text {
         Self { file: path.into(), body, starts, before }
     }
 
-    /// How many characters begin before a byte.
+    /// The number of characters before a byte.
     fn characters_before(&self, offset: usize) -> usize {
         let stretch = offset / STRIDE;
         let rest = self.body.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
@@ -191,12 +211,12 @@ impl Text {
     }
 }
 
-/// How many characters of UTF-8 begin here.
+/// The number of characters of UTF-8 that begin in these bytes.
 fn characters(bytes: &[u8]) -> usize {
     bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
-/// On one line, and not endless, whatever names are in it.
+/// The text on one line and cut to a bounded length, whatever names are in it.
 pub(in crate::config) fn line(text: &str) -> String {
     text.chars().take(MAX_REASON).map(|char| if char.is_control() { ' ' } else { char }).collect()
 }
@@ -223,10 +243,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_text_is_refused_with_its_place() {
+    fn bytes_that_are_not_utf8_are_refused_at_their_place() {
         let refused = |bytes: &[u8]| Text::new(Path::new("a"), bytes.to_vec()).unwrap_err().to_string();
         assert_eq!(refused(b"a\nb\xFF"), "a:2:2: this is not UTF-8; save the file as UTF-8");
-        assert!(refused(b"\xEF\xBB\xBF \n").contains("a:1:1: the file is empty"));
+        let blank = Text::new(Path::new("a"), b"\xEF\xBB\xBF \n".to_vec()).unwrap().not_blank();
+        assert!(blank.unwrap_err().to_string().contains("a:1:1: the file is empty"));
         assert!(refused(&vec![b' '; MAX_BYTES + 1]).contains("4194305 bytes"));
     }
 

@@ -1,22 +1,18 @@
-//! The one layer between text files and settings: TOML, YAML and XML as values that keep their places,
-//! checks that note every problem, and the words for a problem.
+//! The one layer between text files and settings: TOML, YAML and XML become values that keep their places,
+//! and reading them notes every problem of a file instead of stopping at the first one.
 //!
-//! | file | what it is |
+//! | file | contents |
 //! |---|---|
-//! | `problem` | why a configuration is refused: file, line, column, key, reason, remedy |
-//! | `document` | a TOML text that becomes Rust types, and the places of its keys |
-//! | `checker` | notes the problems of one document: ranges, limits, topics |
-//! | `keyword` | values that TOML has words for |
-//! | `location` | where something stands in a scenario or drive file |
-//! | `value` | keys, lists and scalars, whatever they were written in; `toml_text` and `yaml_text` make them |
-//! | `fields` | the keys of one table, taken one by one |
+//! | `problem` | a reason to refuse a configuration: file, line, column, key, reason, remedy |
+//! | `location` | the text of a file, and places in it |
+//! | `value` | keys, lists and scalars of any notation; `toml_text` and `yaml_text` make them |
+//! | `checker` | collects the problems of one file; reads single values |
+//! | `fields` | reads a table key by key, and refuses the keys that nobody read |
 //! | `element` | elements of OpenSCENARIO; `xml_text` makes them |
 
 pub(super) mod checker;
-pub(super) mod document;
 pub(super) mod element;
 pub(super) mod fields;
-pub(super) mod keyword;
 pub(super) mod location;
 pub(super) mod problem;
 pub(super) mod toml_text;

@@ -1,4 +1,4 @@
-//! Why a configuration is refused: file, line, column, key, reason and what to do.
+//! A reason to refuse a configuration: file, line, column, key, reason and remedy.
 
 use std::fmt;
 use std::io;
@@ -7,20 +7,20 @@ use std::path::{Path, PathBuf};
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// The file it stands in.
+    /// Path of the file.
     pub file: PathBuf,
     /// Line and column (characters), both from 1; `None` when the file cannot be read at all.
     pub position: Option<(usize, usize)>,
-    /// Dotted path of the key, e.g. `turn.left`; empty when it belongs to no key.
+    /// Path of the key, e.g. `turn.left` or `event[2].do[1].set`; empty for the whole file.
     pub key: String,
-    /// What is wrong.
+    /// The problem in words.
     pub reason: String,
-    /// What to do about it.
+    /// The remedy in words; may be empty.
     pub remedy: String,
 }
 
 impl Problem {
-    /// A problem with a whole file, at no place in it.
+    /// A problem of a whole file, without a place.
     pub(in crate::config) fn whole_file(
         file: &Path,
         reason: impl Into<String>,
@@ -30,7 +30,7 @@ impl Problem {
         Self { file, position: None, key: String::new(), reason, remedy }
     }
 
-    /// A problem with a file that cannot be read.
+    /// The problem of a file that cannot be read.
     pub(in crate::config) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
         Self::whole_file(file, format!("cannot read it: {error}"), remedy)
     }
@@ -58,6 +58,12 @@ impl fmt::Display for Problem {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", list(.0))]
 pub struct Refused(pub Vec<Problem>);
+
+impl From<Problem> for Refused {
+    fn from(problem: Problem) -> Self {
+        Self(vec![problem])
+    }
+}
 
 fn list(problems: &[Problem]) -> String {
     problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")

@@ -9,10 +9,10 @@ use super::location::{Key, Location, MAX_DEPTH, Text};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
-/// Reads a TOML document; `see` is where its keys are explained.
+/// Reads a TOML document; `see` names the document that explains its keys.
 ///
 /// # Errors
-/// The first thing that is not TOML, or nested too deeply.
+/// The first breach of TOML, or nesting that is too deep.
 pub(in crate::config) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
     let table = DeTable::parse(&text.body).map_err(|error| {
         let position = text.position(error.span().map_or(0, |span| span.start));
@@ -29,7 +29,7 @@ fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<
     pairs.sort_by_key(|(name, _)| name.span().start);
     let mut entries = Vec::new();
     for (name, content) in pairs {
-        let key = Key::below(key, ".", name.get_ref());
+        let key = Key::below(key, ".", &spelled(name.get_ref()));
         let location = Location { position: text.position(name.span().start), key: Rc::clone(&key) };
         let value = value(text, content, key, depth)?;
         entries.push(Entry { key: name.get_ref().to_string(), location, value });
@@ -40,7 +40,7 @@ fn map(text: &Text, table: &DeTable<'_>, key: &Rc<Key>, depth: usize) -> Result<
 fn value(text: &Text, given: &Spanned<DeValue<'_>>, key: Rc<Key>, depth: usize) -> Result<Value, Problem> {
     let position = text.position(given.span().start);
     if depth >= MAX_DEPTH {
-        return Err(text.problem(position, "nested too deeply", "no scenario needs this"));
+        return Err(text.problem(position, "nested too deeply", "nest less deeply"));
     }
     let plain = |text: &str| Kind::Scalar { text: text.to_owned(), is_quoted: false };
     let kind = match given.get_ref() {
@@ -63,6 +63,12 @@ fn value(text: &Text, given: &Spanned<DeValue<'_>>, key: Rc<Key>, depth: usize) 
     Ok(Value { location: Location { position, key }, kind })
 }
 
+/// A key as TOML spells it: quoted unless it is a bare one.
+fn spelled(key: &str) -> String {
+    let is_bare = |char: char| char.is_ascii_alphanumeric() || char == '_' || char == '-';
+    if key.chars().all(is_bare) && !key.is_empty() { key.to_owned() } else { format!("{key:?}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,5 +86,23 @@ mod tests {
         let Kind::Map(second) = &items[1].kind else { panic!() };
         assert_eq!(second[0].location.key.to_string(), "c[2].d");
         assert_eq!((second[0].location.position, second[0].value.location.position), ((6, 1), (6, 5)));
+    }
+
+    #[test]
+    fn a_key_of_many_lines_stays_on_one() {
+        let text = Text::new(Path::new("a"), b"a = { \"b\\nc\" = 1 }\n".to_vec()).unwrap();
+        let Kind::Map(entries) = from_toml(&text, "b").unwrap().kind else { panic!() };
+        let Kind::Map(inner) = &entries[0].value.kind else { panic!() };
+        assert_eq!(inner[0].location.key.to_string(), "a.\"b\\nc\"");
+    }
+
+    #[test]
+    fn broken_toml_is_refused_where_it_breaks_on_one_line() {
+        let refused = |text: &str| {
+            from_toml(&Text::new(Path::new("a"), text.as_bytes().to_vec()).unwrap(), "b").unwrap_err()
+        };
+        assert_eq!(refused("a = 1\nb = = 2\n").position.map(|(line, _)| line), Some(2));
+        let torn = refused("0pronal = { signal = \"BLINK.LEF\n'''s.body]\n$lb");
+        assert!(!torn.to_string().contains('\n'));
     }
 }

@@ -1,20 +1,20 @@
-//! Text of keys, lists and scalars, whatever it was written in, each with its place.
+//! Keys, lists and scalars of any notation, each with its place.
 
 use super::location::Location;
 
-/// A value at its place.
+/// A value with its place.
 #[derive(Debug, Clone)]
 pub(in crate::config) struct Value {
     pub(in crate::config) location: Location,
     pub(in crate::config) kind: Kind,
 }
 
-/// What a value is.
+/// The kind of a value, with its content.
 #[derive(Debug, Clone)]
 pub(in crate::config) enum Kind {
-    /// Nothing: YAML only.
+    /// No value, in YAML only.
     Null,
-    /// A number, a truth value or text, as written.
+    /// A number, a truth value or a text, as written.
     Scalar {
         text: String,
         /// Quoted, so that digits are text.
@@ -35,14 +35,23 @@ pub(in crate::config) struct Entry {
 }
 
 impl Value {
-    /// What it is, in words.
-    pub(in crate::config) fn described(&self) -> &'static str {
+    /// The value in a refusal: `expected a list, found …`.
+    pub(in crate::config) fn described(&self) -> String {
         match &self.kind {
-            Kind::Null => "nothing",
-            Kind::Scalar { is_quoted: true, .. } => "a text",
-            Kind::Scalar { is_quoted: false, .. } => "a single value",
-            Kind::List(_) => "a list",
-            Kind::Map(_) => "a table",
+            Kind::Null => "nothing".to_owned(),
+            Kind::Scalar { text, is_quoted: true } => format!("the text {text:?}"),
+            Kind::Scalar { text, is_quoted: false } => text.clone(),
+            Kind::List(_) => "a list".to_owned(),
+            Kind::Map(_) => "a table".to_owned(),
         }
+    }
+}
+
+/// The values of a list; a single one is a list of one.
+pub(in crate::config) fn items(value: &Value) -> &[Value] {
+    match &value.kind {
+        Kind::List(items) => items,
+        Kind::Null => &[],
+        Kind::Scalar { .. } | Kind::Map(_) => std::slice::from_ref(value),
     }
 }

@@ -13,8 +13,8 @@ use super::problem::Problem;
 /// Reads an XML document.
 ///
 /// # Errors
-/// The first thing that is not XML, or nested too deeply, or too much. A document type is refused,
-/// and so are entities of its own.
+/// The first breach of XML, nesting that is too deep, or too many elements. A document type is refused, and so
+/// are entities of its own.
 pub(in crate::config) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
@@ -28,7 +28,7 @@ pub(in crate::config) fn from_xml(text: &Text) -> Result<Element, Problem> {
     element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
 }
 
-/// The reader's own words without the place, which some of its errors lack, and what to do.
+/// The reader's own text without the place, which some of its errors lack, and a remedy.
 fn describe(error: &Error) -> (String, &'static str) {
     if matches!(error, Error::DtdDetected) {
         return ("a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
@@ -41,9 +41,9 @@ fn describe(error: &Error) -> (String, &'static str) {
 fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Result<Element, Problem> {
     let position = text.position(node.range().start);
     if depth > MAX_DEPTH {
-        return Err(text.problem(position, "nested too deeply", "no scenario needs this"));
+        return Err(text.problem(position, "nested too deeply", "nest less deeply"));
     }
-    // Those with a namespace speak to XML tools.
+    // Attributes with a namespace are for XML tools.
     let own = node.attributes().filter(|attribute| attribute.namespace().is_none());
     let attributes = own.map(|attribute| Attribute {
         name: attribute.name().to_owned(),
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_plain_xml_is_refused_at_its_place() {
+    fn anything_but_plain_xml_is_refused_at_its_place() {
         let deep = "<a>".repeat(100) + &"</a>".repeat(100);
         let deeper = "<a>".repeat(200_000) + &"</a>".repeat(200_000);
         let laughs = "<!DOCTYPE a [<!ENTITY b 'x'><!ENTITY c '&b;&b;'>]>\n<a>&c;</a>";
@@ -108,9 +108,9 @@ mod tests {
             ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; this is not plain XML here"),
             ("<a>&b;</a>", "a:1:4: "),
         ];
-        for (text, words) in rows {
+        for (text, part) in rows {
             let refused = read(text).unwrap_err();
-            assert!(refused.contains(words), "{text:.40}: {refused}");
+            assert!(refused.contains(part), "{text:.40}: {refused}");
         }
     }
 }

@@ -12,7 +12,7 @@ use super::value::{Entry, Kind, Value};
 /// Reads the one document of a YAML text.
 ///
 /// # Errors
-/// The first thing that is not YAML, not plain data, nested too deeply or too much.
+/// The first breach of YAML, anything but plain data, nesting that is too deep, or too many values.
 pub(in crate::config) fn from_yaml(text: &Text) -> Result<Value, Problem> {
     let mut builder = Builder { text, root: None, open: Vec::new(), anchors: BTreeMap::new(), nodes: 0 };
     for event in Parser::new_from_str(&text.body) {
@@ -34,7 +34,7 @@ struct Builder<'a> {
     root: Option<Value>,
     /// Collections that have not ended, the outermost first.
     open: Vec<Open>,
-    /// Values that can be referred to, with how many nodes they are.
+    /// Values that aliases can refer to, with the number of their nodes.
     anchors: BTreeMap<usize, (Value, usize)>,
     nodes: usize,
 }
@@ -87,7 +87,7 @@ impl Builder<'_> {
             Event::SequenceEnd | Event::MappingEnd => self.end(),
             Event::Alias(anchor) => {
                 let Some((value, nodes)) = self.anchors.get(&anchor).cloned() else {
-                    return self.refuse(position, "an alias within what it stands for", "write it out");
+                    return self.refuse(position, "an alias within its own anchor", "write it out");
                 };
                 self.count(nodes, position)?;
                 self.put(value)
@@ -103,7 +103,7 @@ impl Builder<'_> {
         self.nodes = self.nodes.saturating_add(nodes);
         if self.nodes > MAX_NODES {
             let reason = format!("more than {MAX_NODES} values, aliases written out");
-            return Err(self.text.problem(position, &reason, "no scenario needs so many"));
+            return Err(self.text.problem(position, &reason, "split the scenario"));
         }
         Ok(())
     }
@@ -127,7 +127,7 @@ impl Builder<'_> {
 
     fn start(&mut self, content: Content, anchor: usize, position: (usize, usize)) -> Result<(), Problem> {
         if self.open.len() >= MAX_DEPTH {
-            return Err(self.text.problem(position, "nested too deeply", "no scenario needs this"));
+            return Err(self.text.problem(position, "nested too deeply", "nest less deeply"));
         }
         if self.awaits_key() {
             return self.refuse(position, "a key that is a list or a table", "use a word");
@@ -180,7 +180,7 @@ impl Builder<'_> {
                     return self.refuse(position, "a merge key (`<<`)", "write the keys out");
                 }
                 if !keys.insert(text.clone()) {
-                    let reason = format!("the key {text:?} stands here twice");
+                    let reason = format!("the key {text:?} is given twice");
                     return Err(self.text.problem(position, &reason, "keep one"));
                 }
                 let key = Key::below(&location.key, ".", &text);
@@ -214,13 +214,13 @@ mod tests {
     }
 
     #[test]
-    fn an_alias_is_what_its_anchor_says() {
+    fn an_alias_has_the_value_of_its_anchor() {
         let Kind::Map(entries) = read("a: &x [1, 2]\nb: *x\n").unwrap().kind else { panic!() };
         assert!(matches!(&entries[1].value.kind, Kind::List(items) if items.len() == 2));
     }
 
     #[test]
-    fn what_is_no_plain_data_is_refused_at_its_place() {
+    fn anything_but_plain_data_is_refused_at_its_place() {
         let laughs: String = (1..30).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}]\n", n - 1)).collect();
         let laughs = format!("a0: &a0 [x]\n{laughs}");
         let deep = "[".repeat(70) + &"]".repeat(70);
@@ -228,7 +228,7 @@ mod tests {
             (laughs.as_str(), "more than 100000 values"),
             (deep.as_str(), "a:1:65: nested too deeply"),
             ("a: &a [*a]", "a:1:8: an alias within"),
-            ("a: 1\na: 2", "a:2:1: the key \"a\" stands here twice"),
+            ("a: 1\na: 2", "a:2:1: the key \"a\" is given twice"),
             ("a: !x 1", "a tag"),
             ("? [a]\n: 1", "a key that is a list"),
             ("a: {b: 1}\nc:\n  <<: 1", "a:3:3: a merge key"),
@@ -236,9 +236,9 @@ mod tests {
             ("a: [1", "this is not YAML here"),
             ("a: *none", "this is not YAML here"),
         ];
-        for (text, words) in rows {
+        for (text, part) in rows {
             let refused = read(text).unwrap_err();
-            assert!(refused.contains(words), "{text:.40}: {refused}");
+            assert!(refused.contains(part), "{text:.40}: {refused}");
         }
     }
 }

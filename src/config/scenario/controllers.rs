@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::reader::{Reader, listed};
-use crate::config::reading::fields::LocatedText;
+use crate::config::reading::checker::LocatedText;
 use crate::config::reading::location::Location;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Controller, ControllerIndex, Phase, PhaseEntry, Reference};
@@ -16,7 +16,7 @@ const TOLERANCE_S: f64 = 0.001;
 pub(super) struct ControllerDraft {
     pub(super) name: String,
     pub(super) location: Location,
-    /// Name of another.
+    /// Name of the controller that it follows.
     pub(super) reference: Option<LocatedText>,
     pub(super) delay: Option<LocatedText>,
     pub(super) phases: Vec<PhaseDraft>,
@@ -25,13 +25,13 @@ pub(super) struct ControllerDraft {
 /// A phase as it was read.
 pub(super) struct PhaseDraft {
     pub(super) name: String,
-    /// Infinite = until an action; negative only where upstream's behaviour is wanted.
+    /// Infinite for a phase that lasts until an action; negative only in upstream mode.
     pub(super) seconds: f64,
     pub(super) entries: Vec<PhaseEntry>,
 }
 
-/// Resolves the references, with all of their checks.
-pub(super) fn resolve(reader: &mut Reader, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
+/// Resolves the references, and checks them.
+pub(super) fn resolve(reader: &Reader<'_>, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
     let mut by_name = BTreeMap::new();
     for (index, draft) in drafts.iter().enumerate() {
         by_name.entry(draft.name.as_str()).or_insert(index);
@@ -44,7 +44,7 @@ pub(super) fn resolve(reader: &mut Reader, drafts: Vec<ControllerDraft>) -> Vec<
 }
 
 fn reference(
-    reader: &mut Reader,
+    reader: &Reader<'_>,
     draft: &ControllerDraft,
     drafts: &[ControllerDraft],
     by_name: &BTreeMap<&str, usize>,
@@ -57,11 +57,8 @@ fn reference(
             return None;
         }
         (Some(name), None) => {
-            reader.refuse(
-                &name.location,
-                "a reference without a delay",
-                "give the delay in seconds, may be 0",
-            );
+            let remedy = "give the delay in seconds; it may be 0";
+            reader.refuse(&name.location, "a reference without a delay", remedy);
             return None;
         }
         (Some(name), Some((_, delay))) => (name, delay?),
@@ -88,10 +85,10 @@ fn reference(
     Some(Reference { controller: ControllerIndex(index), delay })
 }
 
-/// Who follows itself, directly or round about, would never begin.
-fn refuse_circles(reader: &mut Reader, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
+/// Refuses controllers that follow themselves, directly or not: they would never begin.
+fn refuse_circles(reader: &Reader<'_>, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
     let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
-    // From where each was first reached: what is reached again from the same start is in a circle.
+    // The start from which each was first reached: one that is reached again from the same start is in a circle.
     let mut reached_from = vec![None; drafts.len()];
     for start in 0..drafts.len() {
         let mut at = Some(start);
@@ -104,7 +101,7 @@ fn refuse_circles(reader: &mut Reader, drafts: &[ControllerDraft], references: &
         for draft in circle.filter_map(|at| drafts.get(at)) {
             let location = draft.reference.as_ref().map_or(&draft.location, |reference| &reference.location);
             let reason = format!("{:?} waits for itself to begin", draft.name);
-            reader.refuse(location, reason, "let one controller stand without a reference");
+            reader.refuse(location, reason, "leave one controller without a reference");
         }
     }
 }
@@ -120,7 +117,7 @@ fn finish(draft: ControllerDraft, reference: Option<Reference>) -> Controller {
     Controller { name: draft.name, reference, phases }
 }
 
-/// How long a cycle takes, exactly and as upstream counts it.
+/// The duration of a cycle, exact and as upstream counts it.
 struct Cycle {
     exact_s: f64,
     truncated_s: i32,
@@ -144,7 +141,7 @@ impl Cycle {
 
     fn shown(&self, compat: Compat) -> String {
         match compat {
-            Compat::Improved if self.exact_s.is_infinite() => "for ever".to_owned(),
+            Compat::Improved if self.exact_s.is_infinite() => "forever".to_owned(),
             Compat::Improved => format!("{:.3} s", self.exact_s),
             Compat::Upstream => format!("{} s as upstream counts", self.truncated_s),
         }

@@ -1,4 +1,4 @@
-//! What a scenario file says, and the ids in it that a map does not know.
+//! The content of a scenario file, and the ids in it that a map does not know.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -9,31 +9,31 @@ use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, LightMap};
 use crate::core::traffic_light::scenario::Scenario;
 
-/// How many ids of the map are named in a refusal.
+/// The number of ids of the map that are named in a refusal.
 const SHOWN: usize = 8;
 
-/// What a scenario file says.
+/// The content of a scenario file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ScenarioFile {
-    /// What shall happen.
+    /// The scenario itself.
     pub scenario: Scenario,
-    /// The map it is for, relative to the working directory as the file's own path is; none = the
-    /// file does not say, or says it in a way that only its launch system understands.
+    /// Path of the map, relative to the working directory as the file's own path is; `None` when the file names
+    /// no map, or one that only its launch system can find.
     pub map: Option<PathBuf>,
-    /// Groups that stand in for a map; bench format only.
+    /// Groups instead of a map; bench format only.
     pub groups: Vec<GroupEntry>,
-    /// What it says beyond traffic lights, in the order of the file.
+    /// Parts that are not about traffic lights, in the order of the file.
     pub not_interpreted: Vec<NotInterpreted>,
-    /// Every id it names, for [`ScenarioFile::check_against`].
+    /// Every id that it names, for [`ScenarioFile::check_against`].
     pub ids: Vec<UsedId>,
 }
 
 /// A part of the file that has no effect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotInterpreted {
-    /// Where it stands first.
+    /// First place of such a part.
     pub location: SourceLocation,
-    /// What it is, how often, or why it has no effect.
+    /// The part, the number of such parts, or the reason why it has no effect.
     pub what: String,
 }
 
@@ -44,12 +44,12 @@ impl fmt::Display for NotInterpreted {
     }
 }
 
-/// An id of a light or group where it stands.
+/// An id of a light or group with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsedId {
     /// Way or relation id.
     pub id: i64,
-    /// Where it stands.
+    /// Place of the id.
     pub location: SourceLocation,
 }
 

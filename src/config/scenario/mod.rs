@@ -1,8 +1,8 @@
 //! Scenario files: OpenSCENARIO XML (`.xosc`), the same in YAML as TIER IV writes it, and our own
-//! bench format in TOML or YAML, which `config/scenarios/bench.toml` explains.
+//! bench format in TOML, which `config/scenarios/bench.toml` explains.
 //!
-//! [`read`] gives the scenario or every reason why not. What a file says beyond traffic lights is
-//! listed, not interpreted.
+//! [`read`] gives the scenario or every problem. Parts that are not about traffic lights are listed, not
+//! interpreted.
 
 mod bench;
 mod controllers;
@@ -17,62 +17,61 @@ pub use crate::config::reading::location::SourceLocation;
 pub use file::{NotInterpreted, ScenarioFile, UsedId};
 
 use crate::config::files::Files;
+use crate::config::reading::checker::Checker;
 use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
 use crate::config::reading::toml_text::from_toml;
-use crate::config::reading::value::{Entry, Kind, Value};
+use crate::config::reading::value::Kind;
 use crate::config::reading::xml_text::from_xml;
 use crate::config::reading::yaml_text::from_yaml;
 use crate::core::compat::Compat;
 use reader::{Reader, SEE};
 
-/// Reads a scenario; its form follows from the file's extension, and for YAML from the root key.
+/// Reads a scenario; its form follows from the file's extension.
 ///
 /// # Errors
-/// All reasons, each with its place; of what is not even the form's grammar, the first.
+/// Every problem with its place; only the first one of a file that breaks the grammar of its form.
 pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFile, Refused> {
-    let one = |problem| Refused(vec![problem]);
-    let form = Form::of(path).map_err(one)?;
-    let bytes = files
-        .read(path)
-        .map_err(|error| one(Problem::unreadable(path, &error, "give the path of a scenario")))?;
-    let text = Text::new(path, bytes).map_err(one)?;
-    let mut reader = Reader::new(text.file.clone(), compat);
+    let form = Form::of(path)?;
+    let text = Text::read(path, files.read(path), "give the path of a scenario")?.not_blank()?;
+    let checker = Checker::new(&text.file, SEE);
+    let mut reader = Reader::new(&checker, compat);
     let mut file = match form {
-        Form::Xml => {
-            let root = from_xml(&text).map_err(one)?;
-            open_scenario::interpret(&root, &mut reader)
-        }
-        Form::Toml => bench::interpret(&from_toml(&text, SEE).map_err(one)?, &mut reader),
+        Form::Xml => open_scenario::interpret(&from_xml(&text)?, &mut reader),
+        Form::Toml => bench::interpret(&from_toml(&text, SEE)?, &mut reader),
         Form::Yaml => {
-            let value = from_yaml(&text).map_err(one)?;
-            match open_scenario_in(&value) {
-                None => bench::interpret(&value, &mut reader),
-                Some((root, others)) => {
-                    let root = open_scenario::from_values(&text, root).map_err(one)?;
-                    let is_filled = |entry: &&Entry| !matches!(entry.value.kind, Kind::Null);
-                    for entry in others.filter(is_filled) {
-                        reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
-                    }
-                    open_scenario::interpret(&root, &mut reader)
+            let value = from_yaml(&text)?;
+            let entries = checker.entries(&value, "give OpenSCENARIO in YAML");
+            let (roots, others): (Vec<_>, Vec<_>) =
+                entries.iter().partition(|entry| entry.key == open_scenario::ROOT);
+            for entry in others.iter().filter(|entry| !matches!(entry.value.kind, Kind::Null)) {
+                reader.leave_out(&entry.location, "it is outside OpenSCENARIO");
+            }
+            match roots.first() {
+                Some(root) => {
+                    open_scenario::interpret(&open_scenario::from_values(&text, root)?, &mut reader)
+                }
+                None if !matches!(value.kind, Kind::Map(_)) => ScenarioFile::default(),
+                None => {
+                    let reason = format!("the key {} is missing", open_scenario::ROOT);
+                    checker.refuse(
+                        &value.location,
+                        reason,
+                        "write OpenSCENARIO in YAML, or our own form in TOML",
+                    );
+                    ScenarioFile::default()
                 }
             }
         }
     };
-    if !reader.problems.is_empty() {
-        let mut problems = reader.problems;
-        problems.sort_by_key(|problem| problem.position);
-        problems.dedup();
-        return Err(Refused(problems));
-    }
-    reader.not_interpreted.sort_by_key(|part| part.location.position);
-    file.not_interpreted = reader.not_interpreted;
-    reader.ids.sort_by_key(|used| used.location.position);
-    file.ids = reader.ids;
-    Ok(file)
+    let Reader { mut not_interpreted, mut ids, .. } = reader;
+    not_interpreted.sort_by_key(|part| part.location.position);
+    ids.sort_by_key(|used| used.location.position);
+    (file.not_interpreted, file.ids) = (not_interpreted, ids);
+    checker.finish(Some(file)).map_err(Refused)
 }
 
-/// How a file is written.
+/// The notation of a file.
 enum Form {
     Xml,
     Yaml,
@@ -92,12 +91,4 @@ impl Form {
             }
         }
     }
-}
-
-/// The root of TIER IV's form, and what stands beside it.
-fn open_scenario_in(value: &Value) -> Option<(&Entry, impl Iterator<Item = &Entry>)> {
-    let Kind::Map(entries) = &value.kind else { return None };
-    let is_root = |entry: &&Entry| entry.key == open_scenario::ROOT;
-    let root = entries.iter().find(is_root)?;
-    Some((root, entries.iter().filter(move |entry| !is_root(entry))))
 }

@@ -1,14 +1,11 @@
-//! What all forms of a scenario share: texts that become targets, states and times, with every
-//! refusal kept.
+//! Texts of all forms of a scenario, which become targets, states and times.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use super::file::{NotInterpreted, UsedId};
-use crate::config::reading::fields::{LocatedText, Refuse, given};
+use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::location::{Location, line};
-use crate::config::reading::problem::Problem;
 use crate::config::reading::value::Value;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::command::RATES_HZ;
@@ -17,54 +14,44 @@ use crate::core::traffic_light::signal_id::parse_id;
 use crate::core::traffic_light::state_check::{Writer, check_state};
 use crate::core::traffic_light::target::{StoreId, Target};
 
-/// Where the keys of our own form are explained.
+/// The document that explains the keys of our own form.
 pub(super) const SEE: &str = "config/scenarios/bench.toml";
-/// Longer times are mistakes, s: some thirty years.
+/// The longest time, s: some thirty years.
 const MAX_S: f64 = 1e9;
 
-/// What was found so far.
-pub(super) struct Reader {
-    pub(super) file: Arc<Path>,
+/// Reads the texts of one file, and collects what it names and what is left out.
+pub(super) struct Reader<'c> {
+    pub(super) checker: &'c Checker,
     pub(super) compat: Compat,
-    pub(super) problems: Vec<Problem>,
     pub(super) not_interpreted: Vec<NotInterpreted>,
     pub(super) ids: Vec<UsedId>,
 }
 
-impl Refuse for Reader {
-    const SEE: &'static str = SEE;
-
-    fn refuse_at(&mut self, location: &Location, reason: String, remedy: &str) {
-        self.problems.push(location.in_file(&self.file).problem(line(&reason), line(remedy)));
-    }
-}
-
-impl Reader {
-    pub(super) fn new(file: Arc<Path>, compat: Compat) -> Self {
-        Self { file, compat, problems: Vec::new(), not_interpreted: Vec::new(), ids: Vec::new() }
+impl<'c> Reader<'c> {
+    pub(super) fn new(checker: &'c Checker, compat: Compat) -> Self {
+        Self { checker, compat, not_interpreted: Vec::new(), ids: Vec::new() }
     }
 
-    pub(super) fn refuse(&mut self, location: &Location, reason: impl Into<String>, remedy: &str) {
-        self.refuse_at(location, reason.into(), remedy);
+    pub(super) fn refuse(&self, location: &Location, reason: impl AsRef<str>, remedy: &str) {
+        self.checker.refuse(location, reason, remedy);
     }
 
     pub(super) fn leave_out(&mut self, location: &Location, what: &str) {
-        self.not_interpreted
-            .push(NotInterpreted { location: location.in_file(&self.file), what: line(what) });
+        let location = self.checker.source_location(location);
+        self.not_interpreted.push(NotInterpreted { location, what: line(what) });
     }
 
     fn use_id(&mut self, location: &Location, id: i64) {
-        self.ids.push(UsedId { id, location: location.in_file(&self.file) });
-    }
-
-    /// Takes the value, or refuses the text for the error's reason.
-    fn take<T, E: ToString>(&mut self, given: &LocatedText, result: Result<T, E>, remedy: &str) -> Option<T> {
-        result.map_err(|error| self.refuse(&given.location, error.to_string(), remedy)).ok()
+        self.ids.push(UsedId { id, location: self.checker.source_location(location) });
     }
 
     /// `34802 v2i`
     pub(super) fn target(&mut self, given: &LocatedText) -> Option<Target> {
-        let target = self.take(given, Target::parse(&given.text), "write it as 34802 or 34802 v2i")?;
+        let target = self.checker.accept(
+            &given.location,
+            Target::parse(&given.text),
+            "write it as 34802 or 34802 v2i",
+        )?;
         self.use_id(&given.location, target.id);
         Some(target)
     }
@@ -76,7 +63,7 @@ impl Reader {
             Compat::Improved => self.target(given),
             Compat::Upstream => {
                 let remedy = "upstream takes a plain id here: remove the channel, or leave its behaviour";
-                let id = self.take(given, parse_id(&given.text), remedy)?;
+                let id = self.checker.accept(&given.location, parse_id(&given.text), remedy)?;
                 self.use_id(&given.location, id);
                 Some(Target { id, store: StoreId::CONVENTIONAL })
             }
@@ -84,27 +71,26 @@ impl Reader {
     }
 
     pub(super) fn id(&mut self, given: &LocatedText) -> Option<i64> {
-        let id = self.take(given, parse_id(&given.text), "give a way or relation id")?;
+        let id = self.checker.accept(&given.location, parse_id(&given.text), "give a way or relation id")?;
         self.use_id(&given.location, id);
         Some(id)
     }
 
-    /// An id that is a value by itself.
+    /// Reads an id that is a value by itself.
     pub(super) fn id_in(&mut self, value: &Value) -> Option<i64> {
-        let given = given(self, value)?;
-        self.id(&given)
+        self.id(&self.checker.text(value)?)
     }
 
-    /// A state to be written.
-    pub(super) fn state(&mut self, store: StoreId, given: &LocatedText, writer: Writer) -> Option<StateText> {
+    /// Reads a state to be written.
+    pub(super) fn state(&self, store: StoreId, given: &LocatedText, writer: Writer) -> Option<StateText> {
         let state = StateText::new(&given.text);
         let checked = check_state(store, &state, writer, self.compat);
-        self.take(given, checked, "")?;
+        self.checker.accept(&given.location, checked, "")?;
         Some(state)
     }
 
-    /// The test of a state; empty and `none` are dark. Upstream looks at the text when it compares.
-    pub(super) fn state_test(&mut self, target: Target, given: &LocatedText, exact: bool) -> Option<Test> {
+    /// Reads the test of a state; empty and `none` are dark. Upstream reads the text when it compares.
+    pub(super) fn state_test(&self, target: Target, given: &LocatedText, exact: bool) -> Option<Test> {
         if given.text.is_empty() || given.text == "none" {
             return Some(Test::State { target, state: None, exact });
         }
@@ -120,20 +106,9 @@ impl Reader {
         }
     }
 
-    /// The meaning of one of some words.
-    pub(super) fn keyword<T: Copy>(&mut self, given: &LocatedText, words: &[(&str, T)]) -> Option<T> {
-        let found = words.iter().find(|(word, _)| *word == given.text);
-        if found.is_none() {
-            let known: Vec<_> = words.iter().map(|(word, _)| *word).collect();
-            let reason = format!("{:?} is unknown here", given.text);
-            self.refuse(&given.location, reason, &format!("give {}", known.join(", ")));
-        }
-        found.map(|(_, value)| *value)
-    }
-
     /// A path that the file names, relative to the file.
     pub(super) fn beside(&self, named: &str) -> PathBuf {
-        self.file.parent().unwrap_or(Path::new("")).join(named)
+        self.checker.beside(named)
     }
 
     /// Notes the ids of an action that was read from one text.
@@ -152,8 +127,8 @@ impl Reader {
         }
     }
 
-    /// Any number but NaN; infinite only when it is written as a word.
-    pub(super) fn number(&mut self, given: &LocatedText) -> Option<f64> {
+    /// Reads any number but NaN; infinite only when it is written as a word.
+    pub(super) fn number(&self, given: &LocatedText) -> Option<f64> {
         let text = given.text.trim();
         let has_digit = text.contains(|char: char| char.is_ascii_digit());
         let number = text.strip_prefix('.').filter(|_| !has_digit).unwrap_or(text).parse::<f64>();
@@ -170,56 +145,56 @@ impl Reader {
         }
     }
 
-    /// A time that ends, not negative.
-    pub(super) fn seconds(&mut self, given: &LocatedText) -> Option<Duration> {
+    /// Reads a finite time, not negative.
+    pub(super) fn seconds(&self, given: &LocatedText) -> Option<Duration> {
         let seconds = self.number(given)?;
         self.limited(given, seconds)
     }
 
-    /// How long a phase lasts, s; may be infinite, and negative where upstream allows it.
-    pub(super) fn phase_seconds(&mut self, given: &LocatedText) -> Option<f64> {
+    /// Reads the duration of a phase, s; may be infinite, and negative where upstream allows it.
+    pub(super) fn phase_seconds(&self, given: &LocatedText) -> Option<f64> {
         let seconds = self.number(given)?;
         let is_allowed =
             seconds == f64::INFINITY || self.compat == Compat::Upstream && (-MAX_S..0.0).contains(&seconds);
         if is_allowed { Some(seconds) } else { self.limited(given, seconds).map(|_| seconds) }
     }
 
-    fn limited(&mut self, given: &LocatedText, seconds: f64) -> Option<Duration> {
+    fn limited(&self, given: &LocatedText, seconds: f64) -> Option<Duration> {
         if (0.0..=MAX_S).contains(&seconds) {
             // In range, so it cannot panic.
             return Some(Duration::from_secs_f64(seconds));
         }
         let remedy = if seconds < 0.0 { "give 0 or more" } else { "give at most 1e9 s" };
-        self.refuse(&given.location, format!("invalid time {} s", given.text.trim()), remedy);
+        self.refuse(&given.location, format!("{} s is out of range", given.text.trim()), remedy);
         None
     }
 
-    pub(super) fn rate_hz(&mut self, given: &LocatedText) -> Option<f64> {
+    pub(super) fn rate_hz(&self, given: &LocatedText) -> Option<f64> {
         let rate_hz = self.number(given)?;
         if RATES_HZ.contains(&rate_hz) {
             return Some(rate_hz);
         }
         let remedy = format!("give {} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
-        self.refuse(&given.location, format!("invalid rate {} Hz", given.text.trim()), &remedy);
+        self.refuse(&given.location, format!("{} Hz is out of range", given.text.trim()), &remedy);
         None
     }
 
-    /// 0 to 1; upstream takes any.
-    pub(super) fn confidence(&mut self, given: &LocatedText) -> Option<f64> {
+    /// Reads a confidence, 0 to 1; upstream takes any number.
+    pub(super) fn confidence(&self, given: &LocatedText) -> Option<f64> {
         let confidence = self.number(given)?;
         let is_allowed = match self.compat {
             Compat::Improved => (0.0..=1.0).contains(&confidence),
             Compat::Upstream => confidence.is_finite(),
         };
         if !is_allowed {
-            self.refuse(&given.location, format!("{} is not a confidence", given.text.trim()), "give 0 to 1");
+            self.refuse(&given.location, format!("{} is out of range", given.text.trim()), "give 0 to 1");
         }
         is_allowed.then_some(confidence)
     }
 
-    /// A controller and one of its phases; upstream looks the phase up when it is needed.
+    /// Finds a controller and one of its phases; upstream looks the phase up when it is needed.
     pub(super) fn phase_of(
-        &mut self,
+        &self,
         controllers: &[Controller],
         name: &LocatedText,
         phase: &LocatedText,

@@ -1,16 +1,19 @@
-//! Signals by name, and raw values with a meaning: the pieces a binding is made of.
-
-use std::ops::Range;
-
-use toml::Spanned;
+//! Binds signals by name and raw values with their meaning: the pieces of a binding.
 
 use super::raw_values::RawValues;
-use crate::config::reading::checker::Checker;
-use crate::config::reading::document::Document;
+use crate::config::reading::checker::{Checker, LocatedText};
+use crate::config::reading::fields::Fields;
+use crate::config::reading::location::Location;
 use crate::core::can::link::BusIndex;
+use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundSignal, MessageIndex, Role, SignalIndex};
+
+/// Keys of raw values for "not available" and "fault".
+pub(super) const FATES: &[&str] = &["not_available", "fault"];
+/// The key of raw values for "not available" alone.
+pub(super) const NOT_AVAILABLE: &[&str] = &["not_available"];
 
 /// A bus of the profile with its DBC.
 #[derive(Debug)]
@@ -21,35 +24,34 @@ pub(super) struct ProfileBus {
     pub(super) database: Database,
 }
 
-/// Messages and signals bound so far, each once, and the problems met on the way.
-#[derive(Debug)]
+/// Messages and signals bound so far, each once.
 pub(super) struct Binder<'a> {
-    pub(super) checker: Checker<'a>,
+    pub(super) checker: &'a Checker,
     pub(super) buses: &'a [ProfileBus],
     /// Bus and name of each bound message, in order of first use.
     pub(super) messages: Vec<(usize, &'a Message)>,
     pub(super) signals: Vec<BoundSignal>,
 }
 
-/// Raw values with what they mean, e.g. those of `left`.
-pub(super) type Meanings<'a, T> = Vec<(&'a RawValues, Meaning<T>)>;
+/// Raw values with their meaning, e.g. those of `left`.
+pub(super) type Meanings<T> = Vec<(RawValues, Meaning<T>)>;
 
 impl<'a> Binder<'a> {
-    pub(super) fn new(document: &'a Document, buses: &'a [ProfileBus]) -> Self {
-        Self { checker: Checker::new(document), buses, messages: Vec::new(), signals: Vec::new() }
+    pub(super) fn new(checker: &'a Checker, buses: &'a [ProfileBus]) -> Self {
+        Self { checker, buses, messages: Vec::new(), signals: Vec::new() }
     }
 
     /// Notes a problem at a place in the profile.
-    pub(super) fn refuse(&mut self, at: Range<usize>, reason: impl Into<String>, remedy: &str) {
-        self.checker.refuse_at(at, reason, remedy);
+    pub(super) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
+        self.checker.refuse(at, reason, remedy);
     }
 
     /// The message of that name, on the named bus or the only one that has it.
     pub(super) fn find_message(
-        &mut self,
+        &self,
         bus: Option<&str>,
         name: &str,
-        at: Range<usize>,
+        at: &Location,
     ) -> Option<(usize, &'a Message)> {
         let buses = self.buses.iter().enumerate();
         let named = buses.filter(|(_, known)| bus.is_none_or(|bus| known.name == bus));
@@ -72,12 +74,12 @@ impl<'a> Binder<'a> {
     }
 
     /// Refuses a bus that the profile does not have.
-    pub(super) fn refuse_bus(&mut self, at: Range<usize>, bus: &str) {
+    pub(super) fn refuse_bus(&self, at: &Location, bus: &str) {
         let known: Vec<_> = self.buses.iter().map(|bus| bus.name.as_str()).collect();
         self.refuse(at, format!("there is no bus {bus}"), &format!("it has {}", known.join(", ")));
     }
 
-    /// Says whether the DBC lacks the message or has it in a form that was rejected.
+    /// The reason why a message is unknown: the DBC lacks it, or it has a form that was rejected.
     fn missing_message(&self, bus: Option<&str>, name: &str) -> String {
         let buses: Vec<_> =
             self.buses.iter().filter(|known| bus.is_none_or(|bus| known.name == bus)).collect();
@@ -87,20 +89,18 @@ impl<'a> Binder<'a> {
     }
 
     /// Binds `[bus:]MESSAGE.SIGNAL`.
-    pub(super) fn signal(&mut self, text: &Spanned<String>) -> Option<(SignalIndex, &'a Signal)> {
-        let at = text.span();
-        let (bus, rest) = split_bus(text.get_ref());
+    pub(super) fn signal(&mut self, given: &LocatedText) -> Option<(SignalIndex, &'a Signal)> {
+        let at = &given.location;
+        let (bus, rest) = split_bus(&given.text);
         let Some((message_name, signal_name)) = rest.split_once('.') else {
             self.refuse(at, format!("{rest:?} names no signal"), "write MESSAGE.SIGNAL");
             return None;
         };
-        let (bus, message) = self.find_message(bus, message_name, at.clone())?;
+        let (bus, message) = self.find_message(bus, message_name, at)?;
         let Some(signal) = message.signal(signal_name) else {
             let bus = &self.buses[bus];
             let rejected = rejected(bus, signal_name).unwrap_or_default();
-            let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
-            let reason = format!("{} has no signal {signal_name}{rejected}", message.name);
-            self.refuse(at, reason, &format!("it has {}", names.join(", ")));
+            self.refuse_signal(at, message, signal_name, &rejected);
             return None;
         };
         if signal.number != Number::Integer {
@@ -109,6 +109,22 @@ impl<'a> Binder<'a> {
             return None;
         }
         Some((self.intern(bus, message, signal), signal))
+    }
+
+    /// The codec of a signal of `message` that is named by itself, of any kind.
+    pub(super) fn field(&self, message: &Message, given: &LocatedText) -> Option<SignalCodec> {
+        let signal = message.signal(&given.text);
+        if signal.is_none() {
+            self.refuse_signal(&given.location, message, &given.text, "");
+        }
+        signal.map(|signal| signal.codec.clone())
+    }
+
+    /// Refuses a signal that its message does not have.
+    pub(super) fn refuse_signal(&self, at: &Location, message: &Message, name: &str, rejected: &str) {
+        let names: Vec<_> = message.signals.iter().map(|signal| signal.name.as_str()).collect();
+        let reason = format!("{} has no signal {name}{rejected}", message.name);
+        self.refuse(at, reason, &format!("it has {}", names.join(", ")));
     }
 
     /// The message's name for people: with its bus, when several buses have one of that name.
@@ -132,98 +148,87 @@ impl<'a> Binder<'a> {
         }))
     }
 
-    /// Binds a signal and its values; problems are noted and `None` comes out.
-    pub(super) fn role<T: Copy>(
-        &mut self,
-        text: &Spanned<String>,
-        meanings: &Meanings<'_, T>,
-    ) -> Option<Role<T>> {
-        let bound = self.signal(text);
+    /// Binds a signal and its values; `None` when a problem was noted.
+    pub(super) fn role<T: Copy>(&mut self, given: &LocatedText, meanings: &Meanings<T>) -> Option<Role<T>> {
+        let bound = self.signal(given);
         let values = self.values(meanings, bound.map(|(_, signal)| signal));
         Some(Role { signal: bound?.0, values: values? })
     }
 
-    /// Binds an on/off signal; `others` are its values for anything else.
-    pub(super) fn switch<'f>(
+    /// Binds the key `signal` of a table with the raw values that it has under a key for each state: those in
+    /// `required`, those in `optional`, and the `fates` of a value that is no state. `remedy` is for keys that
+    /// are missing.
+    pub(super) fn states<T: Copy>(
         &mut self,
-        signal: &Spanned<String>,
-        [on, off]: [&'f RawValues; 2],
-        others: impl Iterator<Item = (&'f RawValues, Meaning<bool>)>,
-    ) -> Option<Role<bool>> {
-        self.require_values(&[on, off]);
-        let mut meanings = vec![(on, Meaning::Defined(true)), (off, Meaning::Defined(false))];
-        meanings.extend(others);
-        self.role(signal, &meanings)
-    }
-
-    /// Binds a signal with values for each of its states, as far as it has them.
-    pub(super) fn state_role<'f, T: Copy>(
-        &mut self,
-        signal: &Spanned<String>,
-        states: impl IntoIterator<Item = (Option<&'f RawValues>, T)>,
-        not_available: Option<&'f RawValues>,
-        fault: Option<&'f RawValues>,
+        fields: &Fields<'_>,
+        [required, optional]: [&[(&'static str, T)]; 2],
+        fates: &[&'static str],
+        remedy: &str,
     ) -> Option<Role<T>> {
-        let states = states.into_iter();
-        let states = states.filter_map(|(values, state)| Some((values?, Meaning::Defined(state))));
-        self.role(signal, &states.chain(no_state(not_available, fault)).collect())
+        let keys: Vec<_> = required.iter().map(|(key, _)| *key).collect();
+        let is_complete = fields.require(&[&["signal"], &*keys].concat(), remedy);
+        let given = fields.string("signal");
+        let states = required
+            .iter()
+            .filter_map(|(key, state)| Some((RawValues::some_given(fields, key)?, Meaning::Defined(*state))));
+        let mut meanings: Meanings<T> = states.collect();
+        let others = optional
+            .iter()
+            .filter_map(|(key, state)| Some((RawValues::given(fields, key)?, Meaning::Defined(*state))));
+        meanings.extend(others);
+        meanings.extend(fate_values(fields, fates));
+        is_complete?;
+        self.role(&given?, &meanings)
     }
 
-    /// Notes each empty list among those that must not be.
-    pub(super) fn require_values(&mut self, lists: &[&RawValues]) {
-        for values in lists.iter().filter(|values| values.get_ref().is_empty()) {
-            self.refuse(values.span(), "no value is named", "name at least one raw value");
-        }
-    }
-
-    fn values<T: Copy>(
+    /// Binds the key `signal` of a table that has raw values under the keys `on` and `off`.
+    pub(super) fn switch(
         &mut self,
-        meanings: &Meanings<'_, T>,
-        signal: Option<&Signal>,
-    ) -> Option<ValueMap<T>> {
-        let before = self.checker.problems.len();
+        fields: &Fields<'_>,
+        [on, off]: [&'static str; 2],
+        fates: &[&'static str],
+        remedy: &str,
+    ) -> Option<Role<bool>> {
+        self.states(fields, [&[(on, true), (off, false)], &[]], fates, remedy)
+    }
+
+    fn values<T: Copy>(&self, meanings: &Meanings<T>, signal: Option<&Signal>) -> Option<ValueMap<T>> {
+        let before = self.checker.count();
         let mut seen: Vec<RawRange> = Vec::new();
         let mut entries = Vec::new();
         for (values, meaning) in meanings {
-            for value in values.get_ref() {
-                let range = value.get_ref().0;
+            for (range, at) in &values.0 {
                 if let Some(signal) = signal {
                     let (lowest, highest) = signal.codec.range();
                     if range.first < lowest || range.last > highest {
                         let reason = format!("{} cannot hold {range}", signal.name);
-                        let remedy = format!("its raw values are {lowest} to {highest}");
-                        self.refuse(value.span(), reason, &remedy);
+                        self.refuse(at, reason, &format!("its raw values are {lowest} to {highest}"));
                     }
                 }
-                if let Some(twin) =
-                    seen.iter().find(|known| known.first <= range.last && range.first <= known.last)
-                {
-                    let reason = format!("{range} overlaps {twin}");
-                    self.refuse(value.span(), reason, "give each raw value one meaning");
+                let overlaps = |known: &&RawRange| known.first <= range.last && range.first <= known.last;
+                if let Some(twin) = seen.iter().find(overlaps) {
+                    self.refuse(at, format!("{range} overlaps {twin}"), "give each raw value one meaning");
                 }
-                seen.push(range);
-                entries.push((range, *meaning));
+                seen.push(*range);
+                entries.push((*range, *meaning));
             }
         }
-        if self.checker.problems.len() > before { None } else { ValueMap::new(entries).ok() }
+        if self.checker.count() > before { None } else { ValueMap::new(entries).ok() }
     }
 }
 
-/// Bus and rest of `BUS:REST` or `REST`.
+/// The values for "not available" and "fault" under these keys, as far as they are given.
+pub(super) fn fate_values<T>(fields: &Fields<'_>, fates: &[&'static str]) -> Meanings<T> {
+    let meaning = |key| if key == "fault" { Meaning::Fault } else { Meaning::NotAvailable };
+    fates.iter().filter_map(|key| Some((RawValues::given(fields, key)?, meaning(*key)))).collect()
+}
+
+/// The bus and the rest of `BUS:REST` or `REST`.
 pub(super) fn split_bus(name: &str) -> (Option<&str>, &str) {
     name.split_once(':').map_or((None, name), |(bus, rest)| (Some(bus), rest))
 }
 
-/// The values for "not available" and "fault", as far as they are given.
-pub(super) fn no_state<'f, T>(
-    not_available: Option<&'f RawValues>,
-    fault: Option<&'f RawValues>,
-) -> impl Iterator<Item = (&'f RawValues, Meaning<T>)> {
-    let not_available = not_available.map(|values| (values, Meaning::NotAvailable));
-    not_available.into_iter().chain(fault.map(|values| (values, Meaning::Fault)))
-}
-
-/// Where and why the DBC's statement about a name was rejected, to be put behind a reason.
+/// The place and reason where the DBC's statement about a name was rejected, as the end of a reason.
 fn rejected(bus: &ProfileBus, name: &str) -> Option<String> {
     let finding = bus.database.findings.iter().find(|finding| finding.excerpt.contains(name))?;
     Some(format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason))

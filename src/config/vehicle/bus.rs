@@ -1,111 +1,89 @@
 //! `[bus.*]` of a profile: the DBCs, and what proves a bus alive.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
-
-use serde::Deserialize;
-use toml::Spanned;
 
 use super::binder::{Binder, ProfileBus};
 use crate::config::files::Files;
-use crate::config::reading::checker::Checker;
-use crate::config::reading::document::Document;
-use crate::config::reading::problem::Problem;
+use crate::config::reading::checker::LocatedText;
+use crate::config::reading::fields::Fields;
 use crate::core::can::frame::CanId;
 use crate::core::can::link::BusIndex;
 use crate::core::command::allow_list::AllowList;
 use crate::core::dbc;
 use crate::core::validation::table::BoundMessage;
 
-/// Silence that ends a bus's life when the profile gives none, at least.
-const ALIVE_TIMEOUT_MS: u64 = 1000;
-
-/// The sections by name.
-pub(super) type BusFiles = BTreeMap<Spanned<String>, BusFile>;
+/// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
+const ALIVE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// `[bus.<name>]`
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BusFile {
-    /// Path of the DBC, relative to the profile.
-    pub dbc: Spanned<String>,
+#[derive(Debug)]
+pub(super) struct BusSection {
     /// Further messages that prove the bus alive.
-    #[serde(default)]
-    pub heartbeat_messages: Vec<Spanned<String>>,
-    /// Longest silence of a bus that is awake, ms.
-    pub alive_timeout_ms: Option<Spanned<u64>>,
+    heartbeat_messages: Vec<LocatedText>,
+    /// Longest silence of a bus that is awake.
+    alive_timeout: Option<Duration>,
     /// Whether the whole bus may fall asleep.
-    #[serde(default)]
-    pub may_sleep: bool,
+    pub(super) may_sleep: bool,
 }
 
-/// Reads the DBC of each bus.
-///
-/// # Errors
-/// Every problem found.
-pub(super) fn read_buses(
-    document: &Document,
-    files: &dyn Files,
-    sections: &BusFiles,
-) -> Result<Vec<ProfileBus>, Vec<Problem>> {
-    let mut checker = Checker::new(document);
-    let mut buses = Vec::new();
-    for (index, (name, bus)) in (0..=u8::MAX).zip(sections) {
-        let path = checker.beside(&bus.dbc);
-        match files.read(&path) {
-            Ok(bytes) => buses.push(ProfileBus {
-                name: name.get_ref().clone(),
-                index: BusIndex(index),
-                dbc_path: path.display().to_string(),
-                database: dbc::parse(&bytes),
-            }),
-            Err(error) => {
-                let reason = format!("cannot read {}: {error}", path.display());
-                checker.refuse(&bus.dbc, reason, "give the DBC's path relative to this file");
+/// Reads the section of each bus, in the order of their names, with its DBC; `None` when a problem was noted.
+pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<ProfileBus>, Vec<BusSection>)> {
+    let checker = top.checker;
+    let before = checker.count();
+    let mut entries: Vec<_> = top.entries("bus", "write [bus.<name>]").iter().collect();
+    entries.sort_by_key(|entry| &entry.key);
+    if entries.len() > usize::from(u8::MAX) {
+        checker.refuse(top.at("bus"), "more than 255 buses", "describe fewer");
+    }
+    let (mut buses, mut sections) = (Vec::new(), Vec::new());
+    for (index, entry) in (0..=u8::MAX).zip(entries) {
+        let Some(fields) = Fields::of(checker, &entry.value) else { continue };
+        fields.require(&["dbc"], "");
+        let heartbeat_messages = fields.list("heartbeat_messages", "give a list of messages").iter();
+        sections.push(BusSection {
+            heartbeat_messages: heartbeat_messages.filter_map(|value| checker.string(value)).collect(),
+            alive_timeout: fields.limit("alive_timeout_ms"),
+            may_sleep: fields.flag("may_sleep").unwrap_or_default(),
+        });
+        if let Some(path) = fields.path("dbc") {
+            let dbc_path = path.display().to_string();
+            let bytes = files.read(&path).map_err(|error| format!("cannot read {dbc_path}: {error}"));
+            let remedy = "give the DBC's path relative to this file";
+            if let Some(bytes) = checker.accept(fields.at("dbc"), bytes, remedy) {
+                let (name, index) = (entry.key.clone(), BusIndex(index));
+                buses.push(ProfileBus { name, index, dbc_path, database: dbc::parse(&bytes) });
             }
         }
-        checker.limit(bus.alive_timeout_ms.as_ref());
+        fields.done();
     }
-    if sections.len() > usize::from(u8::MAX) {
-        checker.refuse_at(0..0, "more than 255 buses", "describe fewer");
+    (checker.count() == before).then_some((buses, sections))
+}
+
+impl BusSection {
+    /// The silence after which the bus counts as dead; by default no bus is dead while its fastest message may
+    /// be silent.
+    pub(super) fn alive_timeout(&self, bus: &ProfileBus, messages: &[BoundMessage]) -> Duration {
+        let of_bus = messages.iter().filter(|message| message.bus == bus.index);
+        let fastest = of_bus.filter_map(|message| message.timing.timeout()).min();
+        self.alive_timeout.unwrap_or(fastest.unwrap_or_default().max(ALIVE_TIMEOUT))
     }
-    if checker.problems.is_empty() { Ok(buses) } else { Err(checker.problems) }
-}
 
-/// As the profile says; by default no bus is called silent while its liveliest message may be.
-pub(super) fn alive_timeout(sections: &BusFiles, bus: &ProfileBus, messages: &[BoundMessage]) -> Duration {
-    let given = sections.get(bus.name.as_str()).and_then(|bus| bus.alive_timeout_ms.as_ref());
-    let of_bus = messages.iter().filter(|message| message.bus == bus.index);
-    let silences = of_bus.filter_map(|message| message.timing.timeout());
-    let default = silences.min().unwrap_or_default().max(Duration::from_millis(ALIVE_TIMEOUT_MS));
-    given.map_or(default, |ms| Duration::from_millis(*ms.get_ref()))
-}
-
-/// The further messages that prove a bus alive.
-pub(super) fn heartbeat_messages(
-    binder: &mut Binder<'_>,
-    sections: &BusFiles,
-    bus: &ProfileBus,
-) -> Vec<CanId> {
-    let names = sections.get(bus.name.as_str()).map_or(&[][..], |bus| &bus.heartbeat_messages);
-    let find = |name: &Spanned<String>| {
-        binder.find_message(Some(&bus.name), name.get_ref(), name.span()).map(|(_, message)| message.id)
-    };
-    names.iter().filter_map(find).collect()
-}
-
-/// The gateway's own frames prove nothing of the vehicle.
-pub(super) fn refuse_own_messages(binder: &mut Binder<'_>, sections: &BusFiles, allowed: &AllowList) {
-    for (name, bus) in sections {
-        let own = |message: &Spanned<String>| {
-            let known = binder.buses.iter().find(|known| known.name == *name.get_ref())?;
-            let message = known.database.message(message.get_ref())?;
-            allowed.contains(known.index, message.id).then_some(())
-        };
-        let own: Vec<_> = bus.heartbeat_messages.iter().filter(|message| own(message).is_some()).collect();
-        for message in own {
-            let reason = format!("{} is sent by the gateway itself", message.get_ref());
-            binder.refuse(message.span(), reason, "name messages that the vehicle sends");
+    /// The further messages that prove the bus alive. Those that the gateway sends itself prove nothing.
+    pub(super) fn heartbeat_messages(
+        &self,
+        binder: &Binder<'_>,
+        bus: &ProfileBus,
+        allowed: Option<&AllowList>,
+    ) -> Vec<CanId> {
+        let mut ids = Vec::new();
+        for LocatedText { text, location } in &self.heartbeat_messages {
+            let Some((_, message)) = binder.find_message(Some(&bus.name), text, location) else { continue };
+            if allowed.is_some_and(|allowed| allowed.contains(bus.index, message.id)) {
+                let reason = format!("{text} is sent by the gateway itself");
+                binder.refuse(location, reason, "name messages that the vehicle sends");
+            }
+            ids.push(message.id);
         }
+        ids
     }
 }

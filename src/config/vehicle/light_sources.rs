@@ -1,92 +1,84 @@
-//! What `[turn]` and `[hazard]` of a profile have in common: several sources, and signals of faults.
+//! The keys that `[turn]` and `[hazard]` of a profile have in common: several sources, and signals of faults.
 
-use std::ops::Range;
 use std::time::Duration;
 
-use serde::Deserialize;
-use toml::Spanned;
-
 use super::binder::Binder;
-use super::keys::Spans;
-use super::raw_values::RawValues;
-use crate::config::reading::keyword::{Keyword, keywords};
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 use crate::core::validation::table::FaultSignal;
-use crate::core::vehicle_lights::binding::{FaultBinding, NamedSource, OnFault, TurnSource};
+use crate::core::vehicle_lights::binding::{FaultBinding, NamedSource, OnFault, Sources, TurnSource};
 use crate::core::vehicle_lights::fusion::SourceSettings;
 
-keywords!(OnFault { "report" => OnFault::Report, "withhold" => OnFault::Withhold });
+const ON_FAULT: Keywords<OnFault> = &[("report", OnFault::Report), ("withhold", OnFault::Withhold)];
 
-/// `[[turn.fault_signal]]`, `[[hazard.fault_signal]]`
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FaultSignalFile {
-    /// `MESSAGE.SIGNAL`
-    pub signal: Spanned<String>,
-    /// Values for "broken".
-    pub on: RawValues,
-    /// Values for "sound".
-    pub off: RawValues,
-    /// What is broken, for an operator.
-    pub text: String,
-}
-
-impl Spans for Vec<FaultSignalFile> {
-    fn spans(&self) -> Vec<Range<usize>> {
-        self.iter().map(|fault| fault.signal.span()).collect()
-    }
-}
-
-/// Disagreement is not a finding while a lamp may still be held, and this much longer.
+/// The time after the longest hold of a lamp from which disagreement is a finding.
 const BEYOND_HOLD: Duration = Duration::from_millis(500);
 
-/// How long sources may contradict each other when the profile does not say.
+/// Default of the time for which sources may contradict each other.
 const DISAGREEMENT: Duration = Duration::from_secs(1);
 
-pub(super) fn faults(
-    binder: &mut Binder<'_>,
-    files: &[FaultSignalFile],
-    on_fault: Option<&Spanned<Keyword<OnFault>>>,
-) -> FaultBinding {
-    let fault = |file: &FaultSignalFile| {
-        let role = binder.switch(&file.signal, [&file.on, &file.off], std::iter::empty())?;
-        Some(FaultSignal { role, text: file.text.clone() })
+/// Reads the signals that report a fault, and the reaction to them.
+pub(super) fn faults(binder: &mut Binder<'_>, fields: &Fields<'_>) -> FaultBinding {
+    let fault = |fields: Fields<'_>| {
+        fields.require(&["text"], "");
+        let text = fields.string("text");
+        let role = binder.switch(&fields, ["on", "off"], &[], "");
+        fields.done();
+        Some(FaultSignal { role: role?, text: text?.text })
     };
-    let signals = files.iter().filter_map(fault).collect();
-    FaultBinding { signals, on_fault: on_fault.map(|given| given.get_ref().0).unwrap_or_default() }
+    let signals = fields.tables("fault_signal").filter_map(fault).collect();
+    FaultBinding { signals, on_fault: fields.keyword("on_fault", ON_FAULT).unwrap_or_default() }
 }
 
-/// How long sources may contradict each other; by default longer than what they may differ by.
-pub(super) fn disagreement(
+/// Reads the sources of a section: the section itself as the only one, or those in its `source`, the most
+/// trusted first. `hold` is the time for which they may differ. `None` when a problem was noted.
+pub(super) fn sources<S>(
     binder: &mut Binder<'_>,
-    given: Option<&Spanned<u64>>,
-    at_least: Duration,
-) -> Duration {
-    binder.checker.limit(given).unwrap_or(DISAGREEMENT.max(at_least))
+    fields: &Fields<'_>,
+    source: impl Fn(&mut Binder<'_>, &Fields<'_>) -> Option<S>,
+    hold: impl Fn(&[NamedSource<S>]) -> Duration,
+) -> Option<Sources<S>> {
+    let disagreement = fields.limit("disagreement_ms");
+    if !fields.has("source") {
+        if fields.has("disagreement_ms") {
+            let remedy = "remove it, or describe the sources in `source`";
+            fields.refuse("disagreement_ms", "`disagreement_ms` needs several sources", remedy);
+        }
+        return source(binder, fields).map(Sources::only);
+    }
+    fields.set_form("beside `source`");
+    let mut list: Vec<NamedSource<S>> = Vec::new();
+    let mut is_complete = true;
+    for part in fields.tables("source") {
+        let named = name(&part, &list);
+        let settings = SourceSettings { fallback: part.flag("fallback").unwrap_or_default() };
+        let source = source(binder, &part);
+        part.done();
+        match (named, source) {
+            (Some(name), Some(source)) => list.push(NamedSource { name, settings, source }),
+            (None, _) | (_, None) => is_complete = false,
+        }
+    }
+    if list.is_empty() && is_complete {
+        fields.refuse("source", "no source is given", "describe at least one");
+    }
+    let disagreement = disagreement.unwrap_or(DISAGREEMENT.max(hold(&list)));
+    is_complete.then_some(Sources { list, disagreement })
 }
 
-/// Name and settings of one of several sources.
-pub(super) fn source_settings(
-    binder: &mut Binder<'_>,
-    span: &Range<usize>,
-    name: Option<&Spanned<String>>,
-    fallback: Option<&Spanned<bool>>,
-    taken: &[&str],
-) -> Option<(String, SourceSettings)> {
-    let Some(name) = name else {
-        binder.refuse(span.clone(), "a key is missing: name", "name the source for diagnostics");
-        return None;
-    };
-    let text = name.get_ref();
-    if text.is_empty() || taken.contains(&text.as_str()) {
-        let reason = format!("{text:?} does not tell this source from the others");
-        binder.refuse(name.span(), reason, "give each source a name of its own");
+/// Reads the name of one of several sources.
+fn name<S>(fields: &Fields<'_>, others: &[NamedSource<S>]) -> Option<String> {
+    fields.require(&["name"], "name the source for diagnostics");
+    let name = fields.string("name")?.text;
+    if name.is_empty() || others.iter().any(|other| other.name == name) {
+        let reason = format!("{name:?} does not tell this source from the others");
+        fields.refuse("name", reason, "give each source a name of its own");
         return None;
     }
-    let fallback = fallback.is_some_and(|fallback| *fallback.get_ref());
-    Some((text.clone(), SourceSettings { fallback }))
+    Some(name)
 }
 
-/// How long lamps may be held on, and a bit; other sources may be off by then.
+/// The longest time for which lamps may be held on, and a bit; other sources may be off by then.
 pub(super) fn longest_hold(list: &[NamedSource<TurnSource>]) -> Duration {
     let holds = list.iter().filter_map(|named| match &named.source {
         TurnSource::Lamps { settings, .. } => Some(settings.hold.saturating_add(BEYOND_HOLD)),

@@ -1,31 +1,26 @@
-//! Vehicle profiles, `config/vehicles/*.toml`: one file per section with its shape and its check, from
-//! names and raw values to compiled bindings.
-//!
-//! Every key is explained in `config/gateway.toml`. Spans are kept so that a value which cannot be used
-//! is refused with its line and column.
+//! Vehicle profiles, `config/vehicles/*.toml`: one file per section, from names and raw values to compiled
+//! bindings. `config/gateway.toml` explains every key.
 
 mod binder;
 mod bus;
 mod command;
 mod hazard;
 mod integrity;
-mod keys;
 mod light_sources;
 mod message;
 mod raw_values;
 mod turn;
 mod v2i;
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde::Deserialize;
-use toml::Spanned;
-
 use super::files::Files;
-use super::reading::document::Document;
+use super::reading::checker::Checker;
+use super::reading::fields::Fields;
+use super::reading::location::Text;
 use super::reading::problem::Problem;
+use super::reading::toml_text::from_toml;
 use crate::core::can::frame::CanId;
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::model::Database;
@@ -35,54 +30,34 @@ use crate::core::vehicle_lights::binding::{
     FaultBinding, HazardBinding, LightsBinding, TurnBinding, TurnWhileHazard,
 };
 use binder::Binder;
-use bus::{BusFile, alive_timeout, heartbeat_messages, read_buses, refuse_own_messages};
-use command::{CommandProfileFile, command};
-use hazard::{HazardFile, hazard};
+use bus::read_buses;
+use command::command;
+use hazard::{hazard, is_from_both_sides};
 use light_sources::faults;
-use message::{MessageFile, messages};
-use turn::{TurnFile, turn, while_hazard};
-use v2i::{V2iFile, v2i};
+use message::messages;
+use turn::{turn, while_hazard};
+use v2i::v2i;
 
-/// A whole profile.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct VehicleFile {
-    /// For people.
-    pub name: String,
-    /// Buses by name.
-    #[serde(default)]
-    pub bus: BTreeMap<Spanned<String>, BusFile>,
-    /// Timing of bound messages by DBC name.
-    #[serde(default)]
-    pub message: BTreeMap<Spanned<String>, MessageFile>,
-    /// Turn indicators; may be left out beside `v2i`.
-    pub turn: Option<Spanned<TurnFile>>,
-    /// Hazard lights; may be left out beside `v2i`.
-    pub hazard: Option<Spanned<HazardFile>>,
-    /// Traffic-light states from the network.
-    #[serde(default)]
-    pub v2i: Vec<Spanned<V2iFile>>,
-    /// Commands to the vehicle.
-    pub command: Option<Spanned<CommandProfileFile>>,
-}
+/// The document that explains the keys of profiles and of the gateway's file.
+pub(super) const SEE: &str = "config/gateway.toml";
 
-/// What a profile comes to.
+/// A compiled profile.
 #[derive(Debug)]
 pub(super) struct Vehicle {
-    /// For people.
+    /// Name for people.
     pub name: String,
-    /// Its buses, in the order of their names; [`BusIndex`] points here.
+    /// Buses, in the order of their names; `BusIndex` points here.
     pub buses: Vec<VehicleBus>,
-    /// Its lights.
+    /// Binding of its lights.
     pub lights: LightsBinding,
-    /// Traffic-light states from the network; nothing in most profiles.
+    /// Binding of traffic-light states from the network; empty in most profiles.
     pub v2i: V2iBinding,
-    /// What may be sent to it; nothing in many profiles.
+    /// Binding of commands; empty in many profiles.
     pub command: CommandBinding,
 }
 
 impl Vehicle {
-    /// No vehicle at all: a bench.
+    /// No vehicle, as on a bench.
     pub(super) fn none() -> Self {
         let lights = LightsBinding {
             table: SignalTable::default(),
@@ -107,100 +82,114 @@ impl Vehicle {
 pub(super) struct VehicleBus {
     /// Name in the profile.
     pub name: String,
-    /// Further messages that prove it alive.
+    /// Further messages that prove the bus alive.
     pub heartbeat_messages: Vec<CanId>,
-    /// Longest silence while awake.
+    /// Longest silence of the bus while it is awake.
     pub alive_timeout: Duration,
     /// Whether the whole bus may fall asleep.
     pub may_sleep: bool,
-    /// Path of its DBC.
+    /// Path of the DBC.
     pub dbc_path: PathBuf,
-    /// Its DBC.
+    /// Content of the DBC.
     pub database: Database,
 }
 
-/// Compiles a profile.
+/// Reads a profile from the bytes of its file.
 ///
 /// # Errors
-/// Every problem found, each with its place in `document`.
-pub(super) fn compile(
-    document: &Document,
-    file: &VehicleFile,
-    files: &dyn Files,
-) -> Result<Vehicle, Vec<Problem>> {
-    let buses = read_buses(document, files, &file.bus)?;
-    let mut binder = Binder::new(document, &buses);
-    let lights = lights(&mut binder, file);
-    let light_signals = std::mem::take(&mut binder.signals);
-    let sources = v2i(&mut binder, &file.v2i);
-    let v2i_signals = std::mem::take(&mut binder.signals);
-    let command = command(&mut binder, file.command.as_ref(), lights.as_ref().map(|lights| &lights.hazard));
-    let command_signals = std::mem::take(&mut binder.signals);
-    let heartbeat_messages: Vec<_> =
-        buses.iter().map(|bus| heartbeat_messages(&mut binder, &file.bus, bus)).collect();
-    if let Some(command) = &command {
-        refuse_own_messages(&mut binder, &file.bus, &command.allowed);
-    }
-    let all_bound = lights.is_some() && sources.is_some() && command.is_some();
-    let messages = messages(&mut binder, &file.message, &heartbeat_messages, all_bound);
-    match (lights, sources, command, binder.checker.problems) {
-        (Some(lights), Some(sources), Some(command), problems) if problems.is_empty() => {
-            let lights = LightsBinding { table: table(&messages, light_signals), ..lights };
-            let v2i = V2iBinding { table: table(&messages, v2i_signals), sources };
-            let command = CommandBinding { table: table(&messages, command_signals), ..command };
-            let limits: Vec<_> = buses.iter().map(|bus| alive_timeout(&file.bus, bus, &messages)).collect();
-            let buses = buses.into_iter().zip(heartbeat_messages).zip(limits).map(
-                |((bus, heartbeat_messages), limit)| VehicleBus {
-                    alive_timeout: limit,
-                    may_sleep: file.bus.get(bus.name.as_str()).is_some_and(|bus| bus.may_sleep),
-                    heartbeat_messages,
-                    dbc_path: bus.dbc_path.into(),
-                    name: bus.name,
-                    database: bus.database,
-                },
-            );
-            Ok(Vehicle { name: file.name.clone(), buses: buses.collect(), lights, v2i, command })
-        }
-        (_, _, _, problems) => Err(problems),
-    }
+/// Every problem found.
+pub(super) fn read(files: &dyn Files, path: &Path, bytes: Vec<u8>) -> Result<Vehicle, Vec<Problem>> {
+    let text = Text::new(path, bytes).map_err(|problem| vec![problem])?;
+    let root = from_toml(&text, SEE).map_err(|problem| vec![problem])?;
+    let checker = Checker::new(&text.file, SEE);
+    let vehicle = Fields::of(&checker, &root).and_then(|fields| compile(files, fields));
+    checker.finish(vehicle)
 }
 
-/// What `[turn]` and `[hazard]` come to, still without messages and signals.
-fn lights(binder: &mut Binder<'_>, file: &VehicleFile) -> Option<LightsBinding> {
-    // Who describes something else may leave the lights to another gateway.
-    if file.v2i.is_empty() {
-        for (key, missing) in [("turn", file.turn.is_none()), ("hazard", file.hazard.is_none())] {
-            if missing {
-                let remedy = "add the section, e.g. with fitted = false or from = \"unbound\"";
-                binder.refuse(0..0, format!("missing section `{key}`"), remedy);
-            }
-        }
+/// Compiles a profile; `None` when a problem was noted.
+pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> {
+    let checker = fields.checker;
+    let before = checker.count();
+    let name = fields.required_string("name");
+    let (buses, sections) = read_buses(files, &fields)?;
+    let mut binder = Binder::new(checker, &buses);
+    let lights = lights(&mut binder, &fields);
+    let light_signals = std::mem::take(&mut binder.signals);
+    let sources = v2i(&mut binder, &fields);
+    let v2i_signals = std::mem::take(&mut binder.signals);
+    let hazard = lights.as_ref().map(|lights| &lights.hazard);
+    let command = command(&mut binder, fields.table("command"), hazard);
+    let command_signals = std::mem::take(&mut binder.signals);
+    let allowed = command.as_ref().map(|command| &command.allowed);
+    let heartbeats: Vec<_> = buses
+        .iter()
+        .zip(&sections)
+        .map(|(bus, section)| section.heartbeat_messages(&binder, bus, allowed))
+        .collect();
+    let all_bound = lights.is_some() && sources.is_some() && command.is_some();
+    let messages = messages(&binder, &fields, &heartbeats, all_bound);
+    fields.done();
+    if checker.count() > before {
+        return None;
     }
-    let turn_binding = match &file.turn {
-        Some(file) => turn(binder, file),
+    let limits: Vec<_> =
+        buses.iter().zip(&sections).map(|(bus, section)| section.alive_timeout(bus, &messages)).collect();
+    let buses = buses.into_iter().zip(sections).zip(heartbeats).zip(limits);
+    let buses = buses.map(|(((bus, section), heartbeat_messages), alive_timeout)| VehicleBus {
+        name: bus.name,
+        heartbeat_messages,
+        alive_timeout,
+        may_sleep: section.may_sleep,
+        dbc_path: bus.dbc_path.into(),
+        database: bus.database,
+    });
+    Some(Vehicle {
+        name: name?.text,
+        buses: buses.collect(),
+        lights: LightsBinding { table: table(&messages, light_signals), ..lights? },
+        v2i: V2iBinding { table: table(&messages, v2i_signals), sources: sources? },
+        command: CommandBinding { table: table(&messages, command_signals), ..command? },
+    })
+}
+
+/// Reads `[turn]` and `[hazard]` to a binding without messages and signals; `None` when a problem was noted.
+fn lights(binder: &mut Binder<'_>, top: &Fields<'_>) -> Option<LightsBinding> {
+    // A profile that describes something else may leave the lights to another gateway.
+    for key in ["turn", "hazard"].iter().filter(|key| !top.has("v2i") && !top.has(key)) {
+        let remedy = "add the section, e.g. with fitted = false or from = \"unbound\"";
+        top.refuse(key, format!("missing section `{key}`"), remedy);
+    }
+    let before = binder.checker.count();
+    let (turn_fields, hazard_fields) = (top.table("turn"), top.table("hazard"));
+    let turn = match &turn_fields {
+        Some(fields) => turn(binder, fields),
         None => Some(TurnBinding::LeftOut),
     };
-    let hazard_binding = match &file.hazard {
-        Some(file) => hazard(binder, file, turn_binding.as_ref()),
+    let hazard = match &hazard_fields {
+        Some(fields) => hazard(binder, fields, turn.as_ref()),
         None => Some(HazardBinding::LeftOut),
     };
-    let turn_file = file.turn.as_ref().map(Spanned::get_ref);
-    let hazard_file = file.hazard.as_ref().map(Spanned::get_ref);
-    let turn_faults = turn_file.map(|file| faults(binder, &file.fault_signal, file.on_fault.as_ref()));
-    let hazard_faults = hazard_file.map(|file| faults(binder, &file.fault_signal, file.on_fault.as_ref()));
-    let both_sides = hazard_file.is_some_and(HazardFile::is_from_both_sides);
-    let turn_while_hazard = turn_file.map(|turn| while_hazard(binder, turn, both_sides));
+    let both_sides = hazard_fields.as_ref().is_some_and(is_from_both_sides);
+    let turn_while_hazard = turn_fields.as_ref().map(|fields| while_hazard(fields, both_sides));
+    let [turn_faults, hazard_faults] =
+        [&turn_fields, &hazard_fields].map(|fields| fields.as_ref().map(|fields| faults(binder, fields)));
+    for fields in [turn_fields, hazard_fields].into_iter().flatten() {
+        fields.done();
+    }
+    if binder.checker.count() > before {
+        return None;
+    }
     Some(LightsBinding {
         table: SignalTable::default(),
-        turn: turn_binding?,
+        turn: turn?,
         turn_faults: turn_faults.unwrap_or_default(),
-        hazard: hazard_binding?,
+        hazard: hazard?,
         hazard_faults: hazard_faults.unwrap_or_default(),
         turn_while_hazard: turn_while_hazard.unwrap_or_default(),
     })
 }
 
-/// Signals with those of all messages that carry them.
+/// The signals, with those of `messages` that carry them.
 fn table(messages: &[BoundMessage], mut signals: Vec<BoundSignal>) -> SignalTable {
     let mut carriers: Vec<_> = signals.iter().map(|signal| signal.message).collect();
     carriers.sort_unstable();

@@ -1,46 +1,55 @@
 //! Raw values of a signal as a profile writes them: numbers and ranges.
 
-use std::fmt;
-
-use serde::Deserialize;
-use serde::de::{Unexpected, Visitor};
-use toml::Spanned;
-
+use crate::config::reading::checker::Checker;
+use crate::config::reading::fields::Fields;
+use crate::config::reading::location::Location;
+use crate::config::reading::value::{Kind, Value};
 use crate::core::validation::meaning::RawRange;
 
-/// A list of raw values and ranges, e.g. `[0, "4..=7"]`.
-pub(super) type RawValues = Spanned<Vec<Spanned<RawValue>>>;
+/// A list of raw values and ranges, e.g. `[0, "4..=7"]`, each with its place.
+#[derive(Debug, Clone)]
+pub(super) struct RawValues(pub(super) Vec<(RawRange, Location)>);
 
-/// One entry of such a list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RawValue(pub RawRange);
+impl RawValues {
+    /// One range, which is given at a place.
+    pub(super) fn one(range: RawRange, at: &Location) -> Self {
+        Self(vec![(range, at.clone())])
+    }
 
-impl<'de> Deserialize<'de> for RawValue {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(RawValueVisitor)
+    /// The raw values of a key; `None` when it is absent.
+    pub(super) fn given(fields: &Fields<'_>, key: &'static str) -> Option<Self> {
+        fields.value(key).map(|value| Self::of(fields.checker, value))
+    }
+
+    /// The raw values of a key, at least one; `None` when it is absent.
+    pub(super) fn some_given(fields: &Fields<'_>, key: &'static str) -> Option<Self> {
+        fields.value(key).map(|value| Self::some_of(fields.checker, value))
+    }
+
+    /// The raw values of a list, at least one.
+    pub(super) fn some_of(checker: &Checker, value: &Value) -> Self {
+        if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
+            checker.refuse(&value.location, "no value is named", "name at least one raw value");
+        }
+        Self::of(checker, value)
+    }
+
+    fn of(checker: &Checker, value: &Value) -> Self {
+        let items = checker.list(value, "give a list of raw values, e.g. [0, \"4..=7\"]");
+        Self(items.iter().filter_map(|item| Some((range(checker, item)?, item.location.clone()))).collect())
     }
 }
 
-struct RawValueVisitor;
-
-impl Visitor<'_> for RawValueVisitor {
-    type Value = RawValue;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a raw value such as 3, or a range such as \"4..=7\"")
+fn range(checker: &Checker, value: &Value) -> Option<RawRange> {
+    let range = match &value.kind {
+        Kind::Scalar { text, is_quoted: true } => raw_range(text),
+        Kind::Scalar { text, is_quoted: false } => text.parse().ok().map(RawRange::single),
+        Kind::Null | Kind::List(_) | Kind::Map(_) => None,
+    };
+    if range.is_none() {
+        checker.refuse_kind(value, "a raw value such as 3, or a range such as \"4..=7\"");
     }
-
-    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<RawValue, E> {
-        Ok(RawValue(RawRange::single(value.into())))
-    }
-
-    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<RawValue, E> {
-        Ok(RawValue(RawRange::single(value.into())))
-    }
-
-    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<RawValue, E> {
-        raw_range(text).map(RawValue).ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
-    }
+    range
 }
 
 /// `"4..=7"`, `"0x96"`, `"-1"`.

@@ -1,4 +1,4 @@
-//! What diagnostics say of one bus.
+//! Diagnostic status of one bus.
 
 use crate::core::can::bus::{Bus, BusFinding, Reception};
 use crate::core::can::error_frame::{ControllerState, class_name};
@@ -6,12 +6,12 @@ use crate::core::can::link::LinkState;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
-/// The status of a bus now. `node` is the name before the colon.
+/// Diagnostic status of a bus; `node` is the name before the colon.
 pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime) -> Status {
     let settings = bus.settings();
     let counts = &bus.counts;
-    let (level, message) = verdict(bus, now);
-    let mut values = vec![("bus", settings.name.clone()), ("link", link_name(bus.link()))];
+    let (level, message) = level_and_message(bus, now);
+    let mut values = vec![("bus", settings.name.clone()), ("link", link_value(bus.link()))];
     controller_values(bus, now, &mut values);
     values.extend([
         ("frames", counts.frames.to_string()),
@@ -34,7 +34,7 @@ pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime
     Status { name: format!("{node}: {}", settings.interface), level, message, values }
 }
 
-/// What is wrong with a link, for people.
+/// Text for the state of a link.
 pub(in crate::core) fn link_text(interface: &str, state: LinkState) -> String {
     match state {
         LinkState::Up => format!("{interface} is up"),
@@ -45,8 +45,8 @@ pub(in crate::core) fn link_text(interface: &str, state: LinkState) -> String {
     }
 }
 
-/// Level and message: cause before consequence, and nothing that is a matter of course beside it.
-fn verdict(bus: &Bus, now: MonoTime) -> (Level, String) {
+/// Level and message, the cause before its consequence and nothing that follows from it.
+fn level_and_message(bus: &Bus, now: MonoTime) -> (Level, String) {
     match bus.finding(now) {
         BusFinding::BusOff { restart_ms } => (Level::Error, bus_off_text(bus, restart_ms)),
         BusFinding::Stopped => (Level::Error, "the controller has stopped: receives nothing".to_owned()),
@@ -90,17 +90,15 @@ fn disturbed_text(state: ControllerState) -> &'static str {
         ControllerState::Warning => "error-warning: the bus is disturbed",
         ControllerState::Passive => "error-passive: the bus is heavily disturbed",
         ControllerState::Restarted => "restarted after bus-off",
-        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => {
-            state_name(state)
-        }
+        ControllerState::ErrorActive | ControllerState::BusOff | ControllerState::Stopped => state.name(),
     }
 }
 
-/// Nothing for a bus without a controller, such as a virtual one.
+/// Values of the controller; none for a bus without one, such as a virtual bus.
 fn controller_values(bus: &Bus, now: MonoTime, values: &mut Vec<(&'static str, String)>) {
     let controller = bus.controller();
     if let Some((state, time)) = controller.state().zip(controller.time_in_state(now)) {
-        values.push(("controller", state_name(state).to_owned()));
+        values.push(("controller", state.name().to_owned()));
         values.push(("controller_state_s", time.as_secs().to_string()));
         let (tx, rx) = controller.counters.map_or_else(
             || ("unknown".to_owned(), "unknown".to_owned()),
@@ -116,23 +114,9 @@ fn controller_values(bus: &Bus, now: MonoTime, values: &mut Vec<(&'static str, S
     }
 }
 
-fn state_name(state: ControllerState) -> &'static str {
+fn link_value(state: LinkState) -> String {
     match state {
-        ControllerState::ErrorActive => "error-active",
-        ControllerState::Warning => "error-warning",
-        ControllerState::Passive => "error-passive",
-        ControllerState::BusOff => "bus-off",
-        ControllerState::Restarted => "restarted",
-        ControllerState::Stopped => "stopped",
-    }
-}
-
-fn link_name(state: LinkState) -> String {
-    match state {
-        LinkState::Up => "up".to_owned(),
-        LinkState::Down => "down".to_owned(),
-        LinkState::Missing => "missing".to_owned(),
         LinkState::Failed(errno) => format!("failed, errno {errno}"),
-        LinkState::Ended => "ended".to_owned(),
+        LinkState::Up | LinkState::Down | LinkState::Missing | LinkState::Ended => state.name().to_owned(),
     }
 }

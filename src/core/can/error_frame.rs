@@ -1,81 +1,98 @@
-//! What an error frame says: class bits and eight data bytes (`linux/can/error.h`).
+//! Error frames: class bits and eight data bytes (`linux/can/error.h`).
 //!
-//! A driver fills in what its controller can tell and leaves the rest zero.
+//! A driver fills in what its controller reports and leaves the rest zero.
 
 use std::fmt;
 
-/// Bits of the class (`CAN_ERR_*`).
+/// Class bits of an error frame (`CAN_ERR_*`).
 pub mod class {
-    /// No free mailbox or line for too long.
+    /// A frame waited too long for a free mailbox or for the bus.
     pub const TX_TIMEOUT: u32 = 0x1;
-    /// Lost against a frame of higher priority.
+    /// Arbitration was lost to a frame of higher priority.
     pub const LOST_ARBITRATION: u32 = 0x2;
-    /// State of the controller, see [`super::controller`].
+    /// The controller byte is given, see [`super::controller`].
     pub const CONTROLLER: u32 = 0x4;
-    /// A breach of the protocol on the wire.
+    /// A protocol violation on the wire.
     pub const PROTOCOL: u32 = 0x8;
-    /// A fault of the wiring, as the transceiver sees it.
+    /// A wiring fault detected by the transceiver.
     pub const TRANSCEIVER: u32 = 0x10;
-    /// Nobody acknowledged a frame.
+    /// A frame was not acknowledged.
     pub const NO_ACK: u32 = 0x20;
     /// The controller has left the bus.
     pub const BUS_OFF: u32 = 0x40;
-    /// An error on the bus; there may be very many of these.
+    /// An error on the bus, which may be very frequent.
     pub const BUS_ERROR: u32 = 0x80;
     /// The controller was restarted after bus-off.
     pub const RESTARTED: u32 = 0x100;
-    /// Error counters are given (Linux 6.0 and newer say so).
+    /// Error counters are given (set by Linux 6.0 and newer).
     pub const COUNTERS: u32 = 0x200;
 }
 
 /// Bits of the controller byte (`CAN_ERR_CRTL_*`).
 pub mod controller {
-    /// The controller had no room for a received frame, or for one to send.
+    /// The receive or transmit buffer overflowed.
     pub const OVERFLOW: u8 = 0x03;
-    /// 96 errors or more, receiving or sending.
+    /// An error counter is 96 or more.
     pub const WARNING: u8 = 0x0C;
-    /// 128 errors or more, receiving or sending.
+    /// An error counter is 128 or more.
     pub const PASSIVE: u8 = 0x30;
-    /// Back below all limits.
+    /// Both error counters are below 96 again.
     pub const ACTIVE: u8 = 0x40;
 }
 
-/// One error frame, as received or recorded.
+/// An error frame as received or recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ErrorFrame {
     class: u32,
     data: [u8; 8],
 }
 
-/// Errors a controller has counted; it counts up by 1 or 8 and down by 1.
+/// Error counters of a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ErrorCounters {
-    /// While sending, 0 to 65535. An error frame cannot say more than 255.
+    /// Transmit error counter, 0 to 65535; at most 255 in an error frame.
     pub tx: u16,
-    /// While receiving, likewise.
+    /// Receive error counter in the same range.
     pub rx: u16,
 }
 
-/// State of a CAN controller.
+/// Error state of a CAN controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ControllerState {
-    /// Fewer than 96 errors.
+    /// Both error counters are below 96.
     ErrorActive,
-    /// 96 errors or more.
+    /// An error counter is 96 or more.
     Warning,
-    /// 128 errors or more: it no longer disturbs others with its error flags.
+    /// An error counter is 128 or more, so that it sends no active error flags.
     Passive,
-    /// More than 255 errors while sending: it has left the bus.
+    /// The transmit error counter exceeded 255 and the controller has left the bus.
     BusOff,
-    /// Restarted after bus-off, and has not received since.
+    /// The controller was restarted after bus-off and has not received since.
     Restarted,
-    /// Not working at all, or asleep, as the kernel says.
+    /// The kernel reports the controller as stopped or sleeping.
     Stopped,
 }
 
+impl ControllerState {
+    /// All states.
+    pub const ALL: [Self; 6] =
+        [Self::ErrorActive, Self::Warning, Self::Passive, Self::BusOff, Self::Restarted, Self::Stopped];
+
+    /// Name in diagnostics and black-box files, as `ip -details link` shows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ErrorActive => "error-active",
+            Self::Warning => "error-warning",
+            Self::Passive => "error-passive",
+            Self::BusOff => "bus-off",
+            Self::Restarted => "restarted",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
 impl ErrorFrame {
-    /// An error frame with these class bits. Bytes that are missing are zero, those beyond eight no
-    /// error frame has.
+    /// An error frame with these class bits. Missing bytes are zero, bytes beyond eight are ignored.
     pub fn new(class: u32, data: &[u8]) -> Self {
         let mut bytes = [0; 8];
         for (to, from) in bytes.iter_mut().zip(data) {
@@ -84,17 +101,17 @@ impl ErrorFrame {
         Self { class, data: bytes }
     }
 
-    /// The class bits.
+    /// Class bits (`CAN_ERR_*`).
     pub fn class(self) -> u32 {
         self.class
     }
 
-    /// The data bytes.
+    /// All eight data bytes.
     pub fn data(self) -> [u8; 8] {
         self.data
     }
 
-    /// As candump writes it: `20000040#0000000000000000`.
+    /// The notation of candump, `20000040#0000000000000000`.
     pub fn log_text(self) -> String {
         let data: String = self.data.iter().map(|byte| format!("{byte:02X}")).collect();
         format!("{:08X}#{data}", self.class | 0x2000_0000)
@@ -104,36 +121,21 @@ impl ErrorFrame {
         self.class & bit != 0
     }
 
-    /// Bit position at which arbitration was lost, 1 to 255; 0 when the controller cannot tell.
-    pub fn lost_arbitration(self) -> Option<u8> {
-        self.has(class::LOST_ARBITRATION).then_some(self.data[0])
-    }
-
-    /// The controller byte, bits of [`controller`]; 0 when unspecified.
+    /// The controller byte with the bits of [`controller`], 0 when unspecified; `None` without its class.
     pub fn controller(self) -> Option<u8> {
         self.has(class::CONTROLLER).then_some(self.data[1])
     }
 
-    /// Kind (`CAN_ERR_PROT_*` bits) and place within the frame (`CAN_ERR_PROT_LOC_*`).
-    pub fn protocol(self) -> Option<(u8, u8)> {
-        self.has(class::PROTOCOL).then_some((self.data[2], self.data[3]))
-    }
-
-    /// The transceiver's code, CAN-H in the low and CAN-L in the high half.
-    pub fn transceiver(self) -> Option<u8> {
-        self.has(class::TRANSCEIVER).then_some(self.data[4])
-    }
-
-    /// The controller's error counters. Before Linux 6.0 drivers gave them without saying so; then
-    /// two zeros mean that there are none.
+    /// Error counters of the controller; `None` when they are not given. Before Linux 6.0 drivers gave
+    /// them without the class bit; then two zeros mean that there are none.
     pub fn counters(self) -> Option<ErrorCounters> {
         let [.., tx, rx] = self.data;
-        let told = self.has(class::COUNTERS)
+        let given = self.has(class::COUNTERS)
             || self.has(class::CONTROLLER | class::PROTOCOL | class::BUS_ERROR) && (tx, rx) != (0, 0);
-        told.then_some(ErrorCounters { tx: tx.into(), rx: rx.into() })
+        given.then_some(ErrorCounters { tx: tx.into(), rx: rx.into() })
     }
 
-    /// The state it announces, the worst if sending and receiving differ.
+    /// The announced state, the worse one when sending and receiving differ; `None` when none is.
     pub fn state(self) -> Option<ControllerState> {
         if self.has(class::BUS_OFF) {
             return Some(ControllerState::BusOff);
@@ -151,7 +153,7 @@ impl ErrorFrame {
         .find_map(|(mask, state)| (bits & mask != 0).then_some(state))
     }
 
-    /// Whether it announces a state and nothing else: no error on the wire, no lost frame.
+    /// True if it announces a state without an error on the wire or a lost frame.
     pub fn is_state_alone(self) -> bool {
         let only = class::CONTROLLER | class::COUNTERS | class::BUS_OFF | class::RESTARTED;
         let overflow = self.controller().is_some_and(|bits| bits & controller::OVERFLOW != 0);
@@ -159,7 +161,7 @@ impl ErrorFrame {
     }
 }
 
-/// In words, for people: `protocol (bit stuffing at CRC), bus-error, tx 96, rx 0`.
+/// Text for diagnostics: `protocol (bit stuffing at CRC), bus-error, tx 96, rx 0`.
 impl fmt::Display for ErrorFrame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
@@ -169,7 +171,7 @@ impl fmt::Display for ErrorFrame {
             match bit {
                 class::LOST_ARBITRATION if self.data[0] != 0 => write!(f, " at bit {}", self.data[0])?,
                 class::CONTROLLER => named(f, self.data[1], &CONTROLLER_NAMES, "")?,
-                class::PROTOCOL => named(f, self.data[2], &PROTOCOL_NAMES, place(self.data[3]))?,
+                class::PROTOCOL => named(f, self.data[2], &PROTOCOL_NAMES, location(self.data[3]))?,
                 class::TRANSCEIVER => write!(f, " ({})", wiring(self.data[4]))?,
                 _ => {}
             }
@@ -182,12 +184,12 @@ impl fmt::Display for ErrorFrame {
     }
 }
 
-/// The bits of a class one by one.
+/// The single bits of a class, lowest first.
 pub fn bits(class: u32) -> impl Iterator<Item = u32> {
     (0..u32::BITS).map(|shift| 1 << shift).filter(move |bit| class & bit != 0)
 }
 
-/// Name of a class bit.
+/// Name of a class bit in diagnostics.
 pub fn class_name(bit: u32) -> &'static str {
     match bit {
         class::TX_TIMEOUT => "tx-timeout",
@@ -226,9 +228,9 @@ const PROTOCOL_NAMES: [&str; 8] = [
     "while sending",
 ];
 
-/// ` (name, name at place)`, or nothing when there is nothing to say.
-fn named(f: &mut fmt::Formatter<'_>, byte: u8, names: &[&str; 8], place: &str) -> fmt::Result {
-    if byte == 0 && place.is_empty() {
+/// Writes ` (name, name at location)`, or nothing when both are unspecified.
+fn named(f: &mut fmt::Formatter<'_>, byte: u8, names: &[&str; 8], location: &str) -> fmt::Result {
+    if byte == 0 && location.is_empty() {
         return Ok(());
     }
     f.write_str(" (")?;
@@ -237,15 +239,15 @@ fn named(f: &mut fmt::Formatter<'_>, byte: u8, names: &[&str; 8], place: &str) -
         write!(f, "{separator}{name}")?;
         separator = ", ";
     }
-    match place {
+    match location {
         "" => f.write_str(")"),
-        place if byte == 0 => write!(f, "at {place})"),
-        place => write!(f, " at {place})"),
+        location if byte == 0 => write!(f, "at {location})"),
+        location => write!(f, " at {location})"),
     }
 }
 
-/// Where in a frame an error was found; empty when unspecified.
-fn place(code: u8) -> &'static str {
+/// Location of a protocol error in a frame; empty when unspecified.
+fn location(code: u8) -> &'static str {
     match code {
         0x00 => "",
         0x02 | 0x06 | 0x07 | 0x0E | 0x0F => "the identifier",
@@ -255,12 +257,12 @@ fn place(code: u8) -> &'static str {
         0x09 | 0x0D => "a reserved bit",
         0x0A => "data",
         0x0B => "length",
-        0x12 => "the pause between frames",
+        0x12 => "intermission",
         0x18 => "the CRC delimiter",
         0x19 => "acknowledgement",
         0x1A => "the end of the frame",
         0x1B => "the acknowledgement delimiter",
-        _ => "an unknown place",
+        _ => "an unknown location",
     }
 }
 
@@ -285,8 +287,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_part_of_an_error_frame_is_told_in_words() {
-        for (class, data, words) in [
+    fn every_part_of_error_frame_has_a_text() {
+        for (class, data, text) in [
             (0x004, [0, 0x0C, 0, 0, 0, 0, 0, 0], "controller (rx warning, tx warning)"),
             (0x204, [0, 0x20, 0, 0, 0, 0, 130, 20], "controller (tx passive), tx 130, rx 20"),
             (0x004, [0; 8], "controller"),
@@ -299,12 +301,12 @@ mod tests {
             (0x021, [0; 8], "tx-timeout, no-ack"),
             (0, [0; 8], "no class"),
         ] {
-            assert_eq!(ErrorFrame::new(class, &data).to_string(), words);
+            assert_eq!(ErrorFrame::new(class, &data).to_string(), text);
         }
     }
 
     #[test]
-    fn the_worse_direction_decides_on_the_state() {
+    fn worse_direction_decides_state() {
         let state = |class, bits| ErrorFrame::new(class, &[0, bits]).state();
         assert_eq!(state(0x4, 0x40), Some(ControllerState::ErrorActive));
         assert_eq!(state(0x4, 0x48), Some(ControllerState::Warning), "the other direction is active");
@@ -315,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_is_told_from_a_loss() {
+    fn pure_state_change_is_distinguished_from_loss() {
         let alone = |class, bits| ErrorFrame::new(class, &[0, bits]).is_state_alone();
         assert!(alone(0x204, 0x08) && alone(0x40, 0) && alone(0x100, 0));
         assert!(!alone(0x8C, 0x08), "an error on the wire beside it");
@@ -324,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn counters_of_older_kernels_are_taken_unless_both_are_zero() {
+    fn counters_of_older_kernels_are_read_unless_both_zero() {
         let counters = |class, tx| ErrorFrame::new(class, &[0, 0, 0, 0, 0, 0, tx, 0]).counters();
         assert_eq!(counters(0x4, 96), Some(ErrorCounters { tx: 96, rx: 0 }));
         assert_eq!(counters(0x4, 0), None);

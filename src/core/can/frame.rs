@@ -1,31 +1,31 @@
-//! A CAN frame, whoever delivered it.
+//! CAN identifiers and data frames.
 
 use std::fmt;
 
-/// Bytes a frame can carry at most (CAN FD).
+/// Largest number of data bytes in a frame (CAN FD).
 pub const MAX_DATA: usize = 64;
 
 /// A CAN identifier; 11-bit and 29-bit identifiers never compare equal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CanId {
-    /// 11 bits, 0 to 0x7FF.
+    /// Identifier of 11 bits, 0 to 0x7FF.
     Standard(u16),
-    /// 29 bits, 0 to `0x1FFF_FFFF`.
+    /// Identifier of 29 bits, 0 to `0x1FFF_FFFF`.
     Extended(u32),
 }
 
 impl CanId {
-    /// An 11-bit identifier, `None` above 0x7FF.
+    /// An 11-bit identifier; `None` above 0x7FF.
     pub fn standard(id: u32) -> Option<Self> {
         u16::try_from(id).ok().filter(|id| *id <= 0x7FF).map(Self::Standard)
     }
 
-    /// A 29-bit identifier, `None` above `0x1FFF_FFFF`.
+    /// A 29-bit identifier; `None` above `0x1FFF_FFFF`.
     pub fn extended(id: u32) -> Option<Self> {
         (id <= 0x1FFF_FFFF).then_some(Self::Extended(id))
     }
 
-    /// The bare number, without any flag bit.
+    /// The number without any flag bit.
     pub fn number(self) -> u32 {
         match self {
             Self::Standard(id) => u32::from(id),
@@ -34,7 +34,7 @@ impl CanId {
     }
 }
 
-/// candump's spelling: three digits for 11 bits, eight for 29.
+/// The notation of candump: three hexadecimal digits for 11 bits, eight for 29.
 impl fmt::Display for CanId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -59,13 +59,13 @@ impl Frame {
         (data.len() <= 8).then(|| Self::filled(id, false, data))
     }
 
-    /// An FD frame; `None` unless `data` has one of the lengths FD can send
-    /// (0 to 8, 12, 16, 20, 24, 32, 48, 64).
+    /// An FD frame; `None` unless `data` has a length that FD can send (0 to 8, 12, 16, 20, 24, 32, 48 or
+    /// 64).
     pub fn fd(id: CanId, data: &[u8]) -> Option<Self> {
         matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
     }
 
-    /// A frame that has room for `data`: classic up to 8 bytes, else FD; `None` when neither has.
+    /// A classic frame for up to 8 bytes of `data`, else an FD frame; `None` for a length of neither.
     pub fn with_room(id: CanId, data: &[u8]) -> Option<Self> {
         if data.len() > 8 { Self::fd(id, data) } else { Self::classic(id, data) }
     }
@@ -78,28 +78,28 @@ impl Frame {
         Self { id, fd, len, data: bytes }
     }
 
-    /// The identifier.
+    /// Identifier of the frame.
     pub fn id(&self) -> CanId {
         self.id
     }
 
-    /// Whether it came as CAN FD.
+    /// True if it is a CAN FD frame.
     pub fn is_fd(&self) -> bool {
         self.fd
     }
 
-    /// The payload, as long as the frame says.
+    /// Payload in the length of the frame.
     pub fn data(&self) -> &[u8] {
         &self.data[..usize::from(self.len)]
     }
 
-    /// The payload, zero-padded to [`MAX_DATA`]: what compiled decoding reads from.
+    /// Payload padded with zeros to [`MAX_DATA`], for [`SignalCodec`](crate::core::dbc::codec::SignalCodec).
     pub fn padded(&self) -> &[u8; MAX_DATA] {
         &self.data
     }
 }
 
-/// candump's spelling, `128#00F1` or `128##000F1`.
+/// The notation of candump, `128#00F1` or `128##000F1`.
 impl fmt::Display for Frame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", self.id, if self.fd { "##0" } else { "#" })?;
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_a_bus_cannot_carry_are_refused() {
+    fn impossible_lengths_are_refused() {
         let id = CanId::Standard(1);
         assert!(Frame::classic(id, &[0; 9]).is_none());
         assert!(Frame::fd(id, &[0; 9]).is_none());
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_print_as_candump_does() {
+    fn frames_display_in_candump_notation() {
         let short = Frame::classic(CanId::Standard(0x28), &[0, 0xF1]).unwrap();
         assert_eq!(short.to_string(), "028#00F1");
         let long = Frame::fd(CanId::Extended(0x0CFD_CC27), &[1]).unwrap();
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn identifiers_keep_their_range() {
+    fn identifiers_out_of_range_are_refused() {
         assert_eq!(CanId::standard(0x800), None);
         assert_eq!(CanId::extended(0x2000_0000), None);
         assert_ne!(CanId::standard(1), CanId::extended(1));

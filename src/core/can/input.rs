@@ -1,4 +1,4 @@
-//! What can happen on a CAN bus.
+//! Events on a CAN bus.
 
 use super::controller::ControllerReport;
 use super::error_frame::ErrorFrame;
@@ -6,57 +6,57 @@ use super::frame::Frame;
 use super::link::{BusIndex, LinkState};
 use crate::core::time::WallStamp;
 
-/// One thing that happened on a CAN bus.
+/// One event on a CAN bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CanInput {
     /// A data frame arrived.
     Frame {
-        /// On which bus.
+        /// Bus of the event.
         bus: BusIndex,
-        /// The frame.
+        /// The frame as received.
         frame: Frame,
-        /// When the kernel received it, or the recording's stamp.
+        /// Receive time of the kernel or stamp of the recording.
         stamp: WallStamp,
     },
     /// The link below a bus changed.
     Link {
-        /// Which bus.
+        /// Bus above the link.
         bus: BusIndex,
-        /// What it is now.
+        /// New state of the link.
         state: LinkState,
     },
     /// The kernel dropped frames because the receive queue was full.
     Drops {
-        /// On which bus.
+        /// Bus of the event.
         bus: BusIndex,
-        /// How many more than reported before.
+        /// Number of frames dropped since the last report.
         lost: u32,
     },
     /// The controller or driver sent an error frame.
     ErrorFrame {
-        /// On which bus.
+        /// Bus of the event.
         bus: BusIndex,
-        /// What it says.
+        /// The error frame as received.
         error: ErrorFrame,
     },
-    /// The kernel told the state of the controller below a bus: when asked, changed or not.
+    /// The kernel reported the state of the controller on request, changed or not.
     Controller {
-        /// Of which bus.
+        /// Bus of the controller.
         bus: BusIndex,
-        /// What it said.
+        /// Report of the kernel.
         report: ControllerReport,
     },
-    /// Lines or records of a recording that could not be read.
+    /// Records of a recording could not be read.
     BadRecords {
-        /// On which bus they would have been counted.
+        /// Bus to which they are attributed.
         bus: BusIndex,
-        /// How many more than reported before.
+        /// Number of unreadable records since the last report.
         count: u32,
     },
 }
 
 impl CanInput {
-    /// The bus that it happened on.
+    /// Bus of the event.
     pub fn bus(&self) -> BusIndex {
         match *self {
             Self::Frame { bus, .. }
@@ -68,7 +68,7 @@ impl CanInput {
         }
     }
 
-    /// When the kernel or the recorder received it; `None` for what happened when it was read.
+    /// Receive time of a frame; `None` for other events, which happen when they are read.
     pub fn stamp(&self) -> Option<WallStamp> {
         match *self {
             Self::Frame { stamp, .. } => Some(stamp),

@@ -1,10 +1,10 @@
-//! Which bus, and what is known of the link below it.
+//! Index of a bus and state of the link below it.
 
-/// Which of the configured CAN buses; an index into the settings' list of buses.
+/// Index of a configured CAN bus in the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BusIndex(pub u8);
 
-/// What is known of the link below a bus.
+/// State of the link below a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinkState {
     /// Frames can arrive.
@@ -13,8 +13,21 @@ pub enum LinkState {
     Down,
     /// There is no interface of that name (`ENODEV`), e.g. an unplugged adapter.
     Missing,
-    /// The interface is there but cannot be opened; the code is the `errno`.
+    /// The interface exists but cannot be opened, with the `errno`.
     Failed(i32),
-    /// The recording has ended: nothing more will come.
+    /// The recording has ended, so that no frame follows.
     Ended,
+}
+
+impl LinkState {
+    /// Name in diagnostics and black-box files, without the `errno`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Missing => "missing",
+            Self::Failed(_) => "failed",
+            Self::Ended => "ended",
+        }
+    }
 }

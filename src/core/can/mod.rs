@@ -1,4 +1,4 @@
-//! One CAN bus: its frames, its link, the controller below it, and whether it can be relied on.
+//! One CAN bus: its frames, its link, its controller and its condition.
 
 pub mod bus;
 pub mod bus_status;

@@ -273,11 +273,6 @@ impl CommandFlow {
         self.finding.decision
     }
 
-    /// The binding of the profile.
-    pub fn binding(&self) -> &CommandBinding {
-        &self.binding
-    }
-
     /// Frames of each message since start, in the order of the profile.
     pub fn send_counts(&self) -> impl Iterator<Item = (&str, SendCounts)> {
         let names = self.binding.messages.iter().map(|message| message.name.as_str());

@@ -51,19 +51,6 @@ impl CommandFlow {
         ]
     }
 
-    /// The present requests, their reasons and the control mode in one sentence.
-    pub fn explanation(&self) -> String {
-        let Finding { decision, mode, .. } = self.finding();
-        format!(
-            "turn indicators {} ({}), hazard lights {} ({}), control mode {}",
-            request_text(decision.request.turn),
-            decision.turn.text(),
-            request_text(decision.request.hazard),
-            decision.hazard.text(),
-            mode_text(*mode),
-        )
-    }
-
     fn transmission(&self, buses: &[Bus]) -> StatusText {
         let finding = self.finding();
         let name = |at: usize| self.binding.messages.get(at).map_or("", |message| message.name.as_str());

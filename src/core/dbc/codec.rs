@@ -1,69 +1,69 @@
-//! One signal's bits, compiled: a window, a shift and a mask.
+//! Reading and writing of one signal, compiled to a window, a shift and a mask.
 //!
-//! A raw value is what the wire carries: no factor, no offset, sign-extended when the signal is
-//! signed. Everything a layout can get wrong is refused in [`SignalCodec::new`], so reading can
-//! neither fail nor panic nor allocate.
+//! A raw value is that on the wire: without factor and offset, sign-extended when the signal is
+//! signed. [`SignalCodec::new`] refuses every invalid layout, so that reading never fails, panics or
+//! allocates.
 
 use std::ops::RangeInclusive;
 
 use crate::core::can::frame::MAX_DATA;
 
-/// Bytes loaded at once: the longest signal (64 bits, unaligned) spans nine.
+/// Number of bytes loaded at once; the longest signal (64 bits, unaligned) spans nine.
 const WINDOW: usize = 16;
 
-/// Order of a signal's bits.
+/// Byte order of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ByteOrder {
-    /// `@1`: the start bit is the least significant one, significance grows with the bit number.
+    /// `@1`: the start bit is the least significant bit, and significance grows with the bit number.
     Intel,
-    /// `@0`: the start bit is the most significant one; the value goes down through its byte and
-    /// on from bit 7 of the next.
+    /// `@0`: the start bit is the most significant bit; the value runs down through its byte and
+    /// continues at bit 7 of the next.
     Motorola,
 }
 
-/// Where a signal lies, in DBC's numbers (bit 0 is the least significant bit of byte 0).
+/// Position of a signal in the bit numbers of DBC (bit 0 is the least significant bit of byte 0).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Start bit, 0 to 511; which end of the signal it is depends on the order.
+    /// Start bit, 0 to 511: the lowest bit of an Intel signal, the highest of a Motorola one.
     pub start: u16,
     /// Length in bits, 1 to 64.
     pub length: u16,
-    /// Order of the bits.
+    /// Byte order of the signal.
     pub order: ByteOrder,
-    /// Whether the raw value is two's complement.
+    /// True if the raw value is signed (two's complement).
     pub signed: bool,
 }
 
-/// Why a layout cannot be read.
+/// Reason why a layout is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
-    /// Not 1 to 64 bits.
+    /// The length in bits is not 1 to 64.
     #[error("{0} bits long: a signal has 1 to 64")]
     Length(u16),
-    /// Bits beyond the message's last byte.
+    /// The signal reaches beyond the last byte of the message.
     #[error("needs {needed} bytes, the message has {available}")]
     OutsideMessage {
-        /// Bytes needed for all bits.
+        /// Number of bytes needed for all bits.
         needed: usize,
-        /// Bytes there are.
+        /// Number of bytes in the message.
         available: usize,
     },
 }
 
-/// A raw value that the signal's bits cannot hold; see [`SignalCodec::range`].
+/// The raw value lies outside [`SignalCodec::range`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the raw value does not fit in the signal's bits")]
 pub struct OutOfRange;
 
-/// Reads and writes one signal, and tells whether the multiplexer has it in the frame.
+/// Reads and writes one signal and evaluates its multiplexors.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SignalCodec {
     bits: Bits,
-    /// Every multiplexor above this signal, the outermost first. All must agree.
+    /// Conditions on all multiplexors above this signal, the outermost first.
     conditions: Box<[Condition]>,
 }
 
-/// "This multiplexor has one of these values."
+/// Condition that a multiplexor has one of several values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Condition {
     multiplexor: Bits,
@@ -76,7 +76,7 @@ impl SignalCodec {
         Ok(Self { bits: Bits::compile(layout, message_length)?, conditions: Box::default() })
     }
 
-    /// The same signal, present only while `multiplexor` is present itself and has one of `values`.
+    /// The same signal, present only while `multiplexor` is present and has one of `values`.
     pub fn multiplexed(self, multiplexor: &Self, values: &[RangeInclusive<u64>]) -> Self {
         let values = values.iter().map(|range| i128::from(*range.start())..=i128::from(*range.end()));
         let own = Condition { multiplexor: multiplexor.bits, values: values.collect() };
@@ -84,23 +84,23 @@ impl SignalCodec {
         Self { bits: self.bits, conditions }
     }
 
-    /// Whether the multiplexors in `data` say that this signal is in the frame.
+    /// True if the multiplexors in `data` select this signal.
     pub fn is_present(&self, data: &[u8; MAX_DATA]) -> bool {
         self.conditions.iter().all(|condition| condition.holds(data))
     }
 
-    /// Bytes a frame must have so that the signal and all its multiplexors can be read.
+    /// Smallest number of bytes in a frame that has the signal and all its multiplexors.
     pub fn needed_length(&self) -> usize {
         let multiplexors = self.conditions.iter().map(|condition| condition.multiplexor.needed);
         multiplexors.fold(self.bits.needed, usize::max)
     }
 
-    /// The raw value, whether or not the signal is present.
+    /// The raw value of the bits, whether or not the signal is present.
     pub fn value(&self, data: &[u8; MAX_DATA]) -> i128 {
         self.bits.read(data)
     }
 
-    /// Puts `raw` into the signal's bits and leaves all others alone.
+    /// Writes `raw` into the bits of the signal and leaves all others unchanged.
     pub fn write(&self, raw: i128, data: &mut [u8; MAX_DATA]) -> Result<(), OutOfRange> {
         let (lowest, highest) = self.range();
         if (lowest..=highest).contains(&raw) {
@@ -111,9 +111,8 @@ impl SignalCodec {
         }
     }
 
-    /// Sets the multiplexors so that the signal is present; of several values the lowest counts.
-    ///
-    /// Refuses when a multiplexor cannot hold the value that selects this signal.
+    /// Sets the multiplexors so that the signal is present, each to the lowest of its possible values.
+    /// Fails when a multiplexor cannot hold that value.
     pub fn select(&self, data: &mut [u8; MAX_DATA]) -> Result<(), OutOfRange> {
         self.conditions.iter().try_for_each(|condition| {
             let (_, highest) = condition.multiplexor.range();
@@ -122,29 +121,29 @@ impl SignalCodec {
         })
     }
 
-    /// Lowest and highest raw value.
+    /// Lowest and highest raw value of the signal.
     pub fn range(&self) -> (i128, i128) {
         self.bits.range()
     }
 
-    /// Length in bits, 1 to 64.
+    /// Length of the signal in bits, 1 to 64.
     pub fn bit_length(&self) -> u32 {
         self.bits.length
     }
 
-    /// Whether a multiplexor decides about this signal.
+    /// True if the signal depends on a multiplexor.
     pub fn is_multiplexed(&self) -> bool {
         !self.conditions.is_empty()
     }
 
-    /// Whether a frame may carry both signals in the same bits.
+    /// True if one frame may carry both signals in the same bits.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         self.bits.shares_bits(other.bits) && !self.excludes(other)
     }
 
-    /// Whether a common multiplexor never lets both be present.
+    /// True if a common multiplexor excludes that both are present.
     fn excludes(&self, other: &Self) -> bool {
-        self.conditions.iter().any(|mine| other.conditions.iter().any(|theirs| mine.excludes(theirs)))
+        self.conditions.iter().any(|own| other.conditions.iter().any(|theirs| own.excludes(theirs)))
     }
 }
 
@@ -162,7 +161,7 @@ impl Condition {
     }
 }
 
-/// The compiled position: `WINDOW` bytes from `first`, read in `order`, shifted right, cut to length.
+/// Compiled position: `WINDOW` bytes from `first`, read in `order`, shifted right, masked to `length`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Bits {
     first: usize,
@@ -266,7 +265,7 @@ mod tests {
         data
     }
 
-    /// The DBC's bit numbers of a signal, least significant first, one step at a time.
+    /// DBC bit numbers of a signal, least significant first.
     fn positions(layout: Layout) -> Vec<usize> {
         let mut position = usize::from(layout.start);
         let mut positions = Vec::new();
@@ -284,7 +283,7 @@ mod tests {
         positions
     }
 
-    /// Reads bit by bit: slow, and nothing like the compiled way.
+    /// Reads bit by bit, independently of the compiled position.
     fn reference(layout: Layout, data: &[u8; MAX_DATA]) -> i128 {
         let mut value = 0;
         let mut weight = 1;
@@ -311,7 +310,7 @@ mod tests {
         })
     }
 
-    /// A layout that fits, and the length of its message.
+    /// A valid layout and the length of its message.
     fn layout_in_message() -> impl Strategy<Value = (Layout, usize)> {
         (any_layout(), 1_usize..=64).prop_filter("inside the message", |(layout, length)| {
             positions(*layout).iter().all(|position| position / 8 < *length)
@@ -333,7 +332,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_written_is_read_back_and_no_other_bit_changes(
+        fn written_value_is_read_back_and_other_bits_are_unchanged(
             (layout, length) in layout_in_message(),
             bits in any::<u64>(),
             background in any::<u8>(),
@@ -358,13 +357,13 @@ mod tests {
         }
 
         #[test]
-        fn a_layout_is_refused_exactly_when_a_bit_lies_outside(layout in any_layout(), length in 0_usize..=80) {
+        fn layout_is_refused_exactly_when_a_bit_lies_outside(layout in any_layout(), length in 0_usize..=80) {
             let fits = positions(layout).iter().all(|position| position / 8 < length.min(MAX_DATA));
             prop_assert_eq!(SignalCodec::new(layout, length).is_ok(), fits);
         }
 
         #[test]
-        fn signals_overlap_exactly_when_they_have_a_bit_in_common(a in any_layout(), b in any_layout()) {
+        fn signals_overlap_exactly_when_they_share_a_bit(a in any_layout(), b in any_layout()) {
             let (Ok(one), Ok(other)) = (SignalCodec::new(a, 64), SignalCodec::new(b, 64)) else {
                 return Ok(());
             };
@@ -374,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn both_orders_read_as_the_format_says() {
+    fn both_byte_orders_match_dbc_format() {
         let data = data(&[0x12, 0x34, 0x56, 0xF8]);
         assert_eq!(codec(4, 8, ByteOrder::Intel, false).value(&data), 0x41);
         assert_eq!(codec(3, 8, ByteOrder::Motorola, false).value(&data), 0x23);
@@ -388,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_of_no_or_too_many_bits_are_refused() {
+    fn lengths_outside_1_to_64_bits_are_refused() {
         for length in [0, 65, u16::MAX] {
             let layout = Layout { start: 0, length, order: ByteOrder::Intel, signed: false };
             assert_eq!(SignalCodec::new(layout, 64), Err(LayoutError::Length(length)));
@@ -396,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_multiplexed_signal_is_present_only_under_all_its_multiplexors() {
+    fn multiplexed_signal_requires_all_its_multiplexors() {
         let page = codec(0, 8, ByteOrder::Intel, false);
         let row = codec(56, 8, ByteOrder::Intel, false).multiplexed(&page, &[1..=3, 7..=7]);
         let cell = codec(16, 8, ByteOrder::Intel, false).multiplexed(&row, &[5..=5]);
@@ -408,7 +407,7 @@ mod tests {
         assert_eq!(
             (cell.needed_length(), page.needed_length()),
             (8, 1),
-            "the multiplexors must be in the frame too"
+            "a frame must have the multiplexors too"
         );
         let mut selected = data(&[]);
         cell.select(&mut selected).unwrap();

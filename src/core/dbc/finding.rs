@@ -1,25 +1,25 @@
-//! Collects what is wrong with a file.
+//! Collects the findings on a file.
 
 use super::model::{Finding, Severity};
 
-/// Characters of a statement that a finding shows.
+/// Largest number of characters in the excerpt of a finding.
 const EXCERPT: usize = 60;
 
-/// The findings so far.
+/// Findings on a file in the order of detection.
 #[derive(Debug, Default)]
 pub(super) struct Findings(Vec<Finding>);
 
-/// A statement to point at.
+/// Location of a statement: its first line and an excerpt.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct Location {
     pub(super) line: usize,
     pub(super) excerpt: String,
 }
 
-impl Place {
+impl Location {
     pub(super) fn new(line: usize, text: &str) -> Self {
-        let words = text.split_whitespace().take(EXCERPT).collect::<Vec<_>>().join(" ");
-        let mut excerpt: String = words.chars().filter(|c| !c.is_control()).take(EXCERPT).collect();
+        let one_line = text.split_whitespace().take(EXCERPT).collect::<Vec<_>>().join(" ");
+        let mut excerpt: String = one_line.chars().filter(|c| !c.is_control()).take(EXCERPT).collect();
         if excerpt.chars().count() == EXCERPT {
             excerpt.push('…');
         }
@@ -28,20 +28,20 @@ impl Place {
 }
 
 impl Findings {
-    pub(super) fn rejected(&mut self, place: &Place, reason: impl Into<String>) {
-        self.add(place, Severity::Rejected, reason.into());
+    pub(super) fn rejected(&mut self, location: &Location, reason: impl Into<String>) {
+        self.add(location, Severity::Rejected, reason.into());
     }
 
-    pub(super) fn note(&mut self, place: &Place, reason: impl Into<String>) {
-        self.add(place, Severity::Note, reason.into());
+    pub(super) fn note(&mut self, location: &Location, reason: impl Into<String>) {
+        self.add(location, Severity::Note, reason.into());
     }
 
-    fn add(&mut self, place: &Place, severity: Severity, reason: String) {
-        let Place { line, excerpt } = place.clone();
+    fn add(&mut self, location: &Location, severity: Severity, reason: String) {
+        let Location { line, excerpt } = location.clone();
         self.0.push(Finding { line, severity, excerpt, reason });
     }
 
-    /// All of them by line.
+    /// All findings in the order of lines.
     pub(super) fn sorted(mut self) -> Vec<Finding> {
         self.0.sort_by_key(|finding| finding.line);
         self.0

@@ -1,4 +1,4 @@
-//! One statement at a time through the `can-dbc` grammar, and mended where only one reading is left.
+//! Parses single statements with the `can-dbc` grammar and repairs those with only one interpretation.
 
 use std::ops::RangeInclusive;
 
@@ -6,88 +6,89 @@ use can_dbc::{
     AttributeValue, Dbc, DbcError, MessageId, SignalExtendedValueType, ValDescription, ValueDescription,
 };
 
-use super::mend;
 use super::model::Number;
+use super::repair;
 use super::statement::{Statement, is_keyword};
 
-/// The attribute that carries a message's period in milliseconds.
+/// Attribute with the period of a message in milliseconds.
 const CYCLE_TIME: &str = "GenMsgCycleTime";
 
-/// Names of raw values.
+/// Names of raw values, in the order of the file.
 pub(super) type Values = Vec<(i128, String)>;
 
-/// What a statement says, as far as it matters here.
+/// The content of a statement, as far as it is used.
 #[derive(Debug)]
 pub(super) enum Parsed {
-    /// A message begins.
+    /// Start of a message.
     Message { id: u32, name: String, length: u64 },
-    /// A signal of the message above.
+    /// A signal of the preceding message.
     Signal(Box<can_dbc::Signal>),
-    /// A value table to refer to.
+    /// A named value table.
     Table { name: String, values: Values },
-    /// The file's default period; `None` when it is 0.
+    /// Default period of the file in ms; `None` for 0.
     DefaultCycle(Option<u32>),
-    /// Something about a message or a signal of it.
+    /// A property of a message or of one of its signals.
     Detail { id: u32, detail: Detail },
-    /// Nothing that is needed.
+    /// A statement that is not used.
     Nothing,
 }
 
-/// Something about a message or a signal of it.
+/// A property of a message or of one of its signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Detail {
-    /// Period in milliseconds; `None` when it is 0.
+    /// Period of the message in ms; `None` for 0.
     Cycle(Option<u32>),
-    /// Names of a signal's values.
+    /// Names of the values of a signal.
     Values { signal: String, values: Values },
-    /// The same, by the name of a table.
+    /// Names of the values of a signal as a reference to a table.
     ValuesByTable { signal: String, table: String },
-    /// What a signal's bits are.
+    /// Number format of a signal.
     Number { signal: String, number: Number },
-    /// When a signal is present.
+    /// Multiplexor values for which a signal is present.
     Multiplexed { signal: String, multiplexor: String, ranges: Vec<RangeInclusive<u64>> },
-    /// The same, unreadable.
-    MultiplexedSomehow { signal: String },
+    /// An unreadable statement about the multiplexor of a signal.
+    UnreadableMultiplexing { signal: String },
 }
 
-/// A statement that could be read, with what was odd about it.
+/// A parsed statement with the irregularity that was repaired or accepted, if any.
 #[derive(Debug)]
-pub(super) struct Reading {
+pub(super) struct ParsedStatement {
     pub(super) parsed: Parsed,
-    pub(super) oddity: Option<String>,
+    pub(super) irregularity: Option<String>,
 }
 
-/// Reads one statement; the error is the reason for people.
-pub(super) fn read(statement: &Statement<'_>) -> Result<Reading, String> {
+/// Parses one statement; the error is a text for the finding.
+pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String> {
     let text = statement.text.as_ref();
-    let plain = |parsed: Result<Parsed, String>| parsed.map(|parsed| Reading { parsed, oddity: None });
+    let plain =
+        |parsed: Result<Parsed, String>| parsed.map(|parsed| ParsedStatement { parsed, irregularity: None });
     match statement.keyword() {
-        "BO_" => mended(text, mend::message, read_message),
-        "SG_" => mended(text, mend::signal, read_signal),
+        "BO_" => repaired(text, repair::message, read_message),
+        "SG_" => repaired(text, repair::signal, read_signal),
         "VAL_TABLE_" => plain(read_table(text)),
         "VAL_" => plain(read_values(text)),
         "SIG_VALTYPE_" => plain(read_number(text)),
         "SG_MUL_VAL_" => plain(read_multiplexing(text)),
         "BA_" => plain(read_attribute(text)),
         "BA_DEF_DEF_" => plain(read_default(text)),
-        // Only names: read here as a list, not by the grammar.
+        // A list of names, which the grammar need not parse.
         "NS_" => plain(Ok(Parsed::Nothing)),
-        keyword if is_keyword(keyword) => plain(read_unneeded(text)),
-        _ => Err("no DBC statement begins like this".to_owned()),
+        keyword if is_keyword(keyword) => plain(read_unused(text)),
+        _ => Err("not a DBC statement".to_owned()),
     }
 }
 
-/// Reads the text as it stands, or else as `mend` would have it.
-fn mended(
+/// Parses the text as it is or, when that fails, as repaired.
+fn repaired(
     text: &str,
-    mend: fn(&str) -> Option<String>,
+    repair: fn(&str) -> Option<String>,
     read: fn(&str) -> Result<Parsed, String>,
-) -> Result<Reading, String> {
+) -> Result<ParsedStatement, String> {
     match read(text) {
-        Ok(parsed) => Ok(Reading { oddity: mend::oddity(text), parsed }),
-        Err(reason) => match mend(text).map(|text| read(&text)) {
+        Ok(parsed) => Ok(ParsedStatement { irregularity: repair::irregularity(text), parsed }),
+        Err(reason) => match repair(text).map(|text| read(&text)) {
             Some(Ok(parsed)) => {
-                Ok(Reading { parsed, oddity: Some(format!("{reason}; its meaning is plain")) })
+                Ok(ParsedStatement { parsed, irregularity: Some(format!("{reason}; repaired")) })
             }
             Some(Err(_)) | None => Err(reason),
         },
@@ -101,9 +102,9 @@ fn read_message(text: &str) -> Result<Parsed, String> {
 }
 
 fn read_signal(text: &str) -> Result<Parsed, String> {
-    // The grammar knows signals only inside a message.
+    // The grammar accepts signals only inside a message.
     let message = one(parse(&format!("BO_ 0 M: 8 N\n{text}"))?.messages)?;
-    if mend::has_bare_multiplex_mark(text) {
+    if repair::has_bare_multiplex_mark(text) {
         return Err("the multiplexer value after `m` is missing".to_owned());
     }
     Ok(Parsed::Signal(Box::new(one(message.signals)?)))
@@ -117,7 +118,7 @@ fn read_table(text: &str) -> Result<Parsed, String> {
 fn read_values(text: &str) -> Result<Parsed, String> {
     let parsed = parse(text);
     if parsed.is_err()
-        && let Some((id, signal, table)) = mend::table_reference(text)
+        && let Some((id, signal, table)) = repair::table_reference(text)
     {
         let detail = Detail::ValuesByTable { signal: signal.to_owned(), table: table.to_owned() };
         return Ok(Parsed::Detail { id, detail });
@@ -172,19 +173,19 @@ fn read_default(text: &str) -> Result<Parsed, String> {
     }
 }
 
-fn read_unneeded(text: &str) -> Result<Parsed, String> {
-    match needed(&parse(text)?) {
+fn read_unused(text: &str) -> Result<Parsed, String> {
+    match used(&parse(text)?) {
         0 => Ok(Parsed::Nothing),
-        _ => Err("goes on with another statement".to_owned()),
+        _ => Err("followed by another statement on the same line".to_owned()),
     }
 }
 
-/// A period; `None` for 0, which says that there is none.
+/// A period in ms; `None` for 0, which means no period.
 fn milliseconds(value: &AttributeValue) -> Result<Option<u32>, String> {
     let whole = match value {
         AttributeValue::Uint(value) => u32::try_from(*value).ok(),
         AttributeValue::Int(value) => u32::try_from(*value).ok(),
-        // Exact for every u32, and the text of a whole number has no point.
+        // Exact for every u32: the text of a whole number has no decimal point.
         AttributeValue::Double(value) => {
             format!("{value:.0}").parse().ok().filter(|n| (f64::from(*n) - value).abs() < 1e-9)
         }
@@ -198,18 +199,18 @@ fn named(descriptions: Vec<ValDescription>) -> Values {
     descriptions.into_iter().map(|value| (i128::from(value.id), unescaped(value.description))).collect()
 }
 
-/// The id as the file has it. The grammar's own drops bits that do not fit, so the two are compared.
+/// The identifier in the file, compared with that of the grammar, which drops bits that do not fit.
 fn checked_id(text: &str, parsed: MessageId) -> Result<u32, String> {
-    let mut words = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
-    let id = words.find(|word| *word != "BO_").and_then(|word| word.parse().ok());
+    let mut fields = text.split('"').step_by(2).flat_map(str::split_ascii_whitespace).skip(1);
+    let id = fields.find(|field| *field != "BO_").and_then(|field| field.parse().ok());
     let id: u32 = id.ok_or("no 32-bit message id")?;
     match MessageId::try_from(id) {
         Ok(same) if same == parsed => Ok(id),
-        Ok(_) | Err(_) => Err("the message id is not clear".to_owned()),
+        Ok(_) | Err(_) => Err("ambiguous message id".to_owned()),
     }
 }
 
-/// Exactly one: the statement was not what it seemed otherwise.
+/// The only item; fails when the statement was parsed as none or several.
 fn one<T>(mut items: Vec<T>) -> Result<T, String> {
     match (items.pop(), items.is_empty()) {
         (Some(item), true) => Ok(item),
@@ -219,11 +220,15 @@ fn one<T>(mut items: Vec<T>) -> Result<T, String> {
 
 fn parse(text: &str) -> Result<Dbc, String> {
     let parsed = Dbc::try_from(format!("{text}\n").as_str()).map_err(|error| reason(&error))?;
-    if needed(&parsed) > 1 { Err("goes on with another statement".to_owned()) } else { Ok(parsed) }
+    if used(&parsed) > 1 {
+        Err("followed by another statement on the same line".to_owned())
+    } else {
+        Ok(parsed)
+    }
 }
 
-/// How many statements of the kinds that matter here: the grammar takes several on one line.
-fn needed(parsed: &Dbc) -> usize {
+/// Number of statements of the kinds that are used, since the grammar accepts several on one line.
+fn used(parsed: &Dbc) -> usize {
     parsed.messages.len()
         + parsed.value_tables.len()
         + parsed.value_descriptions.len()
@@ -233,7 +238,7 @@ fn needed(parsed: &Dbc) -> usize {
         + parsed.attribute_defaults.len()
 }
 
-/// The grammar's complaint in one short line.
+/// The error of the grammar in one short line.
 fn reason(error: &DbcError) -> String {
     let DbcError::Pest(error) = error else {
         return error.to_string();

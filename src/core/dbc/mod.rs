@@ -1,21 +1,21 @@
-//! DBC text to a database, and compiled decoding.
+//! DBC files: parsing and compiled signal codecs.
 //!
-//! Real files are full of slips, and a strict reader would refuse half of them whole. Here every
-//! statement stands for itself: one that cannot be read, or contradicts itself or another, is left
-//! out with a [finding](model::Finding), and the rest stays usable. Nothing is guessed: a slip is
-//! mended only where it leaves a single reading.
+//! Real files contain many errors, and a strict parser would refuse half of them. Here each statement is
+//! parsed by itself: one that is malformed or contradicts another is rejected with a
+//! [finding](model::Finding), and the rest stays usable. An error is repaired only where a single
+//! interpretation is left.
 //!
-//! [`parse`] goes through `statement` (cut), `grammar` (read, with `mend`), `outline` (messages and
-//! loose remarks) and `join` (compile, with `multiplex`, and check).
+//! [`parse`] uses `statement` (split), `grammar` (parse, with `repair`), `outline` (messages and
+//! properties) and `join` (compile, with `multiplex`, and check).
 
 pub mod codec;
 mod finding;
 mod grammar;
 mod join;
-mod mend;
 pub mod model;
 mod multiplex;
 mod outline;
+mod repair;
 mod statement;
 
 use std::borrow::Cow;
@@ -24,10 +24,10 @@ use encoding_rs::{UTF_8, WINDOWS_1252};
 
 use model::Database;
 
-/// Reads a DBC file; what cannot be used is among the findings.
+/// Parses a DBC file; statements that cannot be used are among the findings.
 ///
-/// The text is UTF-8 (a byte order mark is fine) or else Windows-1252, which is the format's
-/// custom; lines end with LF, CRLF or CR.
+/// The text is UTF-8, with or without a byte order mark, or else Windows-1252, as is usual for the
+/// format. Lines end with LF, CRLF or CR.
 pub fn parse(bytes: &[u8]) -> Database {
     let text = decoded(bytes);
     let text = if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n").into() } else { text };
@@ -51,7 +51,7 @@ mod tests {
 
     const GOOD: &str = r#"SG_ Good : 56|8@1+ (1,0) [0|0] "" X"#;
 
-    /// A database of one message of 8 bytes with the signals given, and `after` it.
+    /// A database of one message of 8 bytes with these signals, followed by `after`.
     fn message(signals: &str, after: &str) -> Database {
         parse(format!("BO_ 1 M: 8 X\n{signals}\n {GOOD}\n\n{after}\n").as_bytes())
     }
@@ -73,12 +73,12 @@ mod tests {
             finding.line == line && finding.severity == severity && finding.reason.contains(reason)
         };
         assert!(database.findings.iter().any(fits), "{line} {reason}: {:#?}", database.findings);
-        let lost = database.messages.iter().any(|message| message.signal("Good").is_some());
-        assert!(lost, "everything else stays usable");
+        let usable = database.messages.iter().any(|message| message.signal("Good").is_some());
+        assert!(usable, "the rest stays usable");
     }
 
     #[test]
-    fn a_plain_file_has_no_findings() {
+    fn regular_file_has_no_findings() {
         let text = include_bytes!("../../../fuzz/corpus/dbc_text/plain.dbc");
         let database = parse(text);
         assert_eq!(database.findings, []);
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn line_ends_marks_and_code_pages_make_no_difference() {
+    fn line_ends_and_encodings_are_equivalent() {
         let text = "BO_ 1 M: 8 X\n SG_ T : 0|8@1+ (1,0) [0|0] \"°\" X\n\nVAL_ 1 T 1 \"gauche é\" ;\nfoo\n";
         let crlf = text.replace('\n', "\r\n");
         let marked = format!("\u{feff}{text}");
@@ -108,26 +108,26 @@ mod tests {
     }
 
     #[test]
-    fn slips_with_one_meaning_are_mended_and_noted() {
-        for (slip, reason) in [
+    fn unambiguous_errors_are_repaired_and_noted() {
+        for (statement, reason) in [
             (r#"SG_ S : 8|4@1+ (.25,0) [0|0] "" X"#, "decimal point"),
-            (r#"SG_ S : 8|4@1+ (1.,0.) [0|0] "" X"#, "meaning is plain"),
-            (r#"SG_ S : 8|4@1+ (1,0) [0||1] "" X"#, "meaning is plain"),
-            (r#"SG_ S : 8|4@1+ (1,0) [|] "" X"#, "meaning is plain"),
-            (r#"SG_ S : 8|4@1+ (1,0) [0|0] """#, "meaning is plain"),
-            (r#"SG_ S : 8|4@1+ (1,0) [0|0] "" A,B,"#, "meaning is plain"),
-            (r#"SG_ S : 8|4@1+ (1,0) [0|0] "" A B;"#, "meaning is plain"),
-            (r#"SG_ S : 8|4@1+ (1,0) "" X"#, "meaning is plain"),
+            (r#"SG_ S : 8|4@1+ (1.,0.) [0|0] "" X"#, "repaired"),
+            (r#"SG_ S : 8|4@1+ (1,0) [0||1] "" X"#, "repaired"),
+            (r#"SG_ S : 8|4@1+ (1,0) [|] "" X"#, "repaired"),
+            (r#"SG_ S : 8|4@1+ (1,0) [0|0] """#, "repaired"),
+            (r#"SG_ S : 8|4@1+ (1,0) [0|0] "" A,B,"#, "repaired"),
+            (r#"SG_ S : 8|4@1+ (1,0) [0|0] "" A B;"#, "repaired"),
+            (r#"SG_ S : 8|4@1+ (1,0) "" X"#, "repaired"),
         ] {
-            let database = message(slip, "");
+            let database = message(statement, "");
             assert_finding(&database, 2, Severity::Note, reason);
-            assert_eq!(value(&database, "S", &[0, 0xF5]), Some(5), "{slip}");
+            assert_eq!(value(&database, "S", &[0, 0xF5]), Some(5), "{statement}");
         }
         let digits = message(r#" SG_ 2nd : 8|4@1+ (1,0) [0|0] "" X"#, "");
         assert_finding(&digits, 2, Severity::Note, "begins with a digit");
         assert_eq!(value(&digits, "2nd", &[0, 0xF5]), Some(5));
         let sender = parse(format!("BO_ 7 2nd: 8\n {GOOD}\n").as_bytes());
-        assert_finding(&sender, 1, Severity::Note, "meaning is plain");
+        assert_finding(&sender, 1, Severity::Note, "repaired");
         let glued = message(" SG_ A M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B m0: 8|8@1+ (1,0) [0|0] \"\" X", "");
         assert_finding(&glued, 3, Severity::Note, "no blank");
         assert_eq!(value(&glued, "B", &[0, 9]), Some(9));
@@ -135,8 +135,8 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_signal_costs_only_itself() {
-        for (bad, reason) in [
+    fn malformed_signal_rejects_only_itself() {
+        for (statement, reason) in [
             (r#"SG_ S : 8|4@4- (1,0) [0|0] "" X"#, "expected"),
             (r#"SG_ S : 8@1+ (1,0) [0|0] "" X"#, ""),
             (r#"SG_ S : -8|4@1+ (1,0) [0|0] "" X"#, ""),
@@ -152,14 +152,14 @@ mod tests {
             (r#"SG_ S m1 : 8|4@1+ (1,0) [0|0] "" X"#, "no multiplexor"),
             (r#"SG_ S : 8|4@1+ (1,0) [0|0] "" X SG_ T : 8|4@1+ (1,0) [0|0] "" X"#, ""),
             (r#"SG_ S : 8|4@1+ (1,0) SG_ T : 8|4@1+ (1,0) [0|0] "" X"#, ""),
-            (r#"SG_S : 8|4@1+ (1,0) [0|0] "" X"#, "begins like this"),
+            (r#"SG_S : 8|4@1+ (1,0) [0|0] "" X"#, "not a DBC statement"),
         ] {
-            let database = message(&format!(" {bad}"), "VAL_ 1 Good 1 \"yes\" ;");
+            let database = message(&format!(" {statement}"), "VAL_ 1 Good 1 \"yes\" ;");
             assert_finding(&database, 2, Severity::Rejected, reason);
             assert_eq!(
                 (database.signal_count(), database.rejected()),
                 (1, 1),
-                "{bad}: {:?}",
+                "{statement}: {:?}",
                 database.findings
             );
             assert_eq!(signal(&database, "Good").values.len(), 1);
@@ -167,8 +167,8 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_message_takes_its_signals_with_it_and_nothing_else() {
-        for (bad, reason) in [
+    fn malformed_message_rejects_its_signals_only() {
+        for (statement, reason) in [
             ("BO_ 2048 B: 8 X", "more than 11 bits"),
             ("BO_ 4294967295 B: 8 X", "more than 29 bits"),
             ("BO_ 99999999999 B: 8 X", "(with its signals: 1)"),
@@ -179,29 +179,29 @@ mod tests {
             ("BO_ 1 B: 8 X", "taken"),
             ("BO_ 2 M: 8 X", "taken"),
         ] {
-            let text = format!("BO_ 1 M: 8 X\n {GOOD}\n{bad}\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
+            let text = format!("BO_ 1 M: 8 X\n {GOOD}\n{statement}\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
             let database = parse(text.as_bytes());
             assert_finding(&database, 3, Severity::Rejected, reason);
             assert_eq!(
                 (database.signal_count(), database.rejected()),
                 (1, 1),
-                "{bad}: {:?}",
+                "{statement}: {:?}",
                 database.findings
             );
         }
     }
 
     #[test]
-    fn signals_below_a_mangled_message_do_not_join_the_one_above() {
+    fn signals_of_malformed_message_are_not_added_to_previous_one() {
         let text = format!("BO_ 1 M: 8 X\n {GOOD}\nB0_ 2 B: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
         let database = parse(text.as_bytes());
-        assert_finding(&database, 3, Severity::Rejected, "begins like this");
+        assert_finding(&database, 3, Severity::Rejected, "not a DBC statement");
         assert_finding(&database, 4, Severity::Rejected, "without a message");
         assert_eq!(database.signal_count(), 1);
     }
 
     #[test]
-    fn signals_without_a_message_are_no_message() {
+    fn pseudo_message_of_independent_signals_is_ignored() {
         let after = format!(
             "BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 X\n {GOOD}\nVAL_ 3221225472 Good 1 \"x\";"
         );
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_signal_of_the_same_name_is_left_out_and_shared_bits_are_noted() {
+    fn duplicate_signal_name_is_rejected_and_shared_bits_are_noted() {
         let signals = r#" SG_ A : 0|8@1+ (1,0) [0|0] "" X
  SG_ A : 8|8@1+ (1,0) [0|0] "" X
  SG_ B : 3|1@0+ (1,0) [0|0] "" X"#;
@@ -222,8 +222,8 @@ mod tests {
     }
 
     #[test]
-    fn remarks_that_fit_nothing_are_findings() {
-        for (remark, reason) in [
+    fn properties_without_target_are_findings() {
+        for (property, reason) in [
             ("VAL_ 1 Missing 0 \"a\" ;", "no signal Missing"),
             ("VAL_ 9 Good 0 \"a\" ;", "no message with id 9"),
             ("VAL_ 2049 Good 0 \"a\" ;", "no message with id 2049"),
@@ -240,31 +240,31 @@ mod tests {
             ("VERSION", ""),
             ("CM_ \"text\" BA_ \"GenMsgCycleTime\" BO_ 5 30;", "another statement"),
             ("VAL_ 1 Good 0 \"a\" VAL_ 1 Good 1 \"b\" ;", "another statement"),
-            ("FOO_ 1 2 3;", "begins like this"),
-            ("080SAS", "begins like this"),
+            ("FOO_ 1 2 3;", "not a DBC statement"),
+            ("080SAS", "not a DBC statement"),
         ] {
-            let after = format!("{remark}\nBO_ 5 N: 8 X\n {GOOD}\nBA_ \"GenMsgCycleTime\" BO_ 5 20;");
+            let after = format!("{property}\nBO_ 5 N: 8 X\n {GOOD}\nBA_ \"GenMsgCycleTime\" BO_ 5 20;");
             let database = message("", &after);
             let line = if reason == "32 bits" { 3 } else { 5 };
             assert!(
                 database.findings.iter().any(|f| f.line == line && f.reason.contains(reason)),
                 "{database:#?}"
             );
-            assert_eq!(database.rejected(), 1, "{remark}: {:#?}", database.findings);
-            assert_eq!(database.message("N").unwrap().cycle_ms, Some(20), "{remark}");
+            assert_eq!(database.rejected(), 1, "{property}: {:#?}", database.findings);
+            assert_eq!(database.message("N").unwrap().cycle_ms, Some(20), "{property}");
         }
     }
 
     #[test]
-    fn the_first_of_two_contradicting_remarks_counts() {
+    fn first_of_contradictory_properties_is_used() {
         let database = message("", "VAL_ 1 Good 0 \"a\";\nVAL_ 1 Good 0 \"b\";\nVAL_ 1 Good 0 \"a\";");
-        assert_finding(&database, 6, Severity::Rejected, "otherwise");
+        assert_finding(&database, 6, Severity::Rejected, "contradicts");
         assert_eq!(database.rejected(), 1);
         assert_eq!(signal(&database, "Good").values, [(0, "a".to_owned())]);
     }
 
     #[test]
-    fn an_open_text_does_not_swallow_the_rest() {
+    fn unterminated_text_ends_with_its_line() {
         let database =
             message("", &format!("CM_ \"open\nBO_ 2 N: 8 X\n {GOOD}\nVAL_ 2 Good 0 \"a\" 1 \"b\" ;"));
         assert_finding(&database, 5, Severity::Rejected, "");
@@ -273,17 +273,17 @@ mod tests {
     }
 
     #[test]
-    fn texts_over_lines_keep_the_count_of_lines() {
+    fn texts_over_several_lines_keep_line_numbers() {
         let after =
             "CM_ BO_ 1 \"one\nBO_ 3 K: 8 X\n\n\\\"two\\\"\";VAL_ 1 Good\n 0 \"a\"\n 1 \"b\" ; // c\nfoo";
         let database = message("", after);
-        assert_finding(&database, 11, Severity::Rejected, "begins like this");
+        assert_finding(&database, 11, Severity::Rejected, "not a DBC statement");
         assert_eq!((database.messages.len(), database.findings.len()), (1, 1), "{:?}", database.findings);
         assert_eq!(signal(&database, "Good").values.len(), 2);
     }
 
     #[test]
-    fn periods_come_from_the_message_or_the_default_and_nought_is_none() {
+    fn cycle_time_is_from_message_or_default_and_0_is_none() {
         let text = "BO_ 1 A: 8 X\nBO_ 2 B: 8 X\nBO_ 3 C: 8 X\nBA_DEF_DEF_ \"GenMsgCycleTime\" 100;\n\
                     BA_ \"GenMsgCycleTime\" BO_ 1 20;\nBA_ \"GenMsgCycleTime\" BO_ 2 0;\n";
         let cycles =
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn floats_are_told_from_integers() {
+    fn number_format_is_from_sig_valtype() {
         let signals = r#" SG_ F : 0|32@1- (1,0) [0|0] "" X"#;
         let database = message(signals, "SIG_VALTYPE_ 1 F : 1;");
         assert_eq!(database.findings, []);
@@ -302,12 +302,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        fn any_bytes_are_parsed_without_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
             parse(&bytes);
         }
 
         #[test]
-        fn no_damage_makes_it_panic_or_repeat_a_name(
+        fn damaged_file_is_parsed_without_panic_or_duplicate_name(
             damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0_u8..3), 1..12),
         ) {
             let mut bytes = include_bytes!("../../../fuzz/corpus/dbc_text/multiplexed.dbc").to_vec();

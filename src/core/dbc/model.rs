@@ -1,29 +1,29 @@
-//! What a DBC file says that a gateway needs, and what was wrong with it.
+//! Content of a DBC file as far as a gateway uses it, with findings.
 
 use super::codec::SignalCodec;
 use crate::core::can::frame::CanId;
 
-/// A DBC file: its usable part, and a finding for everything else.
+/// The usable part of a DBC file, with a finding for everything else.
 #[derive(Debug, Clone, Default)]
 pub struct Database {
-    /// The messages, in the order of the file; ids and names are unique.
+    /// Messages in the order of the file, with unique identifiers and names.
     pub messages: Vec<Message>,
-    /// What was left out or read with a grain of salt, by line.
+    /// Statements that were rejected or are irregular, in the order of lines.
     pub findings: Vec<Finding>,
 }
 
 impl Database {
-    /// The message of that name.
+    /// The message with this name; `None` when there is none.
     pub fn message(&self, name: &str) -> Option<&Message> {
         self.messages.iter().find(|message| message.name == name)
     }
 
-    /// Signals of all messages.
+    /// Number of signals of all messages.
     pub fn signal_count(&self) -> usize {
         self.messages.iter().map(|message| message.signals.len()).sum()
     }
 
-    /// Statements that were left out.
+    /// Number of rejected statements.
     pub fn rejected(&self) -> usize {
         self.findings.iter().filter(|finding| finding.severity == Severity::Rejected).count()
     }
@@ -32,22 +32,22 @@ impl Database {
 /// One message (`BO_`).
 #[derive(Debug, Clone)]
 pub struct Message {
-    /// Name, unique in the file.
+    /// Name of the message, unique in the file.
     pub name: String,
-    /// Identifier, unique in the file.
+    /// Identifier of its frames, unique in the file.
     pub id: CanId,
-    /// Length in bytes, 0 to 64.
+    /// Length of its frames in bytes, 0 to 64.
     pub length: usize,
-    /// `GenMsgCycleTime` in milliseconds, its own or the file's default; never 0.
+    /// `GenMsgCycleTime` in ms, of the message or the default of the file, at least 1; `None` = unknown.
     pub cycle_ms: Option<u32>,
     /// Line of the `BO_` statement, from 1.
     pub line: usize,
-    /// The signals, in the order of the file; names are unique.
+    /// Signals in the order of the file, with unique names.
     pub signals: Vec<Signal>,
 }
 
 impl Message {
-    /// The signal of that name.
+    /// The signal with this name; `None` when there is none.
     pub fn signal(&self, name: &str) -> Option<&Signal> {
         self.signals.iter().find(|signal| signal.name == name)
     }
@@ -56,53 +56,53 @@ impl Message {
 /// One signal (`SG_`).
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Name, unique in its message.
+    /// Name of the signal, unique in its message.
     pub name: String,
     /// Line of the `SG_` statement, from 1.
     pub line: usize,
-    /// Where its bits are and when they are there.
+    /// Codec with the position of its bits and its multiplexors.
     pub codec: SignalCodec,
-    /// What the raw bits are.
+    /// Number format of the raw bits.
     pub number: Number,
-    /// Physical units per raw step.
+    /// Physical value of one raw step.
     pub factor: f64,
     /// Physical value of raw 0.
     pub offset: f64,
-    /// Physical unit, often empty.
+    /// Physical unit, empty when not given.
     pub unit: String,
-    /// Names of raw values (`VAL_`), in the order of the file; often without the neutral value.
+    /// Names of raw values (`VAL_`) in the order of the file.
     pub values: Vec<(i128, String)>,
 }
 
-/// What a signal's raw bits are (`SIG_VALTYPE_`).
+/// Number format of the raw bits of a signal (`SIG_VALTYPE_`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
-    /// An integer.
+    /// A signed or unsigned integer.
     Integer,
-    /// IEEE 754 single precision; 32 bits.
+    /// IEEE 754 single precision (32 bits).
     Float32,
-    /// IEEE 754 double precision; 64 bits.
+    /// IEEE 754 double precision (64 bits).
     Float64,
 }
 
-/// Something in the file that is not as it should be.
+/// An irregularity in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// First line of the statement, from 1.
     pub line: usize,
-    /// Whether the statement was left out.
+    /// True if the statement was rejected.
     pub severity: Severity,
-    /// The statement, on one line and cut short.
+    /// Beginning of the statement on one line.
     pub excerpt: String,
-    /// What is wrong with it, and what was done about it where that is not plain.
+    /// Reason for the finding.
     pub reason: String,
 }
 
-/// What a finding means for the statement it is about.
+/// Consequence of a finding for its statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Left out.
+    /// The statement is not used.
     Rejected,
-    /// Used, or not needed; worth knowing.
+    /// The statement is used, or not needed.
     Note,
 }

@@ -1,7 +1,7 @@
-//! Which multiplexor decides about which signal, and by which values.
+//! Assigns multiplexors and their values to signals.
 //!
-//! Where a file leaves two answers, the signal is refused: a value read from bits that carry
-//! something else would look like any other.
+//! Where a file is ambiguous the signal is rejected, because a value read from bits that carry another
+//! signal would look valid.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -11,44 +11,45 @@ use can_dbc::MultiplexIndicator;
 use super::codec::{Layout, LayoutError, SignalCodec};
 use crate::core::can::frame::MAX_DATA;
 
-/// Multiplexors above a signal at most; more is a circle, or no real file.
+/// Largest number of nested multiplexors; more indicates a cycle.
 const MAX_DEPTH: usize = 8;
 
-/// A multiplexor's values.
+/// Multiplexor values for which a signal is present.
 type Values = Vec<RangeInclusive<u64>>;
 
-/// What `SG_MUL_VAL_` says about one signal.
+/// Content of an `SG_MUL_VAL_` statement for one signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Rule {
     pub(super) multiplexor: String,
-    /// Values for which the signal is present; empty when they were unreadable.
+    /// Multiplexor values for which the signal is present; empty when unreadable.
     pub(super) ranges: Values,
 }
 
-/// One signal's part in it.
+/// A signal before its codec is compiled.
 #[derive(Debug)]
-pub(super) struct Placed<'a> {
+pub(super) struct SignalDraft<'a> {
     pub(super) name: &'a str,
     pub(super) layout: Layout,
     pub(super) indicator: MultiplexIndicator,
     pub(super) rule: Option<&'a Rule>,
 }
 
-/// The signals of one message.
+/// The signals of one message with their multiplexors.
 #[derive(Debug)]
 pub(super) struct Multiplexing<'a> {
     message_length: usize,
-    signals: &'a [Placed<'a>],
+    signals: &'a [SignalDraft<'a>],
     by_name: BTreeMap<&'a str, usize>,
-    /// The one multiplexor that a mark such as `m3` can mean.
+    /// The only multiplexor that a mark such as `m3` can refer to, or why there is none.
     only: Result<usize, &'static str>,
 }
 
 impl<'a> Multiplexing<'a> {
-    /// `lost_multiplexor`: a statement that may have been a multiplexor's was left out.
-    pub(super) fn new(signals: &'a [Placed<'a>], message_length: usize, lost_multiplexor: bool) -> Self {
+    /// `lost_multiplexor` means that a rejected statement may have defined a multiplexor.
+    pub(super) fn new(signals: &'a [SignalDraft<'a>], message_length: usize, lost_multiplexor: bool) -> Self {
         let by_name = signals.iter().enumerate().map(|(index, signal)| (signal.name, index)).collect();
-        let count = |wanted: fn(&Placed<'_>) -> bool| signals.iter().filter(|signal| wanted(signal)).count();
+        let count =
+            |wanted: fn(&SignalDraft<'_>) -> bool| signals.iter().filter(|signal| wanted(signal)).count();
         let nested = count(|signal| {
             matches!(signal.indicator, MultiplexIndicator::MultiplexorAndMultiplexedSignal(_))
         });
@@ -57,24 +58,24 @@ impl<'a> Multiplexing<'a> {
         let only = match root {
             _ if lost_multiplexor => Err("multiplexed, but a multiplexor of the message is unreadable"),
             None => Err("multiplexed, but the message has no multiplexor"),
-            Some(_) if roots + nested > 1 => Err("multiplexed, and no SG_MUL_VAL_ says by which multiplexor"),
+            Some(_) if roots + nested > 1 => Err("multiplexed, but no SG_MUL_VAL_ names its multiplexor"),
             Some(root) => Ok(root),
         };
         Self { message_length, signals, by_name, only }
     }
 
-    /// The compiled signal, or why it cannot be trusted.
+    /// The compiled signal; the error is a text for the finding.
     pub(super) fn codec(&self, index: usize) -> Result<SignalCodec, String> {
         self.nested_codec(&self.signals[index], MAX_DEPTH)
     }
 
-    fn nested_codec(&self, signal: &Placed<'_>, depth: usize) -> Result<SignalCodec, String> {
+    fn nested_codec(&self, signal: &SignalDraft<'_>, depth: usize) -> Result<SignalCodec, String> {
         let plain = SignalCodec::new(signal.layout, self.message_length)
             .map_err(|error: LayoutError| error.to_string())?;
         let Some((multiplexor, ranges)) = self.parent(signal)? else {
             return Ok(plain);
         };
-        let depth = depth.checked_sub(1).ok_or("multiplexed by itself, or too many times over")?;
+        let depth = depth.checked_sub(1).ok_or("multiplexed by itself or nested too deeply")?;
         let codec = plain.multiplexed(&self.nested_codec(&self.signals[multiplexor], depth)?, &ranges);
         let reachable = codec.select(&mut [0; MAX_DATA]).is_ok();
         reachable
@@ -82,8 +83,8 @@ impl<'a> Multiplexing<'a> {
             .ok_or_else(|| "its multiplexor has no bits for the value that selects it".to_owned())
     }
 
-    /// The multiplexor above `signal` and its values for it.
-    fn parent(&self, signal: &Placed<'_>) -> Result<Option<(usize, Values)>, String> {
+    /// Index of the multiplexor above `signal` with its values; `None` for a plain signal.
+    fn parent(&self, signal: &SignalDraft<'_>) -> Result<Option<(usize, Values)>, String> {
         let value = match signal.indicator {
             MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => None,
             MultiplexIndicator::MultiplexedSignal(value)
@@ -91,7 +92,7 @@ impl<'a> Multiplexing<'a> {
         };
         match (value, signal.rule) {
             (None, None) => Ok(None),
-            (None, Some(_)) => Err("SG_MUL_VAL_ has it multiplexed, SG_ has not".to_owned()),
+            (None, Some(_)) => Err("multiplexed by SG_MUL_VAL_ but not by SG_".to_owned()),
             (Some(value), None) => Ok(Some((self.only?, vec![value..=value]))),
             (Some(_), Some(rule)) if rule.ranges.is_empty() => {
                 Err("its SG_MUL_VAL_ is unreadable".to_owned())
@@ -107,7 +108,7 @@ impl<'a> Multiplexing<'a> {
     }
 }
 
-impl Placed<'_> {
+impl SignalDraft<'_> {
     fn is_multiplexor(&self) -> bool {
         match self.indicator {
             MultiplexIndicator::Multiplexor | MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => true,
@@ -138,15 +139,15 @@ mod tests {
         signals.filter(|signal| signal.codec.is_present(&data)).map(|signal| signal.name.clone()).collect()
     }
 
-    /// The names kept, and the reasons why others were not.
+    /// Names of the accepted signals and reasons for the rejected ones.
     fn outcome(database: &Database) -> (Vec<&str>, Vec<&str>) {
-        let kept = database.messages[0].signals.iter().map(|signal| signal.name.as_str()).collect();
+        let accepted = database.messages[0].signals.iter().map(|signal| signal.name.as_str()).collect();
         let rejected = database.findings.iter().filter(|finding| finding.severity == Severity::Rejected);
-        (kept, rejected.map(|finding| finding.reason.as_str()).collect())
+        (accepted, rejected.map(|finding| finding.reason.as_str()).collect())
     }
 
     #[test]
-    fn a_mark_means_the_only_multiplexor() {
+    fn mark_refers_to_only_multiplexor() {
         let database = message(&["Page M", "A m0", "B m1", "Always"], "");
         assert_eq!(database.findings, []);
         assert_eq!(present(&database, &[0]), ["Page", "A", "Always"]);
@@ -155,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn rules_nest_and_have_ranges() {
+    fn nested_rules_with_ranges_select_signals() {
         let rules =
             "SG_MUL_VAL_ 1 Row Page 1-2, 7-7;\nSG_MUL_VAL_ 1 Cell Row 5-5;\nSG_MUL_VAL_ 1 Flat Page 3-3;";
         let database = message(&["Page M", "Row m1M", "Cell m5", "Flat m3"], rules);
@@ -166,24 +167,24 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_that_may_mean_two_multiplexors_needs_a_rule() {
+    fn ambiguous_mark_is_rejected_without_rule() {
         let database = message(&["Page M", "Row m1M", "Cell m5"], "SG_MUL_VAL_ 1 Row Page 1-1;");
-        let reason = "multiplexed, and no SG_MUL_VAL_ says by which multiplexor";
+        let reason = "multiplexed, but no SG_MUL_VAL_ names its multiplexor";
         assert_eq!(outcome(&database), (vec!["Page", "Row"], vec![reason]));
         let database = message(&["Page M", "Other M", "Cell m5"], "");
         assert_eq!(outcome(&database), (vec!["Page", "Other"], vec![reason]));
     }
 
     #[test]
-    fn a_lost_multiplexor_takes_its_signals_with_it() {
+    fn unreadable_multiplexor_rejects_its_signals() {
         let database = message(&["Page M", "Row m1M :", "Cell m5"], "");
-        let (kept, rejected) = outcome(&database);
-        assert_eq!((kept, rejected.len()), (vec!["Page"], 2));
+        let (accepted, rejected) = outcome(&database);
+        assert_eq!((accepted, rejected.len()), (vec!["Page"], 2));
         assert!(rejected[1].contains("unreadable"), "{rejected:?}");
     }
 
     #[test]
-    fn contradicting_or_unreadable_rules_cost_the_signal() {
+    fn contradictory_or_unreadable_rules_reject_signal() {
         for (rules, reason) in [
             ("SG_MUL_VAL_ 1 A Page x;", "unreadable"),
             ("SG_MUL_VAL_ 1 A Page 3-1;", "unreadable"),
@@ -194,19 +195,19 @@ mod tests {
             ("SG_MUL_VAL_ 1 A Page 256-300;", "no bits for the value"),
         ] {
             let database = message(&["Page M", "A m1", "Always"], rules);
-            let (kept, rejected) = outcome(&database);
-            assert_eq!(kept, ["Page", "Always"], "{rules}");
-            assert!(rejected.iter().any(|why| why.contains(reason)), "{rules}: {rejected:?}");
+            let (accepted, rejected) = outcome(&database);
+            assert_eq!(accepted, ["Page", "Always"], "{rules}");
+            assert!(rejected.iter().any(|text| text.contains(reason)), "{rules}: {rejected:?}");
         }
         let database = message(&["Page M", "Always"], "SG_MUL_VAL_ 1 Always Page 1-1;");
-        assert_eq!(outcome(&database), (vec!["Page"], vec!["SG_MUL_VAL_ has it multiplexed, SG_ has not"]));
+        assert_eq!(outcome(&database), (vec!["Page"], vec!["multiplexed by SG_MUL_VAL_ but not by SG_"]));
     }
 
     #[test]
-    fn circles_are_refused() {
+    fn cyclic_multiplexors_are_rejected() {
         let database =
             message(&["A m1M", "B m1M", "Always"], "SG_MUL_VAL_ 1 A B 1-1;\nSG_MUL_VAL_ 1 B A 1-1;");
-        let (kept, rejected) = outcome(&database);
-        assert_eq!((kept, rejected.len()), (vec!["Always"], 2));
+        let (accepted, rejected) = outcome(&database);
+        assert_eq!((accepted, rejected.len()), (vec!["Always"], 2));
     }
 }

@@ -1,84 +1,84 @@
-//! First pass: messages with their signals, in the order of the file, and loose remarks about them.
+//! First pass: messages with their signals in the order of the file, and properties stated elsewhere.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::codec::{ByteOrder, Layout};
-use super::finding::{Findings, Place};
-use super::grammar::{self, Detail, Parsed, Values};
-use super::mend;
+use super::finding::{Findings, Location};
+use super::grammar::{self, Detail, Parsed, ParsedStatement, Values};
+use super::repair;
 use super::statement::{self, Statement};
 use crate::core::can::frame::{CanId, MAX_DATA};
 
-/// Signals that belong to no message are gathered under one of this name.
+/// Name of the pseudo-message that collects signals without a message.
 const INDEPENDENT: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
-/// Set in a DBC's number of a 29-bit identifier.
+/// Flag of a 29-bit identifier in the message number of a DBC.
 const EXTENDED: u32 = 0x8000_0000;
 
-/// A file's statements, sorted out but not yet joined.
+/// The statements of a file before messages and properties are joined.
 #[derive(Debug, Default)]
 pub(super) struct Outline {
     pub(super) messages: Vec<MessageOutline>,
-    pub(super) remarks: Vec<Remark>,
+    pub(super) properties: Vec<Property>,
     pub(super) tables: BTreeMap<String, Values>,
     pub(super) default_cycle: Option<u32>,
-    /// Messages left out, by their number in the file: remarks about them are no further findings.
+    /// Numbers of rejected messages, whose properties give no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
     pub(super) findings: Findings,
 }
 
-/// A `BO_` statement with the `SG_` statements below it.
+/// A `BO_` statement with the `SG_` statements that follow.
 #[derive(Debug)]
 pub(super) struct MessageOutline {
-    pub(super) place: Place,
-    /// Its number in the file, flag bit included.
+    pub(super) location: Location,
+    /// Number in the file, including the flag bit.
     pub(super) number: u32,
     pub(super) id: CanId,
     pub(super) name: String,
     pub(super) length: usize,
     pub(super) signals: Vec<SignalOutline>,
-    /// Names of signals left out.
+    /// Names of rejected signals.
     pub(super) lost_signals: BTreeSet<String>,
-    /// Whether one of them may have been a multiplexor.
+    /// True if a rejected signal may be a multiplexor.
     pub(super) lost_multiplexor: bool,
 }
 
 /// An `SG_` statement.
 #[derive(Debug)]
 pub(super) struct SignalOutline {
-    pub(super) place: Place,
+    pub(super) location: Location,
     pub(super) layout: Layout,
     pub(super) parsed: can_dbc::Signal,
 }
 
-/// A statement about a message or signal that stands elsewhere in the file.
+/// A statement about a message or signal elsewhere in the file.
 #[derive(Debug)]
-pub(super) struct Remark {
-    pub(super) place: Place,
+pub(super) struct Property {
+    pub(super) location: Location,
     pub(super) number: u32,
     pub(super) detail: Detail,
 }
 
-/// Where `SG_` statements go.
+/// The message to which `SG_` statements belong.
 #[derive(Debug)]
-enum Above {
+enum Current {
     Nothing,
-    /// The last message.
+    /// The last message of the outline.
     Message,
-    /// A message that was left out, with what to say when its signals are counted.
-    Lost {
-        place: Place,
+    /// A rejected message, whose finding is added once its signals are counted.
+    Rejected {
+        location: Location,
         reason: String,
         is_note: bool,
         signals: usize,
     },
 }
 
-/// Reads all statements of `text`.
+/// Parses all statements of `text`.
 pub(super) fn read(text: &str) -> Outline {
     let mut reader = Reader {
         outline: Outline::default(),
-        above: Above::Nothing,
+        current: Current::Nothing,
         names: BTreeSet::new(),
         ids: BTreeSet::new(),
     };
@@ -91,84 +91,88 @@ pub(super) fn read(text: &str) -> Outline {
 
 struct Reader {
     outline: Outline,
-    above: Above,
+    current: Current,
     names: BTreeSet<String>,
     ids: BTreeSet<CanId>,
 }
 
 impl Reader {
     fn statement(&mut self, statement: &Statement<'_>) {
-        let place = Place::new(statement.line, &statement.text);
+        let location = Location::new(statement.line, &statement.text);
         let keyword = statement.keyword();
-        // A broken line in the middle of a message, if it is indented, is one of its lines; any
-        // other may have been a message of its own, and what follows must not go to the wrong one.
+        // An indented malformed line within a message belongs to it. Any other may have started a
+        // message, whose signals must not be added to the previous one.
         if keyword != "SG_" && (statement::is_keyword(keyword) || !statement.indented) {
             self.close();
         }
         if keyword == "SG_" {
-            self.signal(place, statement);
+            self.signal(location, statement);
             return;
         }
-        let reading = match grammar::read(statement) {
-            Ok(reading) => reading,
-            Err(reason) => return self.unreadable(place, statement, reason),
+        let ParsedStatement { parsed, irregularity } = match grammar::read(statement) {
+            Ok(statement) => statement,
+            Err(reason) => return self.unreadable(location, statement, reason),
         };
-        if let Some(oddity) = reading.oddity {
-            self.outline.findings.note(&place, oddity);
+        if let Some(irregularity) = irregularity {
+            self.outline.findings.note(&location, irregularity);
         }
-        match reading.parsed {
-            Parsed::Message { id, name, length } => self.message(place, id, name, length),
+        match parsed {
+            Parsed::Message { id, name, length } => self.message(location, id, name, length),
             Parsed::Table { name, values } => {
                 self.outline.tables.entry(name).or_insert(values);
             }
             Parsed::DefaultCycle(default) => self.outline.default_cycle = default,
-            Parsed::Detail { id, detail } => self.outline.remarks.push(Remark { place, number: id, detail }),
+            Parsed::Detail { id, detail } => {
+                self.outline.properties.push(Property { location, number: id, detail });
+            }
             Parsed::Signal(_) | Parsed::Nothing => {}
         }
     }
 
-    fn unreadable(&mut self, place: Place, statement: &Statement<'_>, reason: String) {
-        let words: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
-        if let ["BO_", number, ..] = words[..] {
+    fn unreadable(&mut self, location: Location, statement: &Statement<'_>, reason: String) {
+        let fields: Vec<_> = statement.text.split_ascii_whitespace().take(3).collect();
+        if let ["BO_", number, ..] = fields[..] {
             self.outline.lost_messages.extend(number.parse::<u32>());
-            return self.lose(place, reason, false);
+            return self.reject_message(location, reason, false);
         }
-        self.outline.findings.rejected(&place, reason);
-        // Without its rule the signal would seem to be there when it is not.
-        if let ["SG_MUL_VAL_", number, signal] = words[..]
+        self.outline.findings.rejected(&location, reason);
+        // Without its rule the signal would appear in frames that do not carry it.
+        if let ["SG_MUL_VAL_", number, signal] = fields[..]
             && let Ok(number) = number.parse()
         {
-            let detail = Detail::MultiplexedSomehow { signal: signal.to_owned() };
-            self.outline.remarks.push(Remark { place, number, detail });
+            let detail = Detail::UnreadableMultiplexing { signal: signal.to_owned() };
+            self.outline.properties.push(Property { location, number, detail });
         }
     }
 
-    fn message(&mut self, place: Place, number: u32, name: String, length: u64) {
+    fn message(&mut self, location: Location, number: u32, name: String, length: u64) {
         if name == INDEPENDENT {
             self.outline.lost_messages.insert(number);
-            return self.lose(place, "no message: signals without one are kept here".to_owned(), true);
+            return self.reject_message(
+                location,
+                "pseudo-message of signals without a message".to_owned(),
+                true,
+            );
         }
         match self.checked(number, &name, length) {
             Ok((id, length)) => {
                 self.names.insert(name.clone());
                 self.ids.insert(id);
-                let (signals, lost_signals, lost_multiplexor) = (Vec::new(), BTreeSet::new(), false);
-                let message = MessageOutline {
-                    place,
+                self.outline.messages.push(MessageOutline {
+                    location,
                     number,
                     id,
                     name,
                     length,
-                    signals,
-                    lost_signals,
-                    lost_multiplexor,
-                };
-                self.outline.messages.push(message);
-                self.above = Above::Message;
+                    signals: Vec::new(),
+                    lost_signals: BTreeSet::new(),
+                    lost_multiplexor: false,
+                });
+                self.current = Current::Message;
             }
             Err(reason) => {
                 self.outline.lost_messages.insert(number);
-                self.lose(place, reason, false);
+                self.reject_message(location, reason, false);
             }
         }
     }
@@ -178,13 +182,13 @@ impl Reader {
             if number & EXTENDED == 0 { CanId::standard(number) } else { CanId::extended(number ^ EXTENDED) };
         let id = id.ok_or_else(|| {
             if number & EXTENDED == 0 {
-                format!("id {number} has more than 11 bits, and not the flag 0x80000000 of a 29-bit id")
+                format!("id {number} has more than 11 bits but not the flag 0x80000000 of a 29-bit id")
             } else {
                 format!("id {number} has more than 29 bits")
             }
         })?;
         let bytes = usize::try_from(length).ok().filter(|bytes| *bytes <= MAX_DATA);
-        let bytes = bytes.ok_or_else(|| format!("{length} bytes: a frame carries {MAX_DATA} at most"))?;
+        let bytes = bytes.ok_or_else(|| format!("{length} bytes: a frame has at most {MAX_DATA}"))?;
         if self.ids.contains(&id) {
             return Err(format!("id {number} is taken by a message above"));
         }
@@ -194,51 +198,50 @@ impl Reader {
         Ok((id, bytes))
     }
 
-    fn signal(&mut self, place: Place, statement: &Statement<'_>) {
-        let message = match &mut self.above {
-            Above::Nothing => return self.outline.findings.rejected(&place, "a signal without a message"),
-            Above::Lost { signals, .. } => {
+    fn signal(&mut self, location: Location, statement: &Statement<'_>) {
+        let message = match &mut self.current {
+            Current::Nothing => return self.outline.findings.rejected(&location, "signal without a message"),
+            Current::Rejected { signals, .. } => {
                 *signals += 1;
                 return;
             }
-            Above::Message => self.outline.messages.last_mut(),
+            Current::Message => self.outline.messages.last_mut(),
         };
         let Some(message) = message else { return };
-        let (parsed, oddity) = match grammar::read(statement).map(|reading| (reading.parsed, reading.oddity))
-        {
-            Ok((Parsed::Signal(signal), oddity)) => (Ok(*signal), oddity),
-            Ok(_) => (Err("not a signal".to_owned()), None),
-            Err(reason) => (Err(reason), None),
-        };
+        let parsed = grammar::read(statement).and_then(|ParsedStatement { parsed, irregularity }| {
+            let Parsed::Signal(signal) = parsed else { return Err("not a signal".to_owned()) };
+            Ok((*signal, irregularity))
+        });
         let name = statement.text.split_ascii_whitespace().nth(1).unwrap_or_default().trim_end_matches(':');
-        let checked = parsed.and_then(|signal| {
+        let checked = parsed.and_then(|(signal, irregularity)| {
             let taken = message.signals.iter().any(|other| other.parsed.name == signal.name);
             let layout = layout(&signal)?;
-            if taken { Err("a signal above has the same name".to_owned()) } else { Ok((signal, layout)) }
+            let taken = taken.then(|| "a signal above has the same name".to_owned());
+            taken.map_or(Ok((signal, layout, irregularity)), Err)
         });
         match checked {
-            Ok((parsed, layout)) => {
-                if let Some(oddity) = oddity {
-                    self.outline.findings.note(&place, oddity);
+            Ok((parsed, layout, irregularity)) => {
+                if let Some(irregularity) = irregularity {
+                    self.outline.findings.note(&location, irregularity);
                 }
-                message.signals.push(SignalOutline { place, layout, parsed });
+                message.signals.push(SignalOutline { location, layout, parsed });
             }
             Err(reason) => {
                 message.lost_signals.insert(name.to_owned());
-                message.lost_multiplexor |= mend::may_be_multiplexor(&statement.text);
-                self.outline.findings.rejected(&place, reason);
+                message.lost_multiplexor |= repair::may_be_multiplexor(&statement.text);
+                self.outline.findings.rejected(&location, reason);
             }
         }
     }
 
-    fn lose(&mut self, place: Place, reason: String, is_note: bool) {
-        self.above = Above::Lost { place, reason, is_note, signals: 0 };
+    fn reject_message(&mut self, location: Location, reason: String, is_note: bool) {
+        self.current = Current::Rejected { location, reason, is_note, signals: 0 };
     }
 
-    /// Ends the message above, and says what a lost one takes with it.
+    /// Ends the current message and adds the finding of a rejected one.
     fn close(&mut self) {
-        let Above::Lost { place, mut reason, is_note, signals } =
-            std::mem::replace(&mut self.above, Above::Nothing)
+        let Current::Rejected { location, mut reason, is_note, signals } =
+            std::mem::replace(&mut self.current, Current::Nothing)
         else {
             return;
         };
@@ -246,9 +249,9 @@ impl Reader {
             reason = format!("{reason} (with its signals: {signals})");
         }
         if is_note {
-            self.outline.findings.note(&place, reason);
+            self.outline.findings.note(&location, reason);
         } else {
-            self.outline.findings.rejected(&place, reason);
+            self.outline.findings.rejected(&location, reason);
         }
     }
 }

@@ -1,12 +1,12 @@
-//! Cuts DBC text into statements, so that a bad one costs only itself.
+//! Splits DBC text into statements, so that a malformed one affects no other.
 //!
 //! The format has no reliable separator: some statements end with the line, some with `;`, some
-//! go on over indented lines, and texts run over lines. Damage must not spread: where a text is
-//! never properly closed, the statement ends with its line.
+//! continue on indented lines, and texts span lines. A statement with an unterminated text ends with
+//! its line.
 
 use std::borrow::Cow;
 
-/// Statements that end with a semicolon and so may go over several lines.
+/// Statements that end with a semicolon and may span several lines.
 const SEMICOLON: [&str; 26] = [
     "BA_",
     "BA_DEF_",
@@ -39,36 +39,36 @@ const SEMICOLON: [&str; 26] = [
 /// Statements that end with their line.
 const LINE: [&str; 4] = ["BO_", "BS_", "SG_", "VERSION"];
 
-/// Statements that go on as long as lines hold nothing but names.
+/// Statements that continue while lines hold only names.
 const LISTING: [&str; 2] = ["BU_", "NS_"];
 
-/// Bytes of a text at most, so that open ones cost little to find.
+/// Largest text in bytes, which bounds the search for the end of an unterminated one.
 const MAX_TEXT: usize = 1 << 16;
 
-/// One statement; line ends outside texts have become blanks.
+/// One statement, with blanks in place of line ends outside texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
     /// Line of its first character, from 1.
     pub(super) line: usize,
-    /// Whether blanks precede it on its line.
+    /// True if blanks precede it on its line.
     pub(super) indented: bool,
     /// The text, trimmed; never empty.
     pub(super) text: Cow<'a, str>,
 }
 
 impl Statement<'_> {
-    /// The word it begins with; may be empty or unknown.
+    /// The first word, which may be empty or unknown.
     pub(super) fn keyword(&self) -> &str {
         first_word(&self.text)
     }
 }
 
-/// Whether the format has a section of that name.
+/// True if `word` is a keyword of the format.
 pub(super) fn is_keyword(word: &str) -> bool {
     SEMICOLON.contains(&word) || LINE.contains(&word) || LISTING.contains(&word)
 }
 
-/// The statements of `text` (lines end with `\n`), in order; blank lines and `//` comments are left out.
+/// Statements of `text` (lines end with `\n`) in order, without blank lines and `//` comments.
 pub(super) fn split(text: &str) -> Vec<Statement<'_>> {
     let mut statements = Vec::new();
     let (mut rest, mut line, mut indented) = (text, 1, false);
@@ -86,14 +86,14 @@ pub(super) fn split(text: &str) -> Vec<Statement<'_>> {
         }
         let (own, after) = trimmed.split_at(extent(trimmed));
         if !own.starts_with("//") {
-            statements.push(Statement { line, indented, text: joined(own.trim_end()) });
+            statements.push(Statement { line, indented, text: on_one_line(own.trim_end()) });
         }
         line += line_ends(own);
         rest = after;
     }
 }
 
-/// Bytes of the statement at the start of `text`, at least one character.
+/// Length in bytes of the statement at the start of `text`, at least one character.
 fn extent(text: &str) -> usize {
     let word = first_word(text);
     if SEMICOLON.contains(&word) {
@@ -109,7 +109,7 @@ fn line_extent(text: &str) -> usize {
     text.find('\n').unwrap_or(text.len())
 }
 
-/// The first line, and those after it that go on with the list.
+/// Length of the first line and those that continue the list.
 fn listing_extent(text: &str) -> usize {
     let mut end = line_extent(text);
     while let Some(next) = text[end..].strip_prefix('\n') {
@@ -122,7 +122,7 @@ fn listing_extent(text: &str) -> usize {
     end
 }
 
-/// Whether `line` holds only names: of nodes (indented), or of sections, which are keywords.
+/// True if `line` holds only names: of nodes (indented) or of sections, which are keywords.
 fn continues_listing(listing: &str, line: &str) -> bool {
     let indented = line.starts_with([' ', '\t']);
     let mut words = line.split_ascii_whitespace().peekable();
@@ -135,8 +135,8 @@ fn continues_listing(listing: &str, line: &str) -> bool {
     only_names && fits
 }
 
-/// Up to and with the semicolon; or up to the line before the next statement; or, when a text
-/// stays open, the first line.
+/// Length up to and including the semicolon, up to the line before the next statement or, with an
+/// unterminated text, of the first line.
 fn semicolon_extent(text: &str) -> usize {
     let mut at = 0;
     while let Some(found) = text[at..].find(['"', ';', '\n']) {
@@ -154,16 +154,17 @@ fn semicolon_extent(text: &str) -> usize {
     text.len()
 }
 
-/// Whether an unfinished statement cannot go on with the line at the start of `text`.
+/// True if the line at the start of `text` cannot continue an unfinished statement.
 fn ends_before(text: &str) -> bool {
     let line = text[..line_extent(text)].trim_start();
     line.is_empty() || is_keyword(first_word(line))
 }
 
-/// Bytes up to and with the quote that closes a text, given what follows its opening quote.
+/// Length up to and including the closing quote of a text, given what follows its opening quote; `None`
+/// for an unterminated text.
 ///
-/// A text that goes over lines must be followed by what can follow one; otherwise its own closing
-/// quote is missing and this one opens another statement's text.
+/// A text over several lines must be followed by a valid separator. Otherwise its own closing quote is
+/// missing and this one opens the text of another statement.
 fn text_end(text: &str) -> Option<usize> {
     let mut escaped = false;
     let close = text.char_indices().take_while(|(at, _)| *at < MAX_TEXT).find_map(|(at, c)| {
@@ -176,8 +177,8 @@ fn text_end(text: &str) -> Option<usize> {
     (ends_a_text || !text[..close].contains('\n')).then_some(close + 1)
 }
 
-/// Line ends outside texts become blanks, for a grammar that takes one line.
-fn joined(text: &str) -> Cow<'_, str> {
+/// Replaces line ends outside texts by blanks for the grammar, which accepts one line.
+fn on_one_line(text: &str) -> Cow<'_, str> {
     if !text.contains('\n') {
         return Cow::Borrowed(text);
     }
@@ -209,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_take_their_lines_and_no_more() {
+    fn lists_end_with_their_last_line() {
         let text = "NS_ :\n\tCM_\nVAL_\n NS_DESC_ FILTER\nBS_:\nBU_: A\n B C\n CM_ \"x\";\nBU_:\nBO_ 1 M: 8 X\n SG_ S";
         let expected = [
             (1, "NS_ : \tCM_ VAL_  NS_DESC_ FILTER"),
@@ -226,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn semicolons_in_texts_and_comments_separate_nothing() {
+    fn semicolons_in_texts_and_comments_do_not_separate() {
         let text = "// BO_ 1;\nCM_ \"a;\nb\\\";\"; VAL_ 1\n S 0 \";\" ;;\nVAL_ 2 S\n\nfoo";
         let expected =
             [(2, "CM_ \"a;\nb\\\";\";"), (3, "VAL_ 1  S 0 \";\" ;"), (4, ";"), (5, "VAL_ 2 S"), (7, "foo")];

@@ -126,9 +126,9 @@ impl Perception {
                     return Some(Forgotten::Bus(bus));
                 }
             }
-            CanInput::Drops { lost, .. } => known.dropped(lost, now.mono),
+            CanInput::Drops { lost, .. } => known.frames_dropped(lost, now.mono),
             CanInput::ErrorFrame { error, .. } => known.error_frame(error, now.mono),
-            CanInput::Controller { report, .. } => known.controller_told(report, now.mono),
+            CanInput::Controller { report, .. } => known.controller_reported(report, now.mono),
             CanInput::BadRecords { count, .. } => known.bad_records(count, now.mono),
         }
         Some(Forgotten::Nothing)

@@ -1,16 +1,14 @@
-//! The road as a lanelet2 map describes it; shared by the flows.
+//! The road as a lanelet2 map describes it, and the geometry of the whole project; shared by the flows.
 //!
-//! [`osm`] reads primitives, [`points`] places them, [`road_map`] makes a map of them.
+//! [`osm`] reads primitives, [`points`] places them, [`lane_network`] and [`light_roads`] make lanelets and traffic
+//! lights of them.
 
 pub mod error;
-mod index;
-pub mod lanelet;
+pub mod geometry;
+pub mod lane_network;
 pub mod light_map;
 pub mod light_roads;
 pub mod osm;
 pub mod points;
-pub mod polyline;
 mod projection;
 pub mod projector;
-pub mod road_map;
-mod topology;

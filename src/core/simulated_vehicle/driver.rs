@@ -1,10 +1,9 @@
-//! The driver's hands, and whose wish the lights follow.
+//! The driver's controls, and the lights that follow from them and from the commands.
 
 use std::time::Duration;
 
-use super::commanded::LightsRequest;
-use super::encoder::{full, half};
 use super::plan::Ending;
+use super::receiver::LightsRequest;
 use super::{SimulationSettings, Who};
 use crate::core::command::Turn;
 use crate::core::command::control_mode::{ControlMode, Grants};
@@ -12,17 +11,17 @@ use crate::core::time::MonoTime;
 use crate::core::vehicle_lights::stalk::StalkPosition;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// How long a hand is on a stalk that springs back, or on a button.
+/// Time for which a momentary stalk or button is pressed.
 const PRESS: Duration = Duration::from_millis(300);
-/// Flashes after a tap.
+/// Number of flashes after a tap.
 const COMFORT_FLASHES: u32 = 3;
 
-/// Driver, stalk, button, and who drives.
+/// The stalk, the hazard button and the control mode.
 #[derive(Debug, Clone)]
 pub(super) struct Driver {
     ending: Option<Ending>,
     comfort: Duration,
-    /// What the stalk has switched on.
+    /// State requested by the stalk.
     turn: Turn,
     tapped: Option<(Turn, MonoTime)>,
     hazard: Option<Who>,
@@ -45,7 +44,7 @@ impl Driver {
         }
     }
 
-    /// The stalk all the way to one side, or an end of what is on.
+    /// Presses the stalk to the full detent of a side or, for [`Turn::Off`], ends the request.
     pub(super) fn stalk(&mut self, turn: Turn, now: MonoTime) {
         let on = self.tapped.take().map_or(self.turn, |(turn, _)| turn);
         let position = match (turn, on, self.ending) {
@@ -55,19 +54,20 @@ impl Driver {
             (Turn::Off, on, Some(Ending::OppositeFull)) => full(opposite(on)),
             (Turn::Off, on, Some(Ending::SameAgain)) => full(on),
         };
-        // Pressing once more to the side that is on would end it.
+        // A repeated press to the same side would end the request.
         if turn != self.turn {
             self.stalk = Some((position, now.after(PRESS)));
         }
         self.turn = turn;
     }
 
+    /// Taps the stalk to the half detent of a side.
     pub(super) fn tap(&mut self, turn: Turn, now: MonoTime) {
         self.stalk = Some((half(turn), now.after(PRESS)));
         self.tapped = Some((turn, now.after(self.comfort)));
     }
 
-    /// The hazard lights on, off, or (none) the other way round.
+    /// Switches the hazard lights on or off, or toggles them for `None`.
     pub(super) fn press_hazard(&mut self, wanted: Option<bool>, who: Who, now: MonoTime) {
         if wanted == Some(self.hazard.is_some()) {
             return;
@@ -76,7 +76,7 @@ impl Driver {
         self.button_until = Some(now.after(PRESS));
     }
 
-    /// Lets go of what is not held any longer.
+    /// Releases controls that are no longer held.
     pub(super) fn settle(&mut self, now: MonoTime) {
         self.stalk = self.stalk.filter(|(_, until)| now < *until);
         self.tapped = self.tapped.filter(|(_, until)| now < *until);
@@ -89,9 +89,9 @@ impl Driver {
         [stalk, tapped, self.button_until].into_iter().flatten().min()
     }
 
-    /// Which lights are wanted, and by whom. The driver comes before the commands, hazard lights before
-    /// both.
-    pub(super) fn wish(&self, request: LightsRequest) -> (TurnCode, Who) {
+    /// Requested lights and their origin. Hazard lights override turn indicators, the driver overrides the
+    /// commands.
+    pub(super) fn requested_lights(&self, request: LightsRequest) -> (TurnCode, Who) {
         if let Some(who) = self.hazard {
             return (TurnCode::Both, who);
         }
@@ -111,7 +111,7 @@ impl Driver {
         }
     }
 
-    /// What the driver does in the place of the commands.
+    /// Functions that the driver uses in place of the commands.
     pub(super) fn driver(&self) -> Grants {
         Grants { turn: self.driver_turn() != Turn::Off, hazard: self.hazard == Some(Who::Driver) }
     }
@@ -134,5 +134,23 @@ fn opposite(turn: Turn) -> Turn {
         Turn::Off => Turn::Off,
         Turn::Left => Turn::Right,
         Turn::Right => Turn::Left,
+    }
+}
+
+/// Position of the full detent of a side.
+fn full(turn: Turn) -> StalkPosition {
+    match turn {
+        Turn::Off => StalkPosition::Idle,
+        Turn::Left => StalkPosition::LeftFull,
+        Turn::Right => StalkPosition::RightFull,
+    }
+}
+
+/// Position of the half detent of a side.
+fn half(turn: Turn) -> StalkPosition {
+    match turn {
+        Turn::Off => StalkPosition::Idle,
+        Turn::Left => StalkPosition::LeftHalf,
+        Turn::Right => StalkPosition::RightHalf,
     }
 }

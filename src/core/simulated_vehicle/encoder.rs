@@ -1,257 +1,213 @@
-//! What a signal of the vehicle is to say, and the raw value that says it.
+//! Raw values of the signals that the vehicle sends.
 
-use crate::core::command::Turn;
 use crate::core::command::control_mode::{ControlMode, Grants};
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::validation::meaning::{Meaning, ValueMap};
 use crate::core::vehicle_lights::binding::BothOn;
 use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::stalk::StalkPosition;
-use crate::core::vehicle_lights::state::{HazardCode, TurnCode};
+use crate::core::vehicle_lights::state::TurnCode;
 
-/// What the vehicle's signals are about, at one moment.
+/// State of the vehicle that its signals report, at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct VehicleState {
-    /// Which lights flash, as the vehicle reports it.
+    /// Lights that flash, as the vehicle reports them.
     pub(super) code: TurnCode,
-    /// Which lamps are lit, as the vehicle reports it.
+    /// Lamps that are lit, as the vehicle reports them.
     pub(super) lit: Sides,
-    /// Where the driver's stalk is.
+    /// Position of the driver's stalk.
     pub(super) stalk: StalkPosition,
-    /// Whether the hazard button is pressed.
+    /// True if the hazard button is pressed.
     pub(super) button: bool,
-    /// What becomes of the reports of all this.
+    /// Quality of the reports of all this.
     pub(super) quality: ReportQuality,
-    /// Broken bulbs, which fault signals tell.
+    /// Defective bulbs, which fault signals report.
     pub(super) broken: Sides,
-    /// What the control mode is.
+    /// Current control mode.
     pub(super) mode: ControlMode,
-    /// What the driver does at this moment in the place of the commands.
+    /// Functions that the driver uses in place of the commands.
     pub(super) driver: Grants,
 }
 
-/// What becomes of a report.
+/// Quality of the reports of the lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ReportQuality {
-    /// It says what is so.
+    /// The reports show the state.
     #[default]
     Valid,
-    /// "Not available."
+    /// The reports show "not available".
     NotAvailable,
-    /// "Fault."
+    /// The reports show "fault".
     Fault,
-    /// A value without a meaning.
+    /// The reports have a raw value without a meaning.
     Undefined,
 }
 
-/// One thing that a signal says, by the profile's values.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum SignalContent {
-    Turn(ValueMap<TurnCode>),
+impl<T> From<Meaning<T>> for ReportQuality {
+    fn from(meaning: Meaning<T>) -> Self {
+        match meaning {
+            Meaning::Defined(_) => Self::Valid,
+            Meaning::NotAvailable => Self::NotAvailable,
+            Meaning::Fault => Self::Fault,
+            Meaning::Undefined => Self::Undefined,
+        }
+    }
+}
+
+/// A value of a signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SignalValue {
+    Turn(TurnCode),
+    On(bool),
+    Stalk(StalkPosition),
+    Mode(ControlMode),
+}
+
+/// Part of the vehicle's state that a signal reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Subject {
+    Turn,
     Side {
         is_left: bool,
         both: BothOn,
-        values: ValueMap<bool>,
     },
     Lamp {
         is_left: bool,
-        values: ValueMap<bool>,
     },
-    Stalk(ValueMap<StalkPosition>),
-    Hazard(ValueMap<HazardCode>),
-    Button(ValueMap<bool>),
-    /// A fault signal, of the sides that its name or text speaks of.
+    Stalk,
+    Hazard,
+    Button,
+    /// Defective bulbs of the sides that the name or text of the signal mentions.
     Fault {
         of: Sides,
-        values: ValueMap<bool>,
     },
-    Mode(ValueMap<ControlMode>),
+    Mode,
     Driver {
         overrides: Grants,
-        values: ValueMap<bool>,
     },
+}
+
+impl Subject {
+    /// True if the quality of the reports applies to it.
+    fn has_quality(self) -> bool {
+        match self {
+            Self::Fault { .. } | Self::Mode | Self::Driver { .. } => false,
+            Self::Turn
+            | Self::Side { .. }
+            | Self::Lamp { .. }
+            | Self::Stalk
+            | Self::Hazard
+            | Self::Button => true,
+        }
+    }
+}
+
+/// One content of a signal: its subject with the values of the profile.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct SignalContent {
+    pub(super) subject: Subject,
+    pub(super) values: ValueMap<SignalValue>,
 }
 
 impl SignalContent {
-    /// Whether `raw` says what is so. What a signal has no words for, it need not say.
+    /// True if `raw` reports the state with its quality.
     fn accepts(&self, raw: i128, state: &VehicleState) -> bool {
-        let quality = state.quality;
-        match self {
-            Self::Turn(values) => {
-                content(values, raw, quality, |code| code == turn_command_value(values, state.code))
+        let quality = if self.subject.has_quality() { state.quality } else { ReportQuality::Valid };
+        let meaning = self.values.meaning(raw);
+        let is_right = if let Meaning::Defined(value) = meaning { value == self.value(state) } else { true };
+        is_right && ReportQuality::from(meaning) == quality
+    }
+
+    /// The value that reports the state.
+    fn value(&self, state: &VehicleState) -> SignalValue {
+        let hazard = state.code == TurnCode::Both;
+        match self.subject {
+            // A signal without a value for hazard reports off meanwhile.
+            Subject::Turn if hazard && !self.knows(SignalValue::Turn(TurnCode::Both)) => {
+                SignalValue::Turn(TurnCode::Off)
             }
-            Self::Side { is_left, both, values } => {
-                content(values, raw, quality, |on| on == side_word(*is_left, *both, state.code))
+            Subject::Turn => SignalValue::Turn(state.code),
+            Subject::Side { is_left, both } => SignalValue::On(match state.code {
+                TurnCode::Off => false,
+                TurnCode::Left => is_left,
+                TurnCode::Right => !is_left,
+                TurnCode::Both => both == BothOn::Hazard,
+            }),
+            Subject::Lamp { is_left } => {
+                SignalValue::On(if is_left { state.lit.left } else { state.lit.right })
             }
-            Self::Lamp { is_left, values } => {
-                let lit = if *is_left { state.lit.left } else { state.lit.right };
-                content(values, raw, quality, |said| said == lit)
+            Subject::Stalk => SignalValue::Stalk(state.stalk),
+            Subject::Hazard => SignalValue::On(hazard),
+            Subject::Button => SignalValue::On(state.button),
+            Subject::Fault { of } => {
+                SignalValue::On(of.left && state.broken.left || of.right && state.broken.right)
             }
-            Self::Stalk(values) => content(values, raw, quality, |position| position == state.stalk),
-            Self::Hazard(values) => {
-                content(values, raw, quality, |code| code.active == (state.code == TurnCode::Both))
-            }
-            Self::Button(values) => content(values, raw, quality, |pressed| pressed == state.button),
-            Self::Fault { of, values } => {
-                let broken = of.left && state.broken.left || of.right && state.broken.right;
-                content(values, raw, ReportQuality::Valid, |said| said == broken)
-            }
-            Self::Mode(values) => content(values, raw, ReportQuality::Valid, |mode| mode == state.mode),
-            Self::Driver { overrides, values } => {
-                let acts = overrides.turn && state.driver.turn || overrides.hazard && state.driver.hazard;
-                content(values, raw, ReportQuality::Valid, |said| said == acts)
-            }
+            Subject::Mode => SignalValue::Mode(state.mode),
+            Subject::Driver { overrides } => SignalValue::On(
+                overrides.turn && state.driver.turn || overrides.hazard && state.driver.hazard,
+            ),
         }
     }
 
-    /// The lowest raw value of each meaning.
-    fn candidates(&self) -> Vec<i128> {
-        match self {
-            Self::Turn(values) => firsts(values),
-            Self::Side { values, .. }
-            | Self::Lamp { values, .. }
-            | Self::Button(values)
-            | Self::Fault { values, .. }
-            | Self::Driver { values, .. } => firsts(values),
-            Self::Stalk(values) => firsts(values),
-            Self::Hazard(values) => firsts(values),
-            Self::Mode(values) => firsts(values),
-        }
+    fn knows(&self, value: SignalValue) -> bool {
+        self.values.entries().iter().any(|(_, meaning)| *meaning == Meaning::Defined(value))
     }
 
-    /// Whether the profile gives `raw` that fate.
+    /// True if the profile gives `raw` a meaning of this quality.
     fn has_quality(&self, raw: i128, quality: ReportQuality) -> bool {
-        match self {
-            Self::Turn(values) => content(values, raw, quality, |_| true),
-            Self::Side { values, .. }
-            | Self::Lamp { values, .. }
-            | Self::Button(values)
-            | Self::Fault { values, .. }
-            | Self::Driver { values, .. } => content(values, raw, quality, |_| true),
-            Self::Stalk(values) => content(values, raw, quality, |_| true),
-            Self::Hazard(values) => content(values, raw, quality, |_| true),
-            Self::Mode(values) => content(values, raw, quality, |_| true),
-        }
+        ReportQuality::from(self.values.meaning(raw)) == quality
     }
 }
 
-/// Whether `raw` has the fate that is asked for; [`ReportQuality::Valid`] with the right value.
-fn content<T: Copy>(
-    values: &ValueMap<T>,
-    raw: i128,
-    quality: ReportQuality,
-    is_right: impl Fn(T) -> bool,
-) -> bool {
-    match (quality, values.meaning(raw)) {
-        (ReportQuality::Valid, Meaning::Defined(value)) => is_right(value),
-        (ReportQuality::NotAvailable, Meaning::NotAvailable)
-        | (ReportQuality::Fault, Meaning::Fault)
-        | (ReportQuality::Undefined, Meaning::Undefined) => true,
-        (
-            ReportQuality::Valid
-            | ReportQuality::NotAvailable
-            | ReportQuality::Fault
-            | ReportQuality::Undefined,
-            Meaning::Defined(_) | Meaning::NotAvailable | Meaning::Fault | Meaning::Undefined,
-        ) => false,
-    }
-}
-
-fn firsts<T: Copy>(values: &ValueMap<T>) -> Vec<i128> {
-    values.entries().iter().map(|(range, _)| range.first).collect()
-}
-
-/// A signal that knows no hazard says off meanwhile.
-fn turn_command_value(values: &ValueMap<TurnCode>, code: TurnCode) -> TurnCode {
-    let knows_both = values.entries().iter().any(|(_, known)| *known == Meaning::Defined(TurnCode::Both));
-    if code == TurnCode::Both && !knows_both { TurnCode::Off } else { code }
-}
-
-fn side_word(is_left: bool, both: BothOn, code: TurnCode) -> bool {
-    match code {
-        TurnCode::Off => false,
-        TurnCode::Left => is_left,
-        TurnCode::Right => !is_left,
-        TurnCode::Both => both == BothOn::Hazard,
-    }
-}
-
-/// A signal the vehicle sends, with all that it says.
+/// A signal that the vehicle sends, with all its contents.
 #[derive(Debug, Clone)]
 pub(super) struct SignalEncoder {
     pub(super) codec: SignalCodec,
-    content: Vec<SignalContent>,
-    /// Raw values that mean something, and the first few that do not.
+    contents: Vec<SignalContent>,
+    /// Raw values with a meaning, and the first ones without.
     candidates: Vec<i128>,
 }
 
-/// Raw values looked at for one without a meaning.
+/// Number of raw values searched for one without a meaning.
 const SEARCHED: i128 = 256;
 
 impl SignalEncoder {
     pub(super) fn new(codec: SignalCodec) -> Self {
-        Self { codec, content: Vec::new(), candidates: Vec::new() }
+        Self { codec, contents: Vec::new(), candidates: Vec::new() }
     }
 
-    /// Has it say one thing more.
+    /// Adds a content.
     pub(super) fn add(&mut self, content: SignalContent) {
-        self.candidates.extend(content.candidates());
-        self.content.push(content);
+        self.candidates.extend(content.values.entries().iter().map(|(range, _)| range.first));
+        self.contents.push(content);
         let (lowest, highest) = self.codec.range();
         self.candidates.retain(|raw| (lowest..=highest).contains(raw));
         let mut searched = lowest..=highest.min(lowest.saturating_add(SEARCHED));
-        let undefined = searched.find(|raw| {
-            self.content.iter().all(|content| content.has_quality(*raw, ReportQuality::Undefined))
-        });
+        let undefined = |content: &SignalContent, raw| content.has_quality(raw, ReportQuality::Undefined);
+        let undefined = searched.find(|raw| self.contents.iter().all(|content| undefined(content, *raw)));
         self.candidates.extend(undefined);
     }
 
-    /// Whether it says something of a kind.
-    pub(super) fn encodes_any(&self, of: &dyn Fn(&SignalContent) -> bool) -> bool {
-        self.content.iter().any(of)
+    /// True if it reports a subject for which `is_wanted` holds.
+    pub(super) fn encodes_any(&self, is_wanted: fn(Subject) -> bool) -> bool {
+        self.contents.iter().any(|content| is_wanted(content.subject))
     }
 
-    /// Whether one of its raw values has that fate, whatever else it says.
-    pub(super) fn has_value_of(&self, content: &SignalContent, quality: ReportQuality) -> bool {
-        self.candidates.iter().any(|raw| content.has_quality(*raw, quality))
+    /// True if it reports the lights and has a raw value of this quality.
+    pub(super) fn can_have(&self, quality: ReportQuality) -> bool {
+        let has_value =
+            |content: &SignalContent| self.candidates.iter().any(|raw| content.has_quality(*raw, quality));
+        self.contents.iter().any(|content| content.subject.has_quality() && has_value(content))
     }
 
-    /// The raw value that says what is so: all of it if there is one, else the first thing that can be
-    /// said.
+    /// The raw value that reports the state: of all contents if there is one, else of the first content
+    /// that has one; `None` when no content has one.
     pub(super) fn raw(&self, state: &VehicleState) -> Option<i128> {
         let mut candidates = self.candidates.iter().copied();
-        let all = candidates.find(|raw| self.content.iter().all(|content| content.accepts(*raw, state)));
-        let first = || {
-            let one = |content: &SignalContent| {
-                self.candidates.iter().copied().find(|raw| content.accepts(*raw, state))
-            };
-            self.content.iter().find_map(one)
+        let all = candidates.find(|raw| self.contents.iter().all(|content| content.accepts(*raw, state)));
+        let one = |content: &SignalContent| {
+            self.candidates.iter().copied().find(|raw| content.accepts(*raw, state))
         };
-        all.or_else(first)
-    }
-}
-
-/// The sides that a text speaks of; both if it names none.
-pub(super) fn sides_named(text: &str) -> Sides {
-    let text = text.to_ascii_lowercase();
-    let (left, right) = (text.contains("left"), text.contains("right"));
-    if left || right { Sides { left, right } } else { Sides { left: true, right: true } }
-}
-
-/// What a driver's hand does with the stalk for a turn: all the way.
-pub(super) fn full(turn: Turn) -> StalkPosition {
-    match turn {
-        Turn::Off => StalkPosition::Idle,
-        Turn::Left => StalkPosition::LeftFull,
-        Turn::Right => StalkPosition::RightFull,
-    }
-}
-
-/// Likewise, to the first detent.
-pub(super) fn half(turn: Turn) -> StalkPosition {
-    match turn {
-        Turn::Off => StalkPosition::Idle,
-        Turn::Left => StalkPosition::LeftHalf,
-        Turn::Right => StalkPosition::RightHalf,
+        all.or_else(|| self.contents.iter().find_map(one))
     }
 }

@@ -1,14 +1,14 @@
-//! What is broken at the moment.
+//! Simulated faults that are active.
 
 use super::request::{Fault, ReportQuality};
 use crate::core::command::Turn;
 use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// All faults of the vehicle.
+/// Active faults of the vehicle.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faults {
-    /// Of frames, the newest last.
+    /// Faults of frames with the message they affect (`None` = all), the newest last.
     frames: Vec<(FrameFault, Option<String>)>,
     pub(super) false_report: Option<TurnCode>,
     pub(super) quality: ReportQuality,
@@ -25,9 +25,9 @@ enum FrameFault {
     FreezeContents,
 }
 
-/// What becomes of the frames of one message.
+/// Faults that affect the frames of one message.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct FrameFate {
+pub(super) struct FrameFaults {
     pub(super) drop: f64,
     pub(super) corrupt: f64,
     pub(super) freezes_counter: bool,
@@ -35,7 +35,7 @@ pub(super) struct FrameFate {
 }
 
 impl Faults {
-    /// Breaks one thing more. A bus-off is no matter of the vehicle alone and left to the caller.
+    /// Adds a fault. A bus-off affects more than the vehicle and is left to the caller.
     pub(super) fn add(&mut self, fault: Fault) {
         match fault {
             Fault::Drop(share, message) => self.frames.push((FrameFault::Drop(share), message)),
@@ -52,7 +52,7 @@ impl Faults {
             Fault::BusOff(_) => {}
             Fault::Silent => self.is_silent = true,
         }
-        // A later probability stands for an earlier one, so a handful is all there is.
+        // A later fault replaces an earlier one of its kind, which bounds the list.
         let mut kept: Vec<(FrameFault, Option<String>)> = Vec::new();
         for (fault, message) in std::mem::take(&mut self.frames) {
             kept.retain(|(known, of)| {
@@ -63,10 +63,9 @@ impl Faults {
         self.frames = kept;
     }
 
-    /// What becomes of the frames of a message; what was said of it alone counts more than what was
-    /// said of all.
-    pub(super) fn of(&self, name: &str) -> FrameFate {
-        let mut quality = FrameFate::default();
+    /// Faults that affect the frames of a message; those of this message override those of all messages.
+    pub(super) fn of(&self, name: &str) -> FrameFaults {
+        let mut faults = FrameFaults::default();
         for of_all in [true, false] {
             for (fault, message) in &self.frames {
                 match message {
@@ -75,14 +74,14 @@ impl Faults {
                     None | Some(_) => continue,
                 }
                 match fault {
-                    FrameFault::Drop(share) => quality.drop = *share,
-                    FrameFault::Corrupt(share) => quality.corrupt = *share,
-                    FrameFault::FreezeCounter => quality.freezes_counter = true,
-                    FrameFault::FreezeContents => quality.freezes_contents = true,
+                    FrameFault::Drop(share) => faults.drop = *share,
+                    FrameFault::Corrupt(share) => faults.corrupt = *share,
+                    FrameFault::FreezeCounter => faults.freezes_counter = true,
+                    FrameFault::FreezeContents => faults.freezes_contents = true,
                 }
             }
         }
-        quality
+        faults
     }
 }
 
@@ -91,15 +90,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_said_of_one_message_counts_more_than_what_is_said_of_all() {
+    fn fault_of_one_message_overrides_fault_of_all() {
         let mut faults = Faults::default();
         faults.add(Fault::Drop(0.5, Some("A".to_owned())));
         faults.add(Fault::Drop(0.1, None));
         faults.add(Fault::FreezeCounter(Some("A".to_owned())));
-        let a = FrameFate { drop: 0.5, freezes_counter: true, ..FrameFate::default() };
-        assert_eq!((faults.of("A"), faults.of("B")), (a, FrameFate { drop: 0.1, ..FrameFate::default() }));
+        let a = FrameFaults { drop: 0.5, freezes_counter: true, ..FrameFaults::default() };
+        assert_eq!(
+            (faults.of("A"), faults.of("B")),
+            (a, FrameFaults { drop: 0.1, ..FrameFaults::default() })
+        );
         (0..1000).for_each(|_| faults.add(Fault::Drop(0.0, None)));
         assert_eq!(faults.frames.len(), 3, "one of a kind");
-        assert_eq!(faults.of("B"), FrameFate::default());
+        assert_eq!(faults.of("B"), FrameFaults::default());
     }
 }

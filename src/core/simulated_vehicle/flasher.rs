@@ -1,4 +1,4 @@
-//! The flasher relay: which lamps are lit, from when to when.
+//! The flasher relay, which determines the lamps that are lit.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use crate::core::time::MonoTime;
 use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// Flashes one side, or both, from the moment it is told to; lit first.
+/// Flashes one side or both, beginning with a lit lamp.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flasher {
     period: Duration,
@@ -15,12 +15,12 @@ pub(super) struct Flasher {
 }
 
 impl Flasher {
-    /// Off. A period of zero counts as 2 ns: the relay needs two edges.
+    /// A flasher that is off. A period of 0 counts as 2 ns, since the relay needs two edges.
     pub(super) fn new(period: Duration) -> Self {
         Self { period: period.max(Duration::from_nanos(2)), code: TurnCode::Off, since: MonoTime::ZERO }
     }
 
-    /// From now on: these lights. The same ones flash on.
+    /// Sets the lights from now on; lights that already flash continue.
     pub(super) fn set(&mut self, code: TurnCode, now: MonoTime) {
         if code != self.code {
             (self.code, self.since) = (code, now);
@@ -31,15 +31,16 @@ impl Flasher {
         self.code
     }
 
-    /// Which sides are lit now: one with a broken bulb twice as often, as its other bulbs show.
+    /// Sides that are lit; one with a defective bulb flashes at twice the rate.
     pub(super) fn lit(&self, broken: Sides, now: MonoTime) -> Sides {
         let half = self.half(broken).as_nanos();
         let lit = (now.since(self.since).as_nanos() / half).is_multiple_of(2);
-        let (left, right) = sides(self.code);
-        Sides { left: lit && left, right: lit && right }
+        let left = lit && matches!(self.code, TurnCode::Left | TurnCode::Both);
+        let right = lit && matches!(self.code, TurnCode::Right | TurnCode::Both);
+        Sides { left, right }
     }
 
-    /// When they change by themselves.
+    /// The next instant at which [`Self::lit`] changes; `None` while off.
     pub(super) fn next_edge(&self, broken: Sides, now: MonoTime) -> Option<MonoTime> {
         if self.code == TurnCode::Off {
             return None;
@@ -50,25 +51,15 @@ impl Flasher {
         Some(self.since.after(Duration::from_nanos(nanos)))
     }
 
-    /// Lit for so long, and dark for so long.
+    /// Duration of the lit and of the dark part of a period.
     fn half(&self, broken: Sides) -> Duration {
-        let hurries = match self.code {
+        let is_fast = match self.code {
             TurnCode::Left => broken.left,
             TurnCode::Right => broken.right,
-            // Hazard lights keep their rate: their load is another one.
+            // Hazard lights keep their rate, since their load differs.
             TurnCode::Off | TurnCode::Both => false,
         };
-        (self.period / if hurries { 4 } else { 2 }).max(Duration::from_nanos(1))
-    }
-}
-
-/// Which sides these lights flash: left, right.
-fn sides(code: TurnCode) -> (bool, bool) {
-    match code {
-        TurnCode::Off => (false, false),
-        TurnCode::Left => (true, false),
-        TurnCode::Right => (false, true),
-        TurnCode::Both => (true, true),
+        (self.period / if is_fast { 4 } else { 2 }).max(Duration::from_nanos(1))
     }
 }
 
@@ -80,7 +71,7 @@ mod tests {
     const LEFT: Sides = Sides { left: true, right: false };
 
     #[test]
-    fn it_is_lit_at_once_and_for_half_of_each_period() {
+    fn lamp_is_lit_immediately_and_for_half_of_each_period() {
         let mut flasher = Flasher::new(Duration::from_millis(600));
         let at = MonoTime::from_millis;
         assert_eq!((flasher.lit(NONE, at(0)), flasher.next_edge(NONE, at(0))), (NONE, None));
@@ -98,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_with_a_broken_bulb_flashes_twice_as_fast() {
+    fn side_with_defective_bulb_flashes_at_twice_the_rate() {
         let mut flasher = Flasher::new(Duration::from_millis(600));
         let at = MonoTime::from_millis;
         for (code, edge) in [(TurnCode::Left, 150), (TurnCode::Right, 300), (TurnCode::Both, 300)] {

@@ -1,16 +1,16 @@
-//! A vehicle to try the gateway on: it sends what a vehicle profile says the real one sends, and obeys
-//! the commands that the profile describes. A driver, and faults, come on request.
+//! Simulated vehicle for tests of the gateway. It sends the messages that a vehicle profile binds and
+//! obeys the commands that the profile describes. Driver actions and faults are requested.
 //!
-//! It is the other end of the bus, so it reads the profile from the other side: of meanings it makes
-//! raw values, of command frames it makes lights. Nothing here is used to judge a real vehicle.
+//! It is the other end of the bus and uses the profile in the opposite direction: it encodes meanings as
+//! raw values and decodes command frames. Nothing here evaluates a real vehicle.
 
-mod commanded;
 mod driver;
 mod encoder;
 mod faults;
 mod flasher;
+mod missing_signal;
 pub mod plan;
-mod possible;
+mod receiver;
 pub mod request;
 mod transmission;
 mod vehicle;
@@ -24,21 +24,21 @@ use crate::core::command::Turn;
 use crate::core::vehicle_lights::state::TurnCode;
 pub use vehicle::SimulatedVehicle;
 
-/// How the vehicle behaves, beside what its profile says.
+/// Behaviour of the vehicle in addition to its profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SimulationSettings {
-    /// From a command frame to the lights.
+    /// Delay between a command frame and the lights.
     pub reaction: Duration,
-    /// How long a command holds after its last frame; none = five periods of its message.
+    /// Time for which a command holds after its last frame; `None` = five periods of its message.
     pub command_timeout: Option<Duration>,
-    /// From flash to flash; lit for half of it. A side with a broken bulb flashes twice as fast.
+    /// Flash period, half of it lit. A side with a defective bulb flashes at twice the rate.
     pub flash_period: Duration,
-    /// Another seed, other random faults.
+    /// Seed of the random faults.
     pub seed: u64,
 }
 
 impl Default for SimulationSettings {
-    /// Reacts within 50 ms and flashes 90 times a minute.
+    /// A reaction after 50 ms and 90 flashes a minute.
     fn default() -> Self {
         Self {
             reaction: Duration::from_millis(50),
@@ -49,82 +49,82 @@ impl Default for SimulationSettings {
     }
 }
 
-/// One thing the vehicle does.
+/// Output of the vehicle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Output {
-    /// Sends a frame.
+    /// A frame that the vehicle sends.
     Frame {
-        /// On which bus.
+        /// Bus of the frame.
         bus: BusIndex,
-        /// The frame.
+        /// Frame to send.
         frame: Frame,
     },
-    /// Lets all others on a bus see an error frame, as their drivers would make it.
+    /// An error frame that all other participants on a bus receive from their drivers.
     Error {
-        /// On which bus.
+        /// Bus of the frame.
         bus: BusIndex,
-        /// The frame.
+        /// Error frame to deliver.
         error: ErrorFrame,
     },
-    /// Nothing on a bus: for those who watch.
+    /// An event for observers, without effect on a bus.
     Happened(VehicleEvent),
 }
 
-/// What those who watch want to know.
+/// An event for observers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum VehicleEvent {
-    /// Commands ask for something else than before; none = nothing is asked of this function.
+    /// The request of the commands changed; `None` = no request for this function.
     Commanded {
-        /// Turn indicators.
+        /// Requested state of the turn indicators.
         turn: Option<Turn>,
-        /// Hazard lights.
+        /// Requested state of the hazard lights.
         hazard: Option<bool>,
     },
-    /// A message that commanded something has not come for too long: what it asked for is dropped.
+    /// A command message timed out, so that its request is dropped.
     CommandTimedOut {
-        /// The message.
+        /// Name of the message.
         message: String,
     },
-    /// A command frame was not believed; told for the first of a row.
+    /// A command frame was rejected; reported for the first of several in a row.
     CommandRejected {
-        /// The message.
+        /// Name of the message.
         message: String,
-        /// What is wrong with it.
+        /// Reason of the rejection.
         why: String,
     },
-    /// Other lights flash than before.
+    /// The flashing lights changed.
     Lights {
-        /// Which; both = hazard lights.
+        /// Lights that flash; both = hazard lights.
         code: TurnCode,
-        /// Who wants it.
+        /// Origin of the request.
         who: Who,
     },
-    /// The lamps are lit or dark.
+    /// A lamp was lit or went dark.
     Lamps {
-        /// Left ones lit.
+        /// True if the left lamps are lit.
         left: bool,
-        /// Right ones lit.
+        /// True if the right lamps are lit.
         right: bool,
     },
-    /// A request that this vehicle has no signal for; what is missing.
+    /// The vehicle has no signal for a request; text for the missing signal.
     NotPossible(&'static str),
-    /// A controller has left the bus, or come back.
+    /// The controllers went bus-off (`true`) or were restarted (`false`).
     BusOff(bool),
 }
 
-/// Whose wish the lights follow.
+/// Origin of a request for lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Who {
-    /// Nobody wants any.
+    /// There is no request.
     Nobody,
-    /// The commands.
+    /// The commands request it.
     Command,
-    /// The driver.
+    /// The driver requests it.
     Driver,
 }
 
 impl Who {
-    /// For people and JSON.
+    /// Name in text and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nobody => "nobody",

@@ -1,9 +1,9 @@
-//! Which messages the vehicle sends, in what rhythm, and what their signals are about: the vehicle
-//! profile, read from the sender's side.
+//! Messages that the vehicle sends, with their periods and the contents of their signals: the vehicle
+//! profile from the sender's side.
 
 use std::time::Duration;
 
-use super::encoder::{SignalContent, SignalEncoder, sides_named};
+use super::encoder::{SignalContent, SignalEncoder, SignalValue, Subject};
 use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 use crate::core::can::link::BusIndex;
@@ -12,60 +12,60 @@ use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Database;
 use crate::core::validation::integrity::Protection;
 use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable, Timing};
-use crate::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnSource,
-};
+use crate::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding, TurnSource};
+use crate::core::vehicle_lights::lamp::Sides;
 use crate::core::vehicle_lights::stalk::{OppositePress, RepeatedPress, StalkSettings};
+use crate::core::vehicle_lights::state::HazardCode;
 
-/// Slowest rhythm of a message that shows lamps, and of one whose period nobody knows.
+/// Longest period of a message that shows lamps and of one with an unknown period.
 const MAX_PERIOD: Duration = Duration::from_millis(100);
 const MIN_PERIOD: Duration = Duration::from_millis(10);
 
-/// What the vehicle sends and what it listens to.
+/// Messages that the vehicle sends and commands that it receives.
 #[derive(Debug, Clone)]
 pub struct VehiclePlan {
     pub(super) messages: Vec<PlannedMessage>,
     pub(super) command: CommandBinding,
-    /// How a momentary stalk is told to end what is on, where there is one.
+    /// Press that ends a request of the momentary stalk; `None` without one.
     pub(super) ending: Option<Ending>,
 }
 
-/// Why a profile cannot be played.
+/// Reason why a profile cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
-    /// A profile without a vehicle.
+    /// The profile binds no message that a vehicle sends.
     #[error("the profile binds no message that a vehicle sends: there is nothing to simulate")]
     Nothing,
-    /// A message that no frame can carry.
+    /// No frame can carry this message.
     #[error("{0}: no frame can carry it, so it cannot be simulated")]
     Unsendable(String),
 }
 
-/// A message the vehicle sends.
+/// A message that the vehicle sends.
 #[derive(Debug, Clone)]
 pub(super) struct PlannedMessage {
     pub(super) name: String,
     pub(super) bus: BusIndex,
     pub(super) id: CanId,
     pub(super) length: usize,
-    /// From frame to frame while nothing changes; none = only on a change.
+    /// Time between two frames without a change; `None` = sent on change only.
     pub(super) period: Option<Duration>,
-    /// Whether a change is sent at once.
+    /// True if a change is sent immediately.
     pub(super) on_change: bool,
     pub(super) protection: Option<Protection>,
-    /// What goes out each time: one frame, or one for each value of its multiplexors.
+    /// Frames sent each time: one, or one for each value of the multiplexors.
     pub(super) pages: Vec<Page>,
 }
 
 /// Signals that one frame carries together.
 #[derive(Debug, Clone)]
 pub(super) struct Page {
-    /// The multiplexors, set for this page.
+    /// Data with the multiplexors set for this page.
     pub(super) background: [u8; MAX_DATA],
     pub(super) encoders: Vec<SignalEncoder>,
 }
 
-/// What a hand does to end what a momentary stalk has switched on.
+/// Press of a momentary stalk that ends its request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
     /// A tap to the other side.
@@ -77,7 +77,7 @@ pub(super) enum Ending {
 }
 
 impl VehiclePlan {
-    /// Reads a profile. `buses` and `databases` are in the order that bus indices count.
+    /// Builds the plan of a profile. `buses` and `databases` are indexed by [`BusIndex`].
     pub fn new(
         lights: &LightsBinding,
         command: &CommandBinding,
@@ -87,25 +87,25 @@ impl VehiclePlan {
         let mut draft = Draft { messages: Vec::new(), databases };
         draft.lights(lights)?;
         draft.command(command)?;
-        draft.signs_of_life(buses)?;
+        draft.heartbeats(buses)?;
         if draft.messages.is_empty() {
             return Err(PlanError::Nothing);
         }
         Ok(Self { messages: draft.messages, command: command.clone(), ending: ending(&lights.turn) })
     }
 
-    /// The identifiers that matter to the vehicle on a bus: the commands.
+    /// Identifiers of the commands on a bus.
     pub fn command_ids(&self, bus: BusIndex) -> Vec<CanId> {
         let entries = self.command.allowed.entries().iter();
-        entries.filter(|(there, _)| *there == bus).map(|(_, id)| *id).collect()
+        entries.filter(|(of, _)| *of == bus).map(|(_, id)| *id).collect()
     }
 
-    /// Names of the messages it sends, in their order.
+    /// Names of the messages that the vehicle sends.
     pub fn sends(&self) -> impl Iterator<Item = &str> {
         self.messages.iter().map(|message| message.name.as_str())
     }
 
-    /// Names of the messages it obeys.
+    /// Names of the command messages that the vehicle obeys.
     pub fn follows_commands(&self) -> impl Iterator<Item = &str> {
         self.command.messages.iter().map(|message| message.name.as_str())
     }
@@ -119,17 +119,18 @@ struct Draft<'a> {
 impl Draft<'_> {
     fn lights(&mut self, lights: &LightsBinding) -> Result<(), PlanError> {
         let table = &lights.table;
-        if let TurnBinding::From(sources) = &lights.turn {
-            for named in &sources.list {
-                self.turn(table, &named.source)?;
-            }
+        for named in lights.turn.sources() {
+            self.turn(table, &named.source)?;
         }
-        if let HazardBinding::From(sources) = &lights.hazard {
-            for named in &sources.list {
-                match &named.source {
-                    HazardSource::BothSides => {}
-                    HazardSource::Signal { role, .. } => self.say(table, role, SignalContent::Hazard)?,
-                    HazardSource::Button { role, .. } => self.say(table, role, SignalContent::Button)?,
+        for named in lights.hazard.sources() {
+            match &named.source {
+                HazardSource::BothSides => {}
+                HazardSource::Signal { role, .. } => {
+                    let on = |code: HazardCode| SignalValue::On(code.active);
+                    self.add(table, role, Subject::Hazard, on)?;
+                }
+                HazardSource::Button { role, .. } => {
+                    self.add(table, role, Subject::Button, SignalValue::On)?;
                 }
             }
         }
@@ -141,52 +142,47 @@ impl Draft<'_> {
 
     fn turn(&mut self, table: &SignalTable, source: &TurnSource) -> Result<(), PlanError> {
         match source {
-            TurnSource::Enumerated(role) => self.say(table, role, SignalContent::Turn),
+            TurnSource::Enumerated(role) => self.add(table, role, Subject::Turn, SignalValue::Turn),
             TurnSource::Pair(pair) => {
-                [(true, &pair.left), (false, &pair.right)].into_iter().try_for_each(|(is_left, role)| {
-                    self.say(table, role, |values| SignalContent::Side { is_left, both: pair.both, values })
-                })
+                for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
+                    self.add(table, role, Subject::Side { is_left, both: pair.both }, SignalValue::On)?;
+                }
+                Ok(())
             }
             TurnSource::Lamps { pair, settings, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
-                    self.say(table, role, |values| SignalContent::Lamp { is_left, values })?;
+                    self.add(table, role, Subject::Lamp { is_left }, SignalValue::On)?;
                     self.shows_lamps(table, role.signal, settings.lit_until_changed);
                 }
                 Ok(())
             }
-            TurnSource::Stalk { role, .. } => self.say(table, role, SignalContent::Stalk),
+            TurnSource::Stalk { role, .. } => self.add(table, role, Subject::Stalk, SignalValue::Stalk),
         }
     }
 
     fn command(&mut self, command: &CommandBinding) -> Result<(), PlanError> {
         if let Some(role) = &command.control_mode {
-            self.say(&command.table, role, SignalContent::Mode)?;
+            self.add(&command.table, role, Subject::Mode, SignalValue::Mode)?;
         }
-        command.driver.iter().try_for_each(|sign| {
-            self.say(&command.table, &sign.role, |values| SignalContent::Driver {
-                overrides: sign.overrides,
-                values,
-            })
-        })
+        for driver in &command.driver {
+            let subject = Subject::Driver { overrides: driver.overrides };
+            self.add(&command.table, &driver.role, subject, SignalValue::On)?;
+        }
+        Ok(())
     }
 
     fn fault(&mut self, table: &SignalTable, fault: &FaultSignal) -> Result<(), PlanError> {
         let name = table.signals.get(fault.role.signal.0).map_or("", |signal| signal.name.as_str());
         let of = sides_named(&format!("{name} {}", fault.text));
-        self.say(table, &fault.role, |values| SignalContent::Fault { of, values })
+        self.add(table, &fault.role, Subject::Fault { of }, SignalValue::On)
     }
 
-    /// Messages that prove a bus alive are sent with all bits zero.
-    fn signs_of_life(&mut self, buses: &[BusSettings]) -> Result<(), PlanError> {
+    /// Adds the heartbeat messages, which are sent with all bits zero.
+    fn heartbeats(&mut self, buses: &[BusSettings]) -> Result<(), PlanError> {
         for (index, bus) in (0..=u8::MAX).map(BusIndex).zip(buses) {
             for id in &bus.heartbeat_messages {
-                let at = self.message(
-                    index,
-                    *id,
-                    &format!("{id}"),
-                    Timing::Cyclic { timeout: bus.alive_timeout },
-                    None,
-                )?;
+                let timing = Timing::Cyclic { timeout: bus.alive_timeout };
+                let at = self.message(index, *id, &id.to_string(), timing, None)?;
                 if let Some(message) = self.messages.get_mut(at).filter(|message| message.pages.is_empty()) {
                     message.pages.push(Page { background: [0; MAX_DATA], encoders: Vec::new() });
                 }
@@ -195,23 +191,26 @@ impl Draft<'_> {
         Ok(())
     }
 
-    fn say<T: Copy>(
+    /// Adds a subject to the signal of a role, whose values `value` converts.
+    fn add<T: Copy>(
         &mut self,
         table: &SignalTable,
         role: &Role<T>,
-        content: impl FnOnce(crate::core::validation::meaning::ValueMap<T>) -> SignalContent,
+        subject: Subject,
+        value: impl Fn(T) -> SignalValue,
     ) -> Result<(), PlanError> {
         let Some(signal) = table.signals.get(role.signal.0) else { return Ok(()) };
         let Some(bound) = table.messages.get(signal.message.0) else { return Ok(()) };
         let protection = bound.integrity.as_ref().map(|integrity| &integrity.protection);
         let at = self.message(bound.bus, bound.id, &bound.name, bound.timing, protection)?;
         if let Some(message) = self.messages.get_mut(at) {
-            message.encoder(&signal.codec)?.add(content(role.values.clone()));
+            let values = role.values.map(value);
+            message.encoder(&signal.codec)?.add(SignalContent { subject, values });
         }
         Ok(())
     }
 
-    /// Lamps need frames often enough, or at each of their changes.
+    /// Makes the message of a lamp signal frequent enough for flashes, or sent on change.
     fn shows_lamps(&mut self, table: &SignalTable, signal: SignalIndex, on_change: bool) {
         let bound = table.signals.get(signal.0).and_then(|signal| table.messages.get(signal.message.0));
         let message = bound.and_then(|bound| {
@@ -223,7 +222,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Where the message is, made if it is not there yet.
+    /// Position of a message, which is added when it is not planned yet.
     fn message(
         &mut self,
         bus: BusIndex,
@@ -260,7 +259,7 @@ impl Draft<'_> {
 }
 
 impl PlannedMessage {
-    /// The signal, in the page that its multiplexors choose.
+    /// The encoder of a signal, in the page that its multiplexors select.
     fn encoder(&mut self, codec: &SignalCodec) -> Result<&mut SignalEncoder, PlanError> {
         let mut background = [0; MAX_DATA];
         codec.select(&mut background).map_err(|_| PlanError::Unsendable(self.name.clone()))?;
@@ -279,7 +278,8 @@ impl PlannedMessage {
     }
 }
 
-/// The DBC's rhythm, if it keeps the message alive with something to spare; else one that does.
+/// The period of the DBC if it keeps the message valid with a margin, else one that does; `None` for a
+/// message without a timeout.
 fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
     let timeout = timing.timeout()?;
     let known = cycle.filter(|cycle| *cycle >= MIN_PERIOD && *cycle <= timeout / 3);
@@ -290,10 +290,9 @@ fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
     Some(known.unwrap_or_else(|| (timeout / 5).clamp(MIN_PERIOD, slowest)))
 }
 
-/// How the first momentary stalk is ended.
+/// Press that ends a request of the first momentary stalk; `None` without one.
 fn ending(turn: &TurnBinding) -> Option<Ending> {
-    let TurnBinding::From(sources) = turn else { return None };
-    let settings = sources.list.iter().find_map(|named| match &named.source {
+    let settings = turn.sources().iter().find_map(|named| match &named.source {
         TurnSource::Stalk { settings, .. } => Some(settings),
         TurnSource::Enumerated(_) | TurnSource::Pair(_) | TurnSource::Lamps { .. } => None,
     });
@@ -306,4 +305,11 @@ fn ending(turn: &TurnBinding) -> Option<Ending> {
             Ending::OppositeFull
         }
     })
+}
+
+/// The sides that a text mentions; both if it mentions none.
+fn sides_named(text: &str) -> Sides {
+    let text = text.to_ascii_lowercase();
+    let (left, right) = (text.contains("left"), text.contains("right"));
+    if left || right { Sides { left, right } } else { Sides { left: true, right: true } }
 }

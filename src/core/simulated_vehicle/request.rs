@@ -1,5 +1,6 @@
-//! What the vehicle can be asked to do, in words: `stalk left`, `fault drop 0.3 TURN_RPT`.
+//! Requests to the vehicle as text: `stalk left`, `fault drop 0.3 TURN_RPT`.
 
+use std::iter::Peekable;
 use std::time::Duration;
 
 pub use super::encoder::ReportQuality;
@@ -7,84 +8,103 @@ use crate::core::command::Turn;
 use crate::core::command::control_mode::ControlMode;
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// One thing the vehicle is asked to do.
+/// A request to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
-    /// The driver moves the stalk all the way, or back.
+    /// The driver moves the stalk to the full detent, or ends the request.
     Stalk(Turn),
-    /// The driver taps the stalk: three flashes.
+    /// The driver taps the stalk for three flashes.
     Tap(Turn),
-    /// The driver switches the hazard lights; none = presses the button, whatever they are.
+    /// The driver switches the hazard lights on or off; `None` = presses the button.
     Hazard(Option<bool>),
-    /// Somebody chooses who drives.
+    /// The control mode changes.
     Mode(ControlMode),
-    /// Something breaks.
+    /// A fault begins.
     Fault(Fault),
-    /// All that is broken is whole again.
+    /// All faults end.
     Clear,
 }
 
-/// Something that breaks until it is cleared. A message is named as in the DBC; none = all of them.
+/// A fault that lasts until it is cleared. A message has its name in the DBC; `None` = all messages.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
-    /// Frames are lost on their way with this probability.
+    /// Frames are lost with this probability.
     Drop(f64, Option<String>),
-    /// One bit of a frame is wrong with this probability.
+    /// One bit of a frame is inverted with this probability.
     Corrupt(f64, Option<String>),
-    /// The counter stands still.
+    /// The counter does not change.
     FreezeCounter(Option<String>),
-    /// The contents stand still, counter and checksum go on.
+    /// The contents do not change, but counter and checksum do.
     FreezeContents(Option<String>),
-    /// Reports say something else than the lamps show.
+    /// Reports differ from the lamps.
     FalseReport(TurnCode),
-    /// Reports say nothing that can be used.
+    /// Reports have this quality.
     Report(ReportQuality),
-    /// A bulb has failed.
+    /// A bulb of this side is defective.
     Bulb(Turn),
-    /// Commands are not heard.
+    /// Commands are not received.
     IgnoreCommands,
-    /// The vehicle's controller leaves the bus, for so long.
+    /// The controllers of the vehicle are bus-off for this time.
     BusOff(Duration),
-    /// The whole vehicle is silent.
+    /// The vehicle sends nothing.
     Silent,
 }
 
-/// Words that ask for nothing.
+/// Reason why a text is not a request.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
-    /// No such request.
-    #[error("`{0}` is not a request: {REQUESTS}")]
+    /// No request has this name.
+    #[error("unknown request `{0}`, expected {REQUESTS}")]
     Unknown(String),
-    /// A request with the wrong word.
-    #[error("`{word}` cannot follow `{request}`: {possible}")]
-    CommandValue {
-        /// What was asked for.
+    /// The argument of a request is invalid or missing.
+    #[error("expected {expected} after `{request}`, found {found}")]
+    Argument {
+        /// Beginning of the request.
         request: &'static str,
-        /// The word.
-        word: String,
-        /// What may be there.
-        possible: &'static str,
+        /// Possible arguments.
+        expected: String,
+        /// The argument in backticks, or `nothing`.
+        found: String,
     },
-    /// Words beyond the end.
-    #[error("`{0}` is one word too many")]
+    /// The text continues after the request.
+    #[error("unexpected `{0}` after the request")]
     TooMany(String),
 }
 
-/// All requests.
+/// Notation of all requests.
 pub const REQUESTS: &str = "stalk left|right|off, tap left|right, hazard on|off|press, \
     mode autonomous|steer_only|velocity_only|manual|disengaged|not_ready, fault …, clear";
-/// All faults.
+/// Notation of all faults.
 pub const FAULTS: &str = "drop [P] [MESSAGE], corrupt [P] [MESSAGE], freeze-counter [MESSAGE], \
     freeze-contents [MESSAGE], false-report off|left|right|hazard, report not_available|fault|undefined, bulb left|right, \
     ignore-commands, bus-off SECONDS, silent";
-/// The longest bus-off and the latest time of a request, seconds.
+/// Longest bus-off and latest time of a request in seconds.
 const MAX_S: f64 = 86_400.0;
 
-/// One line of a script: a request, and when, since the start; none = at once. `None` for a line that
-/// is empty or a comment (`#`).
-///
-/// # Errors
-/// See [`RequestError`].
+const TURNS: [(&str, Turn); 3] = [("left", Turn::Left), ("right", Turn::Right), ("off", Turn::Off)];
+const HAZARD: [(&str, Option<bool>); 3] = [("on", Some(true)), ("off", Some(false)), ("press", None)];
+const MODES: [(&str, ControlMode); 6] = [
+    ("autonomous", ControlMode::Autonomous),
+    ("steer_only", ControlMode::AutonomousSteerOnly),
+    ("velocity_only", ControlMode::AutonomousVelocityOnly),
+    ("manual", ControlMode::Manual),
+    ("disengaged", ControlMode::Disengaged),
+    ("not_ready", ControlMode::NotReady),
+];
+const LIGHTS: [(&str, TurnCode); 4] = [
+    ("off", TurnCode::Off),
+    ("left", TurnCode::Left),
+    ("right", TurnCode::Right),
+    ("hazard", TurnCode::Both),
+];
+const QUALITIES: [(&str, ReportQuality); 3] = [
+    ("not_available", ReportQuality::NotAvailable),
+    ("fault", ReportQuality::Fault),
+    ("undefined", ReportQuality::Undefined),
+];
+
+/// Parses one line of a script: a request with its time since the start (`None` = immediately). `None`
+/// for an empty line or a comment (`#`).
 pub fn line(text: &str) -> Result<Option<(Option<Duration>, Request)>, RequestError> {
     let text = text.split_once('#').map_or(text, |(before, _)| before);
     let mut words = text.split_whitespace().peekable();
@@ -93,105 +113,68 @@ pub fn line(text: &str) -> Result<Option<(Option<Duration>, Request)>, RequestEr
     if at.is_some() {
         words.next();
     }
-    request(&mut words).map(|request| Some((at, request)))
-}
-
-fn request<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Request, RequestError> {
     let name = words.next().unwrap_or("");
     let request = match name {
-        "stalk" => Request::Stalk(turn("stalk", words, true)?),
-        "tap" => Request::Tap(turn("tap", words, false)?),
-        "hazard" => Request::Hazard(match words.next() {
-            Some("on") => Some(true),
-            Some("off") => Some(false),
-            Some("press") => None,
-            word => return Err(wrong("hazard", word, "on, off or press")),
-        }),
-        "mode" => Request::Mode(mode(words.next())?),
-        "fault" => Request::Fault(fault(words)?),
+        "stalk" => Request::Stalk(choice("stalk", words.next(), &TURNS)?),
+        "tap" => Request::Tap(choice("tap", words.next(), &TURNS[..2])?),
+        "hazard" => Request::Hazard(choice("hazard", words.next(), &HAZARD)?),
+        "mode" => Request::Mode(choice("mode", words.next(), &MODES)?),
+        "fault" => Request::Fault(fault(&mut words)?),
         "clear" => Request::Clear,
         _ => return Err(RequestError::Unknown(name.to_owned())),
     };
     match words.next() {
         Some(extra) => Err(RequestError::TooMany(extra.to_owned())),
-        None => Ok(request),
+        None => Ok(Some((at, request))),
     }
 }
 
-fn fault<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Fault, RequestError> {
-    let mut words = words.peekable();
-    let fault = match words.next() {
-        Some("drop") => Fault::Drop(share("fault drop", &mut words)?, words.next().map(str::to_owned)),
+fn fault<'a>(words: &mut Peekable<impl Iterator<Item = &'a str>>) -> Result<Fault, RequestError> {
+    let word = words.next();
+    Ok(match word {
+        Some("drop") => Fault::Drop(probability("fault drop", words)?, words.next().map(str::to_owned)),
         Some("corrupt") => {
-            Fault::Corrupt(share("fault corrupt", &mut words)?, words.next().map(str::to_owned))
+            Fault::Corrupt(probability("fault corrupt", words)?, words.next().map(str::to_owned))
         }
         Some("freeze-counter") => Fault::FreezeCounter(words.next().map(str::to_owned)),
         Some("freeze-contents") => Fault::FreezeContents(words.next().map(str::to_owned)),
-        Some("false-report") => Fault::FalseReport(match words.next() {
-            Some("off") => TurnCode::Off,
-            Some("left") => TurnCode::Left,
-            Some("right") => TurnCode::Right,
-            Some("hazard") => TurnCode::Both,
-            word => return Err(wrong("fault false-report", word, "off, left, right or hazard")),
-        }),
-        Some("report") => Fault::Report(match words.next() {
-            Some("not_available") => ReportQuality::NotAvailable,
-            Some("fault") => ReportQuality::Fault,
-            Some("undefined") => ReportQuality::Undefined,
-            word => return Err(wrong("fault report", word, "not_available, fault or undefined")),
-        }),
-        Some("bulb") => Fault::Bulb(turn("fault bulb", &mut words, false)?),
+        Some("false-report") => Fault::FalseReport(choice("fault false-report", words.next(), &LIGHTS)?),
+        Some("report") => Fault::Report(choice("fault report", words.next(), &QUALITIES)?),
+        Some("bulb") => Fault::Bulb(choice("fault bulb", words.next(), &TURNS[..2])?),
         Some("ignore-commands") => Fault::IgnoreCommands,
         Some("bus-off") => {
             let word = words.next();
-            let given = word.and_then(seconds);
-            Fault::BusOff(given.ok_or_else(|| wrong("fault bus-off", word, "seconds, up to 86400"))?)
+            let duration = word.and_then(seconds);
+            Fault::BusOff(duration.ok_or_else(|| invalid("fault bus-off", word, "a time up to 86400 s"))?)
         }
         Some("silent") => Fault::Silent,
-        word => return Err(wrong("fault", word, FAULTS)),
-    };
-    match words.next() {
-        Some(extra) => Err(RequestError::TooMany(extra.to_owned())),
-        None => Ok(fault),
-    }
-}
-
-fn turn<'a>(
-    request: &'static str,
-    words: &mut impl Iterator<Item = &'a str>,
-    may_be_off: bool,
-) -> Result<Turn, RequestError> {
-    match words.next() {
-        Some("left") => Ok(Turn::Left),
-        Some("right") => Ok(Turn::Right),
-        Some("off") if may_be_off => Ok(Turn::Off),
-        word => Err(wrong(request, word, if may_be_off { "left, right or off" } else { "left or right" })),
-    }
-}
-
-fn mode(word: Option<&str>) -> Result<ControlMode, RequestError> {
-    Ok(match word {
-        Some("autonomous") => ControlMode::Autonomous,
-        Some("steer_only") => ControlMode::AutonomousSteerOnly,
-        Some("velocity_only") => ControlMode::AutonomousVelocityOnly,
-        Some("manual") => ControlMode::Manual,
-        Some("disengaged") => ControlMode::Disengaged,
-        Some("not_ready") => ControlMode::NotReady,
-        word => {
-            let possible = "autonomous, steer_only, velocity_only, manual, disengaged or not_ready";
-            return Err(wrong("mode", word, possible));
-        }
+        Some(_) | None => return Err(invalid("fault", word, FAULTS)),
     })
 }
 
-/// A probability, if there is one; else certainty.
-fn share<'a>(
+/// The value of a word in a table.
+fn choice<T: Copy>(
     request: &'static str,
-    words: &mut std::iter::Peekable<impl Iterator<Item = &'a str>>,
+    word: Option<&str>,
+    table: &[(&str, T)],
+) -> Result<T, RequestError> {
+    let known = table.iter().find(|(name, _)| word == Some(name));
+    known.map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<_> = table.iter().map(|(name, _)| *name).collect();
+        let (last, others) = names.split_last().unwrap_or((&"", &[]));
+        invalid(request, word, &format!("{} or {last}", others.join(", ")))
+    })
+}
+
+/// A probability if the next word is a number, else 1.
+fn probability<'a>(
+    request: &'static str,
+    words: &mut Peekable<impl Iterator<Item = &'a str>>,
 ) -> Result<f64, RequestError> {
-    let Some(share) = words.peek().and_then(|word| word.parse::<f64>().ok()) else { return Ok(1.0) };
+    let Some(value) = words.peek().and_then(|word| word.parse::<f64>().ok()) else { return Ok(1.0) };
     let word = words.next();
-    (0.0..=1.0).contains(&share).then_some(share).ok_or_else(|| wrong(request, word, "a probability, 0 to 1"))
+    let is_valid = (0.0..=1.0).contains(&value);
+    is_valid.then_some(value).ok_or_else(|| invalid(request, word, "a probability from 0 to 1"))
 }
 
 fn seconds(word: &str) -> Option<Duration> {
@@ -199,8 +182,9 @@ fn seconds(word: &str) -> Option<Duration> {
     (0.0..=MAX_S).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
 }
 
-fn wrong(request: &'static str, word: Option<&str>, possible: &'static str) -> RequestError {
-    RequestError::CommandValue { request, word: word.unwrap_or("nothing").to_owned(), possible }
+fn invalid(request: &'static str, word: Option<&str>, expected: &str) -> RequestError {
+    let found = word.map_or_else(|| "nothing".to_owned(), |word| format!("`{word}`"));
+    RequestError::Argument { request, expected: expected.to_owned(), found }
 }
 
 #[cfg(test)]
@@ -209,9 +193,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Words in any order, sensible and not: a request or a refusal that names one of them.
+        /// Words in any order, valid or not.
         #[test]
-        fn any_line_is_a_request_or_refused(
+        fn any_line_is_parsed_or_refused(
             words in prop::collection::vec("stalk|tap|hazard|mode|fault|clear|left|off|drop|false-report|bus-off|ignore-commands|0.5|1e9|-1|nan|[ -~]{0,6}", 0..6),
         ) {
             let text = words.join(" ");
@@ -224,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn each_request_is_understood() {
+    fn each_request_is_parsed() {
         let all = |message: Option<&str>| message.map(str::to_owned);
         let table = [
             ("stalk left", Request::Stalk(Turn::Left)),
@@ -255,14 +239,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_request_is_refused_with_what_would_be_one() {
+    fn invalid_request_is_refused_with_expected_arguments() {
         let table = [
-            ("stalk", "`nothing` cannot follow `stalk`: left, right or off"),
-            ("tap off", "`off` cannot follow `tap`: left or right"),
-            ("fault drop 1.5", "`1.5` cannot follow `fault drop`: a probability, 0 to 1"),
-            ("fault bus-off -1", "`-1` cannot follow `fault bus-off`: seconds, up to 86400"),
-            ("stalk left now", "`now` is one word too many"),
-            ("fault ignore-commands RPT", "`RPT` is one word too many"),
+            ("stalk", "expected left, right or off after `stalk`, found nothing"),
+            ("tap off", "expected left or right after `tap`, found `off`"),
+            ("fault drop 1.5", "expected a probability from 0 to 1 after `fault drop`, found `1.5`"),
+            ("fault bus-off -1", "expected a time up to 86400 s after `fault bus-off`, found `-1`"),
+            ("stalk left now", "unexpected `now` after the request"),
+            ("fault ignore-commands RPT", "unexpected `RPT` after the request"),
         ];
         for (text, expected) in table {
             assert_eq!(line(text).unwrap_err().to_string(), expected, "{text}");

@@ -1,4 +1,4 @@
-//! Sends one message of the vehicle in its rhythm, and spoils its frames on request.
+//! Transmission of one message of the vehicle, with simulated faults.
 
 use std::time::Duration;
 
@@ -6,25 +6,25 @@ use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 
 use super::encoder::VehicleState;
-use super::faults::FrameFate;
+use super::faults::FrameFaults;
 use super::plan::PlannedMessage;
 use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::time::MonoTime;
 use crate::core::validation::integrity::Protection;
 
-/// Least time between two frames that are sent because something changed.
+/// Least time between two frames that are sent on change.
 const MIN_SEND_INTERVAL: Duration = Duration::from_millis(10);
 
-/// One message on its way.
+/// Transmission state of one message.
 #[derive(Debug, Clone)]
 pub(super) struct Transmission {
-    /// When the next frame is due by the rhythm; none = on a change only.
+    /// Due time of the next periodic frame; `None` = sent on change only.
     due: Option<MonoTime>,
     last_sent: Option<MonoTime>,
     counter: u32,
-    /// What each page said last.
-    said: Vec<[u8; MAX_DATA]>,
-    /// Whether there is something that has not been said yet.
+    /// Last contents of each page.
+    contents: Vec<[u8; MAX_DATA]>,
+    /// True if the contents have changed since the last frame.
     is_waiting: bool,
 }
 
@@ -32,15 +32,15 @@ impl Transmission {
     /// The first frame is due at `start`.
     pub(super) fn new(message: &PlannedMessage, start: MonoTime) -> Self {
         let counter = message.protection.as_ref().map_or(0, Protection::first_counter);
-        Self { due: Some(start), last_sent: None, counter, said: Vec::new(), is_waiting: false }
+        Self { due: Some(start), last_sent: None, counter, contents: Vec::new(), is_waiting: false }
     }
 
-    /// The frames to send now.
+    /// Frames that are due.
     pub(super) fn settle(
         &mut self,
         message: &PlannedMessage,
         state: &VehicleState,
-        quality: FrameFate,
+        faults: FrameFaults,
         random: &mut Pcg32,
         now: MonoTime,
     ) -> Vec<Frame> {
@@ -56,9 +56,9 @@ impl Transmission {
                 data
             })
             .collect();
-        if !quality.freezes_contents || self.said.is_empty() {
-            self.is_waiting |= message.on_change && self.said != pages;
-            self.said = pages;
+        if !faults.freezes_contents || self.contents.is_empty() {
+            self.is_waiting |= message.on_change && self.contents != pages;
+            self.contents = pages;
         }
         let may_change =
             self.is_waiting && self.last_sent.is_none_or(|last| now >= last.after(MIN_SEND_INTERVAL));
@@ -75,28 +75,28 @@ impl Transmission {
             self.due = self.due.zip(message.period).map(|(due, period)| next(due, period));
         }
         self.last_sent = Some(now);
-        let said = std::mem::take(&mut self.said);
-        let frames = said.iter().filter_map(|data| self.frame(message, *data, quality, random)).collect();
-        self.said = said;
+        let contents = std::mem::take(&mut self.contents);
+        let frames = contents.iter().filter_map(|data| self.frame(message, *data, faults, random)).collect();
+        self.contents = contents;
         frames
     }
 
-    /// One frame, unless it is lost.
+    /// Builds a frame; `None` when it is lost or cannot carry its protection.
     fn frame(
         &mut self,
         message: &PlannedMessage,
         mut data: [u8; MAX_DATA],
-        quality: FrameFate,
+        faults: FrameFaults,
         random: &mut Pcg32,
     ) -> Option<Frame> {
         if let Some(protection) = &message.protection {
             protection.protect(message.id, self.counter, &mut data, message.length).then_some(())?;
-            if !quality.freezes_counter {
+            if !faults.freezes_counter {
                 self.counter = protection.next_counter(self.counter);
             }
         }
-        // Both are drawn for each frame, so that one fault does not change the other's dice.
-        let (is_lost, is_wrong) = (draw(random) < quality.drop, draw(random) < quality.corrupt);
+        // Both are drawn for each frame, so that one fault does not affect the random numbers of the other.
+        let (is_lost, is_wrong) = (random_share(random) < faults.drop, random_share(random) < faults.corrupt);
         let bits = u32::try_from(message.length * 8).unwrap_or(0);
         let bit = usize::try_from(random.next_u32().checked_rem(bits).unwrap_or(0)).unwrap_or(0);
         if let Some(byte) = data.get_mut(bit / 8).filter(|_| is_wrong) {
@@ -111,7 +111,7 @@ impl Transmission {
     }
 }
 
-/// 0 to 1, 1 excluded.
-fn draw(random: &mut Pcg32) -> f64 {
+/// A random number from 0 up to but excluding 1.
+fn random_share(random: &mut Pcg32) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }

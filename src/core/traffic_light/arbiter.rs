@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::emission::{Content, GroupState};
-use super::incremental_update::{Item, renew};
+use super::emission::{GroupState, Groups};
+use super::incremental_update::update;
 use crate::core::map::light_map::LightMap;
 use kept::{Network, Perceived};
 use selection::{Sides, select};
@@ -60,8 +60,9 @@ pub struct ArbiterSettings {
 pub struct Judged {
     /// That of the input that caused it.
     pub stamp: ArbiterStamp,
-    /// Groups, shared with earlier outputs when nothing changed in between; see [`Judged::groups`].
-    pub content: Arc<Content>,
+    /// Ascending by relation id, once each; elements ascending by the number ROS gives their shape, one for
+    /// each shape. Shared with earlier outputs when nothing changed in between.
+    pub groups: Groups,
     /// Groups that were left out because the map does not have them, ascending.
     pub off_map: Vec<i64>,
     /// A stored input is newer than `stamp`.
@@ -93,17 +94,9 @@ pub struct Arbiter {
     changed: BTreeSet<i64>,
     /// Whether perception counted then.
     was_timely: bool,
-    judged: Arc<Content>,
+    judged: Groups,
     /// Judged groups that the map does not have.
     off_map: BTreeSet<i64>,
-}
-
-impl Judged {
-    /// Ascending by relation id, once each; elements ascending by the number ROS gives their shape,
-    /// one for each shape.
-    pub fn groups(&self) -> &[Arc<GroupState>] {
-        Item::list(&self.content).map_or(&[], Vec::as_slice)
-    }
 }
 
 impl ArbiterStamp {
@@ -148,7 +141,7 @@ impl Arbiter {
             network: Network::default(),
             changed: BTreeSet::new(),
             was_timely: true,
-            judged: Arc::new(Content::groups([])),
+            judged: Arc::default(),
             off_map: BTreeSet::new(),
         }
     }
@@ -156,7 +149,7 @@ impl Arbiter {
     /// Takes the groups of a map in place of any before. Causes no output.
     pub fn map(&mut self, map: &LightMap) {
         self.map = Some(map.groups().map(|(id, group)| (id, group.is_pedestrian)).collect());
-        self.judged = Arc::new(Content::groups([]));
+        self.judged = Arc::default();
         self.off_map.clear();
         self.changed = self.perceived.ids().chain(self.network.ids()).collect();
     }
@@ -228,12 +221,12 @@ impl Arbiter {
                 });
                 news.push((relation_id, group.map(Arc::new).into_iter().collect()));
             }
-            renew(&mut self.judged, news);
+            update(&mut self.judged, news);
             self.was_timely = is_timely;
         }
         Ok(Judged {
             stamp,
-            content: Arc::clone(&self.judged),
+            groups: Arc::clone(&self.judged),
             off_map: self.off_map.iter().copied().collect(),
             newer_input: self.latest_input().is_some_and(|latest| latest > stamp),
         })

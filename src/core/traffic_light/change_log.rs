@@ -1,45 +1,37 @@
-//! Which heads changed lately: what shows them is brought up to date at the cost of the changes, not of
-//! the map.
-
-use std::collections::VecDeque;
+//! Which heads changed since a message was made, so that only these are looked at for the next one.
 
 use crate::core::map::light_map::HeadIndex;
 
-/// Changes by number, and the heads of the last ones.
+/// Changes, numbered from 1, and the last one of each head.
 #[derive(Debug, Clone)]
 pub(super) struct ChangeLog {
     changes: u64,
-    recent: VecDeque<HeadIndex>,
-    most: usize,
+    by_head: Vec<u64>,
 }
 
 impl ChangeLog {
-    /// Of a map with so many heads. When a good part of them has changed, all may be looked at.
+    /// No head of a map with so many of them has changed.
     pub(super) fn new(heads: usize) -> Self {
-        let most = heads / 8 + 64;
-        Self { changes: 0, recent: VecDeque::with_capacity(most), most }
+        Self { changes: 0, by_head: vec![0; heads] }
     }
 
-    /// A head has changed.
+    /// Records a change of a head.
     pub(super) fn add(&mut self, head: HeadIndex) {
         self.changes += 1;
-        if self.recent.len() >= self.most {
-            self.recent.pop_front();
+        if let Some(last) = self.by_head.get_mut(head.0 as usize) {
+            *last = self.changes;
         }
-        self.recent.push_back(head);
     }
 
-    /// How many changes there were.
+    /// Number of the last change, 0 before the first.
     pub(super) fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// The heads that changed since there were so many changes, some more than once; none when these
-    /// are too many to be known.
-    pub(super) fn since(&self, changes: u64) -> Option<impl Iterator<Item = HeadIndex> + '_> {
-        let missed = usize::try_from(self.changes.checked_sub(changes)?).ok()?;
-        let first = self.recent.len().checked_sub(missed)?;
-        Some(self.recent.range(first..).copied())
+    /// The heads that changed after that change, ascending.
+    pub(super) fn since(&self, change: u64) -> impl Iterator<Item = HeadIndex> + '_ {
+        let heads = (0..).map(HeadIndex).zip(&self.by_head);
+        heads.filter(move |(_, last)| **last > change).map(|(head, _)| head)
     }
 }
 
@@ -48,17 +40,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_changed_since_is_known_until_it_is_too_much() {
-        let mut change_log = ChangeLog::new(0);
-        (0..3).for_each(|head| change_log.add(HeadIndex(head)));
-        let since =
-            |change_log: &ChangeLog, changes| change_log.since(changes).map(Iterator::collect::<Vec<_>>);
-        assert_eq!(since(&change_log, 3), Some(vec![]));
-        assert_eq!(since(&change_log, 1), Some(vec![HeadIndex(1), HeadIndex(2)]));
-        assert_eq!(since(&change_log, 4), None, "that is yet to come");
-        (3..66).for_each(|head| change_log.add(HeadIndex(head)));
-        assert_eq!(change_log.changes(), 66);
-        assert_eq!(since(&change_log, 2).map(|heads| (heads.len(), heads[0])), Some((64, HeadIndex(2))));
-        assert_eq!(since(&change_log, 1), None, "only 64 are kept");
+    fn heads_changed_since_are_listed_once_each() {
+        let mut change_log = ChangeLog::new(4);
+        for head in [3, 1, 0, 1] {
+            change_log.add(HeadIndex(head));
+        }
+        assert_eq!(change_log.changes(), 4);
+        for (since, heads) in [(0, &[0, 1, 3][..]), (1, &[0, 1]), (3, &[1]), (4, &[])] {
+            assert_eq!(change_log.since(since).map(|head| head.0).collect::<Vec<_>>(), heads);
+        }
     }
 }

@@ -30,26 +30,52 @@ pub struct Emission {
     pub topic: LightsTopic,
     /// Header or message stamp.
     pub stamp: WallStamp,
-    /// Shared with earlier emissions when nothing changed in between.
-    pub content: Arc<Content>,
+    /// The list that is sent.
+    pub content: Content,
 }
 
-/// What an emission says.
+/// The list that an emission sends.
+///
+/// Where it is in memory tells what changed: as long as nothing does, the emissions of a topic share one list,
+/// and a group that did not change is shared by one list with the next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
     /// Head by head, ascending by way id.
-    Lights(Vec<LightState>),
+    Lights(Arc<Vec<LightState>>),
     /// Group by group, ascending by relation id. Upstream's behaviour has one for each head of a group
-    /// instead (Q17). A group is shared with earlier emissions when it did not change.
-    Groups(Vec<Arc<GroupState>>),
-    /// Lamp by lamp.
-    Markers(Vec<LampMarker>),
+    /// instead (Q17).
+    Groups(Groups),
+    /// Lamp by lamp, ascending by way id.
+    Markers(Arc<Vec<LampMarker>>),
 }
 
+/// Groups, which lists and messages share.
+pub type Groups = Arc<Vec<Arc<GroupState>>>;
+
 impl Content {
-    /// These groups.
+    /// Lists these heads.
+    pub fn lights(lights: impl IntoIterator<Item = LightState>) -> Self {
+        Self::Lights(Arc::new(lights.into_iter().collect()))
+    }
+
+    /// Lists these groups.
     pub fn groups(groups: impl IntoIterator<Item = GroupState>) -> Self {
-        Self::Groups(groups.into_iter().map(Arc::new).collect())
+        Self::Groups(Arc::new(groups.into_iter().map(Arc::new).collect()))
+    }
+
+    /// Lists these lamps.
+    pub fn markers(markers: impl IntoIterator<Item = LampMarker>) -> Self {
+        Self::Markers(Arc::new(markers.into_iter().collect()))
+    }
+
+    /// Whether both share one list. Equal lists need not be shared.
+    pub fn is_shared_with(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Lights(one), Self::Lights(other)) => Arc::ptr_eq(one, other),
+            (Self::Groups(one), Self::Groups(other)) => Arc::ptr_eq(one, other),
+            (Self::Markers(one), Self::Markers(other)) => Arc::ptr_eq(one, other),
+            (Self::Lights(_) | Self::Groups(_) | Self::Markers(_), _) => false,
+        }
     }
 }
 

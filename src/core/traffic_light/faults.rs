@@ -200,10 +200,10 @@ impl Faults {
         let message = self.sent;
         self.sent = self.sent.wrapping_add(1);
         let mut emission = self.frozen(emission, message);
-        if let Content::Groups(groups) = &*emission.content
+        if let Content::Groups(groups) = &emission.content
             && self.groups.is_on()
         {
-            emission.content = Arc::new(Content::Groups(self.groups.apply(groups, message)));
+            emission.content = Content::Groups(Arc::new(self.groups.apply(groups, message)));
         }
         let stamp_ns = emission.stamp.as_nanos().saturating_add(self.settings.stamp_offset_ns);
         emission.stamp = WallStamp::from_nanos(stamp_ns);

@@ -197,14 +197,14 @@ impl TrafficLightFlow {
         self.ready.push_back(TrafficLightOutput::Publish(emission));
         self.ready.extend(judged.map(|judged| {
             let (topic, stamp) = (LightsTopic::Arbiter, WallStamp::from_nanos(judged.stamp.0));
-            TrafficLightOutput::Publish(Emission { topic, stamp, content: judged.content })
+            TrafficLightOutput::Publish(Emission { topic, stamp, content: Content::Groups(judged.groups) })
         }));
     }
 }
 
 /// What the arbiter makes of a message, if it is one for it.
 fn judge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Judged> {
-    let Content::Groups(groups) = &*emission.content else { return None };
+    let Content::Groups(groups) = &emission.content else { return None };
     let stamp = ArbiterStamp(emission.stamp.as_nanos());
     match emission.topic {
         LightsTopic::Camera => arbiter.perception(stamp, groups).ok(),

@@ -1,70 +1,18 @@
-//! Content brought up to date: what changed takes the place of what stood there, the rest stays.
+//! Lists brought up to date: what changed takes the place of what stood there, the rest stays.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use super::emission::{Content, GroupState, LampMarker, LightState};
+use super::emission::{GroupState, LampMarker, LightState};
 
-/// What a content lists, ascending by an id.
+/// An item of a list that is in ascending order of ids; several can have the same id.
 pub(super) trait Item: PartialEq + Clone {
     fn id(&self) -> i64;
-    /// The list, if it is one of these.
-    fn list(content: &Content) -> Option<&Vec<Self>>;
-    fn list_mut(content: &mut Content) -> Option<&mut Vec<Self>>;
-}
-
-/// Puts in the items of each id, given with ascending ids; without items there is none any more. The
-/// content stays the same one if nothing differs, and is copied only if somebody else holds it.
-pub(super) fn renew<T: Item>(content: &mut Arc<Content>, mut news: Vec<(i64, Vec<T>)>) {
-    let Some(list) = T::list(content) else { return };
-    news.retain(|(id, items)| list.get(place(list, *id)) != Some(items.as_slice()));
-    if news.is_empty() {
-        return;
-    }
-    let Some(list) = T::list_mut(Arc::make_mut(content)) else { return };
-    let (mut moved, mut added) = (Vec::new(), Vec::new());
-    for (id, items) in news {
-        let place = place(list, id);
-        match list.get_mut(place) {
-            Some(old) if old.len() == items.len() => {
-                old.iter_mut().zip(items).for_each(|(old, new)| *old = new);
-            }
-            Some(_) | None => {
-                moved.push(id);
-                added.extend(items);
-            }
-        }
-    }
-    if !moved.is_empty() {
-        list.retain(|item| moved.binary_search(&item.id()).is_err());
-        list.append(&mut added);
-        list.sort_by_key(T::id);
-    }
-}
-
-/// Where the items of an id stand, or would.
-fn place<T: Item>(list: &[T], id: i64) -> std::ops::Range<usize> {
-    let first = list.partition_point(|item| item.id() < id);
-    let count = list.iter().skip(first).take_while(|item| item.id() == id).count();
-    first..first + count
 }
 
 impl Item for LightState {
     fn id(&self) -> i64 {
         self.way_id
-    }
-
-    fn list(content: &Content) -> Option<&Vec<Self>> {
-        match content {
-            Content::Lights(lights) => Some(lights),
-            Content::Groups(_) | Content::Markers(_) => None,
-        }
-    }
-
-    fn list_mut(content: &mut Content) -> Option<&mut Vec<Self>> {
-        match content {
-            Content::Lights(lights) => Some(lights),
-            Content::Groups(_) | Content::Markers(_) => None,
-        }
     }
 }
 
@@ -72,38 +20,53 @@ impl Item for Arc<GroupState> {
     fn id(&self) -> i64 {
         self.relation_id
     }
-
-    fn list(content: &Content) -> Option<&Vec<Self>> {
-        match content {
-            Content::Groups(groups) => Some(groups),
-            Content::Lights(_) | Content::Markers(_) => None,
-        }
-    }
-
-    fn list_mut(content: &mut Content) -> Option<&mut Vec<Self>> {
-        match content {
-            Content::Groups(groups) => Some(groups),
-            Content::Lights(_) | Content::Markers(_) => None,
-        }
-    }
 }
 
 impl Item for LampMarker {
     fn id(&self) -> i64 {
         self.way_id
     }
+}
 
-    fn list(content: &Content) -> Option<&Vec<Self>> {
-        match content {
-            Content::Markers(markers) => Some(markers),
-            Content::Lights(_) | Content::Groups(_) => None,
-        }
+/// Replaces the items of each given id by these, ids ascending; an id without items disappears. The list stays
+/// the same one if nothing differs, and is copied only if somebody else holds it.
+pub(super) fn update<T: Item>(list: &mut Arc<Vec<T>>, mut changes: Vec<(i64, Vec<T>)>) {
+    changes.retain(|(id, items)| list.get(range(list, *id)) != Some(items.as_slice()));
+    if changes.is_empty() {
+        return;
     }
+    let list = Arc::make_mut(list);
+    changes.retain(|(id, items)| {
+        let range = range(list, *id);
+        let is_as_long = range.len() == items.len();
+        if is_as_long && let Some(old) = list.get_mut(range) {
+            old.clone_from_slice(items);
+        }
+        !is_as_long
+    });
+    if !changes.is_empty() {
+        *list = merged(list, changes);
+    }
+}
 
-    fn list_mut(content: &mut Content) -> Option<&mut Vec<Self>> {
-        match content {
-            Content::Markers(markers) => Some(markers),
-            Content::Lights(_) | Content::Groups(_) => None,
-        }
+/// Merges in one pass.
+fn merged<T: Item>(mut list: &[T], changes: Vec<(i64, Vec<T>)>) -> Vec<T> {
+    let mut merged =
+        Vec::with_capacity(list.len() + changes.iter().map(|(_, items)| items.len()).sum::<usize>());
+    for (id, items) in changes {
+        let Range { start, end } = range(list, id);
+        let (before, from) = list.split_at(start);
+        merged.extend_from_slice(before);
+        merged.extend(items);
+        list = from.split_at(end - start).1;
     }
+    merged.extend_from_slice(list);
+    merged
+}
+
+/// Where the items of an id stand, or would.
+fn range<T: Item>(list: &[T], id: i64) -> Range<usize> {
+    let first = list.partition_point(|item| item.id() < id);
+    let count = list.iter().skip(first).take_while(|item| item.id() == id).count();
+    first..first + count
 }

@@ -24,13 +24,8 @@ struct Report<'a> {
     confidence: f64,
 }
 
-/// Ground truth of a channel, of the heads that were ever touched.
-pub(super) fn lights(stores: &Stores, channel: Channel) -> Vec<LightState> {
-    (0..).map(HeadIndex).zip(stores.map().heads()).filter_map(|head| light(stores, channel, head)).collect()
-}
-
-/// Those of these heads, by id; as [`lights`] of ours has them.
-pub(super) fn lights_of(
+/// Ground truth of a channel by way id: of these heads, as far as they were ever touched.
+pub(super) fn lights(
     stores: &Stores,
     channel: Channel,
     heads: &BTreeSet<HeadIndex>,
@@ -39,21 +34,26 @@ pub(super) fn lights_of(
     known(stores, heads).map(light).collect()
 }
 
-/// What the pipeline of a channel reports; dark heads are left out.
+/// Reports of a channel by relation id: the groups that refer to any of these heads, none where all of a
+/// group's heads are dark.
 pub(super) fn groups(
     stores: &Stores,
     channel: Channel,
     predictions: Option<&Predictions>,
-    one_group_per_head: bool,
+    heads: &BTreeSet<HeadIndex>,
+) -> Vec<(i64, Vec<Arc<GroupState>>)> {
+    let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
+    let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
+    ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
+}
+
+/// Reports of a channel with one group for each lit head and relation (Q17).
+pub(super) fn groups_by_head(
+    stores: &Stores,
+    channel: Channel,
+    predictions: Option<&Predictions>,
 ) -> Vec<Arc<GroupState>> {
     let reports = match stores.compat() {
-        Compat::Improved if !one_group_per_head => {
-            let groups = stores.map().groups();
-            return groups
-                .filter_map(|(id, group)| merged(stores, channel, predictions, id, group))
-                .map(Arc::new)
-                .collect();
-        }
         Compat::Improved => {
             let heads = (0..).map(HeadIndex).zip(stores.map().heads());
             heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
@@ -79,19 +79,6 @@ pub(super) fn groups(
     groups.into_iter().map(Arc::new).collect()
 }
 
-/// The groups that refer to any of these heads, by id; as [`groups`] of ours has them, one for each
-/// relation.
-pub(super) fn groups_of(
-    stores: &Stores,
-    channel: Channel,
-    predictions: Option<&Predictions>,
-    heads: &BTreeSet<HeadIndex>,
-) -> Vec<(i64, Vec<Arc<GroupState>>)> {
-    let ids: BTreeSet<i64> = known(stores, heads).flat_map(|(_, head)| head.relation_ids.to_vec()).collect();
-    let group = |id| merged(stores, channel, predictions, id, stores.map().group(id)?);
-    ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
-}
-
 /// Upstream has no number for them, so they are sent as unknown shapes (Q7).
 fn forget_upper_diagonals(groups: &mut [GroupState]) {
     for GroupState { elements, predictions, .. } in groups {
@@ -104,14 +91,9 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
     }
 }
 
-/// A marker for each lamp with a place, of the heads that were ever touched: as they truly are, on
-/// the first of the channels that knows.
-pub(super) fn markers(stores: &Stores, channels: &[Channel]) -> Vec<LampMarker> {
-    (0..).map(HeadIndex).zip(stores.map().heads()).flat_map(|head| lamps(stores, channels, head)).collect()
-}
-
-/// Those of these heads, by id; as [`markers`] of ours has them.
-pub(super) fn markers_of(
+/// A marker for each lamp with a position, by way id: of these heads, as far as they were ever touched. Their
+/// state is the ground truth of the first of the channels that knows it.
+pub(super) fn markers(
     stores: &Stores,
     channels: &[Channel],
     heads: &BTreeSet<HeadIndex>,

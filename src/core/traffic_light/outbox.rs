@@ -1,11 +1,11 @@
-//! Messages waiting to be sent, and the last content of each topic, sent again while nothing changes.
+//! Messages waiting to be sent, and the list of each topic, brought up to date with what changed.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::change_log::ChangeLog;
-use super::emission::{Content, Emission, LightsTopic};
-use super::incremental_update::renew;
+use super::emission::{Content, Emission, GroupState, Groups, LampMarker, LightState, LightsTopic};
+use super::incremental_update::{Item, update};
 use super::message_builder;
 use super::prediction::Predictions;
 use super::store::Stores;
@@ -20,33 +20,37 @@ mod properties;
 /// Emissions kept until they are asked for; older ones are lost.
 const MAX_WAITING: usize = 1_024;
 
-/// What is going out.
+/// Messages on their way out.
 #[derive(Debug, Clone)]
 pub(super) struct Outbox {
     one_group_per_head: bool,
     waiting: VecDeque<Emission>,
-    ground_truth: Last,
-    camera: Last,
-    v2i: Last,
-    markers: [Last; 2],
+    ground_truth: Kept<LightState>,
+    camera: Kept<Arc<GroupState>>,
+    v2i: Kept<Arc<GroupState>>,
+    markers: [Kept<LampMarker>; 2],
 }
 
-/// The last content of a topic, and how many changes of each of its sources it shows.
-#[derive(Debug, Clone, Default)]
-struct Last(Option<([u64; 3], Arc<Content>)>);
+/// The list of a topic, and the last change of each source that it shows.
+#[derive(Debug, Clone)]
+struct Kept<T> {
+    changes: [u64; 3],
+    list: Arc<Vec<T>>,
+}
 
-/// What a content is made of.
+/// The change logs of what a list is made of.
 type Sources<'a> = [Option<&'a ChangeLog>; 3];
 
 impl Outbox {
+    /// An empty one. `one_group_per_head`: see [`LightsSettings`](super::engine::LightsSettings).
     pub(super) fn new(one_group_per_head: bool) -> Self {
         Self {
             one_group_per_head,
             waiting: VecDeque::new(),
-            ground_truth: Last::default(),
-            camera: Last::default(),
-            v2i: Last::default(),
-            markers: [Last::default(), Last::default()],
+            ground_truth: Kept::default(),
+            camera: Kept::default(),
+            v2i: Kept::default(),
+            markers: [Kept::default(), Kept::default()],
         }
     }
 
@@ -57,48 +61,39 @@ impl Outbox {
     pub(super) fn send_ground_truth(&mut self, stores: &Stores, stamp: WallStamp) {
         let channel = Channel::Conventional;
         let sources = [Some(stores.truth(channel).change_log()), None, None];
-        let content = self.ground_truth.content(
-            sources,
-            || Content::Lights(message_builder::lights(stores, channel)),
-            (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
-                renew(content, message_builder::lights_of(stores, channel, heads));
-            }),
-        );
-        self.send(LightsTopic::GroundTruth, stamp, content);
+        let make = |heads: &_| message_builder::lights(stores, channel, heads);
+        let lights = self.ground_truth.renew(sources, stores.compat() == Compat::Improved, make);
+        self.send(LightsTopic::GroundTruth, stamp, Content::Lights(lights));
     }
 
     pub(super) fn send_camera(&mut self, stores: &Stores, stamp: WallStamp) {
-        let content = self.camera.groups(stores, Channel::Conventional, None, self.one_group_per_head);
-        self.send(LightsTopic::Camera, stamp, content);
+        let groups = self.camera.groups(stores, Channel::Conventional, None, self.one_group_per_head);
+        self.send(LightsTopic::Camera, stamp, Content::Groups(groups));
     }
 
     pub(super) fn send_v2i(&mut self, stores: &Stores, predictions: &Predictions, stamp: WallStamp) {
-        let content = self.v2i.groups(stores, Channel::V2i, Some(predictions), self.one_group_per_head);
-        self.send(LightsTopic::V2i, stamp, content);
+        let groups = self.v2i.groups(stores, Channel::V2i, Some(predictions), self.one_group_per_head);
+        self.send(LightsTopic::V2i, stamp, Content::Groups(groups));
     }
 
     /// Upstream draws each channel with its own timer, over what the other drew; ours draws once, with
     /// that of the conventional channel (Q19).
     pub(super) fn send_markers(&mut self, stores: &Stores, timer: Channel, stamp: WallStamp) {
         let [conventional, v2i] = &mut self.markers;
-        let (last, channels) = match (stores.compat(), timer) {
+        let (kept, channels) = match (stores.compat(), timer) {
             (Compat::Improved, Channel::Conventional) => (conventional, &Channel::ALL[..]),
             (Compat::Improved, Channel::V2i) => return,
             (Compat::Upstream, Channel::Conventional) => (conventional, &[Channel::Conventional][..]),
             (Compat::Upstream, Channel::V2i) => (v2i, &[Channel::V2i][..]),
         };
         let source = |channel| channels.contains(&channel).then(|| stores.truth(channel).change_log());
-        let content = last.content(
-            [source(Channel::Conventional), source(Channel::V2i), None],
-            || Content::Markers(message_builder::markers(stores, channels)),
-            (stores.compat() == Compat::Improved).then_some(|content: &mut _, heads: &_| {
-                renew(content, message_builder::markers_of(stores, channels, heads));
-            }),
-        );
-        self.send(LightsTopic::Markers, stamp, content);
+        let sources = [source(Channel::Conventional), source(Channel::V2i), None];
+        let make = |heads: &_| message_builder::markers(stores, channels, heads);
+        let markers = kept.renew(sources, stores.compat() == Compat::Improved, make);
+        self.send(LightsTopic::Markers, stamp, Content::Markers(markers));
     }
 
-    fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: Arc<Content>) {
+    fn send(&mut self, topic: LightsTopic, stamp: WallStamp, content: Content) {
         if self.waiting.len() >= MAX_WAITING {
             self.waiting.pop_front();
         }
@@ -106,66 +101,60 @@ impl Outbox {
     }
 }
 
-impl Last {
+impl Kept<Arc<GroupState>> {
     fn groups(
         &mut self,
         stores: &Stores,
         channel: Channel,
         predictions: Option<&Predictions>,
         one_group_per_head: bool,
-    ) -> Arc<Content> {
+    ) -> Groups {
         let sources = [
             Some(stores.truth(channel).change_log()),
             Some(stores.detected(channel).change_log()),
             predictions.map(Predictions::change_log),
         ];
         let is_merged = stores.compat() == Compat::Improved && !one_group_per_head;
-        self.content(
-            sources,
-            || Content::Groups(message_builder::groups(stores, channel, predictions, one_group_per_head)),
-            is_merged.then_some(|content: &mut _, heads: &_| {
-                renew(content, message_builder::groups_of(stores, channel, predictions, heads));
-            }),
-        )
-    }
-
-    /// What the sources come to. `make` makes it of all heads, `renew` of those that changed, if it can.
-    fn content(
-        &mut self,
-        sources: Sources<'_>,
-        make: impl FnOnce() -> Content,
-        renew: Option<impl FnOnce(&mut Arc<Content>, &BTreeSet<HeadIndex>)>,
-    ) -> Arc<Content> {
-        let changes = sources.map(|source| source.map_or(0, ChangeLog::changes));
-        let Some((shown, content)) = &mut self.0 else {
-            let content = Arc::new(make());
-            self.0 = Some((changes, Arc::clone(&content)));
-            return content;
-        };
-        let before = std::mem::replace(shown, changes);
-        if before != changes {
-            match renew.zip(changed(sources, before)) {
-                Some((renew, heads)) => renew(content, &heads),
-                None => {
-                    let made = make();
-                    // Changed and changed back: still the same content.
-                    if **content != made {
-                        *content = Arc::new(made);
-                    }
-                }
+        self.renew(sources, is_merged, |heads| {
+            if is_merged {
+                message_builder::groups(stores, channel, predictions, heads)
+            } else {
+                vec![(0, message_builder::groups_by_head(stores, channel, predictions))]
             }
-        }
-        Arc::clone(content)
+        })
     }
 }
 
-/// The heads that changed in any of the sources since; none when they are too many to be known.
-fn changed(sources: Sources<'_>, before: [u64; 3]) -> Option<BTreeSet<HeadIndex>> {
-    let mut heads = BTreeSet::new();
-    for (source, before) in sources.into_iter().zip(before) {
-        if let Some(change_log) = source {
-            heads.extend(change_log.since(before)?);
+impl<T: Item> Kept<T> {
+    /// Brings the list up to date. `make` makes the items of heads, by ascending id. It is asked for those that
+    /// changed; where items are not in the order of their ids, for all that ever did.
+    fn renew(
+        &mut self,
+        sources: Sources<'_>,
+        is_sorted: bool,
+        make: impl FnOnce(&BTreeSet<HeadIndex>) -> Vec<(i64, Vec<T>)>,
+    ) -> Arc<Vec<T>> {
+        let changes = sources.map(|source| source.map_or(0, ChangeLog::changes));
+        let before = std::mem::replace(&mut self.changes, changes);
+        if before != changes {
+            let since = sources.into_iter().flatten().zip(if is_sorted { before } else { [0; 3] });
+            let made = make(&since.flat_map(|(change_log, change)| change_log.since(change)).collect());
+            if is_sorted {
+                update(&mut self.list, made);
+            } else {
+                let list: Vec<T> = made.into_iter().flat_map(|(_, items)| items).collect();
+                // Changed and changed back: still the same list.
+                if *self.list != list {
+                    self.list = Arc::new(list);
+                }
+            }
         }
+        Arc::clone(&self.list)
     }
-    Some(heads)
+}
+
+impl<T> Default for Kept<T> {
+    fn default() -> Self {
+        Self { changes: [0; 3], list: Arc::default() }
+    }
 }

@@ -161,7 +161,7 @@ impl V2iReception {
         for (index, _, cycle) in cycles() {
             // What a message told before it broke off does not come back with it.
             let broke_off = cycle.groups.first().is_some_and(|(_, group)| {
-                seen.believable(&binding.table, group.state.signal, buses, now.mono).is_err()
+                seen.valid(&binding.table, group.state.signal, buses, now.mono).is_err()
             });
             if broke_off {
                 for group in of_source(groups, index) {
@@ -286,7 +286,7 @@ fn judge(view: View<'_>, source: &V2iSource, group: &Group, told: Option<LastJud
 
 /// The last value of a signal, when it may be believed.
 fn last((binding, seen, buses, now): View<'_>, signal: SignalIndex) -> Result<Observation, InvalidReason> {
-    seen.believable(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
+    seen.valid(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
 }
 
 /// Whether a status signal with this value lets the states be used.

@@ -1,10 +1,10 @@
 //! How the record of one manoeuvre joins that of the one before it
 //! (docs/spec/turn-signal-decider.md, "Joining records").
 
-use super::geometry::path::PathFrame;
 use super::resolve::{Rules, Winner, prior};
 use super::section::Section;
 use super::signal::{Hazard, Signal};
+use crate::core::map::geometry::path::PathFrame;
 
 /// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new
 /// record erases an active one, and a hazard request goes with the record that made it (W5).

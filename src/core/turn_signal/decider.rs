@@ -1,18 +1,17 @@
 //! The decider: inputs of one cycle to one decision, and what it remembers between cycles
 //! (docs/spec/turn-signal-decider.md, "Candidates", "Commands" and "Memory between cycles").
 
+use super::compat::{DeciderCompat, UpstreamQuirks};
 use super::decision::{Basis, Decision};
 use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
-use super::geometry::Pose;
-use super::geometry::path::{Path, PathFrame};
 use super::inputs::{AgeLimits, Finding, Inputs};
 use super::intersection::{IntersectionInfo, IntersectionMemory, TurnAhead, turns};
-use super::lane_network::{LaneId, LaneNetwork};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{Parameters, Vehicle};
+use super::path_generator::{self, TaggedLanelet};
 use super::resolve::{Candidates, Resolution, Rules, Source, resolve};
 use super::roundabout::RoundaboutMemory;
 use super::roundabout::backward::backward_length_m;
@@ -21,21 +20,23 @@ use super::route::Route;
 use super::section::Section;
 use super::signal::{Hazard, Signal};
 use super::turn_lane::TurnLane;
-use crate::core::compat::Compat;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::{Path, PathFrame};
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::time::{MonoTime, deadline_after};
 
 /// What does not change from cycle to cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Which behaviour.
-    pub mode: Compat,
+    /// The behaviour.
+    pub compat: DeciderCompat,
     /// The parameters.
     pub parameters: Parameters,
     /// The vehicle.
     pub vehicle: Vehicle,
     /// How old inputs may be.
     pub age_limits: AgeLimits,
-    /// How long signals last at least; not in upstream's behaviour.
+    /// How long signals last at least; in improved mode only.
     pub min_durations: MinDurations,
 }
 
@@ -43,6 +44,7 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decider {
     settings: Settings,
+    quirks: UpstreamQuirks,
     route: Option<u128>,
     last: Option<MonoTime>,
     intersection: IntersectionMemory,
@@ -63,9 +65,9 @@ pub struct Observed {
 
 impl Settings {
     /// As deployed with Autoware, with the sample vehicle.
-    pub fn deployed(mode: Compat) -> Self {
+    pub fn deployed(compat: DeciderCompat) -> Self {
         Self {
-            mode,
+            compat,
             parameters: Parameters::DEPLOYED,
             vehicle: Vehicle::SAMPLE,
             age_limits: AgeLimits::DEFAULT,
@@ -77,8 +79,12 @@ impl Settings {
 impl Decider {
     /// A decider that has seen nothing.
     pub fn new(settings: Settings) -> Self {
+        let quirks = UpstreamQuirks::of(settings.compat);
+        let min_durations =
+            if quirks.has_no_minimum_durations { MinDurations::NONE } else { settings.min_durations };
         Self {
-            settings,
+            settings: Settings { min_durations, ..settings },
+            quirks,
             route: None,
             last: None,
             intersection: IntersectionMemory::default(),
@@ -108,7 +114,12 @@ impl Decider {
             }
         };
         self.note_route(route, &mut findings);
-        let manoeuvres = inputs.usable_manoeuvres(limits, now, &mut findings);
+        let follows_path_generator = self.settings.compat == DeciderCompat::PathGenerator;
+        let manoeuvres = if follows_path_generator {
+            Vec::new()
+        } else {
+            inputs.usable_manoeuvres(limits, now, &mut findings)
+        };
         if let Some(path) = inputs.planned_path.filter(|path| now.since(path.at) > limits.planned_path) {
             findings.push(Finding::OldPlannedPath { age: now.since(path.at) });
         }
@@ -117,7 +128,7 @@ impl Decider {
         } else {
             self.distance_path(road, route, odometry.pose)
         };
-        let settings = self.settings.clone();
+        let (settings, quirks) = (self.settings.clone(), self.quirks);
         let on = |path| DecisionContext {
             road,
             route,
@@ -130,10 +141,26 @@ impl Decider {
             speed_mps: odometry.speed_mps,
             parameters: &settings.parameters,
             vehicle: &settings.vehicle,
-            mode: settings.mode,
+            quirks,
             now,
         };
         let mut decision = match measured {
+            Ok(measured) if follows_path_generator => {
+                let front_m = settings.vehicle.front_m();
+                let (turn, tagged) = path_generator::decide(
+                    (road, route),
+                    &measured.lanes,
+                    odometry,
+                    front_m,
+                    &settings.parameters,
+                );
+                bare(turn, Hazard::NoCommand, Basis::PathGenerator(tagged), Vec::new())
+            }
+            Err(finding) if follows_path_generator => {
+                findings.push(finding);
+                let basis = Basis::PathGenerator(TaggedLanelet::None);
+                bare(Signal::NoCommand, Hazard::NoCommand, basis, Vec::new())
+            }
             Ok(measured) => {
                 let context = on(&measured.path);
                 self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
@@ -179,7 +206,7 @@ impl Decider {
             manoeuvre,
         };
         let resolution = self.resolved(context, &candidates);
-        let shown = self.min_duration.show(resolution.signal(), self.min_durations(), context.now);
+        let shown = self.min_duration.show(resolution.signal(), self.settings.min_durations, context.now);
         Decision {
             turn: shown.signal,
             hazard: Hazard::Disable,
@@ -190,11 +217,6 @@ impl Decider {
             findings: Vec::new(),
             next_deadline: shown.deadline,
         }
-    }
-
-    /// Where the rear axle was when the turn that begins with this lanelet came into view.
-    pub fn intersection_start(&self, lane: LaneId) -> Option<Pose> {
-        self.intersection.start_of(lane)
     }
 
     /// There is no path to measure on: what the manoeuvres want, as it is.
@@ -208,7 +230,7 @@ impl Decider {
             return decision;
         }
         let wanted = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
-        let shown = self.min_duration.show(wanted, self.min_durations(), context.now);
+        let shown = self.min_duration.show(wanted, self.settings.min_durations, context.now);
         let basis = Basis::ManoeuvreAlone(wanted);
         Decision {
             held: shown.held,
@@ -232,21 +254,14 @@ impl Decider {
     }
 
     fn resolved(&mut self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
-        if context.is_compat() {
-            return resolve(&context.path_frame, candidates, Rules::default());
+        let mut rules = Rules::new(&context.quirks);
+        if context.quirks.finished_manoeuvres_return {
+            return resolve(&context.path_frame, candidates, rules);
         }
-        let finished = self.finished.finished(candidates);
-        let resolution =
-            resolve(&context.path_frame, candidates, Rules { start_belongs_to_before: true, finished });
+        rules.finished = self.finished.finished(candidates);
+        let resolution = resolve(&context.path_frame, candidates, rules);
         self.finished.note(&resolution);
         resolution
-    }
-
-    fn min_durations(&self) -> MinDurations {
-        match self.settings.mode {
-            Compat::Improved => self.settings.min_durations,
-            Compat::Upstream => MinDurations::NONE,
-        }
     }
 
     fn note_time(&mut self, now: MonoTime, findings: &mut Vec<Finding>) {
@@ -262,7 +277,7 @@ impl Decider {
         if self.route.replace(route.id()).is_some_and(|before| before != route.id()) {
             findings.push(Finding::NewRoute);
             self.manoeuvres.clear();
-            if self.settings.mode == Compat::Improved {
+            if !self.quirks.memory_survives_route {
                 self.intersection.clear();
                 self.roundabout.clear();
                 self.finished.clear();
@@ -282,8 +297,8 @@ impl Decider {
     }
 
     fn backward_m(&self, road: &LaneNetwork, route: &Route, current: LaneId) -> f64 {
-        let is_compat = self.settings.mode == Compat::Upstream;
-        backward_length_m((road, route), &self.settings.parameters, &self.roundabout, current, is_compat)
+        let parameters = &self.settings.parameters;
+        backward_length_m((road, route), parameters, &self.roundabout, current, self.quirks)
     }
 }
 

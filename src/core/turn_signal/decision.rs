@@ -6,6 +6,7 @@ use super::inputs::Finding;
 use super::intersection::IntersectionInfo;
 use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use super::min_duration::Held;
+use super::path_generator::TaggedLanelet;
 use super::resolve::Resolution;
 use super::signal::{Hazard, Signal};
 use crate::core::time::MonoTime;
@@ -40,6 +41,8 @@ pub enum Basis {
     Hazard,
     /// There is no path to measure on: what the manoeuvres ask for.
     ManoeuvreAlone(Signal),
+    /// The rule of the path generator, by this lanelet.
+    PathGenerator(TaggedLanelet),
     /// The candidates were evaluated.
     Candidates(Resolution),
 }
@@ -51,6 +54,7 @@ impl fmt::Display for Decision {
             Basis::NoInputs => f.write_str("no inputs")?,
             Basis::Hazard => f.write_str("hazard lights")?,
             Basis::ManoeuvreAlone(_) => f.write_str("manoeuvres alone")?,
+            Basis::PathGenerator(tagged) => write!(f, "path generator, {tagged}")?,
             Basis::Candidates(resolution) => write!(f, "{resolution}")?,
         }
         if let Some(held) = self.held {

@@ -1,11 +1,11 @@
 //! The moment a decision is made in: road, route, vehicle, parameters.
 
-use super::geometry::Pose;
-use super::geometry::path::PathFrame;
-use super::lane_network::LaneNetwork;
+use super::compat::UpstreamQuirks;
 use super::parameters::{Parameters, Vehicle};
 use super::route::Route;
-use crate::core::compat::Compat;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathFrame;
+use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::MonoTime;
 
 /// Below this the vehicle stands, m/s.
@@ -26,9 +26,9 @@ pub struct DecisionContext<'a> {
     pub parameters: &'a Parameters,
     /// The vehicle.
     pub vehicle: &'a Vehicle,
-    /// Which behaviour.
-    pub mode: Compat,
-    /// When.
+    /// What is done as upstream does it.
+    pub quirks: UpstreamQuirks,
+    /// The time of the decision.
     pub now: MonoTime,
 }
 
@@ -36,11 +36,6 @@ impl DecisionContext<'_> {
     /// The rear axle.
     pub fn ego(&self) -> Pose {
         self.path_frame.ego()
-    }
-
-    /// As upstream.
-    pub fn is_compat(&self) -> bool {
-        self.mode == Compat::Upstream
     }
 
     /// The vehicle does not move (forwards).

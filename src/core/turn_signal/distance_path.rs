@@ -3,13 +3,13 @@
 
 use std::collections::BTreeSet;
 
-use super::geometry::path::{Path, PathError};
-use super::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
-use super::geometry::spline::akima;
-use super::geometry::{Point, Pose};
-use super::lane_network::{Lane, LaneId, LaneNetwork};
 use super::parameters::Parameters;
 use super::route::Route;
+use crate::core::map::geometry::path::{Path, PathError};
+use crate::core::map::geometry::polyline::{arc_lengths_m, headed, nearest, without_repeats};
+use crate::core::map::geometry::spline::akima;
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 
 /// More lanelets than any path of this length has; bounds work on degenerate maps.
 const MAX_LANES: usize = 10_000;

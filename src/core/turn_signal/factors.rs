@@ -7,14 +7,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::geometry::Pose;
 use super::inputs::{FactorFlaw, Finding, Timed};
-use super::lane_network::LaneNetwork;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::parameters::Parameters;
 use super::planner_input::Odometry;
 use super::planner_input::{ControlPoint, FactorTopic, OperationMode, PathPoint, PlanningFactor};
 use super::route::Route;
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneNetwork;
 use path_offsets::PathOffsets;
 
 mod avoidance;

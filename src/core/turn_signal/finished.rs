@@ -1,10 +1,10 @@
 //! Manoeuvres that are over and do not come back (weakness W4): signalled once, displaced by another,
 //! required section passed.
 
-use super::geometry::Pose;
 use super::resolve::{CandidateOutcome, Candidates, FinishedSources, Resolution, Source};
 use super::section::Section;
 use super::signal::Signal;
+use crate::core::map::geometry::Pose;
 
 /// The end of a record that moves farther than this belongs to another manoeuvre, metres.
 const SAME_END_M: f64 = 1.0;

@@ -8,16 +8,17 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::compat::DeciderCompat;
 use super::decider::{Decider, Settings};
-use super::decision::Decision;
+use super::decision::{Basis, Decision};
 use super::factors::{FactorContext, manoeuvres};
 use super::inputs::{Finding, Inputs, Timed};
-use super::lane_network::LaneNetwork;
 use super::output::TurnSignalOutput;
 use super::planner_input::{PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
 use super::signal::{Hazard, joined_hazard};
 use crate::core::diagnostics::{Level, Status};
+use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
 use headline::Headline;
 use latest_inputs::LatestInputs;
@@ -208,7 +209,8 @@ impl TurnSignalFlow {
         decision
     }
 
-    /// What the planner is doing, as far as it can be told of a vehicle whose place is known.
+    /// What the planner is doing, as far as it can be told of a vehicle whose place is known. The path generator does
+    /// not look at it.
     fn manoeuvres(
         &self,
         route: &Route,
@@ -216,7 +218,10 @@ impl TurnSignalFlow {
         findings: &mut Vec<Finding>,
     ) -> Vec<Timed<super::manoeuvre::Manoeuvre>> {
         let known = self.latest.odometry.map(|odometry| odometry.value);
-        let Some(odometry) = known.filter(|odometry| odometry.pose.is_finite()) else { return Vec::new() };
+        let is_used = self.settings.decider.compat != DeciderCompat::PathGenerator;
+        let Some(odometry) = known.filter(|odometry| is_used && odometry.pose.is_finite()) else {
+            return Vec::new();
+        };
         let path_limit = self.settings.decider.age_limits.planned_path;
         let view = FactorContext {
             road: &self.settings.road,
@@ -251,8 +256,10 @@ impl TurnSignalFlow {
         let limit = self.settings.limits.own_command;
         let fresh =
             |told: Option<Timed<u8>>| told.filter(|told| now.since(told.at) <= limit).map(|told| told.value);
-        // Upstream publishes nothing when it knows nothing.
-        let decides = decision.turn as u8 != 0 || decision.hazard as u8 != 0;
+        // Upstream publishes nothing when it knows nothing; NO_COMMAND of the path generator is a decision.
+        let decides = decision.turn as u8 != 0
+            || decision.hazard as u8 != 0
+            || matches!(decision.basis, Basis::PathGenerator(_));
         let turn = fresh(self.latest.own_turn).filter(|_| decides);
         let hazard = fresh(self.latest.own_hazard).filter(|_| decides);
         self.turn_comparison.compare(decision.turn as u8, turn, tolerance, now);

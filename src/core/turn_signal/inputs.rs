@@ -4,11 +4,11 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::geometry::path::PathError;
-use super::lane_network::LaneNetwork;
 use super::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use super::planner_input::{FactorTopic, Odometry};
 use super::route::{Route, RouteError};
+use crate::core::map::geometry::path::PathError;
+use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::MonoTime;
 
 /// A value and when it came.

@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::decision_context::DecisionContext;
-use super::geometry::Pose;
-use super::geometry::path::PathFrame;
-use super::lane_network::{LaneId, TurnDirection};
 use super::section::Section;
 use super::signal::{Side, Signal};
 use super::turn_lane::TurnLane;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathFrame;
+use crate::core::map::lane_network::{LaneId, TurnDirection};
 use crate::core::time::MonoTime;
 
 mod stop_rule;
@@ -38,7 +38,7 @@ struct Announced {
 /// planner's manoeuvres want, for the stop rule.
 pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: Signal) -> Vec<TurnLane> {
     let threshold_deg = context.parameters.intersection_angle_threshold_deg;
-    let all = context.is_compat()
+    let all = context.quirks.has_stop_rule
         && manoeuvre.side().is_some_and(|side| stop_rule::stands_at_turn(context, lanes, side));
     let mut turns: Vec<TurnLane> = Vec::new();
     let mut before: Option<LaneId> = None;
@@ -51,7 +51,7 @@ pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: Signal)
         }
         let Some(turn) = TurnLane::new(lane, threshold_deg) else { continue };
         let goes_on = |last: &TurnLane| {
-            !context.is_compat()
+            !context.quirks.splits_turns
                 && last.direction == turn.direction
                 && previous.is_some_and(|before| context.road.followers(before).contains(id))
         };
@@ -74,7 +74,7 @@ const JOINT_M: f64 = 0.5;
 impl IntersectionMemory {
     /// The record of the next turn, if one is in view.
     pub fn section(&mut self, context: &DecisionContext<'_>, turns: &[TurnLane]) -> Option<Section> {
-        if !context.is_compat() {
+        if !context.quirks.memory_survives_route {
             self.starts.retain(|id, _| turns.iter().any(|turn| turn.id == *id));
         }
         let records = turns.iter().filter_map(|turn| self.record(context, turn)).collect();
@@ -86,11 +86,6 @@ impl IntersectionMemory {
         self.starts.clear();
     }
 
-    /// Where the rear axle was when this lanelet came into view.
-    pub fn start_of(&self, lane: LaneId) -> Option<Pose> {
-        self.starts.get(&lane).map(|announced| announced.start)
-    }
-
     fn record(&mut self, context: &DecisionContext<'_>, turn: &TurnLane) -> Option<Section> {
         if context.path_frame.from_base_m(turn.back) < 0.0 {
             self.starts.remove(&turn.id);
@@ -100,7 +95,7 @@ impl IntersectionMemory {
             .search_distance_m
             .unwrap_or_else(|| context.parameters.intersection_search_m(context.speed_mps));
         let in_view = context.path_frame.from_front_m(turn.front) < search_m;
-        if !in_view && (context.is_compat() || !self.still_announced(context, turn.id)) {
+        if !in_view && (context.quirks.drops_announced_turns || !self.still_announced(context, turn.id)) {
             return None;
         }
         let announced =
@@ -151,11 +146,4 @@ pub struct TurnAhead {
     pub pose: Pose,
     /// Front to its start, metres.
     pub distance_m: f64,
-}
-
-impl TurnAhead {
-    /// The front is before its start.
-    pub const fn approaching(&self) -> bool {
-        !self.active
-    }
 }

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use super::chain::{join_present, overwrite};
 use super::decision_context::DecisionContext;
-use super::geometry::Pose;
-use super::lane_network::LaneId;
 use super::section::Section;
 use super::shift::{ShiftOutcome, ShiftVerdict};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneId;
 
 pub mod avoidance;
 pub mod lane_change;
@@ -121,7 +121,7 @@ impl ManoeuvreMemory {
                 Manoeuvre::LaneChange(change) => self.lane_change(context, change, &mut record),
                 Manoeuvre::PullOver(pull_over) => self.pull_over(context, pull_over, &mut record),
                 Manoeuvre::SideShift => {
-                    record = record.filter(|_| !context.is_compat());
+                    record = record.filter(|_| !context.quirks.empty_records_take_part);
                     SignalReason::Idle
                 }
             };
@@ -157,7 +157,7 @@ impl ManoeuvreMemory {
 /// Upstream's overwrite, or by default only what asks for something.
 fn overwritten(context: &DecisionContext<'_>, previous: Option<Section>, new: Section) -> Option<Section> {
     let overwrite = |previous, new| overwrite(&context.path_frame, previous, new);
-    if context.is_compat() {
+    if context.quirks.empty_records_take_part {
         Some(overwrite(previous.unwrap_or_default(), new))
     } else {
         join_present(previous, Some(new), |previous, new| Some(overwrite(previous, new)))

@@ -2,6 +2,7 @@
 //! one rule that chooses between them (docs/spec/turn-signal-decider.md).
 
 pub mod chain;
+pub mod compat;
 pub mod country;
 pub mod decider;
 pub mod decision;
@@ -10,10 +11,8 @@ pub mod distance_path;
 pub mod factors;
 pub mod finished;
 pub mod flow;
-pub mod geometry;
 pub mod inputs;
 pub mod intersection;
-pub mod lane_network;
 pub mod manoeuvre;
 pub mod min_duration;
 pub mod output;

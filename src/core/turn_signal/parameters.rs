@@ -5,8 +5,8 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::geometry::path::NearestLimits;
 use super::signal::Side;
+use crate::core::map::geometry::path::NearestLimits;
 
 mod table;
 
@@ -122,9 +122,6 @@ pub enum ParameterError {
 }
 
 impl Parameters {
-    /// The documented defaults. Launch files set one of them otherwise, see [`Self::DEPLOYED`].
-    pub const DOCUMENTED: Self = Self { roundabout_entry_persists: false, ..Self::DEPLOYED };
-
     /// What Autoware's launch files set: as documented, but the entry signal of a roundabout persists.
     pub const DEPLOYED: Self = Self {
         intersection_search_distance_m: 30.0,
@@ -180,12 +177,6 @@ impl Parameters {
     /// Distance before a shift from which it is announced at this speed, metres.
     pub fn prepare_m(&self, speed_mps: f64) -> f64 {
         (speed_mps * self.search_time_s).max(self.minimum_search_distance_m)
-    }
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self::DOCUMENTED
     }
 }
 

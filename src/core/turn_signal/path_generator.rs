@@ -1,35 +1,52 @@
-//! The other, smaller decider upstream has, in its core path generator: turn lanelets only
-//! (docs/spec/turn-signal-decider.md, "Path generator"). A second opinion on turns.
+//! The other, smaller decider that upstream has, in its core path generator: turn lanelets only
+//! (docs/spec/turn-signal-decider.md, "Path generator").
 
 use std::collections::BTreeSet;
+use std::fmt;
 
-use super::geometry::polyline::nearest;
-use super::geometry::required_end::first_aligned;
-use super::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
 use super::parameters::Parameters;
 use super::planner_input::Odometry;
 use super::route::Route;
 use super::signal::Signal;
+use crate::core::map::geometry::polyline::nearest;
+use crate::core::map::geometry::required_end::first_aligned;
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
 
-/// The command for a vehicle on a path through `lanes`, front `front_m` before its rear axle.
+/// The lanelet whose tag `turn_direction` decided, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TaggedLanelet {
+    /// No tagged lanelet on the path from the vehicle on: no command.
+    None,
+    /// The vehicle is in it, not past its aligned start.
+    Own(LaneId),
+    /// It is the first ahead, within the search distance.
+    Ahead(LaneId),
+    /// It is the first ahead, beyond the search distance: no command.
+    TooFar(LaneId),
+    /// The vehicle is in it, past its aligned start, and no tagged lanelet is ahead: its tag still counts.
+    PastEnd(LaneId),
+}
+
+/// The command for a vehicle on a path through `lanes`, with its front `front_m` metres before its rear axle, and the
+/// lanelet that decided.
 pub fn decide(
     (road, route): (&LaneNetwork, &Route),
     lanes: &[LaneId],
     odometry: Odometry,
     front_m: f64,
     parameters: &Parameters,
-) -> Signal {
-    let mut seen = BTreeSet::new();
+) -> (Signal, TaggedLanelet) {
+    let mut met = BTreeSet::new();
     let mut ahead = lanes
         .iter()
-        .filter(|id| seen.insert(**id) && route.next(road, **id).is_some())
+        .filter(|id| met.insert(**id) && route.next(road, **id).is_some())
         .filter_map(|id| road.lane(*id))
         .skip_while(|lane| !lane.contains(odometry.pose.position));
-    let Some(own) = ahead.next() else { return Signal::NoCommand };
+    let Some(own) = ahead.next() else { return (Signal::NoCommand, TaggedLanelet::None) };
     let along_m = nearest(&own.centerline, odometry.pose.position).map_or(0.0, |foot| foot.arc_m);
     let own_command = command(own);
-    if own_command != Signal::NoCommand && along_m <= required_end_m(own, parameters) {
-        return own_command;
+    if own_command != Signal::NoCommand && along_m <= aligned_start_m(own, parameters) {
+        return (own_command, TaggedLanelet::Own(own.id));
     }
     let mut gap_m = own.length_m() - along_m - front_m;
     for lane in ahead {
@@ -38,12 +55,17 @@ pub fn decide(
             let search_m = lane
                 .turn_signal_distance_m
                 .unwrap_or_else(|| parameters.intersection_search_m(odometry.speed_mps));
-            return if gap_m > search_m { Signal::NoCommand } else { command };
+            return if gap_m > search_m {
+                (Signal::NoCommand, TaggedLanelet::TooFar(lane.id))
+            } else {
+                (command, TaggedLanelet::Ahead(lane.id))
+            };
         }
         gap_m += lane.length_m();
     }
-    // Nothing follows: what the vehicle's own lanelet says still stands.
-    own_command
+    let tagged =
+        if own_command == Signal::NoCommand { TaggedLanelet::None } else { TaggedLanelet::PastEnd(own.id) };
+    (own_command, tagged)
 }
 
 fn command(lane: &Lane) -> Signal {
@@ -55,7 +77,19 @@ fn command(lane: &Lane) -> Signal {
     }
 }
 
-fn required_end_m(lane: &Lane, parameters: &Parameters) -> f64 {
-    let end = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg);
-    end.and_then(|end| nearest(&lane.centerline, end.position)).map_or(0.0, |foot| foot.arc_m)
+fn aligned_start_m(lane: &Lane, parameters: &Parameters) -> f64 {
+    let start = first_aligned(&lane.centerline, parameters.intersection_angle_threshold_deg);
+    start.and_then(|start| nearest(&lane.centerline, start.position)).map_or(0.0, |foot| foot.arc_m)
+}
+
+impl fmt::Display for TaggedLanelet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("no tagged lanelet"),
+            Self::Own(lane) => write!(f, "in lanelet {lane}"),
+            Self::Ahead(lane) => write!(f, "lanelet {lane} ahead"),
+            Self::TooFar(lane) => write!(f, "lanelet {lane} is too far ahead"),
+            Self::PastEnd(lane) => write!(f, "in lanelet {lane}, past its aligned start"),
+        }
+    }
 }

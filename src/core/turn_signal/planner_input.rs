@@ -5,10 +5,10 @@
 
 use std::sync::Arc;
 
-use super::geometry::Pose;
-use super::lane_network::LaneId;
 use super::route::Segment;
 use super::signal::Hazard;
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneId;
 use crate::core::time::WallStamp;
 
 /// One message for the decider.

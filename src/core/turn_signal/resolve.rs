@@ -4,9 +4,10 @@
 
 use std::fmt;
 
-use super::geometry::path::PathFrame;
+use super::compat::UpstreamQuirks;
 use super::section::{Distances, Section};
 use super::signal::{Side, Signal};
+use crate::core::map::geometry::path::PathFrame;
 
 /// Where a record comes from, in the order that settles equal starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -59,6 +60,16 @@ pub struct Rules {
 /// A set of sources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FinishedSources([bool; 3]);
+
+impl Rules {
+    /// The rules with these quirks, before any manoeuvre has finished.
+    pub fn new(quirks: &UpstreamQuirks) -> Self {
+        Self {
+            start_belongs_to_before: !quirks.required_start_belongs_to_nothing,
+            finished: FinishedSources::default(),
+        }
+    }
+}
 
 impl FinishedSources {
     /// Whether `source` is in it.

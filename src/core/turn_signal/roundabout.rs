@@ -5,11 +5,11 @@
 use std::collections::BTreeMap;
 
 use super::decision_context::DecisionContext;
-use super::geometry::Pose;
 use super::intersection::next_in_queue;
-use super::lane_network::LaneId;
 use super::section::Section;
 use super::signal::{Side, Signal};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneId;
 
 pub mod backward;
 pub mod legs;
@@ -26,7 +26,7 @@ pub struct RoundaboutMemory {
 impl RoundaboutMemory {
     /// The record of the entry or exit that is next, if one is in view.
     pub fn section(&mut self, context: &DecisionContext<'_>, legs: &RoundaboutLegs) -> Option<Section> {
-        if !context.is_compat() {
+        if !context.quirks.memory_survives_route {
             self.entries.retain(|id, _| legs.entries.iter().any(|entry| entry.lane.id == *id));
             self.exits.retain(|id, _| legs.exits.iter().any(|exit| exit.lane.id == *id));
         }
@@ -81,10 +81,11 @@ impl RoundaboutMemory {
             return None;
         }
         let side = context.parameters.roundabout_on_exit;
-        if side.is_none() && !context.is_compat() {
+        if side.is_none() && !context.quirks.overlooks_roundabout_exits {
             return None;
         }
-        let start = match exit.after_previous.filter(|_| !exit.is_tagged && !context.is_compat()) {
+        let announces_untagged = !exit.is_tagged && !context.quirks.overlooks_roundabout_exits;
+        let start = match exit.after_previous.filter(|_| announces_untagged) {
             Some(after_previous) => {
                 let near = path_frame.from_front_m(lane.front)
                     < context.parameters.roundabout_search_m(context.speed_mps.max(0.0));

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
-use super::geometry::Pose;
-use super::lane_network::{LaneId, LaneNetwork};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
 
 /// Side by side lanelets of a route.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -133,7 +133,7 @@ impl Route {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::turn_signal::lane_network::Lane;
+    use crate::core::map::lane_network::Lane;
 
     #[test]
     fn a_loop_ends_where_the_route_ends() {

@@ -1,9 +1,9 @@
 //! A section record: what one manoeuvre wants to signal, and where
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
-use super::geometry::Pose;
-use super::geometry::path::PathFrame;
 use super::signal::{Hazard, Side, Signal};
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathFrame;
 
 /// What one manoeuvre wants. The default is upstream's empty record: no command, all points at the
 /// origin of the map.
@@ -48,11 +48,6 @@ impl Section {
             required_start: required.0,
             required_end: required.1,
         }
-    }
-
-    /// The same places with no command.
-    pub fn silenced(self) -> Self {
-        Self { turn: Signal::NoCommand, ..self }
     }
 
     /// All four places are numbers.

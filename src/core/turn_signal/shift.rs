@@ -5,12 +5,12 @@
 use std::fmt;
 
 use super::decision_context::DecisionContext;
-use super::geometry::path::{Path, PathError};
-use super::geometry::polyline::arc_lengths_m;
-use super::geometry::{Point, Pose};
-use super::lane_network::LaneId;
 use super::section::Section;
 use super::signal::{Hazard, Side, Signal};
+use crate::core::map::geometry::path::{Path, PathError};
+use crate::core::map::geometry::polyline::{arc_lengths_m, nearest_index};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::LaneId;
 
 mod surroundings;
 
@@ -130,10 +130,7 @@ impl ShiftedPath {
 
     /// The point nearest to a place, by index.
     pub fn nearest_index(&self, place: Point) -> usize {
-        let far = |pose: &Pose| pose.position.squared_distance(place);
-        let by_distance =
-            self.poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
-        by_distance.map_or(0, |(index, _)| index)
+        nearest_index(&self.poses, place)
     }
 
     /// How much the offset changes between two points, metres; zero where there is none.

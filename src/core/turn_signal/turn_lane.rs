@@ -1,11 +1,11 @@
 //! A stretch of road with a turn signal of its own, reduced to what is measured.
 
-use super::geometry::polyline::{back_pose, front_pose, without_near_earlier};
-use super::geometry::required_end::required_end;
-use super::geometry::{Point, Pose};
-use super::lane_network::{Lane, LaneId, TurnDirection};
 use super::section::Section;
 use super::signal::{Hazard, Signal};
+use crate::core::map::geometry::polyline::{back_pose, front_pose, without_near_earlier};
+use crate::core::map::geometry::required_end::required_end;
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};
 
 /// Points nearer than this to an earlier one are dropped, metres.
 const SAME_POINT_M: f64 = 0.01;

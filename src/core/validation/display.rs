@@ -1,5 +1,4 @@
-//! Words for signals: why there is no value, and what raw values mean, for people who look at a bus or
-//! check a profile.
+//! Texts for signals: why there is no value, and the meanings of raw values.
 
 use super::meaning::{Meaning, RawRange};
 use super::observation::MissingReason;
@@ -7,30 +6,30 @@ use super::table::{Role, SignalIndex, SignalTable};
 use crate::core::can::bus::Bus;
 use crate::core::can::bus_status::link_text;
 
-/// What one raw value of a signal means for the gateway.
+/// Meaning of one raw value of a signal for the gateway.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ValueText {
-    /// E.g. `turn left`, `hazard on (crash)`, `turn not available`.
+    /// Text such as `turn left`, `hazard on (crash)` or `turn not available`.
     pub text: String,
-    /// False when the profile gives the value no meaning.
+    /// True if the profile gives the value a meaning.
     pub defined: bool,
 }
 
 /// One use of a signal, with its named values in ascending order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RoleTexts {
-    /// The signal.
+    /// The signal that is used.
     pub signal: SignalIndex,
-    /// What it tells of, e.g. `turn`, `left`, `hazard`, `fault of front lamp`.
+    /// Name of the use, e.g. `turn`, `left`, `hazard`, `fault of front lamp`.
     pub subject: String,
-    /// Its values and what they mean.
+    /// Named values with their texts.
     pub named: Vec<(RawRange, String)>,
 }
 
 impl RoleTexts {
-    /// What `raw` means in this use.
+    /// Meaning of `raw` in this use.
     pub fn value_text(&self, raw: i128) -> ValueText {
-        let named = self.named.iter().find(|(range, _)| range.first <= raw && raw <= range.last);
+        let named = self.named.iter().find(|(range, _)| range.contains(raw));
         match named {
             Some((_, text)) => ValueText { text: format!("{} {text}", self.subject), defined: true },
             None => ValueText { text: format!("{} UNDEFINED", self.subject), defined: false },
@@ -38,7 +37,7 @@ impl RoleTexts {
     }
 }
 
-/// The named values of a role; `name` says what a defined one means.
+/// The named values of a role; `name` gives the text of a defined one.
 pub fn role_texts<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> String) -> RoleTexts {
     let value_text = |(range, meaning): &(RawRange, Meaning<T>)| {
         let text = match meaning {
@@ -52,16 +51,16 @@ pub fn role_texts<T: Copy>(role: &Role<T>, subject: String, name: impl Fn(T) -> 
     RoleTexts { signal: role.signal, subject, named: role.values.entries().iter().map(value_text).collect() }
 }
 
-/// Why there is no value of a signal, e.g. `BLINK is stale, silent for more than 500 ms`.
+/// Text for a missing value, e.g. `BLINK is stale, silent for more than 500 ms`.
 pub fn missing_reason_text(
     table: &SignalTable,
     buses: &[Bus],
     signal: SignalIndex,
-    why: MissingReason,
+    reason: MissingReason,
 ) -> String {
     let message = &table.messages[table.signals[signal.0].message.0];
     let interface = &buses[usize::from(message.bus.0)].settings().interface;
-    match why {
+    match reason {
         MissingReason::Link(state) => link_text(interface, state),
         MissingReason::NeverSeen => {
             format!("no frame of {} ({}) on {interface} yet", message.name, message.id)
@@ -69,22 +68,23 @@ pub fn missing_reason_text(
         MissingReason::NotAgain => {
             format!("no new frame of {} ({}) on {interface} yet", message.name, message.id)
         }
-        MissingReason::TooShort => format!("{} ({}) comes, but too short", message.name, message.id),
+        MissingReason::TooShort => format!("{} ({}) is received, but too short", message.name, message.id),
         MissingReason::NotCarried => {
-            format!("{} ({}) comes, but not with {}", message.name, message.id, table.signals[signal.0].name)
+            let signal = &table.signals[signal.0].name;
+            format!("{} ({}) is received, but without {signal}", message.name, message.id)
         }
         MissingReason::Stale => {
             let limit = message.timing.timeout().unwrap_or_default().as_millis();
             format!("{} is stale, silent for more than {limit} ms", message.name)
         }
-        MissingReason::NotTrusted(why) => format!("{} is not trusted: {why}", message.name),
+        MissingReason::NotTrusted(reason) => format!("{} is not trusted: {reason}", message.name),
         MissingReason::BusSilent => format!("bus {interface} is silent"),
-        MissingReason::BusOff => format!("{} does not come, {interface} is bus-off", message.name),
+        MissingReason::BusOff => format!("{} is not received, {interface} is bus-off", message.name),
         MissingReason::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
     }
 }
 
-/// Decimal and hexadecimal, for those who read candump beside it.
+/// A raw value in decimal and, from 10 on, in hexadecimal as candump shows it.
 pub fn raw_text(raw: i128) -> String {
     if raw < 10 { raw.to_string() } else { format!("{raw} (0x{raw:X})") }
 }

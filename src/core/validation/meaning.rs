@@ -1,30 +1,30 @@
-//! From a raw value to one of four fates: defined, not available, fault, undefined.
+//! The meaning of a raw value: defined, not available, fault or undefined.
 //!
-//! The fates stay apart all the way to the report
+//! These four fates stay apart all the way to the report
 //! (docs/spec/vehicle-interface.md, "The four fates of a value").
-//! A value that the profile does not name is undefined; nothing is guessed from all-ones or from `VAL_`.
+//! A value that the profile does not name is undefined; nothing is inferred from all-ones or from `VAL_`.
 
 use std::fmt;
 
-/// What one raw value means.
+/// Meaning of one raw value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning<T> {
-    /// The vehicle says `T`.
+    /// The vehicle reports `T`.
     Defined(T),
-    /// The vehicle says that it does not know ("signal not available").
+    /// The vehicle reports "signal not available".
     NotAvailable,
-    /// The vehicle says that its own sensor or lamp is broken.
+    /// The vehicle reports that its own sensor or lamp is defective.
     Fault,
     /// The profile gives this value no meaning.
     Undefined,
 }
 
-/// Inclusive range of raw values; a single value is a range of one.
+/// Inclusive range of raw values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RawRange {
-    /// Lowest value.
+    /// Lowest value of the range.
     pub first: i128,
-    /// Highest value, not below `first`.
+    /// Highest value of the range, at least `first`.
     pub last: i128,
 }
 
@@ -34,12 +34,13 @@ impl RawRange {
         Self { first: value, last: value }
     }
 
-    const fn contains(self, raw: i128) -> bool {
+    /// True if `raw` lies in the range.
+    pub const fn contains(self, raw: i128) -> bool {
         self.first <= raw && raw <= self.last
     }
 }
 
-/// As a profile spells it: `3`, or `4..=7`.
+/// The notation of profiles: `3` or `4..=7`.
 impl fmt::Display for RawRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { first, last } = self;
@@ -47,17 +48,14 @@ impl fmt::Display for RawRange {
     }
 }
 
-/// Raw values and what they mean; ranges are disjoint, the rest is undefined.
+/// Meanings of disjoint ranges of raw values; all others are undefined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ValueMap<T> {
     entries: Vec<(RawRange, Meaning<T>)>,
 }
 
 impl<T: Copy> ValueMap<T> {
-    /// Builds the map.
-    ///
-    /// # Errors
-    /// Two entries that share a value, lower one first.
+    /// Builds the map. Fails with two entries that share a value, the lower one first.
     pub fn new(mut entries: Vec<(RawRange, Meaning<T>)>) -> Result<Self, [RawRange; 2]> {
         entries.sort_by_key(|(range, _)| *range);
         for pair in entries.windows(2) {
@@ -68,16 +66,30 @@ impl<T: Copy> ValueMap<T> {
         Ok(Self { entries })
     }
 
-    /// What `raw` means.
+    /// The same ranges with their defined values converted by `value`.
+    pub fn map<U>(&self, value: impl Fn(T) -> U) -> ValueMap<U> {
+        let convert = |(range, meaning): &(RawRange, Meaning<T>)| {
+            let meaning = match meaning {
+                Meaning::Defined(defined) => Meaning::Defined(value(*defined)),
+                Meaning::NotAvailable => Meaning::NotAvailable,
+                Meaning::Fault => Meaning::Fault,
+                Meaning::Undefined => Meaning::Undefined,
+            };
+            (*range, meaning)
+        };
+        ValueMap { entries: self.entries.iter().map(convert).collect() }
+    }
+
+    /// Meaning of `raw`.
     pub fn meaning(&self, raw: i128) -> Meaning<T> {
-        // A handful of entries: a linear scan beats a search.
+        // With a handful of entries a linear scan beats a search.
         self.entries
             .iter()
             .find(|(range, _)| range.contains(raw))
             .map_or(Meaning::Undefined, |(_, meaning)| *meaning)
     }
 
-    /// The named ranges with their meanings, ascending.
+    /// The named ranges in ascending order with their meanings.
     pub fn entries(&self) -> &[(RawRange, Meaning<T>)] {
         &self.entries
     }
@@ -92,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_profile_does_not_name_is_undefined() {
+    fn unnamed_value_is_undefined() {
         let map = ValueMap::new(vec![
             (range(3, 3), Meaning::Defined("none")),
             (range(1, 1), Meaning::Defined("left")),
@@ -110,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_with_two_meanings_is_refused() {
+    fn overlapping_ranges_are_refused() {
         let entries = vec![(range(4, 9), Meaning::Defined(1)), (range(0, 4), Meaning::NotAvailable)];
         assert_eq!(ValueMap::new(entries), Err([range(0, 4), range(4, 9)]));
     }

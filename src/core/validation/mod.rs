@@ -1,9 +1,8 @@
-//! What judges received signals, for every flow that receives some: whether a frame may be believed,
-//! how long its values hold, and what they mean.
+//! Validation of received signals: the integrity of a frame, the age of its values, their meanings.
 //!
-//! A room that flows share and no flow itself: it knows messages and signals, and nothing of what
-//! they are for. Each flow has a [`table::SignalTable`] of what it takes and
-//! [`observation::Observations`] of what came.
+//! All flows that receive signals share it. It knows messages and signals but not their purpose: each
+//! flow has a [`table::SignalTable`] of the signals it needs and [`observation::Observations`] of those
+//! received.
 
 pub mod display;
 pub mod integrity;

@@ -1,132 +1,126 @@
-//! What was last seen of each bound signal, and whether it may still be believed.
+//! The last value of each bound signal, as long as it is valid.
+
+use std::time::Duration;
 
 use super::integrity::window::E2eState;
 use super::integrity::{IntegrityChecker, IntegrityCounts, IntegrityVerdict, Reject};
 use super::meaning::Meaning;
-use super::table::{BoundMessage, BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
+use super::table::{BoundSignal, MessageIndex, Role, SignalIndex, SignalTable};
 use crate::core::can::bus::{Bus, Received};
 use crate::core::can::error_frame::ControllerState;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// Why there is no value to judge.
+/// Reason why a signal has no valid value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MissingReason {
     /// The link below the bus is not up.
     Link(LinkState),
-    /// No frame with this signal since start.
+    /// No frame with this signal has been received since start.
     NeverSeen,
-    /// None since the link came back or, of an event message, since the bus woke up.
+    /// No frame has been received since the link came back or, of an event message, since the bus woke
+    /// up.
     NotAgain,
-    /// The last frame is older than the message's limit.
+    /// The last frame is older than the timeout of the message.
     Stale,
-    /// Frames come, but the last ones did not prove what they must; why, in words.
+    /// Frames arrive, but the last ones were rejected for this reason.
     NotTrusted(&'static str),
-    /// Frames come, but the last one ended before a signal it should carry.
+    /// Frames arrive, but the last one ended before a signal it should carry.
     TooShort,
-    /// Frames come, but not those that carry this multiplexed signal.
+    /// Frames arrive, but not those that carry this multiplexed signal.
     NotCarried,
-    /// An event message holds as long as its bus is alive, and the bus is silent.
+    /// The value of an event message holds only while its bus is alive, and the bus is silent.
     BusSilent,
-    /// The bus's controller is bus-off: nothing can be received.
+    /// The controller of the bus is bus-off, so nothing can be received.
     BusOff,
-    /// The bus fell asleep, as it may, and no frame with this signal has come since.
+    /// The bus fell asleep as permitted, and no frame with this signal has been received since.
     BusAsleep,
 }
 
-/// One signal, read and judged now.
+/// A signal, read and checked at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading<T> {
-    /// A believable value.
+    /// A valid value.
     Observed {
-        /// What it means.
+        /// Meaning of the raw value.
         meaning: Meaning<T>,
-        /// The raw value.
+        /// Raw value of the signal.
         raw: i128,
-        /// When it came.
+        /// Receive time of its frame.
         received: Received,
     },
-    /// None.
+    /// No valid value, with the reason.
     Missing(MissingReason),
 }
 
 /// The last value of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Observation {
-    /// Raw value, sign-extended when the DBC says so.
+    /// Raw value, sign-extended when the signal is signed.
     pub raw: i128,
-    /// When its frame came.
+    /// Receive time of its frame.
     pub received: Received,
 }
 
-/// Frames of one bound message since start.
+/// Number of frames of one bound message since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MessageCounts {
-    /// Frames long enough, trusted or not.
+    /// Frames that were long enough, trusted or not.
     pub frames: u64,
-    /// Frames too short for a signal they should carry; none of their signals was used.
+    /// Frames too short for a signal they should carry, of which no signal was used.
     pub too_short: u64,
 }
 
-/// What the last frame of a message was.
+/// Receive time and length of the last frame of a message.
 #[derive(Debug, Clone, Copy)]
-enum Latest {
-    /// Long enough; when it came.
-    Whole(MonoTime),
-    /// Not; when it came.
-    TooShort(MonoTime),
+struct LatestFrame {
+    at: MonoTime,
+    too_short: bool,
 }
 
-impl Latest {
-    fn at(self) -> MonoTime {
-        match self {
-            Self::Whole(at) | Self::TooShort(at) => at,
-        }
-    }
+/// State of one bound message.
+#[derive(Debug, Clone)]
+struct MessageState {
+    signals: Vec<SignalIndex>,
+    counts: MessageCounts,
+    /// `None` for a message without integrity rules.
+    checker: Option<IntegrityChecker>,
+    last_reject: Option<Reject>,
+    /// True if a trusted frame has been received since the last rejected one.
+    trusted_since: bool,
+    /// The last frame since the link came up.
+    latest: Option<LatestFrame>,
 }
 
-/// The last value of every bound signal.
+/// The last value of every bound signal and the state of every bound message.
 #[derive(Debug, Clone)]
 pub struct Observations {
     last: Vec<Option<Observation>>,
-    counts: Vec<MessageCounts>,
-    /// What judges the frames of each message, where something must be proven.
-    checkers: Vec<Option<IntegrityChecker>>,
-    /// The last rejection of each message, and whether a trusted frame has come since.
-    rejected: Vec<Option<(Reject, bool)>>,
-    /// The last frame of each message since its link came up.
-    latest: Vec<Option<Latest>>,
-    /// Signals of each message, by message.
-    carried: Vec<Vec<SignalIndex>>,
+    messages: Vec<MessageState>,
 }
 
 impl Observations {
-    /// Nothing seen yet.
+    /// Observations without any frame.
     pub fn new(table: &SignalTable) -> Self {
-        let carried = (0..table.messages.len())
-            .map(|message| {
-                let of_message = |signal: &&(usize, &BoundSignal)| signal.1.message == MessageIndex(message);
-                let signals: Vec<_> = table.signals.iter().enumerate().collect();
-                signals.iter().filter(of_message).map(|(index, _)| SignalIndex(*index)).collect()
-            })
-            .collect();
-        Self {
-            last: vec![None; table.signals.len()],
-            counts: vec![MessageCounts::default(); table.messages.len()],
-            checkers: table
-                .messages
-                .iter()
-                .map(|message| message.integrity.clone().map(IntegrityChecker::new))
-                .collect(),
-            rejected: vec![None; table.messages.len()],
-            latest: vec![None; table.messages.len()],
-            carried,
-        }
+        let carries = |message| {
+            let is_carried =
+                move |(_, signal): &(usize, &BoundSignal)| signal.message == MessageIndex(message);
+            table.signals.iter().enumerate().filter(is_carried).map(|(index, _)| SignalIndex(index)).collect()
+        };
+        let messages = table.messages.iter().enumerate().map(|(index, message)| MessageState {
+            signals: carries(index),
+            counts: MessageCounts::default(),
+            checker: message.integrity.clone().map(IntegrityChecker::new),
+            last_reject: None,
+            trusted_since: false,
+            latest: None,
+        });
+        Self { last: vec![None; table.signals.len()], messages: messages.collect() }
     }
 
-    /// Takes a frame of `message`: all signals it carries, or none when it is too short for one or not
-    /// trusted. Says whether it was used.
+    /// Takes a frame of `message`: all signals it carries, or none when it is too short for one or
+    /// rejected. Returns whether its signals were used.
     pub fn frame_arrived(
         &mut self,
         table: &SignalTable,
@@ -136,78 +130,62 @@ impl Observations {
         now: Now,
     ) -> bool {
         let (data, length) = (frame.padded(), frame.data().len());
-        let carried = &self.carried[message.0];
+        let MessageState { signals, counts, checker, last_reject, trusted_since, latest } =
+            &mut self.messages[message.0];
         let present = |signal: &&SignalIndex| table.signals[signal.0].codec.is_present(data);
         let needed = |signal: &SignalIndex| table.signals[signal.0].codec.needed_length();
-        if carried.iter().filter(present).any(|signal| needed(signal) > length) {
-            self.counts[message.0].too_short += 1;
-            self.latest[message.0] = Some(Latest::TooShort(now.mono));
+        let too_short = signals.iter().filter(present).any(|signal| needed(signal) > length);
+        *latest = Some(LatestFrame { at: now.mono, too_short });
+        if too_short {
+            counts.too_short += 1;
             return false;
         }
-        self.counts[message.0].frames += 1;
-        self.latest[message.0] = Some(Latest::Whole(now.mono));
-        if let Some(checker) = &mut self.checkers[message.0] {
-            match checker.check(frame, now.mono) {
-                IntegrityVerdict::Rejected(reject) => {
-                    self.rejected[message.0] = Some((reject, false));
-                    // What was believed of a message that has become invalid is believed no more.
-                    if checker.phase() == Some(E2eState::Invalid) {
-                        for signal in carried {
-                            self.last[signal.0] = None;
-                        }
-                    }
-                    return false;
-                }
-                IntegrityVerdict::Trusted => {
-                    if let Some((_, trusted_since)) = &mut self.rejected[message.0] {
-                        *trusted_since = true;
+        counts.frames += 1;
+        if let Some(checker) = checker {
+            let verdict = checker.check(frame, now.mono);
+            *trusted_since = verdict == IntegrityVerdict::Trusted;
+            if let IntegrityVerdict::Rejected(reject) = verdict {
+                *last_reject = Some(reject);
+                // Earlier values of a message that has become invalid are no longer valid either.
+                if checker.e2e_state() == Some(E2eState::Invalid) {
+                    for signal in signals.iter() {
+                        self.last[signal.0] = None;
                     }
                 }
+                return false;
             }
         }
         let received = Received { at: now.mono, stamp };
-        for signal in carried.iter().filter(present) {
+        for signal in signals.iter().filter(present) {
             let raw = table.signals[signal.0].codec.value(data);
             self.last[signal.0] = Some(Observation { raw, received });
         }
         true
     }
 
-    /// Forgets what came over a bus: after a lost link nothing seen before it counts.
+    /// Discards what was received over a bus whose link was lost.
     pub fn forget_bus(&mut self, table: &SignalTable, bus: BusIndex) {
-        for (slot, signal) in self.last.iter_mut().zip(&table.signals) {
-            if table.messages[signal.message.0].bus == bus {
-                *slot = None;
-            }
-        }
-        let of_bus = table.messages.iter().map(|message| message.bus == bus);
-        let messages = self.checkers.iter_mut().zip(&mut self.rejected).zip(&mut self.latest);
-        for (((checker, rejected), latest), of_bus) in messages.zip(of_bus) {
-            if of_bus {
-                *latest = None;
-                checker.iter_mut().for_each(IntegrityChecker::forget);
-                *rejected = None;
+        for (state, message) in self.messages.iter_mut().zip(&table.messages) {
+            if message.bus == bus {
+                state.forget(&mut self.last);
+                state.last_reject = None;
+                if let Some(checker) = &mut state.checker {
+                    checker.forget();
+                }
             }
         }
     }
 
-    /// Forgets the event messages of a bus: a change may have been sent while it was silent, so what
-    /// was seen before holds no longer.
+    /// Discards the event messages of a bus that was silent, during which a change may have been sent.
     pub fn forget_events(&mut self, table: &SignalTable, bus: BusIndex) {
-        for (slot, signal) in self.last.iter_mut().zip(&table.signals) {
-            let message = &table.messages[signal.message.0];
+        for (state, message) in self.messages.iter_mut().zip(&table.messages) {
             if message.bus == bus && message.timing.is_event() {
-                *slot = None;
-            }
-        }
-        for (latest, message) in self.latest.iter_mut().zip(&table.messages) {
-            if message.bus == bus && message.timing.is_event() {
-                *latest = None;
+                state.forget(&mut self.last);
             }
         }
     }
 
-    /// Reads and judges one signal.
+    /// Reads and checks one signal.
     pub fn read<T: Copy>(
         &self,
         table: &SignalTable,
@@ -215,16 +193,16 @@ impl Observations {
         buses: &[Bus],
         now: MonoTime,
     ) -> Reading<T> {
-        match self.believable(table, role.signal, buses, now) {
+        match self.valid(table, role.signal, buses, now) {
             Ok(Observation { raw, received }) => {
                 Reading::Observed { meaning: role.values.meaning(raw), raw, received }
             }
-            Err(why) => Reading::Missing(why),
+            Err(reason) => Reading::Missing(reason),
         }
     }
 
-    /// The last value of a signal as long as it may be believed.
-    pub fn believable(
+    /// The last value of a signal while it is valid.
+    pub fn valid(
         &self,
         table: &SignalTable,
         signal: SignalIndex,
@@ -232,84 +210,92 @@ impl Observations {
         now: MonoTime,
     ) -> Result<Observation, MissingReason> {
         let index = table.signals[signal.0].message;
-        let message = &table.messages[index.0];
+        let (message, state) = (&table.messages[index.0], &self.messages[index.0]);
         let bus = &buses[usize::from(message.bus.0)];
-        let Some(seen) = self.last[signal.0] else {
-            let before = self.counts[index.0].frames > 0;
-            let none = if before { MissingReason::NotAgain } else { MissingReason::NeverSeen };
-            let why = self.shortcoming(table, index, None, now).unwrap_or(none);
-            return Err(cause(bus, None, now).unwrap_or(why));
+        let timeout = message.timing.timeout();
+        let Some(last) = self.last[signal.0] else {
+            let never = state.counts.frames == 0;
+            let other = if never { MissingReason::NeverSeen } else { MissingReason::NotAgain };
+            let reason = state.rejection(None, timeout, now).unwrap_or(other);
+            return Err(bus_reason(bus, None, now).unwrap_or(reason));
         };
-        let last = Some(seen.received.at);
-        let stale = message.timing.timeout().is_some_and(|timeout| now.since(seen.received.at) > timeout);
-        let absent = if stale {
-            Some(self.shortcoming(table, index, last, now).unwrap_or(MissingReason::Stale))
+        let last_at = Some(last.received.at);
+        let reason = if timeout.is_some_and(|timeout| now.since(last.received.at) > timeout) {
+            Some(state.rejection(last_at, timeout, now).unwrap_or(MissingReason::Stale))
         } else {
             (message.timing.is_event() && !bus.is_alive(now)).then_some(MissingReason::BusSilent)
         };
-        absent.map_or(Ok(seen), |why| Err(cause(bus, last, now).unwrap_or(why)))
+        reason.map_or(Ok(last), |reason| Err(bus_reason(bus, last_at, now).unwrap_or(reason)))
     }
 
-    /// What is wrong with the frames of a message that come all the same, as it seems to a signal
-    /// that was seen last at `last`.
-    fn shortcoming(
-        &self,
-        table: &SignalTable,
-        message: MessageIndex,
-        last: Option<MonoTime>,
-        now: MonoTime,
-    ) -> Option<MissingReason> {
-        if let Some((reject, false)) = self.rejected[message.0] {
-            return Some(MissingReason::NotTrusted(reject.words()));
-        }
-        let latest = self.latest[message.0]?;
-        let silent = |timeout| now.since(latest.at()) > timeout;
-        if table.messages[message.0].timing.timeout().is_some_and(silent) {
-            return None;
-        }
-        match latest {
-            Latest::TooShort(_) => Some(MissingReason::TooShort),
-            Latest::Whole(at) => last.is_none_or(|last| last < at).then_some(MissingReason::NotCarried),
-        }
-    }
-
-    /// When a signal may go stale with nothing happening. (Event messages: see the bus.)
+    /// The earliest instant after `now` at which a cyclic signal or message becomes stale; `None` when
+    /// none will. Event messages depend on the deadline of their bus.
     pub fn next_deadline(&self, table: &SignalTable, now: MonoTime) -> Option<MonoTime> {
-        let stale_at = |(last, signal): (&Option<Observation>, &BoundSignal)| {
-            let timeout = table.messages[signal.message.0].timing.timeout()?;
-            Some(deadline_after(last.as_ref()?.received.at, timeout))
-        };
-        let over_at = |(latest, message): (&Option<Latest>, &BoundMessage)| {
-            Some(deadline_after(latest.as_ref()?.at(), message.timing.timeout()?))
-        };
-        let signals = self.last.iter().zip(&table.signals).filter_map(stale_at);
-        let messages = self.latest.iter().zip(&table.messages).filter_map(over_at);
-        signals.chain(messages).filter(|at| *at > now).min()
+        let states = self.messages.iter().zip(&table.messages);
+        let timeouts = states.filter_map(|(state, message)| Some((state, message.timing.timeout()?)));
+        let deadlines = timeouts.flat_map(|(state, timeout)| {
+            let signals = state.signals.iter().filter_map(|signal| Some(self.last[signal.0]?.received.at));
+            let latest = state.latest.map(|latest| latest.at);
+            signals.chain(latest).map(move |at| deadline_after(at, timeout))
+        });
+        deadlines.filter(|at| *at > now).min()
     }
 
-    /// The last value of a signal, believable or not.
+    /// The last value of a signal, valid or not; `None` when none has been received.
     pub fn last(&self, signal: SignalIndex) -> Option<Observation> {
         self.last[signal.0]
     }
 
-    /// What the guard of a message has counted; `None` where nothing must be proven.
+    /// Number of checked frames of a message; `None` without integrity rules.
     pub fn integrity_counts(&self, message: MessageIndex) -> Option<IntegrityCounts> {
-        self.checkers[message.0].as_ref().map(IntegrityChecker::counts)
+        self.messages[message.0].checker.as_ref().map(IntegrityChecker::counts)
     }
 
-    /// The last frame of a message that was not trusted, since start or the last loss of its link.
+    /// Reason for the last rejected frame of a message; `None` when none was rejected since start or
+    /// since its link was lost.
     pub fn last_reject(&self, message: MessageIndex) -> Option<Reject> {
-        self.rejected[message.0].map(|(reject, _)| reject)
+        self.messages[message.0].last_reject
     }
 
-    /// Frames of a message since start.
+    /// Number of frames of a message since start.
     pub fn counts(&self, message: MessageIndex) -> MessageCounts {
-        self.counts[message.0]
+        self.messages[message.0].counts
     }
 }
 
-/// Why nothing came over a bus since the signal's last frame, if that is known.
-fn cause(bus: &Bus, last: Option<MonoTime>, now: MonoTime) -> Option<MissingReason> {
+impl MessageState {
+    fn forget(&mut self, last: &mut [Option<Observation>]) {
+        self.latest = None;
+        for signal in &self.signals {
+            last[signal.0] = None;
+        }
+    }
+
+    /// Reason why the frames that arrive give no value to a signal last received at `last`; `None` when
+    /// no frames arrive.
+    fn rejection(
+        &self,
+        last: Option<MonoTime>,
+        timeout: Option<Duration>,
+        now: MonoTime,
+    ) -> Option<MissingReason> {
+        if let Some(reject) = self.last_reject.filter(|_| !self.trusted_since) {
+            return Some(MissingReason::NotTrusted(reject.reason()));
+        }
+        let LatestFrame { at, too_short } = self.latest?;
+        if timeout.is_some_and(|timeout| now.since(at) > timeout) {
+            return None;
+        }
+        if too_short {
+            return Some(MissingReason::TooShort);
+        }
+        last.is_none_or(|last| last < at).then_some(MissingReason::NotCarried)
+    }
+}
+
+/// Reason why nothing has been received over a bus since the last frame of a signal, if the bus knows
+/// one.
+fn bus_reason(bus: &Bus, last: Option<MonoTime>, now: MonoTime) -> Option<MissingReason> {
     if bus.link() != LinkState::Up {
         return Some(MissingReason::Link(bus.link()));
     }

@@ -1,7 +1,7 @@
-//! What a flow receives, compiled: its messages, their signals, and what raw values mean.
+//! Messages and signals that a flow receives, with the meanings of their raw values.
 //!
-//! Built once at start by `config`, which has checked it against the DBC. Everything here is by
-//! index: nothing is looked up by name per frame.
+//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so that no name is looked up per frame.
 
 use std::time::Duration;
 
@@ -22,46 +22,46 @@ pub struct SignalIndex(pub usize);
 /// The messages and signals a flow receives.
 #[derive(Debug, Clone, Default)]
 pub struct SignalTable {
-    /// The messages needed, each once.
+    /// The messages that are needed, each once.
     pub messages: Vec<BoundMessage>,
-    /// The signals needed, each once.
+    /// The signals that are needed, each once.
     pub signals: Vec<BoundSignal>,
 }
 
 /// A message of the DBC on one bus.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BoundMessage {
-    /// DBC name.
+    /// Name in the DBC.
     pub name: String,
-    /// The bus it comes on; the same id on another bus is another message.
+    /// Bus that carries it; the same identifier on another bus is another message.
     pub bus: BusIndex,
-    /// Identifier.
+    /// Identifier of its frames.
     pub id: CanId,
-    /// How long its values may be believed.
+    /// Transmission scheme, which limits the age of its values.
     pub timing: Timing,
-    /// What its frames must prove before any of their signals is used.
+    /// Integrity rules that a frame must satisfy before its signals are used; `None` = none.
     pub integrity: Option<MessageIntegrity>,
 }
 
-/// How a message is sent, and so how long its last values may be believed.
+/// Transmission scheme of a message, which limits the age of its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Timing {
-    /// Sent again and again: silence longer than the limit makes its values unknown.
+    /// Sent periodically, so that silence longer than the timeout makes its values unknown.
     Cyclic {
-        /// Longest silence that is still believed.
+        /// Longest silence during which the values stay valid.
         timeout: Duration,
     },
-    /// Sent on change only: its values hold as long as the bus is alive.
+    /// Sent on change only, so that its values hold as long as the bus is alive.
     Event,
-    /// Sent on change and slowly repeated: both must hold.
+    /// Sent on change and repeated slowly, so that both limits apply.
     EventCyclic {
-        /// Longest silence that is still believed.
+        /// Longest silence during which the values stay valid.
         timeout: Duration,
     },
 }
 
 impl Timing {
-    /// Longest silence of the message that is still believed.
+    /// Longest silence during which the values stay valid; `None` = unlimited.
     pub fn timeout(self) -> Option<Duration> {
         match self {
             Self::Cyclic { timeout } | Self::EventCyclic { timeout } => Some(timeout),
@@ -69,7 +69,7 @@ impl Timing {
         }
     }
 
-    /// Whether it is sent on change: a change may be missed while the bus is silent.
+    /// True if the message is sent on change, so that a silent bus may hide a change.
     pub fn is_event(self) -> bool {
         match self {
             Self::Event | Self::EventCyclic { .. } => true,
@@ -81,28 +81,28 @@ impl Timing {
 /// One signal of a bound message.
 #[derive(Debug, Clone)]
 pub struct BoundSignal {
-    /// `MESSAGE.SIGNAL`, for people.
+    /// Name for texts, `MESSAGE.SIGNAL`.
     pub name: String,
-    /// The message that carries it.
+    /// Message that carries it.
     pub message: MessageIndex,
-    /// How to read it.
+    /// Codec that reads its raw value.
     pub codec: SignalCodec,
 }
 
-/// A signal with the meaning of its raw values.
+/// A signal with the meanings of its raw values.
 #[derive(Debug, Clone)]
 pub struct Role<T> {
-    /// The signal.
+    /// The signal that is read.
     pub signal: SignalIndex,
-    /// Its values.
+    /// Meanings of its raw values.
     pub values: ValueMap<T>,
 }
 
 /// One signal that reports a fault.
 #[derive(Debug, Clone)]
 pub struct FaultSignal {
-    /// `true` = broken.
+    /// The signal, where `true` = defective.
     pub role: Role<bool>,
-    /// What an operator reads, e.g. `left front lamp`.
+    /// Name of the defective part in diagnostics, e.g. `left front lamp`.
     pub text: String,
 }

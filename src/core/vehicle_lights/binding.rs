@@ -1,7 +1,7 @@
-//! What a vehicle profile says of the lights, compiled: which signals tell them, and how.
+//! Binding of a vehicle's lights to signals, compiled from its profile.
 //!
-//! Built once at start by `config::settings`, which has checked it against the DBC. Everything
-//! here is by index: nothing is looked up by name per frame.
+//! Built once at start by `config`, which has checked it against the DBC. Everything is addressed by
+//! index, so that no name is looked up per frame.
 
 use std::time::Duration;
 
@@ -13,51 +13,69 @@ use super::state::{HazardCode, TurnCode};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable};
 
-/// Everything the profile binds for turn indicators and hazard lights.
+/// Binding of turn indicators and hazard lights.
 #[derive(Debug, Clone)]
 pub struct LightsBinding {
-    /// The messages and signals it takes.
+    /// Messages and signals of the lights.
     pub table: SignalTable,
-    /// Where the turn state comes from.
+    /// Sources of the turn state.
     pub turn: TurnBinding,
-    /// Fault signals beside the turn state.
+    /// Fault signals of the turn indicators.
     pub turn_faults: FaultBinding,
-    /// Where the hazard state comes from.
+    /// Sources of the hazard state.
     pub hazard: HazardBinding,
-    /// Fault signals beside the hazard state.
+    /// Fault signals of the hazard lights.
     pub hazard_faults: FaultBinding,
-    /// What the turn report says while the hazard lights are on.
+    /// Content of the turn report while the hazard lights are on.
     pub turn_while_hazard: TurnWhileHazard,
 }
 
-/// Where the turn state comes from.
+/// Binding of one state.
 #[derive(Debug, Clone)]
-pub enum TurnBinding {
-    /// The profile does not speak of them: never published, and no diagnostics.
+pub enum StateBinding<S> {
+    /// The profile does not mention the lights, so that there are neither reports nor diagnostics.
     LeftOut,
-    /// The vehicle has no indicators: DISABLE for ever.
+    /// The vehicle does not have the lights, so that DISABLE is reported.
     NotFitted,
-    /// What the vehicle sends of them.
-    From(Sources<TurnSource>),
+    /// The vehicle has the lights, but no signal shows them, so that nothing is reported.
+    Unbound,
+    /// The vehicle sends the state from these sources.
+    From(Sources<S>),
+}
+
+/// Binding of the turn indicators, which is never [`StateBinding::Unbound`].
+pub type TurnBinding = StateBinding<TurnSource>;
+
+/// Binding of the hazard lights.
+pub type HazardBinding = StateBinding<HazardSource>;
+
+impl<S> StateBinding<S> {
+    /// Sources of the state, most trusted first; empty when there are none.
+    pub fn sources(&self) -> &[NamedSource<S>] {
+        match self {
+            Self::LeftOut | Self::NotFitted | Self::Unbound => &[],
+            Self::From(sources) => &sources.list,
+        }
+    }
 }
 
 /// Sources of one state.
 #[derive(Debug, Clone)]
 pub struct Sources<S> {
-    /// The most trusted first; at least one.
+    /// At least one source, most trusted first.
     pub list: Vec<NamedSource<S>>,
-    /// How long a source may contradict the one that is believed before diagnostics warn.
+    /// Time for which a source may contradict the deciding one before diagnostics warn.
     pub disagreement: Duration,
 }
 
 /// One of several sources of a state.
 #[derive(Debug, Clone)]
 pub struct NamedSource<S> {
-    /// What diagnostics call it; empty for the only one.
+    /// Name in diagnostics; empty for the only source.
     pub name: String,
-    /// Whether it may stand in for others.
+    /// True if it is a fallback for others.
     pub settings: SourceSettings,
-    /// Its signals.
+    /// Signals of the source.
     pub source: S,
 }
 
@@ -72,33 +90,33 @@ impl<S> Sources<S> {
     }
 }
 
-/// One thing that tells the turn state.
+/// A source of the turn state.
 #[derive(Debug, Clone)]
 pub enum TurnSource {
-    /// One enumerated signal.
+    /// One enumerated signal for both sides.
     Enumerated(Role<TurnCode>),
-    /// One steady signal a side.
+    /// One steady signal for each side.
     Pair(SidePair),
-    /// One lamp a side, which blinks.
+    /// One flashing lamp signal for each side.
     Lamps {
-        /// `true` = lit; both in the same message.
+        /// Lamps, where `true` = lit, both in the same message.
         pair: SidePair,
-        /// Times.
+        /// Times for the evaluation of flashes.
         settings: LampSettings,
-        /// Whether the message shows every flash.
+        /// True if the message shows every flash.
         resolution: Resolution,
     },
-    /// A stalk that springs back.
+    /// A momentary stalk, which springs back.
     Stalk {
-        /// Where it is.
+        /// Position of the stalk.
         role: Role<StalkPosition>,
-        /// Rules and times.
+        /// Rules and times of the stalk.
         settings: StalkSettings,
     },
 }
 
 impl TurnSource {
-    /// Whether it can tell that both sides are on.
+    /// True if it can report that both sides are on.
     pub fn shows_both(&self) -> bool {
         match self {
             Self::Enumerated(role) => {
@@ -109,7 +127,7 @@ impl TurnSource {
         }
     }
 
-    /// Its signals.
+    /// Signals of the source.
     pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
         let (first, second) = match self {
             Self::Enumerated(role) => (role.signal, None),
@@ -120,87 +138,74 @@ impl TurnSource {
     }
 }
 
-/// One signal a side, `true` = on.
+/// One signal for each side, `true` = on.
 #[derive(Debug, Clone)]
 pub struct SidePair {
-    /// Left side.
+    /// Signal of the left side.
     pub left: Role<bool>,
-    /// Right side.
+    /// Signal of the right side.
     pub right: Role<bool>,
-    /// What both sides on at once means.
+    /// Meaning of both sides on at once.
     pub both: BothOn,
 }
 
-/// What a pair with both sides on means.
+/// Meaning of both sides of a pair on at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BothOn {
     /// The hazard lights are on.
     Hazard,
-    /// The vehicle never sends it: an undefined value.
+    /// The vehicle never sends it, so that it is an undefined value.
     Undefined,
 }
 
-/// Where the hazard state comes from.
-#[derive(Debug, Clone)]
-pub enum HazardBinding {
-    /// The profile does not speak of them: never published, and no diagnostics.
-    LeftOut,
-    /// The vehicle has no hazard lights: DISABLE for ever.
-    NotFitted,
-    /// The vehicle has them but the profile cannot see them: never published.
-    Unbound,
-    /// What the vehicle sends of them.
-    From(Sources<HazardSource>),
-}
-
-/// One thing that tells the hazard state.
+/// A source of the hazard state.
 #[derive(Debug, Clone)]
 pub enum HazardSource {
-    /// Both turn sides on at once, as told by the turn sources that can show it.
+    /// Both turn sides on at once, from the turn sources that can report it.
     BothSides,
-    /// A signal of its own.
+    /// A dedicated signal.
     Signal {
-        /// The signal.
+        /// Signal of the hazard lights.
         role: Role<HazardCode>,
-        /// Names of the reasons that [`HazardCode::reason`] points into; empty when it has none.
+        /// Names of the reasons, indexed by [`HazardCode::reason`].
         reasons: Vec<String>,
     },
-    /// A button that springs back: each press turns the lights on or off.
+    /// A momentary button, of which each press switches the lights on or off.
     Button {
-        /// `true` = pressed.
+        /// Position of the button, `true` = pressed.
         role: Role<bool>,
-        /// Longest time of unknown positions that cannot hide a press.
+        /// Longest gap in the positions that cannot hide a press.
         max_gap: Duration,
-        /// How long it must be watched before the state is known.
+        /// Time for which the button must be observed before the state is known.
         startup_delay: Duration,
     },
 }
 
-/// Signals that report a broken sensor or lamp, and what that does to the report.
+/// Signals that report a defective sensor or lamp, and their effect on the report.
 #[derive(Debug, Clone, Default)]
 pub struct FaultBinding {
-    /// `true` = fault; each with the text an operator reads.
+    /// Fault signals, each with a text for diagnostics.
     pub signals: Vec<FaultSignal>,
-    /// What a fault does to a report whose state is still defined.
+    /// Effect of a fault on a report whose state is still defined.
     pub on_fault: OnFault,
 }
 
-/// What a reported fault does to a report whose state is still defined.
+/// Effect of a reported fault on a report whose state is still defined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum OnFault {
-    /// Keep publishing; diagnostics say ERROR.
+    /// Publishing continues, with ERROR in diagnostics.
     #[default]
     Report,
-    /// Stop publishing.
+    /// Publishing stops.
     Withhold,
 }
 
-/// What the turn report says while the hazard lights are on.
+/// Content of the turn report while the hazard lights are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum TurnWhileHazard {
-    /// DISABLE, as every known vehicle interface does.
+    /// DISABLE, as with every known vehicle interface.
     #[default]
     Disable,
-    /// What the turn signal itself says.
+    /// The state of the turn signal itself.
     Keep,
 }

@@ -1,12 +1,12 @@
-//! Lamp feedback, which blinks, becomes a logical state, which does not.
+//! Derives the lasting state of the turn indicators from flashing lamps.
 //!
-//! A side is on from its first lit frame until the hold has passed since its last. A frame with one
-//! lamp lit alone says which side; both lit together mean hazard once a frame with both comes at
-//! least the confirmation time after the first one, and none with a single lamp between: a
-//! switch-over, which may show both for a frame, never gets there. One lamp lit alone for as long
-//! ends hazard early. Off is a claim too: it is made only after watching dark lamps for a hold.
+//! A side is on from its first lit frame until the hold time after its last. A frame with a single lamp
+//! lit shows the side. Both lit together mean hazard once a frame with both follows at least the
+//! confirmation time after the first one without a single lamp in between, so that a change of sides,
+//! which may show both for a frame, is not hazard. A single lamp lit for as long ends hazard early. Off
+//! is reported only after dark lamps have been observed for a hold time.
 //!
-//! Both lamps must come in the same message. Frames with one lamp of unknown state prove nothing.
+//! Both lamps must be in the same message. Frames with an unknown lamp are treated as unknown.
 
 mod flashing;
 pub mod timing;
@@ -16,45 +16,45 @@ mod cases;
 #[cfg(test)]
 mod properties;
 
-use super::state::TurnCode;
+use super::state::{StateMachine, TurnCode};
 use crate::core::time::{MonoTime, deadline_after};
-use flashing::{Flashes, Lit, Pace};
+use flashing::{FlashRate, Flashes, Lit};
 pub use timing::LampSettings;
 
-/// Left and right, each with its own answer.
+/// A flag for each side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sides {
-    /// Left side.
+    /// Flag of the left side.
     pub left: bool,
-    /// Right side.
+    /// Flag of the right side.
     pub right: bool,
 }
 
-/// What is odd about the lamps. None of it changes the state.
+/// Irregularities of the lamps, which do not change the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LampFindings {
-    /// One side alone flashed too fast, as flashers do when a bulb has failed. Stands until that
-    /// side is seen flashing at an ordinary rate.
+    /// A single side flashed too fast, as flashers do when a bulb has failed. Lasts until that side
+    /// flashes at an ordinary rate.
     pub bulb_failure: Sides,
-    /// Lit for longer than the limit without a dark frame.
+    /// The lamp is lit for longer than the limit without a dark frame.
     pub does_not_flash: Sides,
-    /// Both sides flash too fast for ordinary hazard lights: emergency braking or rear-end alert
-    /// (4 ± 1 Hz). Needs frames at most half such a flash apart.
+    /// Both sides flash too fast for ordinary hazard lights, as with emergency braking or a rear-end
+    /// alert (4 ± 1 Hz). Requires frames at most half such a flash apart.
     pub emergency_flashing: bool,
 }
 
-/// Logical state of a pair of lamps.
+/// State machine of a pair of lamps.
 #[derive(Debug, Clone)]
 pub struct Lamp {
     settings: LampSettings,
     now: MonoTime,
-    /// Since when each frame told both lamps; `None` while they are unknown.
+    /// First of the frames in a row that show both lamps; `None` while they are unknown.
     known_since: Option<MonoTime>,
     left: Side,
     right: Side,
-    /// Both lamps lit, in frames with no single lamp between.
+    /// Frames with both lamps lit, without a single lamp in between.
     both: Option<Run>,
-    /// One lamp lit alone, in frames with neither both nor the other between.
+    /// Frames with a single lamp lit, without both or the other in between.
     alone: Option<(TurnCode, Run)>,
     last_both: Option<MonoTime>,
     state: TurnCode,
@@ -64,7 +64,7 @@ pub struct Lamp {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Side {
-    /// Lit in every frame since.
+    /// First of the lit frames in a row.
     lit_since: Option<MonoTime>,
     last_lit: Option<MonoTime>,
 }
@@ -76,7 +76,7 @@ struct Run {
 }
 
 impl Lamp {
-    /// Nothing seen yet.
+    /// Lamps without any frame.
     pub fn new(settings: LampSettings) -> Self {
         Self {
             settings,
@@ -93,55 +93,9 @@ impl Lamp {
         }
     }
 
-    /// Takes a frame: `true` = lit, `None` = unknown. Also to be called, with `None`, when the last
-    /// frame is no longer believed. A `now` before the last one counts as the last one.
-    pub fn observe(&mut self, left: Option<bool>, right: Option<bool>, now: MonoTime) {
-        self.advance(now);
-        if self.settings.lit_until_changed {
-            self.still_lit();
-        }
-        if let (Some(left), Some(right)) = (left, right) {
-            self.frame(left, right);
-        } else {
-            self.lose_sight();
-        }
-        self.draw_conclusions();
-    }
-
-    /// Lets time pass without a frame.
-    pub fn advance(&mut self, now: MonoTime) {
-        self.now = self.now.max(now);
-        if self.settings.lit_until_changed {
-            self.confirm_by_time();
-        }
-        self.draw_conclusions();
-    }
-
-    /// The state, [`TurnCode::Both`] for hazard; `None` while lamps are unknown, or dark and not yet
-    /// watched for long enough to tell off from the dark part of a flash.
-    pub fn state(&self) -> Option<TurnCode> {
-        let known_since = self.known_since?;
-        let proven = self.state != TurnCode::Off || self.now.since(known_since) > self.settings.hold;
-        proven.then_some(self.state)
-    }
-
-    /// What is odd.
+    /// Irregularities of the lamps.
     pub fn findings(&self) -> LampFindings {
         self.findings
-    }
-
-    /// When to call [`Self::advance`] with no frame coming.
-    pub fn next_deadline(&self) -> Option<MonoTime> {
-        let over = self.state_until().map(|last| deadline_after(last, self.settings.hold));
-        let off_proven = self.known_since.map(|since| deadline_after(since, self.settings.hold));
-        let steady =
-            |side: Side| side.lit_since.map(|since| deadline_after(since, self.settings.stuck_on_after));
-        let confirmed = self.run_by_time().map(|run| run.since.after(self.settings.confirm));
-        [over, off_proven, steady(self.left), steady(self.right), confirmed]
-            .into_iter()
-            .flatten()
-            .filter(|at| *at > self.now)
-            .min()
     }
 
     fn frame(&mut self, left: bool, right: bool) {
@@ -154,8 +108,8 @@ impl Lamp {
             (false, true) => self.one_lit(TurnCode::Right),
             (false, false) => {}
         }
-        if let Some((lit, pace)) = self.flashes.frame(left, right, self.now, self.settings.fast_period) {
-            self.judge_pace(lit, pace);
+        if let Some((lit, rate)) = self.flashes.frame(left, right, self.now, self.settings.fast_period) {
+            self.evaluate_rate(lit, rate);
         }
     }
 
@@ -187,7 +141,7 @@ impl Lamp {
         self.now.since(run.since) >= self.settings.confirm
     }
 
-    fn lose_sight(&mut self) {
+    fn unknown_frame(&mut self) {
         self.known_since = None;
         self.left.lit_since = None;
         self.right.lit_since = None;
@@ -196,8 +150,8 @@ impl Lamp {
         self.flashes.forget();
     }
 
-    /// What was lit stayed lit until now.
-    fn still_lit(&mut self) {
+    /// Lamps that were lit have stayed lit until now.
+    fn extend_lit(&mut self) {
         let (left, right) = (self.left.lit_since.is_some(), self.right.lit_since.is_some());
         self.left.last_lit = if left { Some(self.now) } else { self.left.last_lit };
         self.right.last_lit = if right { Some(self.now) } else { self.right.last_lit };
@@ -209,7 +163,7 @@ impl Lamp {
         }
     }
 
-    /// The run that goes on without frames and will decide something.
+    /// The run that continues without frames and will change the state; `None` without such a run.
     fn run_by_time(&self) -> Option<Run> {
         if !self.settings.lit_until_changed {
             return None;
@@ -232,7 +186,7 @@ impl Lamp {
         }
     }
 
-    /// When what the state rests on was last seen; `None` when that is lasting, or nothing.
+    /// Time of the last frame that supports the state; `None` while the state lasts by itself.
     fn state_until(&self) -> Option<MonoTime> {
         let lasting = |side: Side| self.settings.lit_until_changed && side.lit_since.is_some();
         match self.state {
@@ -243,9 +197,9 @@ impl Lamp {
         }
     }
 
-    fn draw_conclusions(&mut self) {
+    fn update_state(&mut self) {
         let hold = self.settings.hold;
-        // Twice: hazard can give way to one side, and that side be over as well.
+        // Twice, since a side that replaces hazard may have ended as well.
         for _ in 0..2 {
             if self.state_until().is_some_and(|last| self.now.since(last) > hold) {
                 self.state = match (self.state, self.alone) {
@@ -255,28 +209,75 @@ impl Lamp {
             }
         }
         if self.state == TurnCode::Off && self.both.is_none() {
-            self.flashes.over();
+            self.flashes.end_series();
         }
         if self.state != TurnCode::Both {
             self.findings.emergency_flashing = false;
         }
-        let steady = |side: Side| {
+        let stuck_on = |side: Side| {
             side.lit_since.is_some_and(|since| self.now.since(since) > self.settings.stuck_on_after)
         };
-        self.findings.does_not_flash = Sides { left: steady(self.left), right: steady(self.right) };
+        self.findings.does_not_flash = Sides { left: stuck_on(self.left), right: stuck_on(self.right) };
     }
 
-    fn judge_pace(&mut self, lit: Lit, pace: Pace) {
-        let fast = match pace {
-            Pace::Fast => true,
-            Pace::Ordinary => false,
-            Pace::Unproven => return,
+    fn evaluate_rate(&mut self, lit: Lit, rate: FlashRate) {
+        let fast = match rate {
+            FlashRate::Fast => true,
+            FlashRate::Ordinary => false,
+            FlashRate::Unknown => return,
         };
         match lit {
             Lit::Left => self.findings.bulb_failure.left = fast,
             Lit::Right => self.findings.bulb_failure.right = fast,
             Lit::Both => self.findings.emergency_flashing = fast,
         }
+    }
+}
+
+impl StateMachine for Lamp {
+    /// True if the left and the right lamp are lit.
+    type Input = (bool, bool);
+    type State = TurnCode;
+
+    fn observe(&mut self, lamps: Option<(bool, bool)>, now: MonoTime) {
+        self.advance(now);
+        if self.settings.lit_until_changed {
+            self.extend_lit();
+        }
+        match lamps {
+            Some((left, right)) => self.frame(left, right),
+            None => self.unknown_frame(),
+        }
+        self.update_state();
+    }
+
+    fn advance(&mut self, now: MonoTime) {
+        self.now = self.now.max(now);
+        if self.settings.lit_until_changed {
+            self.confirm_by_time();
+        }
+        self.update_state();
+    }
+
+    /// [`TurnCode::Both`] for hazard; `None` also while dark lamps have not been observed for long enough
+    /// to tell off from the dark part of a flash.
+    fn state(&self) -> Option<TurnCode> {
+        let known_since = self.known_since?;
+        let proven = self.state != TurnCode::Off || self.now.since(known_since) > self.settings.hold;
+        proven.then_some(self.state)
+    }
+
+    fn next_deadline(&self) -> Option<MonoTime> {
+        let over = self.state_until().map(|last| deadline_after(last, self.settings.hold));
+        let off_proven = self.known_since.map(|since| deadline_after(since, self.settings.hold));
+        let stuck_on =
+            |side: Side| side.lit_since.map(|since| deadline_after(since, self.settings.stuck_on_after));
+        let confirmed = self.run_by_time().map(|run| run.since.after(self.settings.confirm));
+        [over, off_proven, stuck_on(self.left), stuck_on(self.right), confirmed]
+            .into_iter()
+            .flatten()
+            .filter(|at| *at > self.now)
+            .min()
     }
 }
 

@@ -1,8 +1,8 @@
-//! Vehicle lights: bound frames in, turn-indicator and hazard-light reports out.
+//! Vehicle lights: turn-indicator and hazard-light reports from bound frames.
 //!
-//! Vocabulary: a *message* carries *signals*; an *observation* is a signal's last raw value; a
-//! *reading* is an observation judged by age and meaning; a *verdict* is what a report may say;
-//! a *doubt* is why it may say nothing; a *finding* is what diagnostics should hear of it.
+//! A *message* carries *signals*; an *observation* is the last raw value of a signal; a *reading* is an
+//! observation with its age checked and its meaning; a *verdict* is the state of a report or the reason
+//! why it is unavailable; a *finding* is the part of a verdict that diagnostics show.
 
 pub mod binding;
 pub mod fusion;
@@ -23,16 +23,17 @@ use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::observation::Observations;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
-use binding::{HazardBinding, HazardSource, LightsBinding, TurnBinding};
+use binding::{HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnSource};
 use output::VehicleLightsOutput;
 use report::{Publish, ReportFlow, Step};
 use sources::{LightsContext, SourceMemory};
 use status::LightsTask;
 use verdict::{HazardLights, TurnIndicators, Verdict, judge};
 
-pub use status::{FaultKind, LightsFinding, Task};
+pub use state::FaultKind;
+pub use status::{LightsFinding, Task};
 
-/// State of both reports.
+/// State machine of both reports.
 #[derive(Debug, Clone)]
 pub struct VehicleLights {
     binding: LightsBinding,
@@ -44,21 +45,21 @@ pub struct VehicleLights {
     hazard_task: LightsTask,
 }
 
-/// What to do now.
+/// Actions and changes after an evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Steps {
-    /// With the turn topic.
+    /// Action on the turn topic; `None` = nothing.
     pub turn: Option<Step<TurnIndicators>>,
-    /// With the hazard topic.
+    /// Action on the hazard topic; `None` = nothing.
     pub hazard: Option<Step<HazardLights>>,
-    /// Whether the turn finding changed.
+    /// True if the turn finding changed.
     pub turn_changed: bool,
-    /// Whether the hazard finding changed.
+    /// True if the hazard finding changed.
     pub hazard_changed: bool,
 }
 
 impl Steps {
-    /// What goes out, the turn report first.
+    /// Outputs of the actions, the turn report first.
     pub fn outputs(&self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
         let turn = self.turn.map(|step| match step {
             Step::Publish(report, stamp) => VehicleLightsOutput::TurnIndicators { report, stamp },
@@ -73,7 +74,7 @@ impl Steps {
 }
 
 impl VehicleLights {
-    /// Nothing seen, nothing published.
+    /// Reports without any frame received or report published.
     pub fn new(binding: LightsBinding, publish: Publish) -> Self {
         let signals_of = |task| signals_of(&binding, task);
         Self {
@@ -87,12 +88,12 @@ impl VehicleLights {
         }
     }
 
-    /// What the profile binds.
+    /// Binding of the lights.
     pub fn binding(&self) -> &LightsBinding {
         &self.binding
     }
 
-    /// What there is to say something of: all but what the profile leaves out.
+    /// Tasks with diagnostics: all that the profile mentions.
     pub fn tasks(&self) -> impl Iterator<Item = Task> + use<> {
         let turn = !matches!(self.binding.turn, TurnBinding::LeftOut);
         let hazard = !matches!(self.binding.hazard, HazardBinding::LeftOut);
@@ -100,7 +101,7 @@ impl VehicleLights {
         turn.into_iter().chain(hazard.then_some(Task::HazardLights))
     }
 
-    /// The last values.
+    /// Last values of the bound signals.
     pub fn observations(&self) -> &Observations {
         &self.observations
     }
@@ -110,21 +111,20 @@ impl VehicleLights {
         self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now);
     }
 
-    /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
+    /// Discards what was received over a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
         self.observations.forget_bus(&self.binding.table, bus);
     }
 
-    /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
+    /// Discards the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
     pub fn forget_events(&mut self, bus: BusIndex) {
         self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// Judges what is known now and says what to do.
+    /// Evaluates both reports and returns the actions.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Steps {
         let context = LightsContext { binding: &self.binding, observations: &self.observations, buses, now };
         let verdicts = judge(&mut self.memory, context);
-        let context = (&self.binding, buses, now.mono);
         Steps {
             turn: self.turn.update(published(&verdicts.turn), now.mono),
             hazard: self.hazard.update(published(&verdicts.hazard), now.mono),
@@ -133,12 +133,12 @@ impl VehicleLights {
         }
     }
 
-    /// What is published at present, as settled last; `None` = withheld.
+    /// Reports published at present; `None` = withheld.
     pub fn reports(&self) -> (Option<TurnIndicators>, Option<HazardLights>) {
         (self.turn.current().map(|(turn, _)| turn), self.hazard.current().map(|(hazard, _)| hazard))
     }
 
-    /// When to call [`Self::settle`] with nothing happening.
+    /// The next instant at which [`Self::settle`] is due without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let stale = self.observations.next_deadline(&self.binding.table, now);
         let remembered = self.memory.next_deadline();
@@ -153,30 +153,21 @@ fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
     verdict.publish.map(|(value, received)| (value, received.stamp))
 }
 
-/// The signals a task's state depends on, without fault signals.
+/// Signals on which the state of a task depends, without fault signals.
 fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
-    let turn = match &binding.turn {
-        TurnBinding::LeftOut | TurnBinding::NotFitted => &[][..],
-        TurnBinding::From(sources) => &sources.list,
-    };
-    let hazard = match &binding.hazard {
-        HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => &[][..],
-        HazardBinding::From(sources) => &sources.list,
-    };
-    let mut signals: Vec<SignalIndex> = Vec::new();
-    match task {
-        Task::TurnIndicators => signals.extend(turn.iter().flat_map(|named| named.source.signals())),
-        Task::HazardLights => {
-            for named in hazard {
-                match &named.source {
-                    HazardSource::BothSides => {
-                        let sides = turn.iter().filter(|named| named.source.shows_both());
-                        signals.extend(sides.flat_map(|named| named.source.signals()));
-                    }
-                    HazardSource::Signal { role, .. } => signals.push(role.signal),
-                    HazardSource::Button { role, .. } => signals.push(role.signal),
-                }
+    let turn = binding.turn.sources().iter().map(|named| &named.source);
+    if task == Task::TurnIndicators {
+        return turn.flat_map(TurnSource::signals).collect();
+    }
+    let mut signals = Vec::new();
+    for named in binding.hazard.sources() {
+        match &named.source {
+            HazardSource::BothSides => {
+                let sides = turn.clone().filter(|source| source.shows_both());
+                signals.extend(sides.flat_map(TurnSource::signals));
             }
+            HazardSource::Signal { role, .. } => signals.push(role.signal),
+            HazardSource::Button { role, .. } => signals.push(role.signal),
         }
     }
     signals

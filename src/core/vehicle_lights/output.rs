@@ -1,27 +1,27 @@
-//! What the vehicle's lights give out.
+//! Outputs of the vehicle lights.
 
 use super::verdict::{HazardLights, TurnIndicators};
 use crate::core::time::WallStamp;
 
-/// One report to publish, or to withdraw.
+/// A report to publish or to withdraw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VehicleLightsOutput {
     /// Publish `TurnIndicatorsReport`.
     TurnIndicators {
-        /// The state.
+        /// State of the lights.
         report: TurnIndicators,
         /// Receive time of the frame that carried the newest value.
         stamp: WallStamp,
     },
     /// Publish `HazardLightsReport`.
     HazardLights {
-        /// The state.
+        /// State of the lights.
         report: HazardLights,
         /// Receive time of the frame that carried the newest value.
         stamp: WallStamp,
     },
-    /// Turn reports stop: a late joiner must not be handed an old one.
+    /// Withdraw turn reports, so that no late joiner receives an old one.
     WithdrawTurnIndicators,
-    /// Hazard reports stop, likewise.
+    /// Withdraw hazard reports, so that no late joiner receives an old one.
     WithdrawHazardLights,
 }

@@ -1,28 +1,28 @@
-//! When a report goes out: at a change, in a rhythm, or not at all.
+//! Publication of a report: on change, periodically, or not at all.
 
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, WallStamp};
 
-/// When reports are published.
+/// Publication scheme of reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Publish {
-    /// Every period, and at once when the value changes or publishing resumes.
+    /// Every period, and immediately when the value changes or publishing resumes.
     Periodic(Duration),
-    /// When the value changes or publishing resumes.
+    /// Only when the value changes or publishing resumes.
     OnChange,
 }
 
-/// What to do about a topic now.
+/// Action on a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step<T> {
     /// Publish the value with the stamp of the frame that carried it.
     Publish(T, WallStamp),
-    /// Publishing stops: nobody may be handed an older value as if it were current.
+    /// Stop publishing, so that nobody receives an older value as a current one.
     Withdraw,
 }
 
-/// One report topic.
+/// State of one report topic.
 #[derive(Debug, Clone)]
 pub struct ReportFlow<T> {
     publish: Publish,
@@ -31,12 +31,12 @@ pub struct ReportFlow<T> {
 }
 
 impl<T: Copy + PartialEq> ReportFlow<T> {
-    /// A topic on which nothing was published yet.
+    /// A topic on which nothing has been published.
     pub fn new(publish: Publish) -> Self {
         Self { publish, current: None, due: None }
     }
 
-    /// Takes what is true now (`None` = withheld) and says what to do.
+    /// Takes the current value and stamp (`None` = withheld) and returns the action; `None` = nothing.
     pub fn update(&mut self, state: Option<(T, WallStamp)>, now: MonoTime) -> Option<Step<T>> {
         let before = std::mem::replace(&mut self.current, state);
         let Some((value, stamp)) = state else {
@@ -49,7 +49,7 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
             return None;
         }
         if let Publish::Periodic(period) = self.publish {
-            // The rhythm is kept while it can be: a late wake-up doesn't shift it, a change does.
+            // A late call does not shift the period, a change does.
             let on_time =
                 self.due.filter(|_| !changed).map(|due| due.after(period)).filter(|next| *next > now);
             self.due = Some(on_time.unwrap_or_else(|| now.after(period)));
@@ -57,12 +57,12 @@ impl<T: Copy + PartialEq> ReportFlow<T> {
         Some(Step::Publish(value, stamp))
     }
 
-    /// What is published at present.
+    /// Value and stamp published at present; `None` = withheld.
     pub fn current(&self) -> Option<(T, WallStamp)> {
         self.current
     }
 
-    /// When to publish again with nothing happening.
+    /// The next instant at which a periodic report is due; `None` = none.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         self.due
     }
@@ -80,19 +80,19 @@ mod tests {
     }
 
     #[test]
-    fn a_rhythm_carries_the_newest_stamp_and_a_change_goes_out_at_once() {
+    fn periodic_report_has_newest_stamp_and_change_is_published_immediately() {
         let mut flow = ReportFlow::new(Publish::Periodic(Duration::from_millis(100)));
         assert_eq!(flow.update(Some(('L', stamp(0))), at(0)), Some(Step::Publish('L', stamp(0))));
         assert_eq!(flow.update(Some(('L', stamp(60))), at(60)), None);
         assert_eq!(flow.next_deadline(), Some(at(100)));
         assert_eq!(flow.update(Some(('L', stamp(60))), at(104)), Some(Step::Publish('L', stamp(60))));
-        assert_eq!(flow.next_deadline(), Some(at(200)), "a late wake-up doesn't shift the rhythm");
+        assert_eq!(flow.next_deadline(), Some(at(200)), "a late call does not shift the period");
         assert_eq!(flow.update(Some(('R', stamp(130))), at(130)), Some(Step::Publish('R', stamp(130))));
         assert_eq!(flow.next_deadline(), Some(at(230)));
     }
 
     #[test]
-    fn stopping_is_said_once_and_resuming_publishes_at_once() {
+    fn report_is_withdrawn_once_and_published_immediately_on_resume() {
         for publish in [Publish::OnChange, Publish::Periodic(Duration::from_millis(100))] {
             let mut flow = ReportFlow::new(publish);
             assert_eq!(flow.update(None, at(0)), None, "nothing to withdraw yet");
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn on_change_stays_quiet_while_nothing_changes() {
+    fn on_change_publishes_nothing_without_change() {
         let mut flow = ReportFlow::new(Publish::OnChange);
         flow.update(Some(('L', stamp(0))), at(0));
         assert_eq!(flow.update(Some(('L', stamp(500))), at(500)), None);

@@ -1,24 +1,24 @@
-//! Words for what raw values mean, for people who look at a bus or check a profile.
+//! Texts for the meanings of raw values of the lights.
 
-use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnSource};
+use super::binding::{FaultBinding, HazardSource, LightsBinding, TurnSource};
 use super::stalk::StalkPosition;
 use super::state::TurnCode;
 use crate::core::validation::display::{RoleTexts, ValueText, role_texts};
 use crate::core::validation::table::SignalIndex;
 
-/// What `raw` of `signal` means, once for each role the signal has.
+/// Meanings of `raw`, one for each role of `signal`.
 pub fn texts(binding: &LightsBinding, signal: SignalIndex, raw: i128) -> Vec<ValueText> {
     roles(binding).into_iter().filter(|role| role.signal == signal).map(|role| role.value_text(raw)).collect()
 }
 
-/// Every use of every signal, in the order turn, hazard, faults.
+/// All roles of all signals in the order turn, hazard, faults.
 pub fn roles(binding: &LightsBinding) -> Vec<RoleTexts> {
     let mut roles = Vec::new();
-    if let TurnBinding::From(sources) = &binding.turn {
-        sources.list.iter().for_each(|named| turn_roles(&named.source, &mut roles));
+    for named in binding.turn.sources() {
+        turn_roles(&named.source, &mut roles);
     }
-    if let HazardBinding::From(sources) = &binding.hazard {
-        sources.list.iter().for_each(|named| hazard_role(&named.source, &mut roles));
+    for named in binding.hazard.sources() {
+        roles.extend(hazard_role(&named.source));
     }
     for faults in [&binding.turn_faults, &binding.hazard_faults] {
         roles.extend(fault_roles(faults));
@@ -31,15 +31,7 @@ fn on_off(on: bool) -> String {
 }
 
 fn turn_roles(source: &TurnSource, roles: &mut Vec<RoleTexts>) {
-    let code = |code| {
-        match code {
-            TurnCode::Off => "off",
-            TurnCode::Left => "left",
-            TurnCode::Right => "right",
-            TurnCode::Both => "both",
-        }
-        .to_owned()
-    };
+    let code = |code: TurnCode| code.name().to_owned();
     let position = |position| {
         match position {
             StalkPosition::Idle => "idle",
@@ -64,17 +56,18 @@ fn turn_roles(source: &TurnSource, roles: &mut Vec<RoleTexts>) {
     }
 }
 
-fn hazard_role(source: &HazardSource, roles: &mut Vec<RoleTexts>) {
+fn hazard_role(source: &HazardSource) -> Option<RoleTexts> {
     let pressed = |pressed| if pressed { "pressed" } else { "released" }.to_owned();
     match source {
-        HazardSource::BothSides => {}
-        HazardSource::Signal { role, reasons } => roles.push(role_texts(role, "hazard".into(), |code| {
-            match code.reason.and_then(|reason| reasons.get(usize::from(reason))) {
-                Some(reason) => format!("on ({reason})"),
-                None => on_off(code.active),
-            }
+        HazardSource::BothSides => None,
+        HazardSource::Signal { role, reasons } => Some(role_texts(role, "hazard".into(), |code| match code
+            .reason
+            .and_then(|reason| reasons.get(usize::from(reason)))
+        {
+            Some(reason) => format!("on ({reason})"),
+            None => on_off(code.active),
         })),
-        HazardSource::Button { role, .. } => roles.push(role_texts(role, "hazard button".into(), pressed)),
+        HazardSource::Button { role, .. } => Some(role_texts(role, "hazard button".into(), pressed)),
     }
 }
 

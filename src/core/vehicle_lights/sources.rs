@@ -1,15 +1,14 @@
-//! What each source of a state says now: its signals judged, what it remembers moved on, and all of
-//! a report's sources made into one.
+//! Evaluation of the sources of both reports: signals are read, state machines advanced and the
+//! sources of each report fused.
 
 use super::binding::{
-    BothOn, HazardBinding, HazardSource, LightsBinding, SidePair, Sources, TurnBinding, TurnSource,
+    BothOn, HazardBinding, HazardSource, LightsBinding, SidePair, StateBinding, TurnBinding, TurnSource,
 };
-use super::fusion::{Disagreement, Fusion, Statement, turn_codes_agree};
+use super::fusion::{Disagreement, Fusion, turn_codes_agree};
 use super::lamp::{Lamp, LampFindings};
 use super::stalk::button::HazardToggle;
 use super::stalk::{MomentaryStalk, StalkPosition};
-use super::state::{HazardCode, TurnCode};
-use super::state::{Judged, UnavailableReason};
+use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason};
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
 use crate::core::can::bus::{Bus, Received};
 use crate::core::time::{MonoTime, Now};
@@ -17,21 +16,21 @@ use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{Observations, Reading};
 use crate::core::validation::table::Role;
 
-/// All there is to judge by, at one moment.
+/// Binding, observations and buses at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct LightsContext<'a> {
-    /// What the profile binds.
+    /// Compiled profile of the lights.
     pub binding: &'a LightsBinding,
-    /// The last values.
+    /// Last values of the bound signals.
     pub observations: &'a Observations,
-    /// The buses they came over.
+    /// Buses that carry the signals.
     pub buses: &'a [Bus],
-    /// The moment.
+    /// Time of the evaluation.
     pub now: Now,
 }
 
 impl LightsContext<'_> {
-    /// The last value of a signal, judged.
+    /// Reads and checks a signal.
     pub fn read<T: Copy>(self, role: &Role<T>) -> Reading<T> {
         self.observations.read(&self.binding.table, role, self.buses, self.now.mono)
     }
@@ -39,7 +38,7 @@ impl LightsContext<'_> {
     fn judge<T: Copy>(self, role: &Role<T>) -> Judged<T> {
         let signal = role.signal;
         match self.read(role) {
-            Reading::Missing(why) => Err(UnavailableReason::Absent(signal, why)),
+            Reading::Missing(reason) => Err(UnavailableReason::Absent(signal, reason)),
             Reading::Observed { meaning, raw, received } => match meaning {
                 Meaning::Defined(value) => Ok((value, received)),
                 Meaning::NotAvailable => Err(UnavailableReason::NotAvailable(signal, raw)),
@@ -49,98 +48,129 @@ impl LightsContext<'_> {
         }
     }
 
-    /// Whether the frame came at this very moment. Taking it twice does no harm.
-    fn is_new(self, received: Received) -> bool {
-        received.at == self.now.mono
+    /// Both sides of a pair, with the later receive time.
+    fn judge_pair(self, pair: &SidePair) -> Judged<(bool, bool)> {
+        match (self.judge(&pair.left), self.judge(&pair.right)) {
+            (Ok((left, since)), Ok((right, received))) => Ok(((left, right), since.newest(received))),
+            (Err(reason), Ok(_)) | (Ok(_), Err(reason)) => Err(reason),
+            (Err(first), Err(second)) => Err(graver(first, second)),
+        }
     }
 
-    /// What is not fitted is off for ever, as of now.
+    /// Passes an input to a state machine and returns its state; `unknown` is the reason while it has
+    /// none.
+    fn track<M: StateMachine>(
+        self,
+        machine: &mut M,
+        input: Judged<M::Input>,
+        unknown: UnavailableReason,
+    ) -> Judged<M::State> {
+        let now = self.now.mono;
+        match input {
+            Ok((input, received)) => {
+                // A frame that was received now is new; taking it twice does no harm.
+                if received.at == now {
+                    machine.observe(Some(input), now);
+                } else {
+                    machine.advance(now);
+                }
+                machine.state().map(|state| (state, received)).ok_or(unknown)
+            }
+            Err(reason) => {
+                machine.observe(None, now);
+                Err(reason)
+            }
+        }
+    }
+
+    /// The state of a pair, where both sides on at once may be undefined.
+    fn pair_state(self, pair: &SidePair, state: Judged<TurnCode>) -> Judged<TurnCode> {
+        let is_undefined = |(code, _)| code == TurnCode::Both && pair.both == BothOn::Undefined;
+        if !state.is_ok_and(is_undefined) {
+            return state;
+        }
+        let raw = |signal| self.observations.last(signal).map_or(0, |last| last.raw);
+        let signals = [pair.left.signal, pair.right.signal];
+        Err(UnavailableReason::BothOn(signals.map(|signal| (signal, raw(signal)))))
+    }
+
+    /// Lights that are not fitted are off, as of now.
     fn not_fitted<T>(self, off: T) -> FusedState<T> {
         let received = Received { at: self.now.mono, stamp: self.now.wall };
         FusedState { state: Ok((off, received)), source: 0, warnings: Warnings::default() }
     }
 }
 
-/// What the sources of both reports remember.
+/// State machines and contradictions of the sources of both reports.
 #[derive(Debug, Clone)]
 pub struct SourceMemory {
-    /// `None`: not fitted.
+    /// `None` when the binding has no sources.
     turn: Option<SourceGroup<TurnReader, TurnCode>>,
-    /// `None`: not fitted or unbound.
+    /// `None` when the binding has no sources.
     hazard: Option<SourceGroup<HazardReader, HazardCode>>,
 }
 
-/// What the sources of both reports came to.
+/// Fused states of both reports.
 #[derive(Debug, Clone, Copy)]
 pub struct SourceStates {
-    /// Turn indicators.
+    /// State of the turn indicators.
     pub turn: FusedState<TurnCode>,
-    /// Hazard lights.
+    /// State of the hazard lights.
     pub hazard: FusedState<HazardCode>,
 }
 
-/// What the sources of one state came to.
+/// Fused state of the sources of one report.
 #[derive(Debug, Clone, Copy)]
 pub struct FusedState<T> {
-    /// The state, or why there is none.
+    /// The state, or the reason why it is unavailable.
     pub state: Judged<T>,
-    /// The source that decided it, by position.
+    /// Position of the deciding source in the profile.
     pub source: usize,
-    /// What is odd about them.
+    /// Irregularities of the sources.
     pub warnings: Warnings,
 }
 
 const HAZARD_OFF: HazardCode = HazardCode { active: false, reason: None };
 
 impl SourceMemory {
-    /// Nothing seen yet.
+    /// Sources that have received no frame.
     pub fn new(binding: &LightsBinding) -> Self {
-        let turn = match &binding.turn {
-            TurnBinding::LeftOut | TurnBinding::NotFitted => None,
-            TurnBinding::From(sources) => Some(SourceGroup::new(sources, TurnReader::new, turn_codes_agree)),
-        };
-        let hazard = match &binding.hazard {
-            HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => None,
-            HazardBinding::From(sources) => {
-                let agree = |one: HazardCode, other: HazardCode| one.active == other.active;
-                Some(SourceGroup::new(sources, HazardReader::new, agree))
-            }
-        };
-        Self { turn, hazard }
+        let agree = |one: HazardCode, other: HazardCode| one.active == other.active;
+        Self {
+            turn: SourceGroup::new(&binding.turn, TurnReader::new, turn_codes_agree),
+            hazard: SourceGroup::new(&binding.hazard, HazardReader::new, agree),
+        }
     }
 
-    /// Asks every source.
+    /// Evaluates every source and fuses the states of each report.
     pub fn evaluate(&mut self, context: LightsContext<'_>) -> SourceStates {
-        let (turn, sides) = match (&mut self.turn, &context.binding.turn) {
-            (None, TurnBinding::NotFitted) => {
+        let now = context.now.mono;
+        let (turn, sides) = match &mut self.turn {
+            Some(group) => {
+                let mut turn = group.evaluate(now, TurnCode::name, |reader| reader.evaluate(context));
+                turn.warnings.lamps = group.readers.iter().find_map(TurnReader::warning);
+                (turn, group.choose(|reader| reader.shows_both).0)
+            }
+            None if matches!(context.binding.turn, TurnBinding::NotFitted) => {
                 let off = context.not_fitted(TurnCode::Off);
                 (off, off.state)
             }
-            (None, TurnBinding::LeftOut | TurnBinding::From(_)) => (unbound(), unbound().state),
-            (Some(group), _) => {
-                let mut turn = group.evaluate(context.now.mono, turn_name, |reader| reader.evaluate(context));
-                turn.warnings.lamps = group.readers.iter().find_map(TurnReader::warning);
-                (turn, group.state_of(|reader| reader.shows_both))
-            }
+            None => (unbound(), unbound().state),
         };
-        let hazard = match (&mut self.hazard, &context.binding.hazard) {
-            (Some(group), _) => {
-                group.evaluate(context.now.mono, hazard_name, |reader| reader.evaluate(context, sides))
+        let hazard = match &mut self.hazard {
+            Some(group) => group.evaluate(now, HazardCode::name, |reader| reader.evaluate(context, sides)),
+            None if matches!(context.binding.hazard, HazardBinding::NotFitted) => {
+                context.not_fitted(HAZARD_OFF)
             }
-            (None, HazardBinding::NotFitted) => context.not_fitted(HAZARD_OFF),
-            (None, HazardBinding::LeftOut | HazardBinding::Unbound | HazardBinding::From(_)) => unbound(),
+            None => unbound(),
         };
         SourceStates { turn, hazard }
     }
 
-    /// When to ask again with nothing happening.
+    /// The next instant at which [`Self::evaluate`] is due without an event.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        let turn = self.turn.iter().flat_map(|group| {
-            group.readers.iter().filter_map(TurnReader::next_deadline).chain(group.fusion.next_deadline())
-        });
-        let hazard = self.hazard.iter().flat_map(|group| {
-            group.readers.iter().filter_map(HazardReader::next_deadline).chain(group.fusion.next_deadline())
-        });
+        let turn = self.turn.iter().flat_map(|group| group.deadlines(TurnReader::next_deadline));
+        let hazard = self.hazard.iter().flat_map(|group| group.deadlines(HazardReader::next_deadline));
         turn.chain(hazard).min()
     }
 }
@@ -149,90 +179,69 @@ fn unbound<T>() -> FusedState<T> {
     FusedState { state: Err(UnavailableReason::Unbound), source: 0, warnings: Warnings::default() }
 }
 
-/// What a turn state is called where sources disagree.
-fn turn_name(code: TurnCode) -> &'static str {
-    match code {
-        TurnCode::Off => "off",
-        TurnCode::Left => "left",
-        TurnCode::Right => "right",
-        TurnCode::Both => "both",
-    }
-}
-
-fn hazard_name(code: HazardCode) -> &'static str {
-    if code.active { "on" } else { "off" }
-}
-
-/// The sources of one state, side by side.
+/// The sources of one state in the order of the profile.
 #[derive(Debug, Clone)]
 struct SourceGroup<R, T> {
     readers: Vec<R>,
     fusion: Fusion<T>,
-    /// What each said last. Kept, so that asking needs no memory.
-    statements: Vec<Statement<T, UnavailableReason>>,
-    /// When that was received; of no meaning without a value.
-    received: Vec<Received>,
+    /// The last state of each source, kept so that an evaluation allocates nothing.
+    states: Vec<Judged<T>>,
 }
 
 impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
-    fn new<S>(sources: &Sources<S>, reader: impl Fn(&S) -> R, agree: fn(T, T) -> bool) -> Self {
+    fn new<S>(binding: &StateBinding<S>, reader: impl Fn(&S) -> R, agree: fn(T, T) -> bool) -> Option<Self> {
+        let StateBinding::From(sources) = binding else { return None };
         let settings = sources.list.iter().map(|named| named.settings);
-        Self {
+        Some(Self {
             readers: sources.list.iter().map(|named| reader(&named.source)).collect(),
             fusion: Fusion::new(settings, sources.disagreement, agree),
-            statements: vec![Statement::NotStated; sources.list.len()],
-            received: vec![Received::default(); sources.list.len()],
-        }
+            states: vec![Err(UnavailableReason::Unbound); sources.list.len()],
+        })
     }
 
     fn evaluate(
         &mut self,
         now: MonoTime,
-        word: fn(T) -> &'static str,
-        mut ask: impl FnMut(&mut R) -> Judged<T>,
+        name: fn(T) -> &'static str,
+        mut read: impl FnMut(&mut R) -> Judged<T>,
     ) -> FusedState<T> {
-        for ((reader, statements), received) in
-            self.readers.iter_mut().zip(&mut self.statements).zip(&mut self.received)
-        {
-            *statements = match ask(reader) {
-                Ok((value, at)) => {
-                    *received = at;
-                    Statement::Value(value)
-                }
-                Err(reason) => Statement::Unavailable(reason),
-            };
+        for (reader, state) in self.readers.iter_mut().zip(&mut self.states) {
+            *state = read(reader);
         }
-        self.fusion.update(&self.statements, now);
-        let first = self.fusion.disagreements().next();
-        let disagreement = first.map(|Disagreement { chosen, chosen_value, other, other_value, .. }| {
-            Contradiction { chosen: (chosen, word(chosen_value)), other: (other, word(other_value)) }
-        });
+        self.fusion.update(self.states.iter().map(|state| state.map(|(value, _)| value)), now);
+        let disagreement = self.fusion.disagreements().next();
+        let disagreement =
+            disagreement.map(|Disagreement { chosen, chosen_value, other, other_value, .. }| Contradiction {
+                chosen,
+                chosen_value: name(chosen_value),
+                other,
+                other_value: name(other_value),
+            });
         let (state, source) = self.choose(|_| true);
-        let fallback = match self.statements.first() {
-            Some(Statement::Unavailable(reason)) if source > 0 => {
-                Some(Fallback { by: source, reason: *reason })
-            }
-            Some(Statement::Unavailable(_) | Statement::Value(_) | Statement::NotStated) | None => None,
+        let fallback = match self.states.first() {
+            Some(Err(reason)) if source > 0 => Some(Fallback { by: source, reason: *reason }),
+            Some(_) | None => None,
         };
         FusedState { state, source, warnings: Warnings { lamps: None, fallback, disagreement } }
     }
 
-    /// What the sources that `count` come to.
-    fn state_of(&self, counts: impl Fn(&R) -> bool) -> Judged<T> {
-        self.choose(counts).0
+    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source.
+    fn choose(&self, is_included: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
+        let states = self.states.iter().copied().enumerate();
+        let states = states.filter(|(source, _)| is_included(&self.readers[*source]));
+        let values = states.map(|(source, state)| (source, state.map(|(value, _)| value)));
+        match self.fusion.choose(values) {
+            Some(fused) => (self.states[fused.source], fused.source),
+            None => (Err(UnavailableReason::Unbound), 0),
+        }
     }
 
-    fn choose(&self, counts: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
-        let statements =
-            self.statements.iter().copied().enumerate().filter(|(source, _)| counts(&self.readers[*source]));
-        match self.fusion.choose(statements) {
-            None => (Err(UnavailableReason::Unbound), 0),
-            Some(fused) => (fused.state.map(|value| (value, self.received[fused.source])), fused.source),
-        }
+    fn deadlines(&self, deadline: fn(&R) -> Option<MonoTime>) -> impl Iterator<Item = MonoTime> {
+        self.readers.iter().filter_map(deadline).chain(self.fusion.next_deadline())
     }
 }
 
-/// A turn source with what it remembers.
+/// A turn source with its state machine.
 #[derive(Debug, Clone)]
 struct TurnReader {
     shows_both: bool,
@@ -263,60 +272,30 @@ impl TurnReader {
     }
 
     fn evaluate(&mut self, context: LightsContext<'_>) -> Judged<TurnCode> {
-        let now = context.now.mono;
         match &mut self.kind {
             TurnKind::Enumerated(role) => context.judge(role),
             TurnKind::Pair(pair) => {
-                let ((left, right), received) = sides(context, pair)?;
-                let code = match (left, right) {
-                    (false, false) => TurnCode::Off,
-                    (true, false) => TurnCode::Left,
-                    (false, true) => TurnCode::Right,
-                    (true, true) => TurnCode::Both,
-                };
-                defined(context, pair, code, received)
+                let sides = context.judge_pair(pair);
+                context
+                    .pair_state(pair, sides.map(|(sides, received)| (TurnCode::from_sides(sides), received)))
             }
-            TurnKind::Lamps(pair, lamp) => match sides(context, pair) {
-                Ok(((left, right), received)) => {
-                    if context.is_new(received) {
-                        lamp.observe(Some(left), Some(right), now);
-                    } else {
-                        lamp.advance(now);
-                    }
-                    let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
-                    defined(context, pair, lamp.state().ok_or(watching)?, received)
-                }
-                Err(reason) => {
-                    lamp.observe(None, None, now);
-                    Err(reason)
-                }
-            },
-            TurnKind::Stalk(role, stalk) => match context.judge(role) {
-                Ok((position, received)) => {
-                    if context.is_new(received) {
-                        stalk.observe(Some(position), now);
-                    } else {
-                        stalk.advance(now);
-                    }
-                    stalk.state().map(|code| (code, received)).ok_or(UnavailableReason::Settling(role.signal))
-                }
-                Err(reason) => {
-                    stalk.observe(None, now);
-                    Err(reason)
-                }
-            },
+            TurnKind::Lamps(pair, lamp) => {
+                let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
+                let state = context.track(lamp.as_mut(), context.judge_pair(pair), watching);
+                context.pair_state(pair, state)
+            }
+            TurnKind::Stalk(role, stalk) => {
+                let settling = UnavailableReason::Settling(role.signal);
+                context.track(stalk.as_mut(), context.judge(role), settling)
+            }
         }
     }
 
     fn warning(&self) -> Option<LampWarning> {
-        match &self.kind {
-            TurnKind::Enumerated(_) | TurnKind::Pair(_) | TurnKind::Stalk(..) => None,
-            TurnKind::Lamps(pair, lamp) => {
-                let findings = lamp.findings();
-                let lamps = [pair.left.signal, pair.right.signal];
-                (findings != LampFindings::default()).then_some(LampWarning { lamps, findings })
-            }
-        }
+        let TurnKind::Lamps(pair, lamp) = &self.kind else { return None };
+        let findings = lamp.findings();
+        let lamps = [pair.left.signal, pair.right.signal];
+        (findings != LampFindings::default()).then_some(LampWarning { lamps, findings })
     }
 
     fn next_deadline(&self) -> Option<MonoTime> {
@@ -328,45 +307,14 @@ impl TurnReader {
     }
 }
 
-fn sides(context: LightsContext<'_>, pair: &SidePair) -> Judged<(bool, bool)> {
-    match (context.judge(&pair.left), context.judge(&pair.right)) {
-        (Ok((left, since)), Ok((right, received))) => Ok(((left, right), since.newest(received))),
-        (Err(reason), Ok(_)) | (Ok(_), Err(reason)) => Err(reason),
-        (Err(first), Err(second)) => Err(graver(first, second)),
-    }
-}
-
-/// Both sides on at once may be something the vehicle never sends.
-fn defined(
-    context: LightsContext<'_>,
-    pair: &SidePair,
-    code: TurnCode,
-    received: Received,
-) -> Judged<TurnCode> {
-    if code == TurnCode::Both && pair.both == BothOn::Undefined {
-        let raw = |signal| context.observations.last(signal).map_or(0, |last| last.raw);
-        return Err(UnavailableReason::BothOn(
-            [pair.left.signal, pair.right.signal].map(|signal| (signal, raw(signal))),
-        ));
-    }
-    Ok((code, received))
-}
-
-/// Of two reasons the one an operator should hear first: fault, invalid, then unknown.
+/// The reason of two to report first: fault, then invalid, then not available.
 fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
-    let gravity = |reason| match reason {
-        UnavailableReason::Fault(..) => 3,
-        UnavailableReason::Undefined(..) | UnavailableReason::BothOn(..) => 2,
-        UnavailableReason::NotAvailable(..) => 1,
-        UnavailableReason::Absent(..)
-        | UnavailableReason::Unbound
-        | UnavailableReason::WatchingLamps(_)
-        | UnavailableReason::Settling(_) => 0,
-    };
+    let gravity =
+        |reason: UnavailableReason| (reason.kind(), matches!(reason, UnavailableReason::NotAvailable(..)));
     if gravity(second) > gravity(first) { second } else { first }
 }
 
-/// A hazard source with what it remembers.
+/// A hazard source with its state machine.
 #[derive(Debug, Clone)]
 enum HazardReader {
     BothSides,
@@ -390,23 +338,11 @@ impl HazardReader {
         match self {
             Self::BothSides => sides.map(|(sides, received)| (code(sides == TurnCode::Both), received)),
             Self::Signal(role) => context.judge(role),
-            Self::Button(role, toggle) => match context.judge(role) {
-                Ok((pressed, received)) => {
-                    if context.is_new(received) {
-                        toggle.observe(Some(pressed), context.now.mono);
-                    } else {
-                        toggle.advance(context.now.mono);
-                    }
-                    toggle
-                        .state()
-                        .map(|on| (code(on), received))
-                        .ok_or(UnavailableReason::Settling(role.signal))
-                }
-                Err(reason) => {
-                    toggle.observe(None, context.now.mono);
-                    Err(reason)
-                }
-            },
+            Self::Button(role, toggle) => {
+                let settling = UnavailableReason::Settling(role.signal);
+                let state = context.track(toggle, context.judge(role), settling);
+                state.map(|(on, received)| (code(on), received))
+            }
         }
     }
 

@@ -1,12 +1,12 @@
-//! Stalks and buttons: from where the driver's hand is to what was asked for.
+//! Stalks and buttons: the requested state from the positions of a control.
 //!
-//! A latched stalk stays where it was put and needs no memory. A momentary one springs back: what a
-//! press does depends on what was on when it began and on the deepest detent it reached. (On its way
-//! to the full detent a stalk passes the half one, in frames or between them.) So the outcome of a
-//! press is worked out anew, with each of its frames, from what was on before it.
+//! A latched stalk stays in its position and needs no memory. A momentary one springs back: the effect
+//! of a press depends on the request before it and on the deepest detent it reached. (On its way to the
+//! full detent a stalk passes the half one, in frames or between them.) The effect is therefore
+//! determined again with each frame of the press, from the request before it.
 //!
-//! Such memory is only as good as the sight of the stalk: at start, and after a gap in which a press
-//! could have hidden, nothing is taken to be on, and the state is unknown for a while.
+//! At start, and after a gap that could hide a press, nothing is assumed to be requested and the state
+//! is unknown for a while.
 
 pub mod button;
 mod visibility;
@@ -18,27 +18,27 @@ mod properties;
 
 use std::time::Duration;
 
-use super::state::TurnCode;
+use super::state::{StateMachine, TurnCode};
 use crate::core::time::{MonoTime, deadline_after};
 use visibility::{Gap, Visibility};
 
-/// Where the stalk is.
+/// Position of a stalk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StalkPosition {
-    /// In the middle.
+    /// Middle position.
     Idle,
-    /// Left, first detent.
+    /// First detent to the left.
     LeftHalf,
-    /// Left, second detent.
+    /// Second detent to the left.
     LeftFull,
-    /// Right, first detent.
+    /// First detent to the right.
     RightHalf,
-    /// Right, second detent.
+    /// Second detent to the right.
     RightFull,
 }
 
 impl StalkPosition {
-    /// What a latched stalk in this position asks for.
+    /// State that a latched stalk in this position requests.
     pub fn latched(self) -> TurnCode {
         self.detent().map_or(TurnCode::Off, |(side, _)| side.code())
     }
@@ -54,22 +54,22 @@ impl StalkPosition {
     }
 }
 
-/// How long a tap on the half detent blinks.
+/// Duration of comfort flashing after a tap to the half detent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comfort {
-    /// So many flashes at this rate; no flashes when the vehicle has no comfort blinking.
+    /// A number of flashes at a rate.
     Flashes {
-        /// Flashes.
+        /// Number of flashes; 0 when the vehicle has no comfort flashing.
         count: u8,
-        /// Rate; at least 1 is assumed.
+        /// Flashes per minute; 0 counts as 1.
         per_minute: u8,
     },
-    /// So long.
+    /// A fixed duration.
     For(Duration),
 }
 
 impl Comfort {
-    /// Time from the tap to the end of the last flash cycle.
+    /// Time between the tap and the end of the last flash cycle.
     pub fn duration(self) -> Duration {
         match self {
             Self::Flashes { count, per_minute } => {
@@ -80,49 +80,49 @@ impl Comfort {
     }
 }
 
-/// What a press against the side that is on does.
+/// Effect of a press to the side opposite to the requested one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OppositePress {
-    /// Ends it and asks for nothing else.
+    /// The request ends.
     Cancels,
-    /// Ends it and asks for the other side.
+    /// The other side is requested.
     Switches,
 }
 
-/// What pressing again to the latched side does.
+/// Effect of a press to the side that is already latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RepeatedPress {
-    /// Ends it.
+    /// The request ends.
     Cancels,
-    /// Nothing.
+    /// The request stays.
     Keeps,
 }
 
 /// Rules and times of a momentary stalk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StalkSettings {
-    /// Blinking after a tap on the half detent; longer while it is held.
+    /// Flashing after a tap to the half detent; longer while it is held.
     pub comfort: Comfort,
-    /// A tap on the half detent against the side that is on.
+    /// Effect of a tap to the opposite half detent.
     pub opposite_half: OppositePress,
-    /// A full press against the side that is on.
+    /// Effect of a press to the opposite full detent.
     pub opposite_full: OppositePress,
-    /// A press to the side that is latched already.
+    /// Effect of a press to the latched side.
     pub repeat: RepeatedPress,
-    /// Longest time a full press is believed to last after the stalk was let go. The return by the
-    /// steering wheel is mechanical and shows in no position.
+    /// Longest time for which a full press lasts after its release; `None` = unlimited. The return by the
+    /// steering wheel is mechanical and does not appear in the positions.
     pub max_on: Option<Duration>,
-    /// Longest time of unknown positions that cannot hide a press.
+    /// Longest gap in the positions that cannot hide a press.
     pub max_gap: Duration,
-    /// How long the stalk must be watched, at start and after longer blindness, before what was on
-    /// unseen is taken to be over and the state to be known.
+    /// Time for which the stalk must be observed, at start and after a longer gap, until an earlier
+    /// request is assumed to have ended and the state is known.
     pub startup_delay: Duration,
 }
 
 impl Default for StalkSettings {
-    /// Three flashes at 90 a minute (2 s); opposite tap cancels, opposite full press switches, repeat
-    /// cancels; no limit; 100 ms blind, shorter than a hand moves; settled after 4 s, the longest
-    /// comfort blinking.
+    /// Three flashes at 90 a minute (2 s); an opposite tap cancels, an opposite full press switches, a
+    /// repeated press cancels; no limit; a gap of 100 ms, shorter than a hand moves; a startup delay of
+    /// 4 s, the longest comfort flashing.
     fn default() -> Self {
         Self {
             comfort: Comfort::Flashes { count: 3, per_minute: 90 },
@@ -136,7 +136,7 @@ impl Default for StalkSettings {
     }
 }
 
-/// A momentary stalk and what it has asked for.
+/// State machine of a momentary stalk. Its state is the latest request that is still in effect.
 #[derive(Debug, Clone)]
 pub struct MomentaryStalk {
     settings: StalkSettings,
@@ -157,12 +157,12 @@ enum Detent {
     Full,
 }
 
-/// What is on. `until` is `None` while it lasts for ever.
+/// Request of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct RequestedSide {
     side: Side,
     detent: Detent,
-    /// Comfort: last instant, or the release if later. Latched: last instant once let go.
+    /// Last instant of the request, which the release of the stalk may postpone; `None` = unlimited.
     until: Option<MonoTime>,
 }
 
@@ -184,7 +184,7 @@ impl Side {
 }
 
 impl MomentaryStalk {
-    /// Nothing seen yet.
+    /// A stalk without any frame.
     pub fn new(settings: StalkSettings) -> Self {
         Self {
             settings,
@@ -194,44 +194,6 @@ impl MomentaryStalk {
         }
     }
 
-    /// Takes a frame; `None` = unknown, also when the last frame is no longer believed. A `now` before
-    /// the last one counts as the last one.
-    pub fn observe(&mut self, position: Option<StalkPosition>, now: MonoTime) {
-        self.advance(now);
-        let Some(position) = position else {
-            self.visibility.mark_unseen();
-            return;
-        };
-        if self.visibility.mark_seen() == Gap::CouldHideAPress {
-            self.press = None;
-            self.requested = None;
-        }
-        match position.detent() {
-            Some((side, detent)) => self.pressed(side, detent),
-            None => self.released(),
-        }
-    }
-
-    /// Lets time pass without a frame.
-    pub fn advance(&mut self, now: MonoTime) {
-        self.visibility.advance(now);
-        if self.deadline_of_asked().is_some_and(|end| end <= self.visibility.now()) {
-            self.requested = None;
-        }
-    }
-
-    /// What was asked for last and still stands; `None` while that cannot be known.
-    pub fn state(&self) -> Option<TurnCode> {
-        self.visibility
-            .is_known()
-            .then(|| self.requested.map_or(TurnCode::Off, |requested| requested.side.code()))
-    }
-
-    /// When to call [`Self::advance`] with no frame coming.
-    pub fn next_deadline(&self) -> Option<MonoTime> {
-        [self.deadline_of_asked(), self.visibility.next_deadline()].into_iter().flatten().min()
-    }
-
     fn pressed(&mut self, side: Side, detent: Detent) {
         let now = self.visibility.now();
         let press = match self.press.filter(|press| press.side == side) {
@@ -239,12 +201,12 @@ impl MomentaryStalk {
             None => Press { side, deepest: detent, since: now, before: self.requested },
         };
         self.press = Some(press);
-        self.requested = self.outcome(press);
+        self.requested = self.effect(press);
     }
 
     fn released(&mut self) {
         if self.press.take().is_some() {
-            // The longest stay of a full press runs from here.
+            // The limit of a full press runs from its release.
             let now = self.visibility.now();
             let max_on = self.settings.max_on;
             if let Some(requested) =
@@ -256,7 +218,7 @@ impl MomentaryStalk {
         }
     }
 
-    fn outcome(&self, press: Press) -> Option<RequestedSide> {
+    fn effect(&self, press: Press) -> Option<RequestedSide> {
         let settings = &self.settings;
         let fresh = Some(match press.deepest {
             Detent::Half => RequestedSide {
@@ -283,9 +245,47 @@ impl MomentaryStalk {
         }
     }
 
-    /// The first instant at which nothing is asked any more; `None` while the stalk is held.
-    fn deadline_of_asked(&self) -> Option<MonoTime> {
+    /// The instant at which the request ends; `None` without a limit and while the stalk is held.
+    fn request_end(&self) -> Option<MonoTime> {
         let until = self.requested.filter(|_| self.press.is_none())?.until?;
         Some(deadline_after(until, Duration::ZERO))
+    }
+}
+
+impl StateMachine for MomentaryStalk {
+    type Input = StalkPosition;
+    type State = TurnCode;
+
+    fn observe(&mut self, position: Option<StalkPosition>, now: MonoTime) {
+        self.advance(now);
+        let Some(position) = position else {
+            self.visibility.unknown_frame();
+            return;
+        };
+        if self.visibility.known_frame() == Gap::CouldHideAPress {
+            self.press = None;
+            self.requested = None;
+        }
+        match position.detent() {
+            Some((side, detent)) => self.pressed(side, detent),
+            None => self.released(),
+        }
+    }
+
+    fn advance(&mut self, now: MonoTime) {
+        self.visibility.advance(now);
+        if self.request_end().is_some_and(|end| end <= self.visibility.now()) {
+            self.requested = None;
+        }
+    }
+
+    fn state(&self) -> Option<TurnCode> {
+        self.visibility
+            .is_known()
+            .then(|| self.requested.map_or(TurnCode::Off, |requested| requested.side.code()))
+    }
+
+    fn next_deadline(&self) -> Option<MonoTime> {
+        [self.request_end(), self.visibility.next_deadline()].into_iter().flatten().min()
     }
 }

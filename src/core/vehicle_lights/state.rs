@@ -1,51 +1,130 @@
-//! The state that a source tells, or why it tells none.
+//! State of a light source, or the reason why it is unavailable.
 
 use crate::core::can::bus::Received;
+use crate::core::time::MonoTime;
 use crate::core::validation::observation::MissingReason;
 use crate::core::validation::table::SignalIndex;
 
-/// What an enumerated turn signal can say.
+/// State of the turn indicators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TurnCode {
-    /// No indicator on.
+    /// No indicator is on.
     Off,
-    /// Left indicators on.
+    /// The left indicators are on.
     Left,
-    /// Right indicators on.
+    /// The right indicators are on.
     Right,
-    /// Both sides on: hazard.
+    /// Both sides are on, as with hazard lights.
     Both,
 }
 
-/// What a hazard signal can say.
+impl TurnCode {
+    /// Name in texts, e.g. `left`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Both => "both",
+        }
+    }
+
+    /// The state in which the left and the right side are on or off.
+    pub fn from_sides(sides: (bool, bool)) -> Self {
+        match sides {
+            (false, false) => Self::Off,
+            (true, false) => Self::Left,
+            (false, true) => Self::Right,
+            (true, true) => Self::Both,
+        }
+    }
+}
+
+/// State of the hazard lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct HazardCode {
-    /// Whether the hazard lights are on.
+    /// True if the hazard lights are on.
     pub active: bool,
-    /// Why, as a position in the binding's list of reasons.
+    /// Position of the reason in the list of the binding; `None` = no reason given.
     pub reason: Option<u8>,
 }
 
-/// A state and when it was received, or why there is none.
+impl HazardCode {
+    /// Name in texts, `on` or `off`.
+    pub fn name(self) -> &'static str {
+        if self.active { "on" } else { "off" }
+    }
+}
+
+/// A state with its receive time, or the reason why it is unavailable.
 pub type Judged<T> = Result<(T, Received), UnavailableReason>;
 
-/// Why a state is not published.
+/// Reason why a state is unavailable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnavailableReason {
-    /// The profile binds no signal that could tell.
+    /// The profile binds no signal for the state.
     Unbound,
-    /// Unknown: no believable value of this signal.
+    /// The signal has no valid value.
     Absent(SignalIndex, MissingReason),
-    /// Unknown: the vehicle says "not available", with this raw value.
+    /// The signal reports "not available" with this raw value.
     NotAvailable(SignalIndex, i128),
-    /// Invalid: the profile gives this raw value no meaning.
+    /// The signal has a raw value without a meaning.
     Undefined(SignalIndex, i128),
-    /// Invalid: left and right are on at once, which the profile calls undefined.
+    /// Left and right are on at once, which the profile declares undefined.
     BothOn([(SignalIndex, i128); 2]),
-    /// The value itself says "fault".
+    /// The signal reports a fault with this raw value.
     Fault(SignalIndex, i128),
-    /// Unknown: lamps that are dark may be between two flashes.
+    /// The lamps have not been observed for long enough to tell off from the dark part of a flash.
     WatchingLamps([SignalIndex; 2]),
-    /// Unknown: what this stalk or button was used for before it came into sight.
+    /// The stalk or button has not been observed for long enough to exclude an earlier press.
     Settling(SignalIndex),
+}
+
+/// Kind of failure of a report (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FaultKind {
+    /// There is no valid value.
+    Unknown,
+    /// The value has no meaning in the profile.
+    Invalid,
+    /// The vehicle reports a fault.
+    HardwareFault,
+}
+
+impl UnavailableReason {
+    /// Kind of failure that this reason causes.
+    pub fn kind(self) -> FaultKind {
+        match self {
+            Self::Fault(..) => FaultKind::HardwareFault,
+            Self::Undefined(..) | Self::BothOn(_) => FaultKind::Invalid,
+            Self::Unbound
+            | Self::Absent(..)
+            | Self::NotAvailable(..)
+            | Self::WatchingLamps(_)
+            | Self::Settling(_) => FaultKind::Unknown,
+        }
+    }
+}
+
+/// A state machine that derives a lasting state from the frames of a momentary or flashing signal.
+///
+/// Call [`Self::observe`] for every frame and once when the signal becomes unavailable, and
+/// [`Self::advance`] at [`Self::next_deadline`]. A `now` before the last one counts as the last one.
+pub trait StateMachine {
+    /// Content of a frame.
+    type Input;
+    /// Derived state.
+    type State;
+
+    /// Takes a frame; `None` = unknown, also when the last frame is no longer valid.
+    fn observe(&mut self, input: Option<Self::Input>, now: MonoTime);
+
+    /// Lets time pass without a frame.
+    fn advance(&mut self, now: MonoTime);
+
+    /// The derived state; `None` while it is unknown.
+    fn state(&self) -> Option<Self::State>;
+
+    /// The next instant at which [`Self::advance`] is due without a frame.
+    fn next_deadline(&self) -> Option<MonoTime>;
 }

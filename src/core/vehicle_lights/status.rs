@@ -1,11 +1,12 @@
-//! What diagnostics say of the two reports.
+//! Diagnostic status of the two reports.
 
 #[cfg(test)]
 mod tests;
 
 use super::VehicleLights;
-use super::binding::{FaultBinding, HazardBinding, HazardSource, LightsBinding, TurnBinding};
-use super::state::UnavailableReason;
+use super::binding::{FaultBinding, HazardSource, LightsBinding};
+use super::sources::LightsContext;
+use super::state::{FaultKind, UnavailableReason};
 use super::verdict::{ActiveFault, Reason, Verdict};
 use super::warning::Warnings;
 use crate::core::can::bus::Bus;
@@ -15,17 +16,17 @@ use crate::core::validation::display::{missing_reason_text, raw_text};
 use crate::core::validation::integrity::IntegrityCounts;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 
-/// One of the two diagnostic tasks.
+/// Diagnostic task of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Task {
-    /// `turn_indicators`
+    /// The task `turn_indicators`.
     TurnIndicators,
-    /// `hazard_lights`
+    /// The task `hazard_lights`.
     HazardLights,
 }
 
 impl Task {
-    /// The name after `<node>: `.
+    /// Name of the task after `<node>: `.
     pub fn name(self) -> &'static str {
         match self {
             Self::TurnIndicators => "turn_indicators",
@@ -34,7 +35,7 @@ impl Task {
     }
 }
 
-/// What diagnostics should hear: nothing wrong, a doubt, a fault, or both; and what is odd.
+/// Condition of a report for diagnostics: unavailable, faulty or both, with irregularities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LightsFinding {
     reason: Option<UnavailableReason>,
@@ -44,7 +45,7 @@ pub struct LightsFinding {
 }
 
 impl LightsFinding {
-    /// What a verdict amounts to.
+    /// The finding of a verdict.
     pub fn of<T>(verdict: &Verdict<T>) -> Self {
         Self {
             reason: verdict.state.as_ref().err().copied(),
@@ -54,41 +55,13 @@ impl LightsFinding {
         }
     }
 
-    /// In one word.
     fn kind(self) -> Option<FaultKind> {
-        match (self.fault, self.reason) {
-            (Some(_), _) | (None, Some(UnavailableReason::Fault(..))) => Some(FaultKind::HardwareFault),
-            (None, Some(UnavailableReason::Undefined(..) | UnavailableReason::BothOn(..))) => {
-                Some(FaultKind::Invalid)
-            }
-            (
-                None,
-                Some(
-                    UnavailableReason::Absent(..)
-                    | UnavailableReason::NotAvailable(..)
-                    | UnavailableReason::Unbound
-                    | UnavailableReason::WatchingLamps(_)
-                    | UnavailableReason::Settling(_),
-                ),
-            ) => Some(FaultKind::Unknown),
-            (None, None) => None,
-        }
+        let reason = self.reason.map(UnavailableReason::kind);
+        if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
     }
 }
 
-/// What is wrong with a report, in one word
-/// (docs/spec/vehicle-interface.md, "Unknown, invalid, hardware fault").
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum FaultKind {
-    /// No value that can be believed.
-    Unknown,
-    /// A value that the profile gives no meaning.
-    Invalid,
-    /// The vehicle reports a fault.
-    HardwareFault,
-}
-
-/// A finding with its history.
+/// The finding of a task with its history.
 #[derive(Debug, Clone)]
 pub(super) struct LightsTask {
     task: Task,
@@ -96,9 +69,8 @@ pub(super) struct LightsTask {
     finding: Option<LightsFinding>,
     reason: Option<Reason>,
     source: usize,
-    unknown: u64,
-    invalid: u64,
-    faults: u64,
+    /// Number of failures since start, by [`FaultKind`].
+    failures: [u64; 3],
     last_error: Option<(String, MonoTime)>,
     rate: RateMeter,
 }
@@ -111,20 +83,14 @@ impl LightsTask {
             finding: None,
             reason: None,
             source: 0,
-            unknown: 0,
-            invalid: 0,
-            faults: 0,
+            failures: [0; 3],
             last_error: None,
             rate: RateMeter::default(),
         }
     }
 
-    /// Takes the verdict of now; true when its finding is another than before.
-    pub(super) fn update<T>(
-        &mut self,
-        verdict: &Verdict<T>,
-        (binding, buses, now): (&LightsBinding, &[Bus], MonoTime),
-    ) -> bool {
+    /// Takes the current verdict and returns whether its finding has changed.
+    pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
         let finding = LightsFinding::of(verdict);
         self.reason = verdict.reason;
         self.source = verdict.source;
@@ -133,23 +99,19 @@ impl LightsTask {
         }
         let before = self.finding.replace(finding).and_then(LightsFinding::kind);
         let kind = finding.kind();
-        if kind != before {
-            match kind {
-                Some(FaultKind::Unknown) => self.unknown += 1,
-                Some(FaultKind::Invalid) => self.invalid += 1,
-                Some(FaultKind::HardwareFault) => self.faults += 1,
-                None => {}
+        if let Some(kind) = kind {
+            if Some(kind) != before {
+                self.failures[kind as usize] += 1;
             }
-        }
-        if kind.is_some() {
-            self.last_error = Some((message(binding, buses, self.task, &finding), now));
+            let text = message(context.binding, context.buses, self.task, &finding);
+            self.last_error = Some((text, context.now.mono));
         }
         true
     }
 }
 
 impl VehicleLights {
-    /// The status of one task now. `node` is the name before the colon.
+    /// Diagnostic status of a task; `node` is the name before the colon.
     pub fn status(&self, which: Task, node: &str, buses: &[Bus], now: MonoTime) -> Status {
         let (task, report) = match which {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().map(|(value, _)| value.name())),
@@ -168,9 +130,9 @@ impl VehicleLights {
         }
         self.signal_values(task, now, &mut values);
         values.extend([
-            ("unknown_count", task.unknown.to_string()),
-            ("invalid_count", task.invalid.to_string()),
-            ("hardware_fault_count", task.faults.to_string()),
+            ("unknown_count", task.failures[FaultKind::Unknown as usize].to_string()),
+            ("invalid_count", task.failures[FaultKind::Invalid as usize].to_string()),
+            ("hardware_fault_count", task.failures[FaultKind::HardwareFault as usize].to_string()),
         ]);
         values.push((
             "last_error",
@@ -188,8 +150,8 @@ impl VehicleLights {
         }
     }
 
-    /// What is wrong with a report now, and whether it is published all the same.
-    pub fn trouble(&self, which: Task) -> (Option<FaultKind>, bool) {
+    /// Kind of failure of a report (`None` = none), and whether it is still published.
+    pub fn failure(&self, which: Task) -> (Option<FaultKind>, bool) {
         let (task, published) = match which {
             Task::TurnIndicators => (&self.turn_task, self.turn.current().is_some()),
             Task::HazardLights => (&self.hazard_task, self.hazard.current().is_some()),
@@ -197,7 +159,7 @@ impl VehicleLights {
         (task.finding.and_then(LightsFinding::kind), published)
     }
 
-    /// Takes the counts that the rates are made from; call it at every refresh.
+    /// Samples the frame counts from which rates are computed; call it at every refresh.
     pub fn sample_rates(&mut self, now: MonoTime) {
         let (turn, hazard) = (self.frames(&self.turn_task), self.frames(&self.hazard_task));
         self.turn_task.rate.sample(turn, now);
@@ -211,9 +173,8 @@ impl VehicleLights {
         let joined = |text: &dyn Fn(SignalIndex) -> String| {
             task.signals.iter().map(|signal| text(*signal)).collect::<Vec<_>>().join(", ")
         };
-        let age = |signal: SignalIndex| {
-            self.observations.last(signal).map(|observations| now.since(observations.received.at))
-        };
+        let last = |signal: SignalIndex| self.observations.last(signal);
+        let age = |signal| last(signal).map(|last| now.since(last.received.at));
         let oldest = task.signals.iter().map(|signal| age(*signal)).max().flatten();
         let any_never = task.signals.iter().any(|signal| age(*signal).is_none());
         let frames = self.frames(task);
@@ -221,14 +182,7 @@ impl VehicleLights {
             self.messages_of(task).iter().map(|m| self.observations.counts(*m).too_short).sum();
         values.extend([
             ("signal", joined(&|signal| self.binding.table.signals[signal.0].name.clone())),
-            (
-                "raw_value",
-                joined(&|signal| {
-                    self.observations
-                        .last(signal)
-                        .map_or("none".into(), |observations| raw_text(observations.raw))
-                }),
-            ),
+            ("raw_value", joined(&|signal| last(signal).map_or("none".into(), |last| raw_text(last.raw)))),
             (
                 "age_ms",
                 oldest.filter(|_| !any_never).map_or("never".into(), |age| age.as_millis().to_string()),
@@ -240,7 +194,7 @@ impl VehicleLights {
         self.integrity_values(task, values);
     }
 
-    /// What the guards of a task's messages say, where there are any.
+    /// Adds the integrity counts of the messages of a task, if any has integrity rules.
     fn integrity_values(&self, task: &LightsTask, values: &mut Vec<(&'static str, String)>) {
         let messages = self.messages_of(task);
         let counts: Vec<_> =
@@ -290,21 +244,15 @@ fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsF
 }
 
 fn source_name(binding: &LightsBinding, task: Task, position: usize) -> &str {
-    let name = match (task, &binding.turn, &binding.hazard) {
-        (Task::TurnIndicators, TurnBinding::From(sources), _) => {
-            sources.list.get(position).map(|named| &named.name)
-        }
-        (Task::HazardLights, _, HazardBinding::From(sources)) => {
-            sources.list.get(position).map(|named| &named.name)
-        }
-        _ => None,
+    let name = match task {
+        Task::TurnIndicators => binding.turn.sources().get(position).map(|named| &named.name),
+        Task::HazardLights => binding.hazard.sources().get(position).map(|named| &named.name),
     };
     name.map_or("", String::as_str)
 }
 
 fn reason_text(binding: &LightsBinding, reason: Reason) -> &str {
-    let HazardBinding::From(sources) = &binding.hazard else { return "" };
-    match sources.list.get(reason.source).map(|named| &named.source) {
+    match binding.hazard.sources().get(reason.source).map(|named| &named.source) {
         Some(HazardSource::Signal { reasons, .. }) => {
             reasons.get(usize::from(reason.index)).map_or("", String::as_str)
         }
@@ -328,8 +276,8 @@ fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableR
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     match reason {
         UnavailableReason::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
-        UnavailableReason::Absent(signal, why) => {
-            format!("unknown: {}", missing_reason_text(&binding.table, buses, signal, why))
+        UnavailableReason::Absent(signal, reason) => {
+            format!("unknown: {}", missing_reason_text(&binding.table, buses, signal, reason))
         }
         UnavailableReason::NotAvailable(signal, raw) => {
             format!("unknown: {} = {} means not available", name(signal), raw_text(raw))
@@ -345,10 +293,10 @@ fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableR
             format!("hardware fault: {} = {} means fault", name(signal), raw_text(raw))
         }
         UnavailableReason::WatchingLamps([left, right]) => {
-            format!("unknown: watching the lamps {} and {}", name(left), name(right))
+            format!("unknown: observing the lamps {} and {}", name(left), name(right))
         }
         UnavailableReason::Settling(signal) => {
-            format!("unknown: watching {}, which may have been pressed before", name(signal))
+            format!("unknown: observing {}, which may have been pressed before", name(signal))
         }
     }
 }

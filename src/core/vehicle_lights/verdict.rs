@@ -1,6 +1,6 @@
-//! From readings to one verdict a report: publish this state, or withhold it for that reason.
+//! Verdict of each report: the state to publish, or the reason to withhold it.
 //!
-//! This is the one place where the four fates of a value collapse into a report
+//! This is the only place where the four fates of a value collapse into a report
 //! (docs/spec/vehicle-interface.md, "The four fates of a value" and "Report rules").
 
 use super::binding::{FaultBinding, OnFault, TurnWhileHazard};
@@ -15,25 +15,25 @@ use crate::core::validation::table::{FaultSignal, SignalIndex};
 /// `TurnIndicatorsReport.report`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TurnIndicators {
-    /// DISABLE, 1.
+    /// The constant `DISABLE` (1).
     Disable,
-    /// `ENABLE_LEFT`, 2.
+    /// The constant `ENABLE_LEFT` (2).
     EnableLeft,
-    /// `ENABLE_RIGHT`, 3.
+    /// The constant `ENABLE_RIGHT` (3).
     EnableRight,
 }
 
 /// `HazardLightsReport.report`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum HazardLights {
-    /// DISABLE, 1.
+    /// The constant `DISABLE` (1).
     Disable,
-    /// ENABLE, 2.
+    /// The constant `ENABLE` (2).
     Enable,
 }
 
 impl TurnIndicators {
-    /// The constant's name in the `.msg` file.
+    /// Name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Disable => "DISABLE",
@@ -44,7 +44,7 @@ impl TurnIndicators {
 }
 
 impl HazardLights {
-    /// The constant's name in the `.msg` file.
+    /// Name of the constant in the `.msg` file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Disable => "DISABLE",
@@ -53,53 +53,53 @@ impl HazardLights {
     }
 }
 
-/// A fault signal that is on: the signal and its position in the [`FaultBinding`].
+/// A fault signal that reports a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActiveFault {
-    /// The signal.
+    /// Signal that reports the fault.
     pub signal: SignalIndex,
-    /// Its raw value.
+    /// Raw value of the signal.
     pub raw: i128,
-    /// Position of its text.
+    /// Position in the [`FaultBinding`].
     pub index: usize,
 }
 
-/// What is known of one report.
+/// Verdict of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verdict<T> {
-    /// The state and when it was received, or why there is none.
+    /// The state with its receive time, or the reason why it is unavailable.
     pub state: Judged<T>,
-    /// A fault the vehicle reports beside the state; the first one in the profile's order.
+    /// First active fault signal in the order of the profile; `None` = no fault.
     pub fault: Option<ActiveFault>,
-    /// What to publish: the state unless in doubt, or withheld for the fault.
+    /// The state to publish; `None` when it is unavailable or withheld because of a fault.
     pub publish: Option<(T, Received)>,
-    /// Why the hazard lights are on, for diagnostics.
+    /// Reason why the hazard lights are on, for diagnostics; `None` = none given.
     pub reason: Option<Reason>,
-    /// What is odd, though it changes nothing.
+    /// Irregularities that do not change the report.
     pub warnings: Warnings,
-    /// The source that decided the state, by position in the profile.
+    /// Position of the deciding source in the profile.
     pub source: usize,
 }
 
-/// Why the hazard lights are on.
+/// Reason why the hazard lights are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reason {
-    /// The source that says so, by position.
+    /// Position of the source that gives the reason.
     pub source: usize,
-    /// Position in its list of reasons.
+    /// Position in the list of reasons of the source.
     pub index: u8,
 }
 
-/// Both verdicts at one moment.
+/// Verdicts of both reports at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verdicts {
-    /// Turn indicators.
+    /// Verdict of the turn indicators.
     pub turn: Verdict<TurnIndicators>,
-    /// Hazard lights.
+    /// Verdict of the hazard lights.
     pub hazard: Verdict<HazardLights>,
 }
 
-/// Judges both reports now, and moves on what their sources remember.
+/// Evaluates the sources of both reports and gives their verdicts.
 pub fn judge(memory: &mut SourceMemory, context: LightsContext<'_>) -> Verdicts {
     let binding = context.binding;
     let SourceStates { turn, hazard } = memory.evaluate(context);
@@ -128,7 +128,7 @@ fn lights_of(code: HazardCode) -> HazardLights {
     if code.active { HazardLights::Enable } else { HazardLights::Disable }
 }
 
-/// Both sides on is hazard; the turn indicators then show no direction.
+/// Turn report of a state; with hazard lights the turn indicators show no direction.
 fn turn_of(code: TurnCode) -> TurnIndicators {
     match code {
         TurnCode::Left => TurnIndicators::EnableLeft,

@@ -1,56 +1,60 @@
-//! What diagnostics should hear although it changes no report: odd lamps, sources at odds.
+//! Irregularities that change no report: lamps that do not flash as they should, sources that disagree.
 
 use super::binding::LightsBinding;
 use super::lamp::LampFindings;
 use super::state::UnavailableReason;
 use crate::core::validation::table::SignalIndex;
 
-/// What is odd about the sources of one report.
+/// Irregularities of the sources of one report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Warnings {
-    /// Lamps that do not flash as they should; of the most trusted source that sees any.
+    /// Lamps that do not flash as they should, of the most trusted source with any.
     pub lamps: Option<LampWarning>,
-    /// A source that is unavailable, and the fallback in use.
+    /// The fallback in use and the reason for it.
     pub fallback: Option<Fallback>,
-    /// The most trusted source that contradicts the believed one for too long.
+    /// The most trusted source that contradicts the deciding one for too long.
     pub disagreement: Option<Contradiction>,
 }
 
-/// A fallback at work.
+/// A fallback in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fallback {
-    /// The source that is believed instead, by position.
+    /// Position of the fallback.
     pub by: usize,
-    /// Why the most trusted source is not.
+    /// Reason why the most trusted source is unavailable.
     pub reason: UnavailableReason,
 }
 
-/// Odd lamps.
+/// Lamps that do not flash as they should.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LampWarning {
-    /// Left and right lamp.
+    /// Signals of the left and the right lamp.
     pub lamps: [SignalIndex; 2],
-    /// What is odd about them.
+    /// Irregularities of the lamps.
     pub findings: LampFindings,
 }
 
-/// Two sources that say different things.
+/// Two sources with contradictory values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contradiction {
-    /// The source that is believed, by position, and what it says.
-    pub chosen: (usize, &'static str),
-    /// The one that contradicts it.
-    pub other: (usize, &'static str),
+    /// Position of the deciding source.
+    pub chosen: usize,
+    /// Name of its value.
+    pub chosen_value: &'static str,
+    /// Position of the contradicting source.
+    pub other: usize,
+    /// Name of its value.
+    pub other_value: &'static str,
 }
 
 impl Warnings {
-    /// Whether there is anything to say.
+    /// True if there is any irregularity.
     pub fn any(self) -> bool {
         self != Self::default()
     }
 
-    /// Each warning in a few words; `source_name` names a source by its position, `unavailable_text` says why
-    /// a source is unavailable.
+    /// Text of each warning; `source_name` names a source by its position, `unavailable_text` describes the
+    /// reason why a source is unavailable.
     pub fn texts<'a>(
         self,
         binding: &LightsBinding,
@@ -58,11 +62,11 @@ impl Warnings {
         unavailable_text: impl Fn(UnavailableReason) -> String,
     ) -> impl Iterator<Item = String> {
         let lamps = self.lamps.map(|warning| lamp_text(binding, warning));
-        let disagreement = self.disagreement.map(|Contradiction { chosen, other }| {
-            let [chosen, other] =
-                [chosen, other].map(|(source, value)| format!("{} = {value}", source_name(source)));
-            format!("sources disagree: {chosen} is used, but {other}")
-        });
+        let disagreement =
+            self.disagreement.map(|Contradiction { chosen, chosen_value, other, other_value }| {
+                let (chosen, other) = (source_name(chosen), source_name(other));
+                format!("sources disagree: {chosen} = {chosen_value} is used, but {other} = {other_value}")
+            });
         let fallback = self.fallback.map(|Fallback { by, reason }| {
             format!("fallback {}: {}", source_name(by), unavailable_text(reason))
         });

@@ -1,34 +1,34 @@
-//! A drive cycle by cycle: what the vehicle and its planner say, without any decider.
+//! A drive cycle by cycle: the inputs of the vehicle and its planner, without any decider.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::motion::Motion;
-use super::planner::{Sight, offset_m};
+use super::planner::{DrivePosition, offset_m};
 use super::route_path::{Change, RoutePath, RoutePathError};
 use crate::config::Refused;
 use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
-use crate::core::compat::Compat;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::polyline::{back_pose, front_pose};
+use crate::core::map::lane_network::{LaneId, LaneNetwork};
 use crate::core::time::MonoTime;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
-use crate::core::turn_signal::lane_network::{LaneId, LaneNetwork};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::route::{Route, RouteError};
 use crate::report::drive::Snapshot;
 
-/// The clock shows this at the start, so that it can jump back.
+/// The clock at the start, late enough to jump back.
 const START: MonoTime = MonoTime::from_millis(200_000_000);
-/// Without `until_m`, the drive ends so far before the end of its way, metres.
+/// Distance between the end of a drive without `until_m` and the end of its route path, metres.
 const BEFORE_END_M: f64 = 0.5;
-/// The planned path reaches so far behind and ahead, metres.
+/// Reach of the planned path behind and ahead of the vehicle, metres.
 const PATH_BEHIND_M: f64 = 8.0;
 const PATH_AHEAD_M: f64 = 300.0;
-/// Another route must pass this near to the vehicle, metres.
+/// Greatest distance of another route from the vehicle, metres.
 const NEAR_ROUTE_M: f64 = 5.0;
-/// A vehicle that moved this far has departed, metres.
+/// Distance after which a vehicle has departed, metres.
 const DEPARTED_M: f64 = 0.1;
 
 /// A drive that can be driven.
@@ -47,41 +47,41 @@ struct Leg {
     route_path: Arc<RoutePath>,
 }
 
-/// What is said at one cycle.
+/// The inputs at one cycle.
 #[derive(Debug, Clone)]
 pub struct Cycle {
-    /// Which, from 0.
+    /// Number of the cycle, from 0.
     pub index: usize,
     /// Seconds from the start, without jumps.
     pub at_s: f64,
-    /// What the clock shows.
+    /// The clock of the inputs, which may jump.
     pub now: MonoTime,
-    /// The rear axle, metres along the way.
+    /// The rear axle, metres along the route path.
     pub at_m: f64,
     /// The lanelet there.
     pub lane: Option<LaneId>,
-    /// Where it truly is.
+    /// The true pose of the rear axle.
     pub pose: Pose,
-    /// How fast it truly is, m/s.
+    /// The true speed, m/s.
     pub speed_mps: f64,
-    /// What the odometry says; `None` = nothing comes at this cycle.
+    /// The odometry; `None` when none is received at this cycle.
     pub odometry: Option<Odometry>,
     /// The planned path, from some metres behind the vehicle on.
     pub path: Vec<PathPoint>,
-    /// What the planner is doing, in the order of its chain.
+    /// The manoeuvres of the planner, in the order of its chain.
     pub manoeuvres: Vec<Manoeuvre>,
     /// The route in force.
     pub route: Arc<Route>,
-    /// Where that ends.
+    /// The end of the route.
     pub goal: Pose,
-    /// The planner drives lanes.
+    /// Whether the planner is in the lane-driving scenario.
     pub lane_driving: bool,
 }
 
 /// A point of the planned path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathPoint {
-    /// Where.
+    /// Pose of the point.
     pub pose: Pose,
     /// The lanelet there.
     pub lane: Option<LaneId>,
@@ -89,7 +89,7 @@ pub struct PathPoint {
 
 impl Cycle {
     /// A snapshot of the cycle with what was decided at it.
-    pub fn snapshot<'a>(&self, compat: Compat, decision: &'a Decision) -> Snapshot<'a> {
+    pub fn snapshot<'a>(&self, compat: DeciderCompat, decision: &'a Decision) -> Snapshot<'a> {
         let Self { at_s, at_m, pose, speed_mps, lane, .. } = *self;
         Snapshot { compat, at_s, at_m, pose, speed_mps, lane, decision }
     }
@@ -99,7 +99,7 @@ impl Course {
     /// The course of a scenario.
     ///
     /// # Errors
-    /// Lanelets that make no way, each with its place in the file.
+    /// Lanelets that do not form a path, each with its location in the file.
     pub fn new(file: DriveFile) -> Result<Self, Refused> {
         let changes: Vec<Change> = file.manoeuvres.iter().filter_map(|plan| change_of(&plan.kind)).collect();
         let mut legs = vec![leg(&file, &file.route, Moment::AtS(0.0), 1, &changes)?];
@@ -123,7 +123,7 @@ impl Course {
         &self.file.road
     }
 
-    /// The cycles from the start to the end; each call the same.
+    /// The cycles from the start to the end; the same at each call.
     pub fn cycles(&self) -> Cycles<'_> {
         let file = &self.file;
         Cycles {
@@ -138,8 +138,12 @@ impl Course {
         }
     }
 
-    /// What is expected at a cycle in one behaviour, by position in the file.
-    pub fn expected(&self, cycle: &Cycle, mode: Compat) -> impl Iterator<Item = (usize, &Expectation)> {
+    /// The expectations at a cycle for one behaviour, with their indices in the file.
+    pub fn expected(
+        &self,
+        cycle: &Cycle,
+        mode: DeciderCompat,
+    ) -> impl Iterator<Item = (usize, &Expectation)> {
         let (at_m, at_s) = (cycle.at_m, cycle.at_s);
         let all = self.file.expectations.iter().enumerate();
         all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.interval.holds(at_m, at_s))
@@ -228,7 +232,7 @@ pub struct Cycles<'a> {
     leg: usize,
     moved_m: f64,
     departed: bool,
-    /// When each trouble began, seconds.
+    /// Start of each disturbance, seconds; `None` before it.
     begun: Vec<Option<f64>>,
     is_over: bool,
 }
@@ -267,8 +271,8 @@ impl Cycles<'_> {
         self.course.legs.get(self.leg).map_or(0.0, |leg| leg.route_path.length_m() - self.moved_m)
     }
 
-    fn sight<'a>(&self, course: &'a Course, leg: &'a Leg) -> Sight<'a> {
-        Sight {
+    fn drive_position<'a>(&self, course: &'a Course, leg: &'a Leg) -> DrivePosition<'a> {
+        DrivePosition {
             file: &course.file,
             route_path: &leg.route_path,
             moved_m: self.moved_m,
@@ -278,16 +282,16 @@ impl Cycles<'_> {
         }
     }
 
-    /// Goes over to another route when its time has come, at the same place on the map.
+    /// Changes to the next route when it is due, at the same place on the map.
     fn change_legs(&mut self) {
         let course = self.course;
         while let (Some(leg), Some(next)) = (course.legs.get(self.leg), course.legs.get(self.leg + 1)) {
-            let sight = self.sight(course, leg);
-            if !sight.has_come(next.from) {
+            let position = self.drive_position(course, leg);
+            if !position.has_come(next.from) {
                 return;
             }
-            let here = leg.route_path.pose(sight.at_m + self.moved_m, |_| 0.0).position;
-            self.moved_m = next.route_path.nearest(here).0 - sight.at_m;
+            let here = leg.route_path.pose(position.at_m + self.moved_m, |_| 0.0).position;
+            self.moved_m = next.route_path.nearest(here).0 - position.at_m;
             self.leg += 1;
         }
     }
@@ -296,16 +300,16 @@ impl Cycles<'_> {
         let course = self.course;
         let file = &course.file;
         let leg = course.legs.get(self.leg)?;
-        let sight = self.sight(course, leg);
+        let position = self.drive_position(course, leg);
         let moved_m = self.moved_m;
-        let offset = |way_m: f64| offset_m(file, way_m - moved_m);
-        let pose = leg.route_path.pose(sight.at_m + moved_m, offset);
+        let offset = |path_m: f64| offset_m(file, path_m - moved_m);
+        let pose = leg.route_path.pose(position.at_m + moved_m, offset);
         let speed_mps = self.motion.speed_mps();
         let mut clock_s = at_s;
         let mut odometry = Some(Odometry { pose, speed_mps });
         let (mut has_path, mut lane_driving) = (true, true);
         for (disturbance, begun) in file.disturbances.iter().zip(&mut self.begun) {
-            if begun.is_none() && sight.has_come(disturbance.at) {
+            if begun.is_none() && position.has_come(disturbance.at) {
                 *begun = Some(at_s);
             }
             let Some(begun_s) = *begun else { continue };
@@ -324,18 +328,18 @@ impl Cycles<'_> {
                 DisturbanceKind::Reroute(_) => {}
             }
         }
-        let path = if has_path { path(&sight) } else { Vec::new() };
+        let path = if has_path { path(&position) } else { Vec::new() };
         Some(Cycle {
             index: self.index,
             at_s,
             now: clock(clock_s),
-            at_m: sight.at_m,
-            lane: leg.route_path.lane_at(sight.at_m + moved_m),
+            at_m: position.at_m,
+            lane: leg.route_path.lane_at(position.at_m + moved_m),
             pose,
             speed_mps,
             odometry,
             path,
-            manoeuvres: sight.manoeuvres(),
+            manoeuvres: position.manoeuvres(),
             route: Arc::clone(&leg.route),
             goal: leg.goal,
             lane_driving,
@@ -344,14 +348,15 @@ impl Cycles<'_> {
 }
 
 /// Points a metre apart.
-fn path(sight: &Sight<'_>) -> Vec<PathPoint> {
+fn path(position: &DrivePosition<'_>) -> Vec<PathPoint> {
     let mut points = Vec::new();
-    let mut way_m = (sight.at_m + sight.moved_m - PATH_BEHIND_M).max(0.0);
-    let to_m = (sight.at_m + sight.moved_m + PATH_AHEAD_M).min(sight.route_path.length_m());
-    while way_m <= to_m {
-        let pose = sight.route_path.pose(way_m, |way_m| offset_m(sight.file, way_m - sight.moved_m));
-        points.push(PathPoint { pose, lane: sight.route_path.lane_at(way_m) });
-        way_m += 1.0;
+    let mut path_m = (position.at_m + position.moved_m - PATH_BEHIND_M).max(0.0);
+    let to_m = (position.at_m + position.moved_m + PATH_AHEAD_M).min(position.route_path.length_m());
+    while path_m <= to_m {
+        let pose =
+            position.route_path.pose(path_m, |path_m| offset_m(position.file, path_m - position.moved_m));
+        points.push(PathPoint { pose, lane: position.route_path.lane_at(path_m) });
+        path_m += 1.0;
     }
     points
 }

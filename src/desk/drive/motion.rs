@@ -1,21 +1,21 @@
-//! Speed and stops: where the vehicle is after a while.
+//! Speed and stops: where the vehicle is after a time.
 
 use crate::config::drive::{SpeedProfile, Stop};
 
-/// Nearer than this a place is reached, metres; rounding only.
+/// A position nearer than this is reached, metres; for rounding only.
 const SAME_M: f64 = 1e-9;
 
-/// Positions are kept to this, metres.
+/// Resolution of positions, metres.
 const GRAIN_M: f64 = 1.0 / 1_073_741_824.0;
 
-/// A vehicle on its way.
+/// A vehicle that follows its speed profile and its stops.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Motion<'a> {
     profile: &'a SpeedProfile,
-    /// Those ahead, ascending.
+    /// The stops ahead, ascending.
     stops: &'a [Stop],
     standing_s: f64,
-    /// Where the rear axle is, metres along the way.
+    /// Where the rear axle is, metres along the route path.
     pub(super) at_m: f64,
     /// Since the start, seconds.
     pub(super) at_s: f64,
@@ -36,7 +36,7 @@ impl<'a> Motion<'a> {
         if self.standing_s > 0.0 { 0.0 } else { self.driving_mps() }
     }
 
-    /// Drives for a while, stops and steps of the profile in between included.
+    /// Drives for a time, stops and steps of the profile in between included.
     pub(super) fn advance(&mut self, by_s: f64) {
         self.drive(by_s);
         // Rounding does not add up: a metre a cycle is a metre a cycle.

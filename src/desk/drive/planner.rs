@@ -1,10 +1,10 @@
-//! The manoeuvres of a drive as the planner tells them at a cycle.
+//! The manoeuvres of a drive as the planner publishes them at a cycle.
 
 use super::route_path::{RoutePath, smooth};
 use crate::config::drive::{AvoidanceLine as DrawnLine, DriveFile, Moment, Plan, PlanKind};
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::geometry::path::PathError;
-use crate::core::turn_signal::lane_network::LaneId;
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathError;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
@@ -12,7 +12,7 @@ use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
 use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
 use crate::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 
-/// Paths of manoeuvres reach so far behind the vehicle and ahead of it, metres.
+/// Reach of manoeuvre paths behind and ahead of the vehicle, metres.
 const BEHIND_M: f64 = 100.0;
 const AHEAD_M: f64 = 300.0;
 /// Spacing of their points, metres.
@@ -24,26 +24,26 @@ const OVER_M: f64 = 1.0;
 /// This near to the end of the first part of a path counts as there, metres.
 const NEAR_PART_END_M: f64 = 1.0;
 
-/// Where the vehicle is in its drive.
+/// Position of the vehicle in its drive.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sight<'a> {
+pub(super) struct DrivePosition<'a> {
     pub(super) file: &'a DriveFile,
     pub(super) route_path: &'a RoutePath,
-    /// What is added to a position of the drive to make it one of the way.
+    /// Added to a position of the drive, gives the position on the route path, metres.
     pub(super) moved_m: f64,
     pub(super) at_m: f64,
     pub(super) at_s: f64,
-    /// It has driven on from where it started.
+    /// Whether it has left its starting position.
     pub(super) departed: bool,
 }
 
-/// Offset of the vehicle from the way at a position, metres.
+/// Offset of the vehicle from the route path at a position, metres.
 pub(super) fn offset_m(file: &DriveFile, at_m: f64) -> f64 {
     file.manoeuvres.iter().map(|plan| own_offset_m(&plan.kind, at_m, smooth)).sum()
 }
 
-impl Sight<'_> {
-    /// What the planner tells, in the order of its chain: starting first, then what is approved, then
+impl DrivePosition<'_> {
+    /// The manoeuvres of the planner, in the order of its chain: starting first, then what is approved, then
     /// what waits, then the goal.
     pub(super) fn manoeuvres(&self) -> Vec<Manoeuvre> {
         let mut known: Vec<&Plan> = self.file.manoeuvres.iter().filter(|plan| self.knows(plan)).collect();
@@ -57,7 +57,7 @@ impl Sight<'_> {
         known.into_iter().filter_map(|plan| self.manoeuvre(plan)).collect()
     }
 
-    /// A place or time that has come.
+    /// Whether a position or a time has been reached.
     pub(super) fn has_come(&self, moment: Moment) -> bool {
         match moment {
             Moment::AtM(at_m) => self.at_m >= at_m - 1e-9,
@@ -79,7 +79,7 @@ impl Sight<'_> {
 
     /// The pose at a position of the drive.
     fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
-        self.route_path.pose(at_m + self.moved_m, |way_m| offset_m(way_m - self.moved_m))
+        self.route_path.pose(at_m + self.moved_m, |path_m| offset_m(path_m - self.moved_m))
     }
 
     fn lanes(&self, plan: &Plan) -> Vec<LaneId> {
@@ -231,12 +231,12 @@ impl Sight<'_> {
     }
 }
 
-/// As paths of the planner have it: ramps without rounding.
+/// The offset on paths of the planner: ramps without rounding, metres.
 fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
     own_offset_m(kind, at_m, |share| share.clamp(0.0, 1.0))
 }
 
-/// Where its shifts begin and end, metres.
+/// Start and end of its shifts, metres.
 fn ends_m(kind: &PlanKind) -> Vec<f64> {
     match kind {
         PlanKind::Avoidance { lines } => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),
@@ -247,7 +247,7 @@ fn ends_m(kind: &PlanKind) -> Vec<f64> {
     }
 }
 
-/// What one manoeuvre adds to the offset at a position; `ramp` goes from 0 to 1.
+/// The share of one manoeuvre in the offset at a position, metres; `ramp` goes from 0 to 1.
 fn own_offset_m(kind: &PlanKind, at_m: f64, ramp: impl Fn(f64) -> f64) -> f64 {
     let part = |from_m: f64, to_m: f64| ramp((at_m - from_m) / (to_m - from_m));
     match kind {

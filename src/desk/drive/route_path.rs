@@ -1,22 +1,22 @@
-//! The way of a drive: positions along the middle of the lanelets of a route, to places on the map.
+//! The path of a drive: positions along the centrelines of the lanelets of a route, as points of the map.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::core::turn_signal::geometry::polyline::{arc_lengths_m, at_arc, nearest};
-use crate::core::turn_signal::geometry::{Point, Pose};
-use crate::core::turn_signal::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, nearest};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::Side;
 
-/// A lane change that nobody placed takes so long, metres, if there is room.
+/// Length of a lane change without a place of its own, metres, if there is room.
 const LANE_CHANGE_M: f64 = 50.0;
-/// Half of the piece whose direction is the heading in its middle, metres.
+/// Half the length of the piece of path that gives the heading in its middle, metres.
 const HEADING_M: f64 = 0.25;
 
-/// Where positions lie.
+/// The line that positions are measured along.
 #[derive(Debug, Clone)]
 pub struct RoutePath {
     road: Arc<LaneNetwork>,
@@ -26,20 +26,20 @@ pub struct RoutePath {
 #[derive(Debug, Clone)]
 enum Line {
     Lanes(Lanes),
-    /// As it was drawn, with the lanelets to be on.
+    /// A line from the file, with the lanelets it may be on.
     Points(Vec<Point>, Vec<LaneId>),
 }
 
 /// Lanes of a route, side by side, with changes between them.
 #[derive(Debug, Clone)]
 struct Lanes {
-    /// Where each segment begins, and where the last one ends, metres.
+    /// Start of each segment, and the end of the last one, metres.
     starts_m: Vec<f64>,
     /// At least one.
     tracks: Vec<Track>,
     /// From each track to the next.
     changes: Vec<Change>,
-    /// Of all lanelets of the route, metres.
+    /// Lengths of all lanelets of the route, metres.
     lengths_m: BTreeMap<LaneId, f64>,
 }
 
@@ -50,18 +50,18 @@ struct Track {
     lanes: Vec<LaneId>,
 }
 
-/// A lane change that moves the vehicle, metres along the way.
+/// A lane change that moves the vehicle, metres along the route path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
-    /// Which way.
+    /// Side of the target lane.
     pub side: Side,
-    /// Where it begins.
+    /// Start of the change.
     pub from_m: f64,
-    /// Where it ends.
+    /// End of the change.
     pub to_m: f64,
 }
 
-/// Why lanelets make no way.
+/// Reason why lanelets do not form a path.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum RoutePathError {
     /// The lanelets do not lead on.
@@ -70,29 +70,29 @@ pub enum RoutePathError {
          way ends in lanelet {from}"
     )]
     Gap {
-        /// Where the way ends.
+        /// The last lanelet of the path.
         from: LaneId,
-        /// What cannot be reached.
+        /// The lanelet that cannot be reached.
         to: LaneId,
     },
     /// A lane change lies where there are not both lanes.
     #[error("both lanes of the lane change lie side by side from {from_m:.1} to {to_m:.1} m only")]
     ChangeOutside {
-        /// From here.
+        /// Start of the part with both lanes, metres.
         from_m: f64,
-        /// To here.
+        /// End of the part with both lanes, metres.
         to_m: f64,
     },
     /// A lanelet has no middle.
     #[error("lanelet {lane} has no length")]
     NoLength {
-        /// Which.
+        /// The lanelet without a length.
         lane: LaneId,
     },
 }
 
 impl RoutePath {
-    /// The way through the preferred lanelets. Where one does not follow the one before, the vehicle
+    /// The path through the preferred lanelets. Where one does not follow the one before, the vehicle
     /// changes lanes: as the first of `changes` on the proper side that lies where both lanes are,
     /// else over fifty metres in the middle of that.
     pub fn of_route(
@@ -122,7 +122,7 @@ impl RoutePath {
         Self { road, line: Line::Points(points, lanes) }
     }
 
-    /// Where it ends, metres.
+    /// Position of its end, metres.
     pub fn length_m(&self) -> f64 {
         match &self.line {
             Line::Lanes(lanes) => lanes.starts_m.last().copied().unwrap_or_default(),
@@ -130,7 +130,7 @@ impl RoutePath {
         }
     }
 
-    /// The place at a position, `offset_m` to the left of the way, which may change along it; beyond the
+    /// The pose at a position, `offset_m` to the left of the path, which may change along it; beyond the
     /// ends it goes straight on.
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
@@ -175,7 +175,7 @@ impl RoutePath {
         }
         line.push(self.middle(self.length_m()));
         let foot = nearest(&line, place);
-        // A piece of the line is a metre of the way, but for the last.
+        // A piece of the line is a metre of the path, but for the last.
         let arcs_m = arc_lengths_m(&line);
         foot.map_or((0.0, f64::INFINITY), |foot| {
             let piece = arcs_m.partition_point(|arc_m| *arc_m <= foot.arc_m).saturating_sub(1);
@@ -185,12 +185,12 @@ impl RoutePath {
         })
     }
 
-    /// Of the way itself, without offsets.
+    /// The heading of the path itself, without offsets.
     fn heading_rad(&self, at_m: f64) -> f64 {
         self.middle(at_m - HEADING_M).heading_to_rad(self.middle(at_m + HEADING_M))
     }
 
-    /// Without offsets.
+    /// The point of the path itself, without offsets.
     fn middle(&self, at_m: f64) -> Point {
         let length_m = self.length_m();
         let within_m = at_m.clamp(0.0, length_m);
@@ -283,7 +283,7 @@ impl Lanes {
     }
 }
 
-/// From 0 to 1 without kinks; held outside.
+/// A ramp from 0 to 1 without kinks; constant outside.
 pub(super) fn smooth(share: f64) -> f64 {
     let share = share.clamp(0.0, 1.0);
     share * share * (3.0 - 2.0 * share)

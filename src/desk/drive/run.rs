@@ -1,14 +1,14 @@
 //! The decider in one behaviour over a course.
 
 use super::course::{Course, Cycle};
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decider::{Decider, Settings};
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::inputs::{Inputs, Timed};
 use crate::core::turn_signal::manoeuvre::Manoeuvre;
 use crate::core::turn_signal::planner_input::Odometry;
 
-/// A decider with what it was told last.
+/// A decider with the odometry it received last.
 #[derive(Debug, Clone)]
 pub struct Run<'a> {
     course: &'a Course,
@@ -17,8 +17,8 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A decider that has seen nothing.
-    pub fn new(course: &'a Course, mode: Compat) -> Self {
+    /// A decider without any input yet.
+    pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
         let file = course.file();
         let settings = Settings {
             parameters: file.parameters.clone(),
@@ -28,7 +28,7 @@ impl<'a> Run<'a> {
         Self { course, decider: Decider::new(settings), odometry: None }
     }
 
-    /// What it decides at the next cycle.
+    /// The decision at the next cycle.
     pub fn step(&mut self, cycle: &Cycle) -> Decision {
         let now = cycle.now;
         if let Some(value) = cycle.odometry {

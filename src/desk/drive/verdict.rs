@@ -2,7 +2,7 @@
 
 use super::course::{Course, Cycle};
 use crate::config::drive::{Expectation, Wanted};
-use crate::core::compat::Compat;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::report::decision::{case, winner};
 use crate::report::drive::{Failed, Verdict};
@@ -11,7 +11,7 @@ use crate::report::drive::{Failed, Verdict};
 #[derive(Debug, Clone)]
 pub struct Verdicts<'a> {
     course: &'a Course,
-    mode: Compat,
+    mode: DeciderCompat,
     states: Vec<State>,
 }
 
@@ -26,7 +26,7 @@ struct State {
 
 impl<'a> Verdicts<'a> {
     /// Verdicts before the first cycle.
-    pub fn new(course: &'a Course, mode: Compat) -> Self {
+    pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
         Self { course, mode, states: vec![State::default(); course.file().expectations.len()] }
     }
 

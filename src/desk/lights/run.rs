@@ -1,17 +1,17 @@
-//! A scenario from its first snapshot to its end, one step for each time at which something is due.
+//! A scenario from its start to its end, one step for each time at which something is due.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::traffic_light::emission::LightsTopic;
+use crate::core::traffic_light::emission::{Content, LightsTopic};
 use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
 use crate::core::traffic_light::event_log::{Note, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
 use crate::core::traffic_light::target::Layer;
 use crate::report::lights::{STORES, Snapshot, States};
 
-/// The scenario, as far as it has run.
+/// A scenario in progress.
 #[derive(Debug)]
 pub struct Run {
     lights: TrafficLights,
@@ -23,8 +23,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// The scenario is about to start. It is shown to its end, but no longer than `until`, and with
-    /// the camera's and the V2I topic, whatever the settings say.
+    /// A run before its start, to the end of the scenario or `until`. It has the camera's and the V2I topic,
+    /// whatever the topics of the settings.
     pub fn new(mut settings: LightsSettings, until: Duration) -> Self {
         settings.topics = [LightsTopic::Camera, LightsTopic::V2i].into();
         Self {
@@ -60,7 +60,9 @@ impl Run {
                 LightsTopic::V2i => &mut self.states.external,
                 LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => continue,
             };
-            if kept.as_ref() != Some(&emission.content) {
+            let is_same =
+                |kept: &Content| kept.is_shared_with(&emission.content) || *kept == emission.content;
+            if !kept.as_ref().is_some_and(is_same) {
                 has_changed = true;
                 *kept = Some(emission.content);
             }
@@ -78,7 +80,7 @@ impl Run {
         self.lights.scenario()
     }
 
-    /// How the scenario ended; none while it goes on.
+    /// The outcome of the scenario; `None` before its end.
     pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.lights.verdict()
     }

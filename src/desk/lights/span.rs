@@ -1,22 +1,22 @@
-//! How long a scenario is looked at when nobody says.
+//! How long a scenario is run without `--until`.
 
 use std::time::Duration;
 
 use crate::core::traffic_light::scenario::{Action, Controller, Scenario, Test, Trigger};
 
-/// Scenarios that end by themselves are given this long.
+/// Limit for scenarios that end by themselves.
 const MAX_LENGTH: Duration = Duration::from_secs(3_600);
-/// Nothing to go by.
+/// For scenarios without a cycle or a time.
 const USUAL: Duration = Duration::from_secs(60);
-/// After the last time that a trigger names.
+/// Added to the last time that a trigger names.
 const AFTERMATH: Duration = Duration::from_secs(5);
 
-/// A length with its reason.
+/// The length of a run with its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
-    /// Until then, from the start.
+    /// End of the run, from the start.
     pub until: Duration,
-    /// Why, in words.
+    /// The reason for this end, as text.
     pub why: &'static str,
 }
 

@@ -1,6 +1,6 @@
 //! Values along a chart, seconds or metres: where they lie, and where the ticks go.
 
-/// Steps of seconds that people count in; below and above them 1, 2, 5 times powers of ten.
+/// Steps of seconds on clocks; below and above them 1, 2, 5 times powers of ten.
 const CLOCK_STEPS_S: [f64; 17] = [
     1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0, 14_400.0,
     43_200.0, 86_400.0,
@@ -42,7 +42,7 @@ impl Axis {
         Self { along, from, to, left_px, width_px }
     }
 
-    /// Where a value lies; what is outside lies at the edge.
+    /// Position of a value, pixels; values outside are at the edge.
     pub(super) fn x(&self, value: f64) -> f64 {
         let part = (value.clamp(self.from, self.to) - self.from) / (self.to - self.from);
         self.left_px + part * self.width_px

@@ -1,5 +1,5 @@
 //! Colours. Green leans to blue and red to orange, and they differ in brightness, so that
-//! colour-blind eyes tell them apart; letters say the same again.
+//! colour-blind eyes distinguish them; letters repeat them.
 
 use crate::core::traffic_light::bulb::Color;
 

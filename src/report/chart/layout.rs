@@ -5,7 +5,7 @@ use super::legend;
 use super::look;
 use super::mark::Marks;
 use super::style::Style;
-use super::svg::{self, Element, Place, line, rect, words};
+use super::svg::{self, Element, Place, line, rect, text_at};
 use super::{Bar, Chart, Lane, Row};
 use super::{ink, text};
 
@@ -45,11 +45,11 @@ impl Chart {
         if style.is_framed {
             content.push(look::patterns());
         }
-        let title = words(MARGIN_PX, 28.0, TITLE_PX, &self.title);
+        let title = text_at(MARGIN_PX, 28.0, TITLE_PX, &self.title);
         content.push(title.with("fill", ink::DARK).with("font-weight", "bold"));
         let mut y = 38.0;
         if !self.subtitle.is_empty() {
-            let subtitle = words(MARGIN_PX, y + style.subtitle, SMALL_PX, &self.subtitle);
+            let subtitle = text_at(MARGIN_PX, y + style.subtitle, SMALL_PX, &self.subtitle);
             content.push(subtitle.with("fill", ink::SOFT));
             y += 18.0;
         }
@@ -167,7 +167,7 @@ impl Drawing {
     fn number(&self, tick: &Tick, top: f64, bottom: f64) -> [Element; 2] {
         [top - 8.0, bottom + 16.0].map(|y| {
             let number =
-                words(self.axis.x(tick.value), y, SMALL_PX, &tick.label).with("text-anchor", "middle");
+                text_at(self.axis.x(tick.value), y, SMALL_PX, &tick.label).with("text-anchor", "middle");
             let halo = |number: Element| number.with("stroke", "#ffffff").with("stroke-width", 4);
             let number =
                 if self.style.is_framed { halo(number).with("paint-order", "stroke") } else { number };
@@ -177,14 +177,14 @@ impl Drawing {
 
     fn caption(&self, bottom: f64) -> Element {
         let x = self.axis.edges().0 - self.style.caption_gap;
-        let caption = words(x, bottom + 16.0, SMALL_PX, self.axis.caption());
+        let caption = text_at(x, bottom + 16.0, SMALL_PX, self.axis.caption());
         caption.with("text-anchor", "end").with("fill", ink::SOFT)
     }
 
     fn lane(&self, lane: &Lane, top: f64) -> Element {
         let name = Element::new("title").text(&lane.label);
         let label = text::fitted(&lane.label, LABEL_PX, self.labels_px);
-        let label = words(MARGIN_PX, top + LANE_GAP_PX + 13.0, LABEL_PX, &label).with("fill", ink::DARK);
+        let label = text_at(MARGIN_PX, top + LANE_GAP_PX + 13.0, LABEL_PX, &label).with("fill", ink::DARK);
         let label = label.with("font-weight", "bold");
         let mut group = Element::new("g").with("class", self.style.lane_class).child(name).child(label);
         let mut y = top + LANE_GAP_PX;
@@ -192,7 +192,7 @@ impl Drawing {
             let height = self.row_height(row);
             let label = text::fitted(&row.label, SMALL_PX, self.rows_px);
             let x = self.axis.edges().0 - 8.0;
-            let label = words(x, y + height / 2.0 + 4.0, SMALL_PX, &label).with("text-anchor", "end");
+            let label = text_at(x, y + height / 2.0 + 4.0, SMALL_PX, &label).with("text-anchor", "end");
             let name = Element::new("title").text(&row.label);
             let drawn =
                 Element::new("g").with("class", "row").child(name).child(label.with("fill", ink::SOFT));

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::look::Look;
 use super::style::Style;
-use super::svg::{Element, Place, words};
+use super::svg::{Element, Place, text_at};
 use super::{ink, text};
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
@@ -69,7 +69,7 @@ pub(super) fn draw<'a>(
         }
         drawn.extend(look.draw(Place { x, y, width: sample_px, height }, style.base_line));
         let base_line = y + height / 2.0 + SIZE_PX * style.base_line;
-        drawn.push(words(x + sample_px + 6.0, base_line, SIZE_PX, meaning).with("fill", ink::SOFT));
+        drawn.push(text_at(x + sample_px + 6.0, base_line, SIZE_PX, meaning).with("fill", ink::SOFT));
         x += width;
     }
     let height = if entries.is_empty() { 0.0 } else { y + style.legend_line - top };

@@ -2,7 +2,7 @@
 
 use super::command::{CommandKind, IndicatorState};
 use super::ink::{self, Ink};
-use super::svg::{Element, Place, line, pixels, rect, words};
+use super::svg::{Element, Place, line, pixels, rect, text_at};
 use super::text;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
@@ -25,7 +25,7 @@ const BORDERLESS_PX: f64 = 4.0;
 const SIGN_PX: f64 = 11.0;
 
 impl Look {
-    /// The same in words.
+    /// The look as text.
     pub(super) fn description(&self) -> String {
         match self {
             Self::Bulbs(bulbs) if bulbs.is_empty() => "dark".to_owned(),
@@ -78,7 +78,7 @@ impl Look {
 fn labelled(field: Element, (label, fill): (&str, &str), place: Place, base_line: f64) -> Vec<Element> {
     let shown = text::fitted(label, SIGN_PX, place.width - 6.0);
     let y = place.y + place.height / 2.0 + SIGN_PX * base_line;
-    let label = words(place.x + place.width / 2.0, y, SIGN_PX, &shown).with("text-anchor", "middle");
+    let label = text_at(place.x + place.width / 2.0, y, SIGN_PX, &shown).with("text-anchor", "middle");
     let label = (!shown.is_empty()).then(|| label.with("fill", fill));
     [field].into_iter().chain(label).collect()
 }
@@ -104,7 +104,7 @@ pub(super) fn patterns() -> Element {
     Element::new("defs").children(hatchings)
 }
 
-/// A row of bars too narrow to be told apart.
+/// Bars too narrow to be distinguished.
 pub(super) fn dense(place: Place) -> Vec<Element> {
     let fill = format!("url(#{})", pattern_name("flashing", Color::Unknown));
     vec![
@@ -204,7 +204,7 @@ fn signs(bulb: Bulb, ink: Ink, color: &str, place: Place, size: f64) -> Vec<Elem
 fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Element> {
     let turn_deg = match bulb.shape {
         Shape::Circle => return None,
-        // The letter says it already.
+        // The letter is a question mark already.
         Shape::Unknown if bulb.color == Color::Unknown => return None,
         Shape::Unknown => {
             let place = Place { x, y: y - size, width: 0.0, height: 2.0 * size };
@@ -236,5 +236,5 @@ fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Ele
 
 fn centred(place: Place, size_px: f64, text: &str) -> Element {
     let y = place.y + place.height / 2.0 + size_px * 0.36;
-    words(place.x + place.width / 2.0, y, size_px, text).with("text-anchor", "middle")
+    text_at(place.x + place.width / 2.0, y, size_px, text).with("text-anchor", "middle")
 }

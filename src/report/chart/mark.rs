@@ -2,7 +2,7 @@
 //! with a list below.
 
 use super::axis::{Axis, seconds};
-use super::svg::{Element, line, words};
+use super::svg::{Element, line, text_at};
 use super::{Mark, ink, text};
 
 const SIZE_PX: f64 = 11.0;
@@ -14,7 +14,7 @@ const LINE_PX: f64 = 15.0;
 const COLUMN_GAP_PX: f64 = 28.0;
 const MAX_LISTED: usize = 120;
 
-/// Marks with places for their texts.
+/// Marks with the levels of their texts.
 #[derive(Debug)]
 pub(super) struct Marks<'a> {
     moments: Vec<Moment<'a>>,
@@ -82,13 +82,13 @@ impl<'a> Marks<'a> {
             group = group.child(Element::new("title").text(&title));
             group = group.child(stroke.with("stroke-dasharray", "4 3").with("stroke-opacity", 0.75));
             if level.is_some() {
-                group = group.child(words(x + 4.0, y + SIZE_PX, SIZE_PX, &moment.text()));
+                group = group.child(text_at(x + 4.0, y + SIZE_PX, SIZE_PX, &moment.text()));
             } else {
                 let number = (index + 1).to_string();
                 let width = text::width(&number, SIZE_PX);
                 if x - width / 2.0 >= free {
                     free = x + width / 2.0 + NUMBER_GAP_PX;
-                    let number = words(x, y + SIZE_PX - 1.0, SIZE_PX, &number);
+                    let number = text_at(x, y + SIZE_PX - 1.0, SIZE_PX, &number);
                     group = group.child(number.with("text-anchor", "middle"));
                 }
             }
@@ -117,10 +117,10 @@ impl<'a> Marks<'a> {
             let times_x = x + numbers_px + 10.0 + times_px;
             let ends = [(x + numbers_px, &line.number), (times_x, &line.time)];
             let ends = ends.into_iter().filter(|(_, text)| !text.is_empty());
-            drawn.extend(ends.map(|(x, text)| words(x, y, SIZE_PX, text).with("text-anchor", "end")));
-            drawn.push(words(times_x + 10.0, y, SIZE_PX, &text::fitted(&line.text, SIZE_PX, texts_px)));
+            drawn.extend(ends.map(|(x, text)| text_at(x, y, SIZE_PX, text).with("text-anchor", "end")));
+            drawn.push(text_at(times_x + 10.0, y, SIZE_PX, &text::fitted(&line.text, SIZE_PX, texts_px)));
         }
-        let drawn = drawn.into_iter().map(|words| words.with("fill", ink::MARK)).collect();
+        let drawn = drawn.into_iter().map(|text| text.with("fill", ink::MARK)).collect();
         (drawn, pixels(rows) * LINE_PX)
     }
 
@@ -130,7 +130,7 @@ impl<'a> Marks<'a> {
         }
         let all = self.moments.iter().enumerate().flat_map(|(index, moment)| {
             moment.texts.iter().enumerate().map(move |(position, text)| {
-                let first = |words: String| if position == 0 { words } else { String::new() };
+                let first = |text: String| if position == 0 { text } else { String::new() };
                 let (number, time) =
                     (first((index + 1).to_string()), first(format!("{} s", seconds(moment.at_s))));
                 Listed { number, time, text: (*text).to_owned() }

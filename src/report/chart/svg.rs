@@ -87,12 +87,12 @@ pub(super) fn line(from: (f64, f64), to: (f64, f64), stroke: &str) -> Element {
     line.with("stroke", stroke)
 }
 
-/// Words on a base line.
-pub(super) fn words(x: f64, y: f64, size_px: f64, text: &str) -> Element {
+/// Text on a base line.
+pub(super) fn text_at(x: f64, y: f64, size_px: f64, text: &str) -> Element {
     Element::new("text").at("x", x).at("y", y).at("font-size", size_px).text(text)
 }
 
-/// A whole picture on white.
+/// A document with a white background.
 pub(super) fn document(width: f64, height: f64, content: Vec<Element>) -> String {
     let view = format!("0 0 {} {}", pixels(width), pixels(height));
     let root = Element::new("svg")

@@ -1,16 +1,16 @@
 //! A drive as a chart: the lanelets of its route, what the planner does, and for each behaviour the
 //! sections of every candidate and the signal that came out.
 
-use super::{Snapshot, name};
+use super::Snapshot;
 use crate::config::drive::{AvoidanceLine, DriveFile, Expectation, Interval, PlanKind};
-use crate::core::compat::Compat;
-use crate::core::map::lanelet::TurnDirection;
+use crate::core::map::lane_network::TurnDirection;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::Source;
 use crate::core::turn_signal::signal::{Hazard, Signal};
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
 use crate::report::decision::evaluated;
 
-/// Records whose ends lie nearer than this are one, metres: some have starts that move on.
+/// Records whose ends are nearer than this are one, metres; starts may move on.
 const SAME_M: f64 = 1.0;
 
 /// Collects what is drawn while a drive goes on, behaviour by behaviour.
@@ -23,7 +23,7 @@ pub struct DriveChart<'a> {
 
 #[derive(Debug, Clone)]
 struct CompatRun {
-    compat: Compat,
+    compat: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Driven>,
 }
@@ -46,7 +46,7 @@ struct Record {
 }
 
 impl<'a> DriveChart<'a> {
-    /// A chart without any snapshot.
+    /// A chart without any cycle.
     pub fn new(file: &'a DriveFile) -> Self {
         Self { file, lanelets: Vec::new(), runs: Vec::new() }
     }
@@ -199,12 +199,12 @@ impl CompatRun {
         if !expected.is_empty() {
             rows.push(Row { label: "expected".to_owned(), bars: expected });
         }
-        Lane { label: name(self.compat).to_owned(), rows }
+        Lane { label: self.compat.name().to_owned(), rows }
     }
 }
 
 impl Driven {
-    /// The vehicle goes the other way now.
+    /// Whether the vehicle changes direction.
     fn turns_around(&self, at_m: f64) -> bool {
         (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
     }

@@ -9,17 +9,17 @@ use serde_json::{Value, json};
 use super::decision::{self, Essence};
 use super::{Form, joined};
 use crate::config::drive::{Expectation, Interval};
-use crate::core::compat::Compat;
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneId;
+use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::signal::Hazard;
 
 /// What was decided at one cycle of a drive.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {
     /// The behaviour of the decider.
-    pub compat: Compat,
+    pub compat: DeciderCompat,
     /// Seconds from the start.
     pub at_s: f64,
     /// The rear axle, metres along the route.
@@ -38,7 +38,7 @@ pub struct Snapshot<'a> {
 #[derive(Debug, Clone)]
 pub struct Verdict<'a> {
     /// The behaviour of the decider.
-    pub compat: Compat,
+    pub compat: DeciderCompat,
     /// How many expectations held.
     pub met: usize,
     /// Those that did not.
@@ -51,7 +51,7 @@ pub struct Failed<'a> {
     /// What was expected.
     pub expectation: &'a Expectation,
     /// The behaviour of the decider.
-    pub compat: Compat,
+    pub compat: DeciderCompat,
     /// What came out instead, and where.
     pub reason: String,
 }
@@ -73,10 +73,10 @@ impl DriveWriter {
     }
 
     /// Begins a behaviour; the first decision after it is a change.
-    pub fn begin(&mut self, compat: Compat) -> Option<String> {
+    pub fn begin(&mut self, compat: DeciderCompat) -> Option<String> {
         self.last = None;
         let columns = format!("{:>9}  {:>9}  {:>8}", "seconds", "metres", "m/s");
-        (self.form == Form::Text).then(|| format!("{}\n{columns}", name(compat)))
+        (self.form == Form::Text).then(|| format!("{}\n{columns}", compat.name()))
     }
 
     /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and `whole` is
@@ -105,7 +105,7 @@ impl DriveWriter {
             |failed| json!({ "expectation": failed.expectation.location.to_string(), "what": failed.reason }),
         );
         let expectations = json!({ "met": met, "failed": failed.collect::<Vec<_>>() });
-        json!({ "compat": name(*compat), "expectations": expectations }).to_string()
+        json!({ "compat": compat.name(), "expectations": expectations }).to_string()
     }
 }
 
@@ -125,7 +125,7 @@ fn text(snapshot: &Snapshot<'_>) -> String {
 fn fields(snapshot: &Snapshot<'_>) -> Value {
     let position = snapshot.pose.position;
     let place = json!({
-        "compat": name(snapshot.compat),
+        "compat": snapshot.compat.name(),
         "t": snapshot.at_s,
         "at_m": snapshot.at_m,
         "x_m": position.x_m,
@@ -136,13 +136,6 @@ fn fields(snapshot: &Snapshot<'_>) -> Value {
     joined(place, decision::fields(snapshot.decision))
 }
 
-const fn name(compat: Compat) -> &'static str {
-    match compat {
-        Compat::Improved => "improved",
-        Compat::Upstream => "upstream",
-    }
-}
-
 /// `file:line:column: key: from 37 to 116 m, improved: LEFT wanted, DISABLE at 40.00 m (4.000 s)`
 impl fmt::Display for Failed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -150,7 +143,7 @@ impl fmt::Display for Failed<'_> {
             Interval::Metres { from, to, .. } => (from, to, "m"),
             Interval::Seconds { from, to, .. } => (from, to, "s"),
         };
-        let (location, compat) = (&self.expectation.location, name(self.compat));
+        let (location, compat) = (&self.expectation.location, self.compat.name());
         write!(f, "{location}: from {from} to {to} {unit}, {compat}: {}", self.reason)
     }
 }

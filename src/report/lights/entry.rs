@@ -69,7 +69,7 @@ pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Ac
     }
 }
 
-/// An action in words.
+/// An action as text.
 fn action(action: &Action, scenario: &Scenario) -> String {
     let set = |target: &Target, text: &str| {
         if text.is_empty() { format!("set {target} to nothing") } else { format!("set {target} to {text}") }

@@ -33,9 +33,9 @@ pub struct States {
     /// The lights of each store that were touched or detected, by id.
     pub stores: BTreeMap<StoreId, BTreeMap<i64, LightObservation>>,
     /// The groups last sent as what the camera sees; `None` before the first message.
-    pub internal: Option<Arc<Content>>,
+    pub internal: Option<Content>,
     /// The groups last sent over V2I, with predictions; `None` before the first message.
-    pub external: Option<Arc<Content>>,
+    pub external: Option<Content>,
     /// Position of the phase of each controller; `None` before the first.
     pub phases: Vec<Option<usize>>,
 }
@@ -59,11 +59,11 @@ impl States {
     }
 
     pub(super) fn internal(&self) -> Option<&[Arc<GroupState>]> {
-        groups(self.internal.as_deref())
+        groups(self.internal.as_ref())
     }
 
     pub(super) fn external(&self) -> Option<&[Arc<GroupState>]> {
-        groups(self.external.as_deref())
+        groups(self.external.as_ref())
     }
 }
 

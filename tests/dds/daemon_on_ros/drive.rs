@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::compat::Compat;
+use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::desk::drive::course::Course;
@@ -31,7 +31,7 @@ const REPRESENTATIVE: &[&str] =
 /// A drive of which planning factors carry less than the scenario holds.
 struct Lost {
     name: &'static str,
-    modes: &'static [Compat],
+    modes: &'static [DeciderCompat],
     why: &'static str,
     /// What that is about; `None` = the commands are others.
     within_m: Option<f64>,
@@ -44,51 +44,51 @@ const GAP: &str =
 const LOST_ON_THE_WAY: &[Lost] = &[
     Lost {
         name: "avoidance_narrow_road.toml",
-        modes: &[Compat::Improved],
+        modes: &[DeciderCompat::Improved],
         why: OUT_AND_BACK,
         within_m: Some(4.0),
     },
-    Lost { name: "avoidance_narrow_road.toml", modes: &[Compat::Upstream], why: GAP, within_m: None },
+    Lost { name: "avoidance_narrow_road.toml", modes: &[DeciderCompat::Upstream], why: GAP, within_m: None },
     Lost {
         name: "avoidance_out_and_back.toml",
-        modes: &[Compat::Improved],
+        modes: &[DeciderCompat::Improved],
         why: OUT_AND_BACK,
         within_m: Some(4.0),
     },
-    Lost { name: "avoidance_out_and_back.toml", modes: &[Compat::Upstream], why: GAP, within_m: None },
+    Lost { name: "avoidance_out_and_back.toml", modes: &[DeciderCompat::Upstream], why: GAP, within_m: None },
     Lost {
         name: "front_on_required_start.toml",
-        modes: &[Compat::Upstream],
+        modes: &[DeciderCompat::Upstream],
         why: "one sample with the front exactly on a start: poses are rounded, and cycles are not those of odometry",
         within_m: None,
     },
     Lost {
         name: "hazard_erased.toml",
-        modes: &[Compat::Upstream],
+        modes: &[DeciderCompat::Upstream],
         why: "offsets are told as one: that of the pull-out passes for that of the avoidance",
         within_m: None,
     },
     Lost {
         name: "lane_change_masked.toml",
-        modes: &[Compat::Improved],
+        modes: &[DeciderCompat::Improved],
         why: "the scenario says where the bound is crossed, but its path stays in the lane",
         within_m: Some(10.0),
     },
     Lost {
         name: "reroute_stale_start.toml",
-        modes: &[Compat::Improved],
+        modes: &[DeciderCompat::Improved],
         why: "shift lines are told without ids: on another route the line ends elsewhere and is another one",
         within_m: None,
     },
     Lost {
         name: "side_shift.toml",
-        modes: &[Compat::Improved],
+        modes: &[DeciderCompat::Improved],
         why: "side shifts are not told: that of the path passes for the avoidance's",
         within_m: Some(12.0),
     },
     Lost {
         name: "side_shift.toml",
-        modes: &[Compat::Upstream],
+        modes: &[DeciderCompat::Upstream],
         why: "side shifts are not told, so that they erase nothing",
         within_m: None,
     },

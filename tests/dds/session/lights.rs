@@ -1,7 +1,6 @@
 //! The gateway's side of tests with traffic lights and subscriptions: its topics, what it sends, and
 //! what it tells of what it received.
 
-use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -78,12 +77,11 @@ pub(crate) fn send(session: &RosSession, command: &str) {
     let count = words.get(3).map_or(1, |count| count.parse().unwrap());
     let times = words.get(4).map_or(1, |times| times.parse().unwrap());
     let (topic, content) = content(topic, count);
-    let content = Arc::new(content);
     let begin = Instant::now();
     let mut longest = Duration::ZERO;
     for (number, sec) in (0_u32..times).zip(first..) {
         thread::sleep((Duration::from_secs(1) / 30 * number).saturating_sub(begin.elapsed()));
-        let content = Arc::clone(&content);
+        let content = content.clone();
         let stamp = WallStamp::from_nanos(sec * 1_000_000_000);
         let (output, asked) = (
             Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content })),
@@ -112,15 +110,13 @@ fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
     match topic {
         "truth" => (
             LightsTopic::GroundTruth,
-            Content::Lights((0..count).map(|way_id| LightState { way_id, bulbs, confidence: 0.5 }).collect()),
+            Content::lights((0..count).map(|way_id| LightState { way_id, bulbs, confidence: 0.5 })),
         ),
         "camera" => (LightsTopic::Camera, Content::groups((0..count).map(|id| group(id, vec![])))),
         "v2i" => {
             (LightsTopic::V2i, Content::groups((0..count).map(|id| group(id, vec![prediction.clone()]))))
         }
-        "markers" => {
-            (LightsTopic::Markers, Content::Markers(vec![LampMarker { way_id: 1, lamp, is_on: true }]))
-        }
+        "markers" => (LightsTopic::Markers, Content::markers([LampMarker { way_id: 1, lamp, is_on: true }])),
         other => panic!("unknown topic {other}"),
     }
 }

@@ -130,6 +130,12 @@ impl Bench {
         self.sent.last().map_or("no frame", |(_, frame)| asks(frame.data()))
     }
 
+    /// A key of a task's status, by the position of the task.
+    pub(crate) fn value(&self, task: usize, key: &str) -> String {
+        let status = self.flow.statuses("gateway", &self.buses, self.now().mono).swap_remove(task);
+        status.values.into_iter().find(|(name, _)| *name == key).unwrap().1
+    }
+
     /// Level and message of each task, in order.
     pub(crate) fn said(&self) -> Vec<(Level, String)> {
         let statuses = self.flow.statuses("gateway", &self.buses, self.now().mono);

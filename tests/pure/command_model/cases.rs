@@ -369,17 +369,18 @@ fn the_control_mode_may_come_from_a_signal() {
 }
 
 #[test]
-fn the_present_state_is_explained() {
+fn statuses_show_requests_reasons_and_the_control_mode() {
     let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
     bench.mode(3);
     bench.turn(2);
     bench.hazard(2);
     bench.settle();
-    assert_eq!(
-        bench.flow.explanation(),
-        "turn indicators left to the vehicle (not allowed in this control mode), \
-         hazard lights on (as commanded), control mode AUTONOMOUS_VELOCITY_ONLY"
-    );
+    let value = |task, key| bench.value(task, key);
+    assert_eq!(value(0, "requested"), "left to the vehicle");
+    assert_eq!(value(0, "reason"), "not allowed in this control mode");
+    assert_eq!(value(1, "requested"), "on");
+    assert_eq!(value(1, "reason"), "as commanded");
+    assert_eq!(value(2, "control_mode"), "AUTONOMOUS_VELOCITY_ONLY");
 }
 
 /// The vehicle of the cases, but one signal asks for everything. It can ask for nothing by `none` alone.

@@ -42,61 +42,61 @@ fn command_messages_are_checked_against_the_dbc() {
     refused(&[
         (
             &[("\"LAMP_CMD\"", "@@\"NONE\"")],
-            "command.message.name",
+            "command.message[1].name",
             "has no message NONE",
             "a message of the DBC",
         ),
         (
             &[("TURN_REQ = 1", "@@NONE = 1")],
-            "command.message.turn.left.NONE",
+            "command.message[1].turn.left.NONE",
             "has no signal NONE",
             "it has ENABLE",
         ),
         (
             &[("TURN_REQ = 1", "TURN_REQ = @@8")],
-            "command.message.turn.left.TURN_REQ",
+            "command.message[1].turn.left.TURN_REQ",
             "cannot be 8",
             "0 to 7",
         ),
-        (&[("DOOR = 0", "DOOR = @@-1")], "command.message.constants.DOOR", "DOOR cannot be -1", "0 to 1"),
-        (&[("{ DOOR = 0 }", "@@{}")], "command.message.constants", "no signal is named", "give signals"),
+        (&[("DOOR = 0", "DOOR = @@-1")], "command.message[1].constants.DOOR", "DOOR cannot be -1", "0 to 1"),
+        (&[("{ DOOR = 0 }", "@@{}")], "command.message[1].constants", "no signal is named", "give signals"),
         (
             &[("left = { TURN_REQ = 1 }", "left = @@{ DOOR = 1 }")],
-            "command.message.turn.left",
+            "command.message[1].turn.left",
             "sets other signals",
             "the same signals",
         ),
         (
             &[("{ DOOR = 0 }", "@@{ DOOR = 0, ENABLE = 1 }")],
-            "command.message.constants",
+            "command.message[1].constants",
             "set elsewhere",
             "once",
         ),
         (
             &[NAMED, ("constants = { DOOR = 0 }\n", "")],
-            "command.message.name",
+            "command.message[1].name",
             "is sent in DOOR",
             "`constants`",
         ),
-        (&[NAMED, (count, "")], "command.message.name", "is sent in CMD_COUNT", "`constants`"),
+        (&[NAMED, (count, "")], "command.message[1].name", "is sent in CMD_COUNT", "`constants`"),
         (
             &[
                 ("signal = \"CMD_COUNT\"", "signal = @@\"ENABLE\""),
                 ("{ DOOR = 0 }", "{ DOOR = 0, CMD_COUNT = 0 }"),
             ],
-            "command.message.counter.signal",
+            "command.message[1].counter.signal",
             "bits of ENABLE are set elsewhere",
             "once",
         ),
         (
-            &[("\"CMD_COUNT\"", "@@\"CMD_COUNT\", increments_on = \"changes\"")],
-            "command.message.counter.signal",
+            &[("\"CMD_COUNT\"", "\"CMD_COUNT\", increments_on = @@\"changes\"")],
+            "command.message[1].counter.increments_on",
             "counts every frame",
             "remove",
         ),
         (
             &[("\"CMD_SUM\"", "@@\"CMD_COUNT\"")],
-            "command.message.checksum.signal",
+            "command.message[1].checksum.signal",
             "the checksum has 8 bits",
             "holds the checksum",
         ),
@@ -109,34 +109,39 @@ fn times_of_command_messages_are_checked() {
     refused(&[
         (
             &[(period, "period_ms = @@5")],
-            "command.message.period_ms",
-            "5 ms is not possible",
+            "command.message[1].period_ms",
+            "5 ms is out of range",
             "10 to 1000 ms",
         ),
-        (&[NAMED, ("period_ms = 100\n", "")], "command.message.name", "no period for LAMP_CMD", "period_ms"),
+        (
+            &[NAMED, ("period_ms = 100\n", "")],
+            "command.message[1].name",
+            "no period for LAMP_CMD",
+            "period_ms",
+        ),
         (
             &[(period, "period_ms = 100\nmin_send_interval_ms = @@101")],
-            "command.message.min_send_interval_ms",
+            "command.message[1].min_send_interval_ms",
             "101 ms",
             "1 to 100 ms",
         ),
         (
             &[(period, "period_ms = 100\nburst_gap_ms = @@9")],
-            "command.message.burst_gap_ms",
+            "command.message[1].burst_gap_ms",
             "9 ms",
             "10 to 100 ms",
         ),
         (
             &[(period, "period_ms = 100\nburst = @@0")],
-            "command.message.burst",
-            "invalid burst of 0 frames",
+            "command.message[1].burst",
+            "0 frames is out of range",
             "1 to 10",
         ),
         (
             &[(period, "period_ms = 100\nunused_bits = @@2")],
-            "command.message.unused_bits",
-            "a bit is 0 or 1",
-            "unused bits",
+            "command.message[1].unused_bits",
+            "2 is out of range",
+            "0 to 1",
         ),
     ]);
 }
@@ -147,31 +152,31 @@ fn what_a_command_message_can_say_is_checked() {
     refused(&[
         (
             &[("[[command.message]]", "[[@@command.message]]"), (", hazard = { TURN_REQ = 3 }", "")],
-            "command.message",
+            "command",
             "no message asks for hazard lights",
             "emergency",
         ),
         (
             &[(enable, "idle = @@\"neutral\"\n"), ("{ DOOR = 0 }", "{ DOOR = 0, ENABLE = 1 }")],
-            "command.message.idle",
+            "command.message[1].idle",
             "nothing in this message says that nothing is asked for",
             "idle = \"silent\"",
         ),
         (
             &[("right = { TURN_REQ = 2 }", "right = @@{ TURN_REQ = 1 }")],
-            "command.message.turn.right",
+            "command.message[1].turn.right",
             "another state of the group has the same values",
             "values of its own",
         ),
         (
             &[("hazard = { TURN_REQ = 3 }", "hazard = { TURN_REQ = 3 }, none = @@{ TURN_REQ = 1 }")],
-            "command.message.turn.none",
+            "command.message[1].turn.none",
             "the same values",
             "only `none` may be the same as `off`",
         ),
         (
             &[("off = { ENABLE = 0 }", "off = @@{ ENABLE = 1 }")],
-            "command.message.enable.off",
+            "command.message[1].enable.off",
             "the same values",
             "values of its own",
         ),
@@ -184,7 +189,7 @@ fn what_a_command_message_can_say_is_checked() {
                     "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 } }",
                 ),
             ],
-            "command.message.name",
+            "command.message[1].name",
             "hazard lights in two ways",
             "remove",
         ),
@@ -194,7 +199,7 @@ fn what_a_command_message_can_say_is_checked() {
                 (", hazard = { TURN_REQ = 3 }", ""),
                 ("constants = { DOOR = 0 }", "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 } }"),
             ],
-            "command.message.name",
+            "command.message[1].name",
             "share this message",
             "`none` each",
         ),
@@ -205,7 +210,7 @@ fn what_a_command_message_can_say_is_checked() {
 fn buttons_are_checked() {
     let none = (", hazard = { TURN_REQ = 3 }", ", none = { TURN_REQ = 7 }");
     let door = "constants = { DOOR = 0 }";
-    let key = "command.message.hazard.button";
+    let key = "command.message[1].hazard.button";
     refused(&[
         (
             &[
@@ -215,8 +220,8 @@ fn buttons_are_checked() {
                     "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 }, button = { press_ms = @@99 } }",
                 ),
             ],
-            "command.message.hazard.button.press_ms",
-            "99 ms is not possible",
+            "command.message[1].hazard.button.press_ms",
+            "99 ms is out of range",
             "100 to 60000 ms",
         ),
         (
@@ -227,8 +232,8 @@ fn buttons_are_checked() {
                     "hazard = { off = { DOOR = 0 }, on = { DOOR = 1 }, none = { DOOR = 0 }, button = { attempts = @@0 } }",
                 ),
             ],
-            "command.message.hazard.button.attempts",
-            "never pressed",
+            "command.message[1].hazard.button.attempts",
+            "0 is out of range",
             "1 to 255",
         ),
     ]);
@@ -247,7 +252,12 @@ fn buttons_are_checked() {
 #[test]
 fn what_the_gateway_sends_is_not_what_it_receives() {
     let own = "[[command.driver]]\nsignal = \"LAMP_CMD.DOOR\"\non = [1]\noff = [0]\n[message.LAMP_CMD]\ntimeout_ms = 100\n[hazard]\n";
-    refused(&[(&[NAMED, (PLACE, own)], "command.message.name", "is received as well", "the vehicle sends")]);
+    refused(&[(
+        &[NAMED, (PLACE, own)],
+        "command.message[1].name",
+        "is received as well",
+        "the vehicle sends",
+    )]);
     let mut texts = sound();
     let profile = texts.text("car.toml").replace(PLACE, COMMAND);
     let profile =
@@ -257,7 +267,7 @@ fn what_the_gateway_sends_is_not_what_it_receives() {
     let [problem] = problems.as_slice() else { panic!("{problems:?}") };
     assert_eq!(
         problem.to_string(),
-        "car.toml:4:23: bus.body.heartbeat_messages: LAMP_CMD is sent by the gateway itself; name messages that the vehicle sends"
+        "car.toml:4:23: bus.body.heartbeat_messages[1]: LAMP_CMD is sent by the gateway itself; name messages that the vehicle sends"
     );
 }
 
@@ -267,11 +277,16 @@ fn the_section_of_the_gateway_is_checked() {
     let profile = texts.text("car.toml").replace(PLACE, COMMAND);
     texts.insert("car.toml", profile);
     let rows = [
-        ("tx = @@\"maybe\"", "command.tx", "unknown variant `maybe`", "gateway.toml"),
-        ("source = @@\"can\"", "command.source", "unknown variant `can`", "gateway.toml"),
+        ("tx = @@\"maybe\"", "command.tx", "unknown value \"maybe\"", "off, on"),
+        ("source = @@\"can\"", "command.source", "unknown value \"can\"", "topic, decider"),
         ("source = @@\"decider\"", "command.source", "no decider that commands", "enabled = true"),
-        ("turn_timeout_ms = @@0", "command.turn_timeout_ms", "invalid time limit 0 ms", "1 to 3600000"),
-        ("hazard_timeout_ms = @@3600001", "command.hazard_timeout_ms", "invalid time limit", "1 to 3600000"),
+        ("turn_timeout_ms = @@0", "command.turn_timeout_ms", "0 ms is out of range", "1 to 3600000"),
+        (
+            "hazard_timeout_ms = @@3600001",
+            "command.hazard_timeout_ms",
+            "3600001 ms is out of range",
+            "1 to 3600000",
+        ),
         (
             "warn_after_ms = 500\nerror_after_ms = @@400",
             "command.error_after_ms",
@@ -285,7 +300,12 @@ fn the_section_of_the_gateway_is_checked() {
             "[command.control_mode]",
         ),
         ("topics.control_mode = @@\"mode\"", "command.topics.control_mode", "not an absolute topic", "/a/b"),
-        ("on_turn_timeout = @@\"on\"", "command.on_turn_timeout", "unknown variant `on`", "gateway.toml"),
+        (
+            "on_turn_timeout = @@\"on\"",
+            "command.on_turn_timeout",
+            "unknown value \"on\"",
+            "off, hold, hazard",
+        ),
     ];
     for (keys, key, reason, remedy) in rows {
         let mut texts = texts.clone();

@@ -22,74 +22,92 @@ fn checksums_that_cannot_be_computed_are_refused() {
         "message.BLINK.checksum",
         &[
             (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"j1850\", signal = \"CRC\", start = 1 }\n",
-                "`start` has no meaning with this kind",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"honda\", signal = \"NIBBLE\", poly = 7 }\n",
-                "`poly` has no meaning",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"sum8\", signal = \"CRC\", reflected = true }\n",
-                "`reflected` has no meaning",
-                CHECKSUM,
-            ),
-            (
                 "timeout_ms = 500\nchecksum = @@{ kind = \"vw\", signal = \"CRC\" }\n",
-                "VW needs `constants`, sixteen",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"vw\", signal = \"CRC\", constants = [1, 2] }\n",
-                "VW needs `constants`, sixteen",
+                "a key is missing: constants",
                 CHECKSUM,
             ),
             (
                 "timeout_ms = 500\nchecksum = @@{ kind = \"psa\", signal = \"NIBBLE\" }\n",
-                "PSA needs `start`",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"psa\", signal = \"NIBBLE\", start = 16 }\n",
-                "`start` of PSA is 0 to 15",
+                "a key is missing: start",
                 CHECKSUM,
             ),
             (
                 "timeout_ms = 500\nchecksum = @@{ kind = \"fca_giorgio\", signal = \"CRC\" }\n",
-                "Giorgio needs `xorout`",
+                "a key is missing: xorout",
                 CHECKSUM,
             ),
             (
                 "timeout_ms = 500\nchecksum = @@{ kind = \"crc8\", signal = \"CRC\" }\n",
-                "a CRC needs `poly`",
+                "a key is missing: poly",
                 CHECKSUM,
             ),
             (
                 "timeout_ms = 500\nchecksum = @@{ kind = \"crc16\", signal = \"CRC\" }\n",
-                "a CRC needs `poly`",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"crc8\", signal = \"CRC\", poly = 0x11D }\n",
-                "`poly` of a CRC-8 has 8 bits",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"hyundai_fd\", signal = \"CRC\" }\n",
-                "Hyundai's CRC is not known for 4 bytes",
+                "a key is missing: poly",
                 CHECKSUM,
             ),
         ],
     );
     refused(
-        "message.BLINK.checksum.kind",
+        "message.BLINK.checksum.constants",
         &[(
-            "timeout_ms = 500\nchecksum = { kind = @@\"crc32\", signal = \"CRC\" }\n",
-            "unknown variant `crc32`",
-            "config/gateway.toml",
+            "timeout_ms = 500\nchecksum = { kind = \"vw\", signal = \"CRC\", constants = @@[1, 2] }\n",
+            "expected 16 bytes, found 2",
+            CHECKSUM,
         )],
+    );
+    refused(
+        "message.BLINK.checksum.start",
+        &[
+            (
+                "timeout_ms = 500\nchecksum = { kind = \"psa\", signal = \"NIBBLE\", start = @@16 }\n",
+                "16 is out of range",
+                "0 to 15",
+            ),
+            (
+                "timeout_ms = 500\nchecksum = { kind = \"j1850\", signal = \"CRC\", @@start = 1 }\n",
+                "unknown key \"start\" with this kind",
+                "known here are signal, kind",
+            ),
+        ],
+    );
+    refused(
+        "message.BLINK.checksum.poly",
+        &[
+            (
+                "timeout_ms = 500\nchecksum = { kind = \"crc8\", signal = \"CRC\", poly = @@0x11D }\n",
+                "285 is out of range",
+                "0 to 255",
+            ),
+            (
+                "timeout_ms = 500\nchecksum = { kind = \"honda\", signal = \"NIBBLE\", @@poly = 7 }\n",
+                "unknown key \"poly\" with this kind",
+                "known here are signal, kind",
+            ),
+        ],
+    );
+    refused(
+        "message.BLINK.checksum.reflected",
+        &[(
+            "timeout_ms = 500\nchecksum = { kind = \"sum8\", signal = \"CRC\", @@reflected = true }\n",
+            "unknown key \"reflected\" with this kind",
+            "start, identifier, bytes",
+        )],
+    );
+    refused(
+        "message.BLINK.checksum.kind",
+        &[
+            (
+                "timeout_ms = 500\nchecksum = { kind = @@\"hyundai_fd\", signal = \"CRC\" }\n",
+                "Hyundai's CRC is not known for 4 bytes",
+                CHECKSUM,
+            ),
+            (
+                "timeout_ms = 500\nchecksum = { kind = @@\"crc32\", signal = \"CRC\" }\n",
+                "unknown value \"crc32\"",
+                "honda, toyota, j1850",
+            ),
+        ],
     );
 }
 
@@ -170,29 +188,9 @@ fn e2e_protection_that_does_not_fit_is_refused() {
                 "an E2E profile has its own checksum and counter",
                 "or `checksum` and `counter`",
             ),
-            ("timeout_ms = 500\ne2e = @@{ profile = \"1A\" }\n", "needs `data_id`", E2E),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"5\", data_id = 0x10000 }\n",
-                "`data_id` of this profile has 16 bits",
-                E2E,
-            ),
+            ("timeout_ms = 500\ne2e = @@{ profile = \"1A\" }\n", "a key is missing: data_id", E2E),
             ("timeout_ms = 500\ne2e = @@{ profile = \"1C\", data_id = 0x1000 }\n", "0x000 to 0xFFF", E2E),
-            ("timeout_ms = 500\ne2e = @@{ profile = \"2\" }\n", "needs `data_ids`, sixteen", E2E),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"22\", data_ids = [1, 2, 3] }\n",
-                "needs `data_ids`, sixteen",
-                E2E,
-            ),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"2\", data_id = 1 }\n",
-                "profiles 2 and 22 have `data_ids`",
-                E2E,
-            ),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"1A\", data_ids = [1] }\n",
-                "profiles 2 and 22 have `data_ids`",
-                E2E,
-            ),
+            ("timeout_ms = 500\ne2e = @@{ profile = \"2\" }\n", "a key is missing: data_ids", E2E),
             (
                 "timeout_ms = 500\ne2e = @@{ profile = \"1A\", data_id = 1, offset = 3 }\n",
                 "the header takes bytes 3 to 4, the message has 4 bytes",
@@ -207,6 +205,36 @@ fn e2e_protection_that_does_not_fit_is_refused() {
                 "timeout_ms = 500\ne2e = @@{ profile = \"1A\", data_id = 1, max_step = 15 }\n",
                 "the largest step is 15: 1 to 14",
                 E2E,
+            ),
+        ],
+    );
+    refused(
+        "message.BLINK.e2e.data_id",
+        &[
+            (
+                "timeout_ms = 500\ne2e = { profile = \"5\", data_id = @@0x10000 }\n",
+                "65536 is out of range",
+                "0 to 65535",
+            ),
+            (
+                "timeout_ms = 500\ne2e = { profile = \"2\", data_ids = [0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15], @@data_id = 1, offset = 0 }\n",
+                "unknown key \"data_id\" with this profile",
+                "data_ids",
+            ),
+        ],
+    );
+    refused(
+        "message.BLINK.e2e.data_ids",
+        &[
+            (
+                "timeout_ms = 500\ne2e = { profile = \"22\", data_ids = @@[1, 2, 3] }\n",
+                "expected 16 bytes, found 3",
+                E2E,
+            ),
+            (
+                "timeout_ms = 500\ne2e = { profile = \"1A\", data_id = 1, @@data_ids = [1] }\n",
+                "unknown key \"data_ids\" with this profile",
+                "data_id",
             ),
         ],
     );
@@ -242,8 +270,8 @@ fn windows_and_lengths_without_sense_are_refused() {
     refused(
         "message.BLINK.length",
         &[
-            ("timeout_ms = 500\nlength = @@0\n", "no frame has 0 bytes", "give 1 to 64"),
-            ("timeout_ms = 500\nlength = @@65\n", "no frame has 65 bytes", "give 1 to 64"),
+            ("timeout_ms = 500\nlength = @@0\n", "0 bytes is out of range", "give 1 to 64"),
+            ("timeout_ms = 500\nlength = @@65\n", "65 bytes is out of range", "give 1 to 64"),
         ],
     );
 }

@@ -33,16 +33,16 @@ fn lamps_that_frames_cannot_tell_from_dark_ones_are_refused() {
                  right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
                  lamp = { period_ms = 50, hold_ms = @@500 }\n",
                 "turn.lamp.hold_ms",
-                "a hold of 500ms is shorter than the darkness",
+                "a hold of 500ms is shorter than the dark time",
                 "remove hold_ms",
             ),
             row(
                 TURN,
                 "kind = \"lamp\"\nleft_signal = { signal = \"BLINK.LEFT\", on = [1], off = [0] }\n\
                  right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
-                 lamp = { period_ms = 50, latency_ms = @@20 }\n",
+                 lamp = { period_ms = 50, @@latency_ms = 20 }\n",
                 "turn.lamp.latency_ms",
-                "`latency_ms` has no meaning with sent = \"cyclic\"",
+                "unknown key \"latency_ms\" with sent = \"cyclic\"",
                 "period_ms",
             ),
             row(
@@ -56,10 +56,10 @@ fn lamps_that_frames_cannot_tell_from_dark_ones_are_refused() {
             ),
             row(
                 TURN,
-                "signal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\nlamp = @@{ hold_ms = 2000 }\n",
+                "signal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n@@lamp = { hold_ms = 2000 }\n",
                 "turn.lamp",
-                "`lamp` has no meaning without `kind`",
-                "change `kind`",
+                "unknown key \"lamp\" without `kind`",
+                "known here are",
             ),
         ],
     );
@@ -80,17 +80,17 @@ fn stalks_and_buttons_that_make_no_sense_are_refused() {
             row(
                 TURN,
                 "kind = \"stalk\"\nsignal = \"BLINK.TURN\"\nidle = [0]\nleft_full = [2]\nright_full = [@@2]\n",
-                "turn.right_full",
+                "turn.right_full[1]",
                 "2 overlaps 2",
                 "one meaning",
             ),
             row(
                 TURN,
                 "kind = \"stalk\"\nsignal = \"BLINK.TURN\"\nidle = [0]\nleft_full = [2]\nright_full = [4]\n\
-                 off = @@[1]\n",
+                 @@off = [1]\n",
                 "turn.off",
-                "`off` has no meaning with kind = \"stalk\"",
-                "remove it",
+                "unknown key \"off\" with kind = \"stalk\"",
+                "left_full, right_full",
             ),
             row(
                 TURN,
@@ -102,16 +102,16 @@ fn stalks_and_buttons_that_make_no_sense_are_refused() {
             ),
             row(
                 HAZARD,
-                "from = \"signal\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\nstartup_delay_ms = @@100\n",
+                "from = \"signal\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\n@@startup_delay_ms = 100\n",
                 "hazard.startup_delay_ms",
-                "`startup_delay_ms` has no meaning with this `from`",
-                "remove it",
+                "unknown key \"startup_delay_ms\" with from = \"signal\"",
+                "known here are",
             ),
             row(
                 HAZARD,
                 "from = \"button\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\nmax_gap_ms = @@0\n",
                 "hazard.max_gap_ms",
-                "invalid time limit 0 ms",
+                "0 ms is out of range",
                 "1 to 3600000 ms",
             ),
         ],
@@ -128,45 +128,45 @@ fn sources_that_contradict_their_list_are_refused() {
                 "right = [2]\ndisagreement_ms = @@100\n",
                 "turn.disagreement_ms",
                 "`disagreement_ms` needs several sources",
-                "[[turn.source]]",
+                "in `source`",
             ),
             row(
                 "right = [2]\n",
-                "right = [2]\nname = @@\"state\"\n",
+                "right = [2]\n@@name = \"state\"\n",
                 "turn.name",
-                "`name` belongs to [[turn.source]]",
-                "remove it",
+                "unknown key \"name\" without `kind`",
+                "known here are",
             ),
             row(
                 TURN,
-                "[[turn.source]]\nname = \"a\"\nwhile_hazard = @@\"keep\"\nsignal = \"BLINK.TURN\"\n\
+                "[[turn.source]]\nname = \"a\"\n@@while_hazard = \"keep\"\nsignal = \"BLINK.TURN\"\n\
                  off = [0]\nleft = [1]\nright = [2]\n",
-                "turn.source.while_hazard",
-                "`while_hazard` belongs to [turn]",
-                "move it there",
+                "turn.source[1].while_hazard",
+                "unknown key \"while_hazard\" without `kind`",
+                "known here are name, fallback",
             ),
             row(
                 TURN,
                 "[[turn.source]]\nname = \"a\"\nsignal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
                  [[turn.source]]\nname = @@\"a\"\nsignal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n",
-                "turn.source.name",
+                "turn.source[2].name",
                 "\"a\" does not tell this source from the others",
                 "a name of its own",
             ),
             row(
                 HAZARD,
                 "[[hazard.source]]\nname = \"a\"\nfrom = @@\"unbound\"\n",
-                "hazard.source.from",
+                "hazard.source[1].from",
                 "this is not a source",
                 "[hazard] alone",
             ),
             row(
                 HAZARD,
-                "from = @@\"unbound\"\n[[hazard.source]]\nname = \"a\"\nfrom = \"signal\"\n\
+                "@@from = \"unbound\"\n[[hazard.source]]\nname = \"a\"\nfrom = \"signal\"\n\
                  signal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\n",
                 "hazard.from",
-                "`from` conflicts with [[hazard.source]]",
-                "move it",
+                "unknown key \"from\" beside `source`",
+                "known here are",
             ),
         ],
     );

@@ -6,8 +6,10 @@ use crate::pure::config_refusals::{load_texts, sound};
 type Row = (&'static str, &'static str, &'static str, &'static str);
 
 const ROWS: &[Row] = &[
-    ("v2i_rate_hz = @@0", "v2i_rate_hz", "invalid rate 0 Hz", "0.001 to 1000"),
-    ("frame_rate_hz = @@nan", "frame_rate_hz", "NaN Hz", "0.001 to 1000"),
+    // A behaviour of the turn signal decider.
+    ("compat = @@'path_generator'", "compat", "unknown value \"path_generator\"", "improved, upstream"),
+    ("v2i_rate_hz = @@0", "v2i_rate_hz", "0 Hz is out of range", "0.001 to 1000"),
+    ("frame_rate_hz = @@nan", "frame_rate_hz", "nan Hz", "0.001 to 1000"),
     ("v2i_timeout_ms = @@0", "v2i_timeout_ms", "0 ms", "1 to 3600000"),
     ("architecture = @@'awf/universe'", "architecture", "is not of the form", ""),
     (
@@ -28,7 +30,7 @@ const ROWS: &[Row] = &[
     ),
     ("inputs = { v2i = '/a', command = @@'/a' }", "inputs.command", "another topic has this name", "its own"),
     ("inputs.v2i = @@'/v2x/traffic_signals'", "inputs.v2i", "another topic has this name", "its own"),
-    ("arbiter.source_priority = @@'x'", "arbiter.source_priority", "not a priority", "confidence"),
+    ("arbiter.source_priority = @@'x'", "arbiter.source_priority", "unknown value \"x\"", "confidence"),
     ("arbiter.external_time_tolerance_s = @@-1", "arbiter.external_time_tolerance_s", "-1 s", "0 to 3600 s"),
 ];
 

@@ -18,11 +18,10 @@ macro_rules! section {
 
 #[test]
 fn broken_sections_are_refused_where_they_break() {
-    let see = "config/gateway.toml";
     assert_refused(
         "gateway.toml",
         &[
-            row(ROS, "[turn_signal]\nenabled = true\n[ros]\n", "", "no map", "map = "),
+            row(ROS, "@@[turn_signal]\nenabled = true\n[ros]\n", "turn_signal", "no map", "map = "),
             row(
                 ROS,
                 "[turn_signal]\nmap = @@\"away.osm\"\n[ros]\n",
@@ -44,7 +43,13 @@ fn broken_sections_are_refused_where_they_break() {
                 "torn.osm: ",
                 "lanelet2 map",
             ),
-            row(ROS, section!("@@maps = \"map.osm\""), "turn_signal.maps", "unknown field `maps`", see),
+            row(
+                ROS,
+                section!("@@maps = \"map.osm\""),
+                "turn_signal.maps",
+                "unknown key \"maps\"",
+                "known here are",
+            ),
             row(
                 ROS,
                 section!("enabled = true\nshadow = @@true"),
@@ -52,7 +57,13 @@ fn broken_sections_are_refused_where_they_break() {
                 "a shadow publishes nothing",
                 "enabled = false",
             ),
-            row(ROS, section!("compat = @@\"both\""), "turn_signal.compat", "unknown variant `both`", see),
+            row(
+                ROS,
+                section!("compat = @@\"both\""),
+                "turn_signal.compat",
+                "unknown value \"both\"",
+                "improved, upstream",
+            ),
             row(
                 ROS,
                 section!("country = @@\"FR\""),
@@ -71,10 +82,10 @@ fn broken_sections_are_refused_where_they_break() {
                 ROS,
                 section!("planning_hz = @@0.5"),
                 "turn_signal.planning_hz",
-                "invalid rate 0.5 Hz",
+                "0.5 Hz is out of range",
                 "1 to 100 Hz",
             ),
-            row(ROS, section!("planning_hz = @@nan"), "turn_signal.planning_hz", "NaN Hz", "1 to 100 Hz"),
+            row(ROS, section!("planning_hz = @@nan"), "turn_signal.planning_hz", "nan Hz", "1 to 100 Hz"),
             row(
                 ROS,
                 section!("minimum_on_ms = @@60001"),
@@ -109,7 +120,7 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
                 ROS,
                 section!("vehicle.wheel_base_m = @@-1.0"),
                 "turn_signal.vehicle.wheel_base_m",
-                "invalid vehicle dimension -1 m",
+                "-1.0 m is out of range",
                 "0 to 50 m",
             ),
             row(
@@ -123,14 +134,14 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
                 ROS,
                 section!("parameters.turn_signal_search_time = @@-3.0"),
                 "turn_signal.parameters.turn_signal_search_time",
-                "-3.0 does not fit",
+                "invalid value -3.0",
                 "seconds, 0 to 3600",
             ),
             row(
                 ROS,
                 section!("parameters.turn_signal_on_swerving = @@\"maybe\""),
                 "turn_signal.parameters.turn_signal_on_swerving",
-                "maybe does not fit",
+                "invalid value maybe",
                 "true or false",
             ),
             row(
@@ -213,12 +224,12 @@ fn rules_of_a_country_come_from_a_file() {
 #[test]
 fn rules_of_a_country_are_refused_where_they_break() {
     for (part, other, told) in [
-        ("\"JP\"", "\" \"", "rules.toml:3:8: code: this says nothing readable; write it"),
-        ("traffic = \"left\"", "traffic = \"Left\"", "rules.toml:5:11: traffic: unknown variant `Left`"),
+        ("\"JP\"", "\" \"", "rules.toml:3:8: code: expected a readable text; write it"),
+        ("traffic = \"left\"", "traffic = \"Left\"", "rules.toml:5:11: traffic: unknown value \"Left\""),
         (
             "turn_distance_m = 30.0",
             "turn_distance_m = nan",
-            "rules.toml:6:19: turn_distance_m: NaN m is out of",
+            "rules.toml:6:19: turn_distance_m: nan m is out of",
         ),
         (
             "lane_change_time_s = 3.0",
@@ -226,9 +237,9 @@ fn rules_of_a_country_are_refused_where_they_break() {
             "lane_change_time_s: -1 s is out of range; give 0 to 60 s",
         ),
         ("on_exit = \"left\"", "on_exit = 1", "rules.toml:11:11: roundabout.on_exit: "),
-        ("on_exit", "on_exits", "roundabout.on_exits: unknown field `on_exits`"),
-        ("source", "sources", "sources: unknown field `sources`"),
-        ("code = ", "# ", "missing field `code`; see config/countries/JP.toml"),
+        ("on_exit", "on_exits", "roundabout.on_exits: unknown key \"on_exits\""),
+        ("source", "sources", "sources: unknown key \"sources\""),
+        ("code = ", "# ", "a key is missing: code; see config/countries/JP.toml"),
         ("[roundabout]", "[roundabout", "rules.toml:9:"),
     ] {
         let problems = with_rules(&RULES.replacen(part, other, 1)).unwrap_err();

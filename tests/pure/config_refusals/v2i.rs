@@ -70,51 +70,51 @@ fn groups_without_a_name_of_their_own_are_refused() {
     refused(&[
         (
             one!("@@[[v2i]]\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }"),
-            "v2i",
+            "v2i[1]",
             "neither `id` nor `groups`",
             "give `id` for one group",
         ),
         (
             one!("[[v2i]]\nid = @@0\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }"),
-            "v2i.id",
+            "v2i[1].id",
             "0 is not an id",
             "regulatory element",
         ),
         (
             one!("[[v2i]]\nid = @@\"7\"\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }"),
-            "v2i.id",
-            "expected i64",
-            SEE,
+            "v2i[1].id",
+            "expected a number, found the text \"7\"",
+            "give",
         ),
         (
             one!("[[v2i]]\nid = @@7.5\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }"),
-            "v2i.id",
-            "expected i64",
-            SEE,
+            "v2i[1].id",
+            "expected a whole number, found 7.5",
+            "give",
         ),
         (
             one!(
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n\
                  [[v2i]]\nid = @@7\nsignal = \"SPAT.SHORT\"\nstates = { red = [1] }"
             ),
-            "v2i.id",
+            "v2i[2].id",
             "7 appears twice",
             "give each id one signal",
         ),
         (
             one!(
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n\
-                 group = @@\"SPAT.GROUP\""
+                 @@group = \"SPAT.GROUP\""
             ),
-            "v2i.group",
-            "`group` conflicts with `id`",
-            "give `id` for one group",
+            "v2i[1].group",
+            "unknown key \"group\" with `id`",
+            "known here are confidence, status, arrow, signal",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n@@color = 1"),
-            "v2i.color",
-            "unknown field `color`",
-            SEE,
+            "v2i[1].color",
+            "unknown key \"color\" with `id`",
+            "known here are",
         ),
     ]);
 }
@@ -124,68 +124,68 @@ fn states_without_one_meaning_are_refused() {
     refused(&[
         (
             one!("[[v2i]]\nid = 7\nsignal = @@\"SPAT.STATUS\"\nstates = { red = [1] }"),
-            "v2i.signal",
+            "v2i[1].signal",
             "SPAT has no signal STATUS",
             "it has PLACE, GROUP, STATE",
         ),
         (
-            one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1, @@2], green = [2] }"),
-            "v2i.states.red",
+            one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1, 2], green = [@@2] }"),
+            "v2i[1].states.green[1]",
             "2 overlaps 2",
             "give each raw value one meaning",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\nfault = [@@\"0..=3\"]"),
-            "v2i.fault",
+            "v2i[1].fault[1]",
             "0..=3 overlaps 1",
             "give each raw value one meaning",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [@@16] }"),
-            "v2i.states.red",
+            "v2i[1].states.red[1]",
             "STATE cannot hold 16",
             "0 to 15",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = @@[] }"),
-            "v2i.states.red",
+            "v2i[1].states.red",
             "no value is named",
             "at least one",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = @@{}"),
-            "v2i.states",
+            "v2i[1].states",
             "no state is named",
             "\"red\" = [3]",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { @@\"rot\" = [1] }"),
-            "v2i.states.rot",
+            "v2i[1].states.rot",
             "rot",
             "colour, status, shape",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { @@\"unknown\" = [1] }"),
-            "v2i.states.unknown",
-            "what the network tells is known",
+            "v2i[1].states.unknown",
+            "a state from the network is known",
             "`not_available`",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { @@\"\" = [1] }"),
-            "v2i.states.\"\"",
+            "v2i[1].states.\"\"",
             "at least one bulb",
             "solidOff",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = @@\"j2735\""),
-            "v2i.states",
-            "invalid value: string \"j2735\", expected \"movement_phase_state\"",
+            "v2i[1].states",
+            "expected \"movement_phase_state\", or states with their raw values such as { \"red\" = [3] }, found the text \"j2735\"",
             SEE,
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = @@3"),
-            "v2i.states",
-            "invalid type: integer `3`, expected \"movement_phase_state\"",
+            "v2i[1].states",
+            "expected \"movement_phase_state\", or states with their raw values such as { \"red\" = [3] }, found 3",
             SEE,
         ),
         (
@@ -193,14 +193,14 @@ fn states_without_one_meaning_are_refused() {
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = \"movement_phase_state\"\n\
                  not_available = [@@0]"
             ),
-            "v2i.not_available",
+            "v2i[1].not_available[1]",
             "0 overlaps 0",
             "give each raw value one meaning",
         ),
         (
             one!("[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\narrow = @@\"left\""),
-            "v2i.arrow",
-            "the states say themselves",
+            "v2i[1].arrow",
+            "the states themselves name the arrow",
             "movement_phase_state",
         ),
         (
@@ -208,7 +208,7 @@ fn states_without_one_meaning_are_refused() {
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = \"movement_phase_state\"\n\
                  arrow = @@\"circle\""
             ),
-            "v2i.arrow",
+            "v2i[1].arrow",
             "\"circle\" is not an arrow",
             "right, up, upperRight",
         ),
@@ -223,16 +223,16 @@ fn a_confidence_or_status_that_cannot_be_read_is_refused() {
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n\
                  confidence = { signal = \"SPAT.SURE\", full = @@0 }"
             ),
-            "v2i.confidence.full",
-            "0 cannot mean full confidence",
-            "e.g. 100",
+            "v2i[1].confidence.full",
+            "0 is out of range",
+            "give 1 to",
         ),
         (
             one!(
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n\
                  confidence = { signal = \"SPAT.SURE\", full = @@128 }"
             ),
-            "v2i.confidence.full",
+            "v2i[1].confidence.full",
             "SURE cannot hold 0..=128",
             "0 to 127",
         ),
@@ -241,7 +241,7 @@ fn a_confidence_or_status_that_cannot_be_read_is_refused() {
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n\
                  [[v2i.status]]\nsignal = \"SPAT.SHORT\"\ngood = @@[]\nbad = [1]"
             ),
-            "v2i.status.good",
+            "v2i[1].status[1].good",
             "no value is named",
             "at least one",
         ),
@@ -250,7 +250,7 @@ fn a_confidence_or_status_that_cannot_be_read_is_refused() {
                 "[[v2i]]\nid = 7\nsignal = \"SPAT.STATE\"\nstates = { red = [1] }\n\
                  [[v2i.status]]\nsignal = \"SPAT.SHORT\"\ngood = [1]\nbad = [@@1]"
             ),
-            "v2i.status.bad",
+            "v2i[1].status[1].bad[1]",
             "1 overlaps 1",
             "one meaning",
         ),
@@ -263,7 +263,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
         (
             "[message.SPAT]\ntimeout_ms = 500\n@@[[v2i]]\nsignal = \"SPAT.STATE\"\n\
              states = { red = [1] }\nintersection = \"SPAT.PLACE\"\ngroup = \"SPAT.GROUP\"\n[hazard]\n",
-            "v2i",
+            "v2i[1]",
             "keys are missing: groups, group_timeout_ms",
             "give `id` for one group",
         ),
@@ -272,7 +272,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                 "signal = \"SPAT.STATE\"\nintersection = \"SPAT.PLACE\"\ngroup = \"SPAT.GROUP\"\n\
                  group_timeout_ms = 900\ngroups = @@[]"
             ),
-            "v2i.groups",
+            "v2i[1].groups",
             "no group is mapped",
             "intersection = 1",
         ),
@@ -281,8 +281,8 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                 "signal = \"SPAT.STATE\"\nintersection = \"SPAT.PLACE\"\ngroup = \"SPAT.GROUP\"\n\
                  group_timeout_ms = @@0\ngroups = [{ intersection = 1, group = 2, id = 7 }]"
             ),
-            "v2i.group_timeout_ms",
-            "invalid time limit 0 ms",
+            "v2i[1].group_timeout_ms",
+            "0 ms is out of range",
             "1 to 3600000 ms",
         ),
         (
@@ -290,7 +290,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                 "signal = \"SPAT.STATE\"\nintersection = \"SPAT.PLACE\"\ngroup = \"SPAT.GROUP\"\n\
                  group_timeout_ms = 900\ngroups = [{ intersection = 1, group = @@16, id = 7 }]"
             ),
-            "v2i.groups.group",
+            "v2i[1].groups[1].group",
             "GROUP cannot hold 16",
             "0 to 15",
         ),
@@ -300,7 +300,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                  group_timeout_ms = 900\n\
                  groups = [{ intersection = 1, group = 2, id = 7 }, @@{ intersection = 1, group = 2, id = 8 }]"
             ),
-            "v2i.groups",
+            "v2i[1].groups[2]",
             "group 2 of intersection 1 is mapped twice",
             "one id",
         ),
@@ -310,7 +310,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                  group_timeout_ms = 900\n\
                  groups = [{ intersection = 1, group = 2, id = 7 }, { intersection = 1, group = 3, id = @@7 }]"
             ),
-            "v2i.groups.id",
+            "v2i[1].groups[2].id",
             "7 appears twice",
             "one signal",
         ),
@@ -319,7 +319,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                 "signal = \"SPAT.STATE\"\nintersection = @@\"BLINK.TILT\"\ngroup = \"SPAT.GROUP\"\n\
                  group_timeout_ms = 900\ngroups = [{ intersection = 1, group = 2, id = 7 }]"
             ),
-            "v2i.intersection",
+            "v2i[1].intersection",
             "the state comes in another message",
             "signals of one message",
         ),
@@ -328,7 +328,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                 "signal = @@\"SPAT.NEXT\"\nintersection = \"SPAT.PLACE\"\ngroup = \"SPAT.GROUP\"\n\
                  group_timeout_ms = 900\ngroups = [{ intersection = 1, group = 2, id = 7 }]"
             ),
-            "v2i.signal",
+            "v2i[1].signal",
             "SPAT.NEXT is not in each frame",
             "`id` of its own",
         ),
@@ -338,7 +338,7 @@ fn messages_of_many_groups_that_cannot_be_told_apart_are_refused() {
                  group_timeout_ms = 900\narrow = @@\"left\"\n\
                  groups = [{ intersection = 1, group = 2, id = 7 }]"
             ),
-            "v2i.arrow",
+            "v2i[1].arrow",
             "each group has its own arrow",
             "entries of `groups`",
         ),

@@ -3,7 +3,7 @@
 /// Manoeuvres and what can happen to inputs, with the scenarios that drive them.
 pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("intersection, left", &["crossing_left.toml", "short_signal_distance.toml"]),
-    ("intersection, right", &["crossing_right.yaml"]),
+    ("intersection, right", &["crossing_right.toml"]),
     ("intersection, straight", &["crossing_straight.toml"]),
     ("turn after turn", &["left_then_right.toml", "split_turn.toml"]),
     ("stop before a turn", &["stop_before_turn.toml", "slowing_before_turn.toml"]),
@@ -11,9 +11,9 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("roundabout, side by the map", &["roundabout_first_exit.toml", "roundabout_third_exit.toml"]),
     ("roundabout, exit by tag", &["roundabout_second_exit.toml"]),
     ("roundabout, exit without tag", &["roundabout_untagged.toml"]),
-    ("roundabout, entry that ends", &["roundabout_entry_short.yaml"]),
+    ("roundabout, entry that ends", &["roundabout_entry_short.toml"]),
     ("roundabout, entry that lasts", &["roundabout_persistent.toml", "roundabout_silent_exit.toml"]),
-    ("roundabout, around", &["roundabout_u_turn.yaml"]),
+    ("roundabout, around", &["roundabout_u_turn.toml"]),
     ("roundabout, slowing down", &["roundabout_slowing_down.toml"]),
     ("avoidance, out and back", &["avoidance_out_and_back.toml"]),
     ("avoidance, one lane", &["avoidance_narrow_road.toml"]),
@@ -69,7 +69,7 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     (
         "W10",
         &[
-            "roundabout_entry_short.yaml",
+            "roundabout_entry_short.toml",
             "roundabout_persistent.toml",
             "roundabout_silent_exit.toml",
             "roundabout_untagged.toml",
@@ -90,5 +90,5 @@ pub(crate) const ONLY_A_GAP: &[&str] = &[
     "conflict_11_together_later_first.toml",
     "left_then_right.toml",
     "roundabout_third_exit.toml",
-    "roundabout_u_turn.yaml",
+    "roundabout_u_turn.toml",
 ];

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::compat::Compat::{Improved, Upstream};
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{Improved, PathGenerator, Upstream};
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
@@ -37,11 +37,12 @@ struct Driven {
     failures: Vec<String>,
 }
 
-/// One scenario, upstream's behaviour and the default one.
+/// One scenario, upstream's behaviour and the default one, and the path generator's where the file is for it.
 struct Scenario {
     file: DriveFile,
     upstream: Driven,
     improved: Driven,
+    path_generator: Option<Driven>,
 }
 
 static SCENARIOS: LazyLock<BTreeMap<String, Scenario>> = LazyLock::new(|| {
@@ -75,8 +76,8 @@ fn names() -> Vec<String> {
 fn scenario(name: &str) -> Scenario {
     let file = read(&Disk, &folder().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"));
     let course = Course::new(file.clone()).unwrap_or_else(|refused| panic!("{name}: {refused}"));
-    let both = [Upstream, Improved];
-    let mut runs = both.map(|mode| (Run::new(&course, mode), Verdicts::new(&course, mode), Vec::new()));
+    let all = [Upstream, Improved, PathGenerator];
+    let mut runs = all.map(|mode| (Run::new(&course, mode), Verdicts::new(&course, mode), Vec::new()));
     for cycle in course.cycles() {
         for (run, verdicts, shown) in &mut runs {
             let decision = run.step(&cycle);
@@ -90,11 +91,12 @@ fn scenario(name: &str) -> Scenario {
             });
         }
     }
-    let [upstream, improved] = runs.map(|(_, verdicts, shown)| {
+    let [upstream, improved, path_generator] = runs.map(|(_, verdicts, shown)| {
         let Verdict { met, failed, .. } = verdicts.verdict();
         Driven { shown, met, failures: failed.iter().map(ToString::to_string).collect() }
     });
-    Scenario { file, upstream, improved }
+    let path_generator = file.modes.contains(&PathGenerator).then_some(path_generator);
+    Scenario { file, upstream, improved, path_generator }
 }
 
 impl Driven {
@@ -126,8 +128,10 @@ impl Driven {
 fn every_shipped_scenario_keeps_its_expectations() {
     let mut failures = Vec::new();
     for (name, scenario) in &*SCENARIOS {
-        assert_eq!(scenario.file.modes.len(), 2, "{name}: for both behaviours");
-        for (mode, driven) in [("upstream", &scenario.upstream), ("default", &scenario.improved)] {
+        assert_eq!(scenario.file.modes[..2], [Improved, Upstream], "{name}: for both behaviours");
+        let both = [("upstream", &scenario.upstream), ("default", &scenario.improved)];
+        let path_generator = scenario.path_generator.iter().map(|driven| ("path generator", driven));
+        for (mode, driven) in both.into_iter().chain(path_generator) {
             assert!(driven.met + driven.failures.len() > 0, "{name}: nothing is expected, {mode}");
             if !driven.failures.is_empty() {
                 failures.push(format!("{name}, {mode}:{}", driven.story()));
@@ -178,6 +182,21 @@ fn the_behaviours_differ_where_a_weakness_shows_and_nowhere_else() {
             assert!(same, "{told}");
         }
     }
+}
+
+#[test]
+fn the_path_generator_differs_from_both_other_behaviours() {
+    let mut differing = 0;
+    for (name, Scenario { upstream, improved, path_generator, .. }) in &*SCENARIOS {
+        let Some(path_generator) = path_generator else { continue };
+        let told = format!("{name}\npath generator:{}", path_generator.story());
+        for other in [upstream, improved] {
+            assert_ne!(path_generator.commands(), other.commands(), "{told}\nother:{}", other.story());
+        }
+        assert!(path_generator.shown.iter().all(|shown| shown.hazard == Hazard::NoCommand), "{told}");
+        differing += 1;
+    }
+    assert!(differing >= 3, "{differing} drives are for the path generator");
 }
 
 #[test]

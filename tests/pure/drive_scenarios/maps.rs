@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use signal_gateway::core::map::lanelet::{Lanelet, TurnDirection};
-use signal_gateway::core::map::polyline::Polyline;
+use signal_gateway::core::map::geometry::Point;
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::light_roads::{LampSource, LightRoads};
+use signal_gateway::core::map::osm;
 use signal_gateway::core::map::projector::Projector;
-use signal_gateway::core::map::road_map::RoadMap;
 
 #[path = "../../../examples/maps/mod.rs"]
 mod generator;
@@ -17,32 +18,23 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config/maps").join(name)
 }
 
-fn map(name: &str) -> RoadMap {
+fn map(name: &str) -> LaneNetwork {
     let projector = Projector::parse(&std::fs::read_to_string(folder(name).join(PROJECTOR_FILE)).unwrap());
-    RoadMap::read(&std::fs::read(folder(name).join(MAP_FILE)).unwrap(), &projector.unwrap()).unwrap()
+    LaneNetwork::read(&std::fs::read(folder(name).join(MAP_FILE)).unwrap(), &projector.unwrap()).unwrap()
 }
 
-fn lanelet(map: &RoadMap, id: i64) -> &Lanelet {
-    map.lanelet(map.index_of(id).unwrap_or_else(|| panic!("no lanelet {id}"))).unwrap()
+fn lanelet(map: &LaneNetwork, id: i64) -> &Lane {
+    map.lane(id).unwrap_or_else(|| panic!("no lanelet {id}"))
 }
 
-fn followers(map: &RoadMap, id: i64) -> Vec<i64> {
-    let followers = map.followers(map.index_of(id).unwrap());
-    followers.iter().map(|index| map.lanelet(*index).unwrap().id).collect()
+/// Whether there is a lane on the left and on the right.
+fn beside(map: &LaneNetwork, id: i64) -> [bool; 2] {
+    let lanelet = lanelet(map, id);
+    [lanelet.left.lane, lanelet.right.lane]
 }
 
-/// Left and right neighbour, if a lane change to it is allowed.
-fn beside(map: &RoadMap, id: i64) -> [Option<i64>; 2] {
-    let index = map.index_of(id).unwrap();
-    [map.left_of(index), map.right_of(index)].map(|neighbour| {
-        let neighbour = neighbour.filter(|neighbour| neighbour.routable)?;
-        Some(map.lanelet(neighbour.lanelet).unwrap().id)
-    })
-}
-
-fn ends(line: &Polyline) -> [[f64; 2]; 2] {
-    let points: Vec<[f64; 2]> = line.points().iter().map(|[x, y, _]| [*x, *y]).collect();
-    [points[0], points[points.len() - 1]]
+fn ends(line: &[Point]) -> [Point; 2] {
+    [line[0], line[line.len() - 1]]
 }
 
 #[test]
@@ -98,19 +90,19 @@ fn lanelets_follow_each_other_as_described() {
     assert_eq!(described.map(|(name, ..)| name), ALL.map(|map| map.name));
     for (name, count, routes) in described {
         let map = map(name);
-        assert_eq!(map.lanelets().len(), count, "{name}");
+        assert_eq!(map.lanes().count(), count, "{name}");
         for pair in routes.iter().flat_map(|route| route.windows(2)) {
-            assert!(followers(&map, pair[0]).contains(&pair[1]), "{name}: {} to {}", pair[0], pair[1]);
+            assert!(map.followers(pair[0]).contains(&pair[1]), "{name}: {} to {}", pair[0], pair[1]);
             // Where one ends the other begins: the bounds are oriented along traffic.
             let [[_, end], [begin, _]] = [pair[0], pair[1]].map(|id| ends(&lanelet(&map, id).centerline));
-            let gap_m = (end[0] - begin[0]).hypot(end[1] - begin[1]);
+            let gap_m = end.distance_m(begin);
             assert!(gap_m < 0.01, "{name}: {gap_m} m between {} and {}", pair[0], pair[1]);
         }
         // Nothing leads on by accident.
         let mut links: Vec<_> = routes.iter().flat_map(|route| route.windows(2)).collect();
         links.sort_unstable();
         links.dedup();
-        let found: usize = map.lanelets().iter().map(|lanelet| followers(&map, lanelet.id).len()).sum();
+        let found: usize = map.lanes().map(|lanelet| lanelet.followers.len()).sum();
         // Six per arm: in, ring, out, round the arm.
         let expected = if name.starts_with("roundabout") { 24 } else { links.len() };
         assert_eq!(found, expected, "{name}");
@@ -147,10 +139,8 @@ fn turns_are_tagged_where_they_are() {
             "{name} {id}"
         );
         // A lanelet that is tagged left bends left.
-        let points = found.centerline.points();
-        let yaw = |from: usize| {
-            (points[from + 1][1] - points[from][1]).atan2(points[from + 1][0] - points[from][0])
-        };
+        let points = &found.centerline;
+        let yaw = |from: usize| points[from].heading_to_rad(points[from + 1]);
         let mut bend = yaw(points.len() - 2) - yaw(0);
         if bend.abs() > std::f64::consts::PI {
             bend -= std::f64::consts::TAU.copysign(bend);
@@ -167,21 +157,26 @@ fn turns_are_tagged_where_they_are() {
 #[test]
 fn lanes_lie_beside_each_other_where_they_do() {
     let road = map("lane_change_road");
-    assert_eq!(beside(&road, 102), [None, Some(202)]);
-    assert_eq!(beside(&road, 202), [Some(102), Some(302)]);
-    assert_eq!(beside(&road, 302), [Some(202), None]);
+    assert_eq!([102, 202, 302].map(|id| beside(&road, id)), [[false, true], [true, true], [true, false]]);
+    for (left, right) in [(102, 202), (202, 302)] {
+        assert_eq!(lanelet(&road, left).right_bound, lanelet(&road, right).left_bound);
+    }
     let crossing = map("crossing");
-    let opposite = crossing.opposite_right(crossing.index_of(101).unwrap());
-    assert_eq!(opposite.iter().map(|index| crossing.lanelet(*index).unwrap().id).collect::<Vec<_>>(), [102]);
+    assert_eq!(beside(&crossing, 101), [false, true], "the oncoming lane");
+    let mut oncoming = lanelet(&crossing, 102).right_bound.clone();
+    oncoming.reverse();
+    assert_eq!(lanelet(&crossing, 101).right_bound, oncoming);
     let narrow = map("narrow_road");
     let hatched = |id| [lanelet(&narrow, id).left.hatched, lanelet(&narrow, id).right.hatched];
     assert_eq!([101, 102, 103].map(hatched), [[false, false], [true, false], [false, false]]);
     let bay = map("bus_bay");
-    for id in [151, 152] {
-        assert_eq!(&*lanelet(&bay, id).subtype, "road_shoulder");
-    }
-    assert_eq!(lanelet(&bay, 151).right.way_id, lanelet(&bay, 102).left.way_id);
-    assert_eq!(lanelet(&bay, 152).left.way_id, lanelet(&bay, 102).right.way_id);
+    assert_eq!(
+        [101, 102].map(|id| beside(&bay, id)),
+        [[false, false], [true, true]],
+        "shoulders on both sides"
+    );
+    assert_eq!(lanelet(&bay, 151).right_bound, lanelet(&bay, 102).left_bound);
+    assert_eq!(lanelet(&bay, 152).left_bound, lanelet(&bay, 102).right_bound);
 }
 
 #[test]
@@ -192,27 +187,25 @@ fn roundabouts_have_their_roles_and_one_has_tags() {
         assert_eq!(roundabout.entries, [102, 202, 302, 402], "{name}");
         assert_eq!(roundabout.exits, [103, 203, 303, 403], "{name}");
         assert_eq!(roundabout.internals, [105, 106, 205, 206, 305, 306, 405, 406], "{name}");
-        for lanelet in map.lanelets() {
-            assert_eq!(lanelet.roundabouts.len(), usize::from(roundabout.has(lanelet.id)), "{name}");
-            assert_eq!(lanelet.enable_exit_turn_signal, is_tagged && lanelet.id % 100 == 5, "{name}");
+        for lanelet in map.lanes() {
+            assert_eq!(lanelet.roundabouts.len(), usize::from(roundabout.contains(lanelet.id)), "{name}");
+            assert_eq!(lanelet.enables_exit_signal, is_tagged && lanelet.id % 100 == 5, "{name}");
         }
-        let signals = &lanelet(&map, 202).exit_signals;
-        let expected = is_tagged.then(|| [vec![303], vec![103, 203]]);
-        assert_eq!(
-            [&signals.left, &signals.right],
-            [0, 1].map(|side| expected.as_ref().map(|ids| ids[side].clone())).each_ref()
-        );
+        let entry = lanelet(&map, 202);
+        let expected = if is_tagged { [vec![303], vec![103, 203]] } else { [vec![], vec![]] };
+        assert_eq!([&entry.exits_signalled_left, &entry.exits_signalled_right], expected.each_ref());
     }
 }
 
 #[test]
 fn the_lights_of_the_crossing_are_for_who_comes() {
-    let map = map("crossing");
+    let osm = osm::read(&std::fs::read(folder("crossing").join(MAP_FILE)).unwrap()).unwrap();
+    let lights = LightRoads::read(&osm, None, LampSource::Drawn).unwrap();
     for arm in 1..=4 {
         for role in [11, 12, 13] {
-            assert_eq!(map.lights().groups_of(100 * arm + role), [100 * arm + 50]);
+            assert_eq!(lights.groups_of(100 * arm + role), [100 * arm + 50]);
         }
-        assert!(map.lights().groups_of(100 * arm + 1).is_empty());
+        assert!(lights.groups_of(100 * arm + 1).is_empty());
     }
-    assert_eq!(map.lights().lights().heads().len(), 4);
+    assert_eq!(lights.lights().heads().len(), 4);
 }

@@ -30,7 +30,7 @@ fn press(car: &mut VirtualGateway, position: u8, ms: u64, until: u64) {
 fn a_stalk_is_unknown_until_it_was_watched() {
     let mut car = car(&format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}"));
     car.frame(STALK, IDLE, 0);
-    let text = "unknown: watching STALK.POSITION, which may have been pressed before";
+    let text = "unknown: observing STALK.POSITION, which may have been pressed before";
     assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
 }
 
@@ -103,7 +103,7 @@ fn each_press_of_the_button_toggles_the_hazard_lights() {
     );
     let mut car = car(&lights);
     car.frame(PANEL, 0, 0);
-    let text = "unknown: watching PANEL.BUTTON, which may have been pressed before";
+    let text = "unknown: observing PANEL.BUTTON, which may have been pressed before";
     assert_eq!(car.level_and_message("hazard_lights"), (Level::Error, text.to_owned()));
     let pressed = |ms| u8::from((2000..2500).contains(&ms) || (4000..4300).contains(&ms));
     car.frames(PANEL, 100, 100..6000, pressed);

@@ -7,7 +7,7 @@ use crate::pure::lamp_reports::car::{
 };
 use crate::support::virtual_gateway::VirtualGateway;
 
-const WATCHING: &str = "unknown: watching the lamps LAMPS.LEFT and LAMPS.RIGHT";
+const OBSERVING: &str = "unknown: observing the lamps LAMPS.LEFT and LAMPS.RIGHT";
 const BY_LAMPS: &str = "[hazard]\nfrom = \"both_sides\"\n";
 
 fn lights(period: u64, both_on: &str, hazard: &str) -> String {
@@ -91,7 +91,7 @@ fn dark_lamps_are_unknown_until_they_were_watched_for_a_hold() {
     let mut car = car(&lights(50, "hazard", BY_LAMPS));
     car.frame(LAMPS, DARK, 10);
     for task in ["turn_indicators", "hazard_lights"] {
-        assert_eq!(car.level_and_message(task), (Level::Error, WATCHING.to_owned()));
+        assert_eq!(car.level_and_message(task), (Level::Error, OBSERVING.to_owned()));
     }
     car.frames(LAMPS, 50, 60..1000, |_| DARK);
     // 700 ms of legal darkness and three times 55 ms.
@@ -200,7 +200,7 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
         car.frame(LAMPS, DARK, 2050);
         assert_eq!(
             car.level_and_message("turn_indicators"),
-            (Level::Error, WATCHING.to_owned()),
+            (Level::Error, OBSERVING.to_owned()),
             "blind meanwhile"
         );
     }
@@ -211,7 +211,7 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
     assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text));
     assert_eq!(car.turn_reports().last(), Some(&(2400, "stops")));
     car.frame(LAMPS, DARK, 3500);
-    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, WATCHING.to_owned()));
+    assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, OBSERVING.to_owned()));
 }
 
 #[test]

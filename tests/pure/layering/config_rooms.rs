@@ -6,8 +6,12 @@ use std::path::Path;
 use super::{Source, files_below};
 
 /// Rooms of `config`, top to bottom; a file imports from its own room and from those below.
-const ROOMS_OF_CONFIG: &[&[&str]] =
-    &[&["gateway"], &["drive", "scenario", "vehicle"], &["country", "map"], &["files", "reading"]];
+const ROOMS_OF_CONFIG: &[&[&str]] = &[
+    &["gateway"],
+    &["drive", "scenario", "vehicle"],
+    &["country", "dimensions", "map"],
+    &["files", "reading"],
+];
 
 #[test]
 fn rooms_of_config_import_downhill_and_none_of_its_files_import_each_other() {

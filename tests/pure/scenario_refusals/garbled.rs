@@ -9,7 +9,8 @@ use crate::pure::scenario_refusals::read_as;
 const NAMES: [&str; 3] = ["s.toml", "s.yaml", "s.xosc"];
 const SOUND: [&[u8]; 3] = [
     include_bytes!("../../../config/scenarios/bench.toml"),
-    include_bytes!("../../../config/scenarios/bench.yaml"),
+    // Behind the byte that is the fuzz target's own.
+    include_bytes!("../../../fuzz/corpus/scenario_file/1_tier4.yaml").split_at(1).1,
     include_bytes!("../../../config/scenarios/bench.xosc"),
 ];
 /// Pieces that mean something to one of the readers.

@@ -9,7 +9,7 @@ use signal_gateway::core::compat::Compat;
 use crate::pure::scenario_refusals::{accepted, read_as};
 
 #[test]
-fn what_is_no_scenario_is_refused_in_words() {
+fn files_that_are_not_scenarios_are_refused_in_words() {
     let deep_xml = "<a>".repeat(50_000) + &"</a>".repeat(50_000);
     let deeper_xml = "<a>".repeat(400_000);
     let deep_list = "[".repeat(100_000);
@@ -51,12 +51,12 @@ fn what_is_no_scenario_is_refused_in_words() {
         ("s.xosc", xml_laughs.as_bytes(), "s.xosc:1:1: a document type cannot be read here; remove"),
         ("s.yaml", yaml_laughs.as_bytes(), "more than 100000 values"),
         ("s.yaml", many.as_bytes(), "more than 100000 values"),
-        ("s.toml", &vec![b'#'; (4 << 20) + 1], "4194305 bytes are too many"),
+        ("s.toml", &vec![b'#'; (4 << 20) + 1], "the file is too large: 4194305 bytes"),
     ];
-    for (name, bytes, words) in rows {
+    for (name, bytes, part) in rows {
         let problems = read_as(Compat::Improved, name, bytes).unwrap_err();
-        let told = crate::pure::scenario_refusals::shown(&problems);
-        assert!(problems.len() == 1 && told.contains(words), "{name}: {words}:\n{told:.600}");
+        let text = crate::pure::scenario_refusals::shown(&problems);
+        assert!(problems.len() == 1 && text.contains(part), "{name}: {part}:\n{text:.600}");
     }
 }
 
@@ -70,7 +70,7 @@ fn a_file_that_is_not_there_is_refused_by_its_name() {
 fn a_byte_order_mark_does_no_harm() {
     for (name, text) in [
         ("s.xosc", "\u{FEFF}<?xml version=\"1.0\"?><OpenSCENARIO><Storyboard/></OpenSCENARIO>"),
-        ("s.yaml", "\u{FEFF}map: x.osm"),
+        ("s.yaml", "\u{FEFF}OpenSCENARIO:\n  RoadNetwork: { LogicFile: { filepath: x.osm } }"),
         ("s.toml", "\u{FEFF}map = 'x.osm'"),
     ] {
         let file = accepted(Compat::Improved, name, text);

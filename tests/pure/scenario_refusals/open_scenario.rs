@@ -54,31 +54,31 @@ fn controllers_and_phases_that_cannot_run_are_refused() {
     let id = "TrafficSignalState/@trafficSignalId";
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
-        ("@@<TrafficSignalController/>", "TrafficSignals/TrafficSignalController", "attribute name is missing", "wants it"),
+        ("@@<TrafficSignalController/>", "TrafficSignals/TrafficSignalController", "attribute name is missing", "requires it"),
         (r#"<TrafficSignalController name="B" delay="@@1"/>"#, "/@delay", "delay without a reference", "name the controller"),
         (r#"<TrafficSignalController name="B" reference="@@B"/>"#, "/@reference", "reference without a delay", "may be 0"),
         (r#"<TrafficSignalController name="B" reference="@@C" delay="0"/>"#, "/@reference", "no controller is called \"C\"", "there are B"),
-        (r#"<TrafficSignalController name="B" reference="B" delay="@@-1"/>"#, "/@delay", "invalid time -1 s", "0 or more"),
-        (r#"<TrafficSignalController name="B" reference="B" delay="@@inf"/>"#, "/@delay", "invalid time inf s", "1e9"),
+        (r#"<TrafficSignalController name="B" reference="B" delay="@@-1"/>"#, "/@delay", "-1 s is out of range", "0 or more"),
+        (r#"<TrafficSignalController name="B" reference="B" delay="@@inf"/>"#, "/@delay", "inf s is out of range", "1e9"),
         (r#"<TrafficSignalController name="B" reference="@@B" delay="0"/>"#, "/@reference", "\"B\" waits for itself", "without a reference"),
-        (r#"<TrafficSignalController name="B" referense="@@A"/>"#, "/@referense", "has no attribute referense", "mend its name"),
+        (r#"<TrafficSignalController name="B" referense="@@A"/>"#, "/@referense", "has no attribute referense", "correct its name"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@-0.1"/></TrafficSignalController>"#, "Phase/@duration", "-0.1 s", "0 or more"),
         (r#"<TrafficSignalController name="B"><Phase name="p"/><Phase name="p" duration="@@NaN"/></TrafficSignalController>"#, "Phase[2]/@duration", "\"NaN\" is not a number", "e.g. 2.5"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@1e400"/></TrafficSignalController>"#, "Phase/@duration", "1e400 is too large", "smaller"),
-        (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@1000000001"/></TrafficSignalController>"#, "Phase/@duration", "invalid time", "1e9"),
+        (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@1000000001"/></TrafficSignalController>"#, "Phase/@duration", "1000000001 s is out of range", "1e9"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@five"/></TrafficSignalController>"#, "Phase/@duration", "\"five\" is not a number", "2.5"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@"/></TrafficSignalController>"#, "Phase/@duration", "\"\" is not a number", "2.5"),
-        (r#"<TrafficSignalController name="B">@@<Phase duration="1"/></TrafficSignalController>"#, "/Phase", "name is missing", "wants it"),
-        (r#"<TrafficSignalController name="B"><Phase name="p" duratoin="@@1"/></TrafficSignalController>"#, "Phase/@duratoin", "no attribute duratoin", "mend"),
+        (r#"<TrafficSignalController name="B">@@<Phase duration="1"/></TrafficSignalController>"#, "/Phase", "name is missing", "requires it"),
+        (r#"<TrafficSignalController name="B"><Phase name="p" duratoin="@@1"/></TrafficSignalController>"#, "Phase/@duratoin", "no attribute duratoin", "correct"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@$q"/></TrafficSignalController>"#, "Phase/@duration", "no parameter is called q", "there are p"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@${$p + 1}"/></TrafficSignalController>"#, "Phase/@duration", "is an expression", "nothing is computed"),
-        (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@$(var t)"/></TrafficSignalController>"#, "Phase/@duration", "launch system", "what it stands for"),
+        (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@$(var t)"/></TrafficSignalController>"#, "Phase/@duration", "launch system", "its value"),
     ];
     refused(rows, |part| document(part, ""));
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
-        (r#"@@<TrafficSignalState state="green"/>"#, "TrafficSignalState", "trafficSignalId is missing", "wants it"),
-        (r#"@@<TrafficSignalState trafficSignalId="1"/>"#, "TrafficSignalState", "state is missing", "wants it"),
+        (r#"@@<TrafficSignalState state="green"/>"#, "TrafficSignalState", "trafficSignalId is missing", "requires it"),
+        (r#"@@<TrafficSignalState trafficSignalId="1"/>"#, "TrafficSignalState", "state is missing", "requires it"),
         (r#"<TrafficSignalState trafficSignalId="@@9223372036854775808" state="green"/>"#, id, "is not an id", "34802 v2i"),
         (r#"<TrafficSignalState trafficSignalId="@@1 V2I" state="green"/>"#, id, "`V2I` is not a channel", "34802 v2i"),
         (r#"<TrafficSignalState trafficSignalId="@@ 1" state="green"/>"#, id, "is not an id", "34802 v2i"),
@@ -111,19 +111,19 @@ fn all_of_a_circle_and_nobody_else_is_refused() {
         .map(|(name, whom)| follows(name, whom))
         .concat();
     let problems = read_text("s.xosc", &document(&network, "")).unwrap_err();
-    let told: Vec<_> = problems.iter().map(|problem| problem.reason.as_str()).collect();
+    let reasons: Vec<_> = problems.iter().map(|problem| problem.reason.as_str()).collect();
     let wanted = ["B", "C", "alone", "D"].map(|name| format!("{name:?} waits for itself to begin"));
-    assert_eq!(told, wanted);
+    assert_eq!(reasons, wanted);
 }
 
 #[test]
 fn actions_that_cannot_be_done_are_refused() {
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
-        (r#"@@<TrafficSignalStateAction name="1"/>"#, "TrafficSignalStateAction", "state is missing", "wants it"),
+        (r#"@@<TrafficSignalStateAction name="1"/>"#, "TrafficSignalStateAction", "state is missing", "requires it"),
         (r#"<TrafficSignalStateAction name="@@x" state="red"/>"#, "StateAction/@name", "`x` is not an id", "34802"),
         (r#"<TrafficSignalStateAction name="1" state="@@unknown"/>"#, "StateAction/@state", "conventional_detected", ""),
-        (r#"<TrafficSignalStateAction name="1" state="red" stat="@@x"/>"#, "/@stat", "no attribute stat", "mend"),
+        (r#"<TrafficSignalStateAction name="1" state="red" stat="@@x"/>"#, "/@stat", "no attribute stat", "correct"),
         (r#"<TrafficSignalControllerAction trafficSignalControllerRef="@@B" phase="go"/>"#, "Ref", "no controller is called \"B\"", "there are A"),
         (r#"<TrafficSignalControllerAction trafficSignalControllerRef="A" phase="@@went"/>"#, "/@phase", "no phase \"went\"", "there are go"),
     ];
@@ -153,8 +153,8 @@ fn conditions_that_cannot_be_tested_are_refused() {
     let rows: &[Row<'_>] = &[
         (r#"<SimulationTimeCondition value="@@-1" rule="greaterThan"/>"#, "/@value", "-1 s", "0 or more"),
         (r#"<SimulationTimeCondition value="@@inf" rule="greaterThan"/>"#, "/@value", "inf s", "1e9"),
-        (r#"<SimulationTimeCondition value="1" rule="@@after"/>"#, "/@rule", "\"after\" is unknown", "greaterThan"),
-        (r#"@@<SimulationTimeCondition value="1"/>"#, "SimulationTimeCondition", "rule is missing", "wants it"),
+        (r#"<SimulationTimeCondition value="1" rule="@@after"/>"#, "/@rule", "unknown value \"after\"", "greaterThan"),
+        (r#"@@<SimulationTimeCondition value="1"/>"#, "SimulationTimeCondition", "rule is missing", "requires it"),
         (r#"<TrafficSignalCondition name="1" state="@@blue"/>"#, "/@state", "blue", ""),
         (r#"<TrafficSignalCondition name="@@one" state="red"/>"#, "/@name", "`one` is not an id", "34802"),
         (r#"<TrafficSignalControllerCondition trafficSignalControllerRef="A" phase="@@went"/>"#, "/@phase", "no phase", "go"),
@@ -192,7 +192,7 @@ fn conditions_that_cannot_be_tested_are_refused() {
 }
 
 #[test]
-fn all_problems_of_a_document_are_told_at_once() {
+fn all_problems_of_a_document_come_at_once() {
     let text = document(
         "<TrafficSignalController name=\"B\" delay=\"1\"><Phase name=\"p\" duration=\"-1\">\
          <TrafficSignalState trafficSignalId=\"x\" state=\"unknown\"/></Phase></TrafficSignalController>",
@@ -210,8 +210,8 @@ fn the_form_in_yaml_is_refused_in_the_same_words() {
         ("- { name: B, delay: @@1 }", "TrafficSignalController/@delay", "delay without a reference", "name the"),
         ("- name: B\n        Phase:\n          - { name: p, duration: @@-1 }", "Phase/@duration", "-1 s", "0 or more"),
         ("- name: B\n        Phase:\n          - { name: p, duration: @@.nan }", "Phase/@duration", "is not a number", "2.5"),
-        ("- name: B\n        Phase:\n          - { name: p }\n          - { name: p, time: @@1 }", "Phase[2]/@time", "no attribute time", "mend"),
-        ("- @@{ delay: 1, reference: x }", "TrafficSignalController", "name is missing", "wants"),
+        ("- name: B\n        Phase:\n          - { name: p }\n          - { name: p, time: @@1 }", "Phase[2]/@time", "no attribute time", "correct"),
+        ("- @@{ delay: 1, reference: x }", "TrafficSignalController", "name is missing", "requires"),
         ("- @@[1]", "", "a list within a list", "write a table"),
     ];
     let rows: Vec<_> = rows

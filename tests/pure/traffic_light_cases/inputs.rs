@@ -1,6 +1,5 @@
 //! Inputs from outside: states in bulk, their age, actions that are refused, gaps in time; diagnostics.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use signal_gateway::core::compat::Compat;
@@ -124,7 +123,7 @@ fn states_from_outside_are_copied_and_sent() {
     assert_eq!(truth(&lights, Channel::V2i), both);
     lights.advance(at_ns(SECOND / 10));
     let camera = std::iter::from_fn(|| lights.poll_output()).find(|sent| sent.topic == LightsTopic::Camera);
-    let Content::Groups(groups) = &*camera.unwrap().content else { unreachable!() };
+    let Content::Groups(groups) = &camera.unwrap().content else { unreachable!() };
     assert_eq!((groups.len(), groups[0].relation_id, groups[0].elements.len()), (1, 100, 1));
     assert!((groups[0].elements[0].confidence - 0.5).abs() < f64::EPSILON);
 }
@@ -169,7 +168,7 @@ fn enabling_announces_and_copies_what_no_phase_says_itself() {
     let announced = |lights: &mut TrafficLights, until: u64| {
         lights.advance(at_ns(until * SECOND));
         let sent = std::iter::from_fn(|| lights.poll_output()).filter(|sent| sent.topic == LightsTopic::V2i);
-        let Content::Groups(groups) = &*sent.last().unwrap().content else { unreachable!() };
+        let Content::Groups(groups) = &sent.last().unwrap().content else { unreachable!() };
         groups.iter().find(|group| group.relation_id == 200).map_or(0, |group| group.predictions.len())
     };
     assert_eq!(announced(&mut lights, 2), 6);
@@ -229,7 +228,7 @@ fn markers_come_from_one_timer_or_two() {
             .collect();
         assert_eq!(drawn.len(), expected, "{compat:?}");
         if compat == Compat::Improved {
-            assert!(drawn.windows(2).all(|pair| Arc::ptr_eq(&pair[0], &pair[1])));
+            assert!(drawn.windows(2).all(|pair| pair[0].is_shared_with(&pair[1])));
         }
     }
 }

@@ -1,7 +1,5 @@
 //! Groups K (contents) and N, with every neighbour; and architectures.
 
-use std::sync::Arc;
-
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::light_map::{Lamp, LampColor};
 use signal_gateway::core::time::WallStamp;
@@ -22,7 +20,7 @@ const BULBS: [Bulb; 2] = [
 ];
 
 fn sent(content: Content, lights: LightsType, compat: Compat) -> Vec<LightsMessage> {
-    let emission = Emission { topic: LightsTopic::V2i, stamp: NOW, content: Arc::new(content) };
+    let emission = Emission { topic: LightsTopic::V2i, stamp: NOW, content };
     LightsMessage::of(&emission, lights, compat)
 }
 
@@ -72,7 +70,7 @@ fn check(case: &str, elements: &[TrafficLightElement], expected: &[(u8, u8)]) {
 fn group_k_markers_are_three_spheres_of_which_the_red_one_is_bright() {
     let lamp =
         |color, position_m, is_on| LampMarker { way_id: 34836, lamp: Lamp { color, position_m }, is_on };
-    let content = Content::Markers(vec![
+    let content = Content::markers([
         lamp(LampColor::Green, [3770.02, 73738.34, 5.80], false),
         lamp(LampColor::Yellow, [3769.60, 73738.12, 5.81], false),
         lamp(LampColor::Red, [3769.15, 73737.92, 5.81], true),
@@ -109,7 +107,7 @@ fn group_k_markers_are_three_spheres_of_which_the_red_one_is_bright() {
 /// The numbers of one bulb in every message: colour, shape, status.
 fn numbers(bulb: Bulb, compat: Compat) -> [u8; 3] {
     let head = LightState { way_id: 1, bulbs: [bulb].into_iter().collect(), confidence: 1.0 };
-    let lights = sent(Content::Lights(vec![head]), LightsType::ArrayV1, compat);
+    let lights = sent(Content::lights([head]), LightsType::ArrayV1, compat);
     let [LightsMessage::ArrayV1(array)] = &lights[..] else { panic!("{lights:?}") };
     let shown = array.traffic_lights[0].traffic_light_bulbs[0];
     let elements = vec![Element { bulb, confidence: 1.0 }];
@@ -170,7 +168,7 @@ fn large_ids_are_kept_and_upstream_cuts_them() {
     for (id, upstreams) in [(2_147_483_647, 2_147_483_647), (2_147_483_648, -2_147_483_648), (1 << 40, 0)] {
         for (compat, expected) in [(Compat::Improved, id), (Compat::Upstream, upstreams)] {
             let head = LightState { way_id: id, bulbs: BULBS.into_iter().collect(), confidence: 1.0 };
-            let lights = sent(Content::Lights(vec![head]), LightsType::ArrayV1, compat);
+            let lights = sent(Content::lights([head]), LightsType::ArrayV1, compat);
             let [LightsMessage::ArrayV1(array)] = &lights[..] else { panic!("{lights:?}") };
             assert_eq!(array.traffic_lights[0].lanelet_way_id, expected, "{id} {compat:?}");
         }

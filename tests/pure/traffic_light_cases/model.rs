@@ -260,7 +260,7 @@ proptest! {
         let mut scene = Scene::new(settings);
         for now in 0..13 {
             scene.run_to(now);
-            let Content::Groups(groups) = &*scene.last[&LightsTopic::Camera].content else { unreachable!() };
+            let Content::Groups(groups) = &scene.last[&LightsTopic::Camera].content else { unreachable!() };
             for (id, sight) in scene.lights.detected(Channel::Conventional) {
                 let relation = if [11, 12, 100].contains(&id) { 100 } else { 200 };
                 let sent = groups.iter().filter(|group| group.relation_id == relation);

@@ -188,7 +188,7 @@ impl Scene {
     }
 
     fn groups(&self, topic: LightsTopic) -> &[Arc<GroupState>] {
-        match self.last.get(&topic).map(|emission| &*emission.content) {
+        match self.last.get(&topic).map(|emission| &emission.content) {
             Some(Content::Groups(groups)) => groups,
             Some(Content::Lights(_) | Content::Markers(_)) => panic!("{topic:?} sends groups"),
             None => &[],

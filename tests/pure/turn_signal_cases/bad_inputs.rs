@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::geometry::Pose;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::turn_signal::decision::Decision;
-use signal_gateway::core::turn_signal::geometry::Pose;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::planner_input::{PathPoint, PlannerInput, PlannerRoute};

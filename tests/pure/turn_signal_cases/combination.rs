@@ -1,8 +1,8 @@
 //! docs/spec/turn-signal-decider.md, "Joining records":
 //! how the record of a manoeuvre joins that of the one before it.
 
+use signal_gateway::core::map::geometry::path::PathFrame;
 use signal_gateway::core::turn_signal::chain::{join_present, overwrite, pairwise_prior};
-use signal_gateway::core::turn_signal::geometry::path::PathFrame;
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
@@ -10,6 +10,11 @@ use super::line::{FRONT_M, NEAREST, at, line, record};
 
 fn hazard() -> Section {
     Section { hazard: Hazard::Enable, ..Section::default() }
+}
+
+/// The same places with no command.
+fn silenced(record: Section) -> Section {
+    Section { turn: Signal::NoCommand, ..record }
 }
 
 #[test]
@@ -24,8 +29,8 @@ fn overwrite_takes_the_new_record_unless_it_starts_later() {
         ("desired start at the end", previous, right(60.0), right(60.0)),
         ("just beyond it", previous, right(60.01), previous),
         ("a record without a command", previous, none, none),
-        ("without a command, but beyond the end", previous, right(61.0).silenced(), previous),
-        ("previous without a command", previous.silenced(), right(80.0), right(80.0)),
+        ("without a command, but beyond the end", previous, silenced(right(61.0)), previous),
+        ("previous without a command", silenced(previous), right(80.0), right(80.0)),
         ("previous off", Section { turn: Signal::Disable, ..previous }, right(80.0), right(80.0)),
         ("hazard lights", hazard(), right(80.0), right(80.0)),
     ] {
@@ -80,8 +85,8 @@ fn by_default_only_a_present_record_replaces_one_and_hazard_lights_add_up() {
         ("one", Some(left), None, Some(left)),
         ("the other", None, Some(right), Some(right)),
         ("both", Some(left), Some(right), Some(right)),
-        ("new without a command", Some(left), Some(right.silenced()), Some(left)),
-        ("both without a command", Some(left.silenced()), Some(right.silenced()), None),
+        ("new without a command", Some(left), Some(silenced(right)), Some(left)),
+        ("both without a command", Some(silenced(left)), Some(silenced(right)), None),
         ("hazard before", Some(hazard()), Some(right), Some(with_hazard(right))),
         ("hazard after", Some(left), Some(hazard()), Some(with_hazard(left))),
         ("hazard alone", Some(hazard()), None, Some(hazard())),

@@ -3,14 +3,14 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat;
+use signal_gateway::core::map::geometry::path::{Path, PathFrame};
+use signal_gateway::core::map::geometry::{Point, Pose};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::compat::{DeciderCompat, UpstreamQuirks};
 use signal_gateway::core::turn_signal::decider::{Decider, Observed, Settings};
-use signal_gateway::core::turn_signal::decision::Decision;
+use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::decision_context::DecisionContext;
-use signal_gateway::core::turn_signal::geometry::path::{Path, PathFrame};
-use signal_gateway::core::turn_signal::geometry::{Point, Pose};
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::parameters::Parameters;
@@ -74,12 +74,12 @@ pub(crate) struct Drive {
 
 impl Drive {
     /// One long lanelet, nothing else.
-    pub(crate) fn new(mode: Compat) -> Self {
+    pub(crate) fn new(mode: DeciderCompat) -> Self {
         Self::on(LaneNetwork::new([straight_lane(1, -60.0, 300.0)], Vec::new()), &[1], mode)
     }
 
     /// This road and route, along the same line.
-    pub(crate) fn on(road: LaneNetwork, route: &[i64], mode: Compat) -> Self {
+    pub(crate) fn on(road: LaneNetwork, route: &[i64], mode: DeciderCompat) -> Self {
         let settings = Settings::deployed(mode);
         Self {
             road,
@@ -112,7 +112,7 @@ impl Drive {
             speed_mps,
             parameters: &self.parameters,
             vehicle: &self.settings.vehicle,
-            mode: self.settings.mode,
+            quirks: UpstreamQuirks::of(self.settings.compat),
             now: self.now,
         }
     }
@@ -124,6 +124,15 @@ impl Drive {
         let decision = decider.decide_on(&self.scene(at(x_m), speed_mps), manoeuvres, |_| seen);
         self.decider = decider;
         decision
+    }
+
+    /// Where the intersection candidate of a decision with the rear axle at `x_m` may be signalled from; `None`
+    /// without a candidate.
+    pub(crate) fn announced_m(&self, decision: &Decision, x_m: f64) -> Option<f64> {
+        let Basis::Candidates(resolution) = &decision.basis else { return None };
+        let [intersection, ..] = &resolution.evaluated;
+        let start_m = intersection.distances?.desired_start_m + x_m + self.settings.vehicle.front_m();
+        Some((start_m * 1e6).round() / 1e6)
     }
 
     /// A drive through `xs` at one speed. The time between samples is that of the distance.

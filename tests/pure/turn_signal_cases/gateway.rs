@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::MonoTime;
-use signal_gateway::core::turn_signal::geometry::Pose;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, PlannerInput, PlanningFactor,

@@ -1,8 +1,8 @@
 //! What holds for any records at any place: symmetries of the resolver, and of measuring.
 
 use proptest::prelude::*;
-use signal_gateway::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
-use signal_gateway::core::turn_signal::geometry::{Point, Pose};
+use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
+use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules, Source, resolve};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
@@ -173,7 +173,7 @@ proptest! {
         let piece = ((turns.len() as f64) * ahead) as usize;
         let query = Pose { position: poses[piece].place(1.0, aside), yaw_rad: poses[piece].yaw_rad };
         let points: Vec<Point> = poses.iter().map(|pose| pose.position).collect();
-        let foot = signal_gateway::core::turn_signal::geometry::polyline::nearest(&points, query.position).unwrap();
+        let foot = signal_gateway::core::map::geometry::polyline::nearest(&points, query.position).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.046 };
         // Projections on a bent path differ from the foot by what the bend makes of the offset.
         prop_assert!((path.station_m(query, limits) - foot.arc_m).abs() < 0.5);
@@ -208,7 +208,7 @@ fn beyond_the_ends_a_path_goes_on_straight() {
 
 #[test]
 fn what_is_no_path_is_refused() {
-    use signal_gateway::core::turn_signal::geometry::path::PathError::{NotFinite, TooShort};
+    use signal_gateway::core::map::geometry::path::PathError::{NotFinite, TooShort};
     for (poses, error) in [
         (vec![], TooShort),
         (vec![at(0.0)], TooShort),

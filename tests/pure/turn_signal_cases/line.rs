@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use signal_gateway::core::turn_signal::geometry::Pose;
-use signal_gateway::core::turn_signal::geometry::path::{NearestLimits, Path, PathFrame};
+use signal_gateway::core::map::geometry::Pose;
+use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
 use signal_gateway::core::turn_signal::resolve::{Candidates, Resolution, Rules, resolve};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::{Side, Signal};

@@ -1,10 +1,10 @@
 //! L1 to L3, P-2 to P-5 and the mixed scenes: whole drives with manoeuvres of the planner.
 
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::map::geometry::Pose;
+use signal_gateway::core::map::lane_network::{LaneNetwork, TurnDirection};
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::decider::Observed;
 use signal_gateway::core::turn_signal::decision::Basis;
-use signal_gateway::core::turn_signal::geometry::Pose;
-use signal_gateway::core::turn_signal::lane_network::{LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
@@ -53,7 +53,7 @@ fn avoiding(side: Side, start: usize, end: usize, x: f64) -> Avoidance {
     }
 }
 
-fn with_right_turn(mode: Compat) -> Drive {
+fn with_right_turn(mode: DeciderCompat) -> Drive {
     let mut drive = Drive::new(mode).at_once();
     drive.seen.turns = vec![turn(5, TurnDirection::Right, 100.0, 116.0, 111.0)];
     drive
@@ -168,7 +168,7 @@ fn pull_out(forward: bool) -> Manoeuvre {
     })
 }
 
-fn wide(mode: Compat) -> Drive {
+fn wide(mode: DeciderCompat) -> Drive {
     let mut lane = straight_lane(1, -60.0, 300.0);
     for point in &mut lane.right_bound {
         point.y_m = -5.0;
@@ -223,7 +223,8 @@ fn p4_backing_out_is_hazard_lights_whatever_the_map_says() {
         let mut drive = wide(mode);
         let decision = drive.step(55.0, -1.0, &[pull_out(false)]);
         assert_eq!((decision.turn, decision.hazard), (Signal::Disable, Hazard::Enable), "P-4 {mode:?}");
-        assert_eq!(drive.decider.intersection_start(5), None, "memories stand still meanwhile");
+        let next = drive.step(56.0, 1.0, &[]);
+        assert_eq!(drive.announced_m(&next, 56.0), Some(56.0), "memories stand still meanwhile");
     }
 }
 

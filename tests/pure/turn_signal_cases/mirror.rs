@@ -4,13 +4,13 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
+use signal_gateway::core::map::geometry::{Point, Pose};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::decider::{Decider, Settings};
-use signal_gateway::core::turn_signal::geometry::polyline::{at_arc, headed};
-use signal_gateway::core::turn_signal::geometry::{Point, Pose};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
@@ -121,7 +121,7 @@ impl Drive {
         Some((to_m, at))
     }
 
-    fn commands(&self, mode: Compat, speeds_mps: &[f64], events: &Events) -> Vec<Signal> {
+    fn commands(&self, mode: DeciderCompat, speeds_mps: &[f64], events: &Events) -> Vec<Signal> {
         let road = consecutive_turn();
         let lanes = ROUTE.map(|id| road.lane(id).unwrap().clone());
         let road = if self.is_mirrored {

@@ -1,13 +1,20 @@
 //! P1 to P7: the smaller decider of upstream's path generator, on two turns of a test map.
 
-use signal_gateway::core::turn_signal::geometry::polyline::{at_arc, headed, length_m};
-use signal_gateway::core::turn_signal::geometry::{Point, Pose};
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::geometry::polyline::{at_arc, headed, length_m};
+use signal_gateway::core::map::geometry::{Point, Pose};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::compat::DeciderCompat;
+use signal_gateway::core::turn_signal::decider::{Decider, Settings};
+use signal_gateway::core::turn_signal::decision::Basis;
+use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
+use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
+use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::core::turn_signal::path_generator::decide;
+use signal_gateway::core::turn_signal::path_generator::{TaggedLanelet, decide};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::route::Route;
-use signal_gateway::core::turn_signal::signal::Signal;
+use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
 pub(crate) const ROUTE: [i64; 5] = [500, 501, 489, 497, 494];
 
@@ -58,7 +65,7 @@ fn signal(before_end_of: (i64, f64), speed_mps: f64, change: fn(&mut Parameters)
     let odometry = Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps };
     let mut parameters = Parameters::DEPLOYED;
     change(&mut parameters);
-    decide((&road, &route), &ROUTE, odometry, 3.79, &parameters)
+    decide((&road, &route), &ROUTE, odometry, 3.79, &parameters).0
 }
 
 #[test]
@@ -86,4 +93,52 @@ fn every_listed_place_gives_its_command() {
     let narrow = |parameters: &mut Parameters| parameters.intersection_search_distance_m = 0.0;
     assert_eq!(signal((501, 1.0), 0.0, narrow), Signal::NoCommand, "0.6 m before the next turn");
     assert_eq!(signal((489, 3.4), 0.0, narrow), Signal::Left, "it is behind the front already");
+}
+
+#[test]
+fn the_decider_commands_what_the_rule_says_and_names_the_lanelet() {
+    let (road, route) = (consecutive_turn(), Route::single_file(1, Pose::default(), &ROUTE).unwrap());
+    let mut decider = Decider::new(Settings::deployed(DeciderCompat::PathGenerator));
+    // Neither the lane change nor a minimum duration has a say.
+    let change = LaneChange {
+        side: Side::Left,
+        phase: LaneChangePhase::Running,
+        start: None,
+        crossing: None,
+        end: Some(Pose::new(60.0, 100.0, 0.0)),
+        previous_path: Vec::new(),
+        minimum_length_m: 0.0,
+    };
+    for (cycle, (before_end_of, expected, tagged)) in (1..).zip([
+        ((500, 34.0), Signal::NoCommand, TaggedLanelet::TooFar(501)),
+        ((500, 33.0), Signal::Right, TaggedLanelet::Ahead(501)),
+        ((501, 5.0), Signal::Right, TaggedLanelet::Own(501)),
+        ((501, 1.0), Signal::Left, TaggedLanelet::Ahead(497)),
+        ((497, 1.0), Signal::Left, TaggedLanelet::PastEnd(497)),
+        ((494, 10.0), Signal::NoCommand, TaggedLanelet::None),
+    ]) {
+        let now = MonoTime::from_millis(100 * cycle);
+        let centerline = &road.lane(before_end_of.0).unwrap().centerline;
+        let position = at_arc(centerline, length_m(centerline) - before_end_of.1).unwrap();
+        let odometry = Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps: 0.0 };
+        let manoeuvres = [Timed { at: now, value: Manoeuvre::LaneChange(change.clone()) }];
+        let inputs = Inputs {
+            odometry: Some(Timed { at: now, value: odometry }),
+            road: Some(&road),
+            route: Some(&route),
+            planned_path: None,
+            manoeuvres: &manoeuvres,
+            lane_driving: true,
+        };
+        let decision = decider.decide(&inputs, now);
+        assert_eq!((decision.turn, decision.hazard), (expected, Hazard::NoCommand), "{before_end_of:?}");
+        assert_eq!(decision.basis, Basis::PathGenerator(tagged), "{before_end_of:?}");
+        assert_eq!((decision.held, &decision.remarks[..]), (None, &[][..]));
+        let empty = Inputs { planned_path: Some(Timed { at: now, value: 0 }), ..inputs };
+        let decision = decider.decide(&empty, now);
+        assert_eq!(
+            (decision.turn, &decision.findings[..]),
+            (Signal::NoCommand, &[Finding::EmptyPlannedPath][..])
+        );
+    }
 }

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
-use signal_gateway::core::turn_signal::geometry::polyline::length_m;
-use signal_gateway::core::turn_signal::geometry::required_end::{first_aligned, required_end};
-use signal_gateway::core::turn_signal::geometry::{Point, wrapped};
+use signal_gateway::core::map::geometry::polyline::length_m;
+use signal_gateway::core::map::geometry::required_end::{first_aligned, required_end};
+use signal_gateway::core::map::geometry::{Point, wrapped};
 
 const TOLERANCE_M: f64 = 1e-6;
 

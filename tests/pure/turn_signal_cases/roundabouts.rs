@@ -1,7 +1,8 @@
 //! R1 to R11: into a roundabout and out of it, in both behaviours.
 
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, Roundabout};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roundabout};
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
+use signal_gateway::core::turn_signal::compat::UpstreamQuirks;
 use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::roundabout::RoundaboutMemory;
 use signal_gateway::core::turn_signal::roundabout::backward::backward_length_m;
@@ -61,7 +62,7 @@ fn road(setup: Setup) -> LaneNetwork {
     LaneNetwork::new(lanes, vec![element])
 }
 
-fn drive(setup: Setup, mode: Compat) -> Drive {
+fn drive(setup: Setup, mode: DeciderCompat) -> Drive {
     let mut drive = Drive::on(road(setup), &ROUTE, mode).at_once();
     drive.parameters.roundabout_on_entry = setup.on_entry;
     drive.parameters.roundabout_on_exit = setup.on_exit;
@@ -78,7 +79,7 @@ fn drive(setup: Setup, mode: Compat) -> Drive {
     drive
 }
 
-fn blinks(setup: Setup, mode: Compat) -> Vec<(Side, f64, f64)> {
+fn blinks(setup: Setup, mode: DeciderCompat) -> Vec<(Side, f64, f64)> {
     blinking(drive(setup, mode).through(samples(0.0, 200.0, 0.5), 5.0, |_| Vec::new()))
 }
 
@@ -220,7 +221,7 @@ fn a_closed_ring_of_tagged_lanelets_ends() {
 }
 
 /// A ring of three lanelets, 20 m each, behind an entry of 12 m and a road of 100 m.
-fn backward_m(mode: Compat, start_x: f64, depth: Option<u32>, current: i64) -> f64 {
+fn backward_m(mode: DeciderCompat, start_x: f64, depth: Option<u32>, current: i64) -> f64 {
     let setup = Setup { on_entry: Some(Left), ..Setup::default() };
     let mut drive = drive(setup, mode);
     let mut memory = RoundaboutMemory::default();
@@ -229,7 +230,7 @@ fn backward_m(mode: Compat, start_x: f64, depth: Option<u32>, current: i64) -> f
     memory.section(&drive.scene(at(start_x), 5.0), &drive.seen.legs);
     let parameters =
         Parameters { roundabout_backward_depth: depth, path_backward_length_m: 10.0, ..Parameters::DEPLOYED };
-    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, mode == Upstream)
+    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, UpstreamQuirks::of(mode))
 }
 
 #[test]

@@ -45,15 +45,6 @@ fn documented_names_set_their_parameter_and_nothing_else() {
 }
 
 #[test]
-fn deployed_and_documented_differ_in_one() {
-    assert_eq!(Parameters::default(), Parameters::DOCUMENTED);
-    let mut documented = Parameters::DEPLOYED;
-    assert!(documented.roundabout_entry_persists);
-    documented.set("turn_signal_roundabout_entry_indicator_persistence", "false").unwrap();
-    assert_eq!(documented, Parameters::DOCUMENTED);
-}
-
-#[test]
 fn autoware_spellings_are_accepted() {
     for name in ["turn_signal_intersection_angle_threshold", "turn_signal_roundabout_angle_threshold"] {
         let (mut one, mut other) = (Parameters::DEPLOYED, Parameters::DEPLOYED);

@@ -1,9 +1,9 @@
 //! docs/spec/turn-signal-decider.md, "Shift rule":
 //! the rule for all that moves sideways, step by step; S1 to S12; P-1.
 
-use signal_gateway::core::compat::Compat::Upstream;
-use signal_gateway::core::turn_signal::geometry::Pose;
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, Roadside};
+use signal_gateway::core::map::geometry::Pose;
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roadside};
+use signal_gateway::core::turn_signal::compat::DeciderCompat::Upstream;
 use signal_gateway::core::turn_signal::shift::ShiftVerdict::{
     HatchedSide, NearBound, NearlyDone, OffPath, Signalled, StandsBeforeReturn, StaysInLane,
     SwervingIsSilent, TooEarly, TooSmall,

@@ -4,10 +4,10 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::map::lane_network::TurnDirection;
 use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::finished::FinishedMemory;
-use signal_gateway::core::turn_signal::lane_network::TurnDirection;
 use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules};
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
@@ -170,7 +170,7 @@ proptest! {
 }
 
 /// A drive whose records come and go at random, through the whole decider.
-fn drive_randomly(mode: Compat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal)> {
+fn drive_randomly(mode: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal)> {
     let mut drive = super::drive::Drive::new(mode);
     let mut ms = 0;
     let mut shown = Vec::new();

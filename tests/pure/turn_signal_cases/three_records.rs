@@ -1,6 +1,6 @@
 //! U01 to U69: three ready-made records, one position each; and the positions between them.
 
-use signal_gateway::core::turn_signal::geometry::path::{NearestLimits, PathFrame};
+use signal_gateway::core::map::geometry::path::{NearestLimits, PathFrame};
 use signal_gateway::core::turn_signal::resolve::{Candidates, Rules, resolve};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
@@ -25,9 +25,8 @@ fn set(number: u32) -> Candidates {
 
 fn signal_at(candidates: &Candidates, x_m: f64) -> Signal {
     let path = line(0, 69);
-    let ego_limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.0 };
     let limits = NearestLimits { distance_m: 5.0, yaw_rad: std::f64::consts::FRAC_PI_3 };
-    let path_frame = PathFrame::new(&path, at(x_m), 1.0, ego_limits).with_limits(limits);
+    let path_frame = PathFrame::new(&path, at(x_m), 1.0, limits);
     resolve(&path_frame, candidates, Rules::default()).signal()
 }
 

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::intersection::turns;
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
 use signal_gateway::core::turn_signal::signal::Signal;
 
 use super::drive::{Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};
 
-fn with_left_turn(mode: Compat) -> Drive {
+fn with_left_turn(mode: DeciderCompat) -> Drive {
     let mut drive = Drive::new(mode);
     drive.seen.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
     drive
@@ -27,9 +27,10 @@ fn i1_one_left_lanelet() {
         let mut drive = with_left_turn(mode);
         let signals = drive.through(samples(0.0, 116.0, 1.0), 10.0, none);
         assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I1 {mode:?}");
-        assert_eq!(drive.decider.intersection_start(5), Some(at(37.0)), "the memory");
-        drive.step(117.0, 10.0, &[]);
-        assert_eq!(drive.decider.intersection_start(5), None, "the memory is cleared");
+        let last = drive.step(116.0, 10.0, &[]);
+        assert_eq!(drive.announced_m(&last, 116.0), Some(37.0), "the memory");
+        let passed = drive.step(117.0, 10.0, &[]);
+        assert_eq!(drive.announced_m(&passed, 117.0), None, "passed");
         let after = drive.through(samples(117.0, 140.0, 1.0), 10.0, none);
         assert_eq!(blinking(after), []);
     }
@@ -52,10 +53,11 @@ fn i2_slowing_down_drops_the_signal_upstream_and_not_by_default() {
     ] {
         for (drive, expected) in [(&mut upstream, compat), (&mut default, improved)] {
             drive.wait(Duration::from_secs(2));
-            let mode = drive.settings.mode;
-            assert_eq!(drive.step(x, speed, &[]).turn, expected, "I2 {mode:?} at {x}, {speed} m/s");
-            let memory = drive.decider.intersection_start(5);
-            assert_eq!(memory, Some(at(37.0)).filter(|_| (37.0..=116.0).contains(&x)), "at {x}");
+            let mode = drive.settings.compat;
+            let decision = drive.step(x, speed, &[]);
+            assert_eq!(decision.turn, expected, "I2 {mode:?} at {x}, {speed} m/s");
+            let memory = drive.announced_m(&decision, x);
+            assert_eq!(memory, Some(37.0).filter(|_| expected == Left), "{mode:?} at {x}");
         }
     }
 }
@@ -71,8 +73,8 @@ fn a_long_stop_far_away_ends_the_announcement_and_moving_on_begins_it_anew() {
         assert_eq!(turn, expected, "after {second} s");
     }
     drive.wait(Duration::from_secs(1));
-    assert_eq!(drive.step(50.0, 8.0, &[]).turn, Signal::Left, "in view again");
-    assert_eq!(drive.decider.intersection_start(5), Some(at(50.0)));
+    let again = drive.step(50.0, 8.0, &[]);
+    assert_eq!((again.turn, drive.announced_m(&again, 50.0)), (Signal::Left, Some(50.0)), "in view again");
 }
 
 #[test]
@@ -124,10 +126,11 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
     ];
     let signals = drive.through(samples(0.0, 105.0, 1.0), 10.0, none);
     assert_eq!(blinking(signals), [(Left, 37.0, 105.0)], "I5");
-    let memory = [2, 3].map(|id| drive.decider.intersection_start(id));
-    assert_eq!(memory, [Some(at(37.0)), Some(at(45.0))]);
-    assert_eq!(drive.step(105.0, 10.0, &[]).intersection.turn.unwrap().pose, at(100.0));
-    assert_eq!(drive.step(106.0, 10.0, &[]).intersection.turn.unwrap().pose, at(108.0));
+    for (x, start_m, turn_m) in [(105.0, 37.0, 100.0), (106.0, 45.0, 108.0)] {
+        let decision = drive.step(x, 10.0, &[]);
+        assert_eq!(drive.announced_m(&decision, x), Some(start_m));
+        assert_eq!(decision.intersection.turn.unwrap().pose, at(turn_m));
+    }
     assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), [(Left, 106.0, 116.0)]);
 
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Improved);
@@ -137,7 +140,6 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
     drive.seen.turns = got;
     let signals = drive.through(samples(0.0, 130.0, 1.0), 10.0, none);
     assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I5 by default");
-    assert_eq!(drive.decider.intersection_start(3), None);
 }
 
 #[test]
@@ -193,18 +195,20 @@ fn i7_the_start_lies_at_the_rear_axle() {
     let mut drive = with_left_turn(Upstream);
     let decision = drive.step(37.0, 10.0, &[]);
     let ahead = decision.intersection.turn.unwrap();
-    assert!(ahead.approaching() && (ahead.distance_m - 59.21).abs() < 1e-9, "{ahead:?}");
+    assert!(!ahead.active && (ahead.distance_m - 59.21).abs() < 1e-9, "{ahead:?}");
     let inside = drive.step(97.0, 10.0, &[]).intersection.turn.unwrap();
     assert!(inside.active);
 }
 
 #[test]
 fn by_default_a_lanelet_that_leaves_the_path_is_forgotten() {
-    for (mode, kept) in [(Upstream, Some(at(40.0))), (Improved, None)] {
+    for (mode, start_m) in [(Upstream, 40.0), (Improved, 42.0)] {
         let mut drive = with_left_turn(mode);
         drive.step(40.0, 10.0, &[]);
-        drive.seen.turns.clear();
+        let turns = std::mem::take(&mut drive.seen.turns);
         drive.step(41.0, 10.0, &[]);
-        assert_eq!(drive.decider.intersection_start(5), kept, "W8 {mode:?}");
+        drive.seen.turns = turns;
+        let back = drive.step(42.0, 10.0, &[]);
+        assert_eq!(drive.announced_m(&back, 42.0), Some(start_m), "W8 {mode:?}");
     }
 }

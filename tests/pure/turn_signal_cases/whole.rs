@@ -4,15 +4,15 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
-use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
+use signal_gateway::core::map::geometry::path::PathError;
+use signal_gateway::core::map::geometry::{Point, Pose};
+use signal_gateway::core::map::lane_network::{Lane, LaneNetwork};
 use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::decider::{Decider, Settings};
 use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::distance_path::DistancePath;
-use signal_gateway::core::turn_signal::geometry::path::PathError;
-use signal_gateway::core::turn_signal::geometry::{Point, Pose};
 use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
-use signal_gateway::core::turn_signal::lane_network::{Lane, LaneNetwork};
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use signal_gateway::core::turn_signal::parameters::Parameters;
@@ -45,7 +45,7 @@ fn route_of(id: u128, lanes: &[i64]) -> Route {
     Route::single_file(id, Pose::default(), lanes).unwrap()
 }
 
-fn decider(mode: Compat) -> Decider {
+fn decider(mode: DeciderCompat) -> Decider {
     Decider::new(Settings::deployed(mode))
 }
 
@@ -221,12 +221,13 @@ fn a_new_route_clears_what_was_remembered_by_default() {
     for mode in [Upstream, Improved] {
         let mut decider = decider(mode);
         decider.decide(&inputs(odometry(45.0, 101.5, 0.0, 3.0, START), &road, &one), START);
-        let before = decider.intersection_start(501).unwrap();
         let later = START.after(Duration::from_millis(100));
         let got = decider.decide(&inputs(odometry(46.0, 101.5, 0.0, 3.0, later), &road, &other), later);
         assert_eq!((got.turn, &got.findings[..]), (Signal::Right, &[Finding::NewRoute][..]));
-        let kept = decider.intersection_start(501) == Some(before);
-        assert_eq!(kept, mode == Upstream, "W8 {mode:?}");
+        let Basis::Candidates(resolution) = got.basis else { panic!("W8 {mode:?}") };
+        // Begun a metre ago, or here: the front is 3.79 m ahead.
+        let start_m = resolution.winner.unwrap().distances.desired_start_m;
+        assert_eq!(start_m < -4.5, mode == Upstream, "W8 {mode:?}: {start_m}");
     }
 }
 

@@ -297,7 +297,7 @@ fn candump_of(csv: &str) -> String {
 fn dark_lamps_of_the_subaru_are_off_once_they_were_watched() {
     let folder = require!(shared_data());
     let subaru = play_real(&folder, "eld-subaru-va-cruise.log");
-    let first_frame = subaru.of(TURN).find(|told| told.message.contains("watching the lamps")).unwrap().ms;
+    let first_frame = subaru.of(TURN).find(|told| told.message.contains("observing the lamps")).unwrap().ms;
     let [(turn_ms, "DISABLE")] = subaru.turn[..] else { panic!("{:?}", subaru.turn) };
     assert!((864..=866).contains(&(turn_ms - first_frame)), "{turn_ms} {first_frame}");
     assert_eq!(subaru.hazard, subaru.turn);

@@ -5,9 +5,7 @@ use signal_gateway::config::Settings;
 use signal_gateway::core::simulated_vehicle::request;
 use signal_gateway::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
 use signal_gateway::core::time::{MonoTime, WallStamp};
-use signal_gateway::core::vehicle_lights::binding::{
-    HazardBinding, HazardSource, LightsBinding, TurnBinding,
-};
+use signal_gateway::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding};
 use signal_gateway::report::vehicle::CandumpLog;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
@@ -60,16 +58,10 @@ fn shows_turn(lights: &LightsBinding) -> bool {
 
 /// Signs of hazard lights; a profile may have none.
 fn shows_hazard(lights: &LightsBinding) -> bool {
-    match &lights.hazard {
-        HazardBinding::From(sources) => sources.list.iter().any(|named| match &named.source {
-            HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
-            HazardSource::BothSides => match &lights.turn {
-                TurnBinding::From(sources) => sources.list.iter().any(|named| named.source.shows_both()),
-                TurnBinding::LeftOut | TurnBinding::NotFitted => false,
-            },
-        }),
-        HazardBinding::LeftOut | HazardBinding::NotFitted | HazardBinding::Unbound => false,
-    }
+    lights.hazard.sources().iter().any(|named| match &named.source {
+        HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
+        HazardSource::BothSides => lights.turn.sources().iter().any(|named| named.source.shows_both()),
+    })
 }
 
 #[test]

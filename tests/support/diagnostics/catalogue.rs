@@ -21,11 +21,11 @@ const MISSING: &[(&str, &str)] = &[
     ),
     ("no new frame of {message} ({id}) on {interface} yet", "Wait; if it stays, as for a first frame."),
     (
-        "{message} ({id}) comes, but too short",
+        "{message} ({id}) is received, but too short",
         "Correct the DBC or the profile; the vehicle's message is shorter.",
     ),
     (
-        "{message} ({id}) comes, but not with {signal}",
+        "{message} ({id}) is received, but without {signal}",
         "Check whether the vehicle sends the multiplexed page with this signal.",
     ),
     (
@@ -37,7 +37,7 @@ const MISSING: &[(&str, &str)] = &[
         "Read `last_reject`; check the message's integrity keys, and who else sends it.",
     ),
     ("bus {interface} is silent", SEE_INTERFACE),
-    ("{message} does not come, {interface} is bus-off", SEE_INTERFACE),
+    ("{message} is not received, {interface} is bus-off", SEE_INTERFACE),
     ("no frame of {message} since bus {interface} fell asleep", "Nothing; the vehicle is asleep."),
 ];
 
@@ -89,12 +89,12 @@ fn lights() -> Task {
         ),
         message(
             Error,
-            "unknown: watching the lamps {left} and {right}",
-            "Wait; lamps are watched for a flash before darkness is believed.",
+            "unknown: observing the lamps {left} and {right}",
+            "Wait; lamps are observed for a flash before off is reported.",
         ),
         message(
             Error,
-            "unknown: watching {signal}, which may have been pressed before",
+            "unknown: observing {signal}, which may have been pressed before",
             "Wait, or operate the stalk or button.",
         ),
         message(

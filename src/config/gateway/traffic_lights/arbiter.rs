@@ -1,56 +1,29 @@
-//! `[traffic_lights.arbiter]`: what the arbiter makes of camera and V2I.
+//! `[traffic_lights.arbiter]`: the arbiter's selection from camera and V2I.
 
 use std::time::Duration;
 
-use serde::Deserialize;
-use toml::Spanned;
-
-use crate::config::reading::checker::Checker;
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 use crate::core::traffic_light::arbiter::{ArbiterSettings, Priority};
 
-/// `[traffic_lights.arbiter]`
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ArbiterFile {
-    /// Seconds.
-    pub external_delay_tolerance_s: Option<Spanned<f64>>,
-    /// Seconds.
-    pub external_time_tolerance_s: Option<Spanned<f64>>,
-    /// Seconds.
-    pub perception_time_tolerance_s: Option<Spanned<f64>>,
-    /// `confidence`, `external` or `perception`.
-    pub source_priority: Option<Spanned<String>>,
-    /// Only what both sides say counts.
-    #[serde(default)]
-    pub enable_signal_matching: bool,
-}
+const PRIORITIES: Keywords<Priority> = &[
+    ("confidence", Priority::Confidence),
+    ("external", Priority::External),
+    ("perception", Priority::Perception),
+];
 
-/// Checks the section.
-pub(super) fn arbiter(checker: &mut Checker<'_>, file: &ArbiterFile) -> ArbiterSettings {
-    let mut settings = ArbiterSettings { matching: file.enable_signal_matching, ..Default::default() };
-    let tolerances = [
-        (&file.external_delay_tolerance_s, &mut settings.external_delay_tolerance),
-        (&file.external_time_tolerance_s, &mut settings.external_time_tolerance),
-        (&file.perception_time_tolerance_s, &mut settings.perception_time_tolerance),
-    ];
-    for (given, tolerance) in tolerances {
-        let Some(given) = given else { continue };
-        match Duration::try_from_secs_f64(*given.get_ref()) {
-            Ok(value) if value <= Duration::from_secs(3600) => *tolerance = value,
-            Ok(_) | Err(_) => {
-                checker.refuse(given, format!("invalid tolerance {} s", given.get_ref()), "give 0 to 3600 s");
-            }
-        }
-    }
-    if let Some(given) = &file.source_priority {
-        match Priority::named(given.get_ref()) {
-            Some(priority) => settings.priority = priority,
-            None => checker.refuse(
-                given,
-                format!("{:?} is not a priority", given.get_ref()),
-                "give \"confidence\", \"external\" or \"perception\"",
-            ),
-        }
-    }
+/// Reads the section.
+pub(super) fn arbiter(fields: Fields<'_>) -> ArbiterSettings {
+    let default = ArbiterSettings::default();
+    let seconds =
+        |key, default| fields.number(key, 0.0..=3600.0, "s").map_or(default, Duration::from_secs_f64);
+    let settings = ArbiterSettings {
+        external_delay_tolerance: seconds("external_delay_tolerance_s", default.external_delay_tolerance),
+        external_time_tolerance: seconds("external_time_tolerance_s", default.external_time_tolerance),
+        perception_time_tolerance: seconds("perception_time_tolerance_s", default.perception_time_tolerance),
+        priority: fields.keyword("source_priority", PRIORITIES).unwrap_or(default.priority),
+        matching: fields.flag("enable_signal_matching").unwrap_or_default(),
+    };
+    fields.done();
     settings
 }

@@ -1,13 +1,12 @@
 //! `when = …`: one condition, a list of which all must hold, or `{ any = [ … ] }` of either.
 
-use std::time::Duration;
-
 use super::super::reader::{Reader, listed};
-use crate::config::reading::fields::{Fields, items};
-use crate::config::reading::value::{Kind, Value};
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
+use crate::config::reading::value::{Value, items};
 use crate::core::traffic_light::scenario::{Condition, Controller, Edge, ElementState, Rule, Test, Trigger};
 
-/// What conditions and actions can refer to.
+/// Controllers and events to which conditions and actions can refer.
 pub(super) struct Known<'a> {
     pub(super) controllers: &'a [Controller],
     /// Names of events.
@@ -16,13 +15,13 @@ pub(super) struct Known<'a> {
 
 /// Keys that make a condition; each has one of them.
 const KINDS: &[&str] = &["after_s", "before_s", "controller", "light", "event"];
-const EDGES: &[(&str, Edge)] = &[
+const EDGES: Keywords<Edge> = &[
     ("none", Edge::None),
     ("rising", Edge::Rising),
     ("falling", Edge::Falling),
     ("either", Edge::RisingOrFalling),
 ];
-const STATES: &[(&str, ElementState)] = &[
+const STATES: Keywords<ElementState> = &[
     ("standby", ElementState::Standby),
     ("running", ElementState::Running),
     ("complete", ElementState::Complete),
@@ -31,83 +30,66 @@ const STATES: &[(&str, ElementState)] = &[
     ("stops", ElementState::StopTransition),
 ];
 
-/// The trigger that a value of `when` says.
-pub(super) fn trigger(reader: &mut Reader, value: &Value, known: &Known<'_>) -> Trigger {
-    let Kind::Map(entries) = &value.kind else {
+/// Reads a trigger: the value of `when`.
+pub(super) fn trigger(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Trigger {
+    let any = Fields::of_table(reader.checker, value).filter(|fields| fields.has("any"));
+    let Some(fields) = any else {
         return Trigger { groups: vec![group(reader, value, known)] };
     };
-    if !entries.iter().any(|entry| entry.key == "any") {
-        return Trigger { groups: vec![group(reader, value, known)] };
-    }
-    let Some(mut fields) = Fields::of(reader, value) else { return Trigger::default() };
-    let any = fields.list(reader, "any");
-    fields.done(reader);
+    let any = fields.list("any", "give a list of conditions");
+    fields.done();
     if any.is_empty() {
-        reader.refuse(&value.location, "no condition stands here", "give at least one");
+        reader.refuse(&value.location, "no condition is given", "give at least one");
     }
     Trigger { groups: any.iter().map(|value| group(reader, value, known)).collect() }
 }
 
-fn group(reader: &mut Reader, value: &Value, known: &Known<'_>) -> Vec<Condition> {
+fn group(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Vec<Condition> {
     if items(value).is_empty() {
-        reader.refuse(&value.location, "no condition stands here", "give at least one");
+        reader.refuse(&value.location, "no condition is given", "give at least one");
     }
     items(value).iter().filter_map(|item| condition(reader, item, known)).collect()
 }
 
-fn condition(reader: &mut Reader, value: &Value, known: &Known<'_>) -> Option<Condition> {
-    let mut fields = Fields::of(reader, value)?;
-    let mut kinds = KINDS.iter().filter(|kind| fields.has(kind));
-    let (Some(kind), None) = (kinds.next(), kinds.next()) else {
-        let reason = "a condition looks at exactly one thing";
-        reader.refuse(&value.location, reason, &format!("give one of {}", KINDS.join(", ")));
-        return None;
-    };
-    let test = test(reader, &mut fields, kind, known);
-    let name = fields.text(reader, "name").map(|given| given.text).unwrap_or_default();
-    let edge = match fields.text(reader, "edge") {
-        Some(given) => reader.keyword(&given, EDGES),
-        None => Some(Edge::None),
-    };
-    let delay = match fields.number(reader, "delay_s") {
-        Some(given) => reader.seconds(&given),
-        None => Some(Duration::ZERO),
-    };
-    fields.done(reader);
-    Some(Condition { name, test: test?, edge: edge?, delay: delay? })
+fn condition(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Option<Condition> {
+    let fields = Fields::of(reader.checker, value)?;
+    let kind = fields.only_one_of(KINDS, "a condition tests exactly one thing")?;
+    let test = test(reader, &fields, kind, known);
+    let name = fields.text("name").map(|given| given.text).unwrap_or_default();
+    let edge = fields.keyword("edge", EDGES).unwrap_or(Edge::None);
+    let delay = fields.unquoted("delay_s").and_then(|given| reader.seconds(&given)).unwrap_or_default();
+    fields.done();
+    Some(Condition { name, test: test?, edge, delay })
 }
 
-fn test(reader: &mut Reader, fields: &mut Fields<'_>, kind: &'static str, known: &Known<'_>) -> Option<Test> {
+fn test(reader: &mut Reader<'_>, fields: &Fields<'_>, kind: &'static str, known: &Known<'_>) -> Option<Test> {
     match kind {
         "after_s" | "before_s" => {
-            let given = fields.number(reader, kind)?;
+            let given = fields.unquoted(kind)?;
             let rule = if kind == "after_s" { Rule::GreaterOrEqual } else { Rule::LessThan };
             Some(Test::SimulationTime { rule, value: reader.seconds(&given)? })
         }
         "controller" => {
-            let (name, phase) = (fields.required(reader, kind), fields.required(reader, "phase"));
+            let (name, phase) = (fields.required_text(kind), fields.required_text("phase"));
             let (controller, phase) = reader.phase_of(known.controllers, &name?, &phase?)?;
             Some(Test::Phase { controller, phase })
         }
         "light" => {
-            let (target, state) = (fields.required(reader, kind), fields.required(reader, "state"));
-            let exact = fields.truth(reader, "exact");
+            let (target, state) = (fields.required_text(kind), fields.required_text("state"));
+            let exact = fields.flag("exact").unwrap_or_default();
             let target = reader.target(&target?);
             reader.state_test(target?, &state?, exact)
         }
         _ => {
-            let name = fields.required(reader, kind);
-            let state = match fields.text(reader, "is") {
-                Some(given) => reader.keyword(&given, STATES),
-                None => Some(ElementState::Complete),
-            };
+            let name = fields.required_text(kind);
+            let state = fields.keyword("is", STATES).unwrap_or(ElementState::Complete);
             let name = name?;
             if !known.events.contains(&name.text) {
                 let remedy = listed(known.events.iter().map(String::as_str));
                 reader.refuse(&name.location, format!("no event is called {:?}", name.text), &remedy);
                 return None;
             }
-            Some(Test::Element { name: name.text, state: state? })
+            Some(Test::Element { name: name.text, state })
         }
     }
 }

@@ -9,8 +9,9 @@ use super::controllers::{ControllerDraft, PhaseDraft, resolve};
 use super::file::ScenarioFile;
 use super::naming::{Names, action_path, event_path};
 use super::reader::Reader;
-use crate::config::reading::fields::{Fields, LocatedText, given, items};
-use crate::config::reading::value::{Kind, Value};
+use crate::config::reading::checker::LocatedText;
+use crate::config::reading::fields::Fields;
+use crate::config::reading::value::{Entry, Kind, Value, items};
 use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::scenario::{
     Act, Condition, Edge, Event, PhaseEntry, Rule, Scenario, Test, Trigger,
@@ -22,30 +23,26 @@ use condition::Known;
 /// Name of the one act that a file is.
 const ACT: &str = "bench";
 
-/// Reads the file; problems go to `reader`.
-pub(super) fn interpret(root: &Value, reader: &mut Reader) -> ScenarioFile {
+/// Reads the file.
+pub(super) fn interpret(root: &Value, reader: &mut Reader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
-    let Some(mut top) = Fields::of(reader, root) else { return file };
-    let map = top.text(reader, "map");
-    file.groups = groups(reader, &mut top);
-    if let Some(map) = map {
-        if !file.groups.is_empty() {
-            reader.refuse(&map.location, "both a map and groups", "keep one of them");
-        }
-        file.map = Some(reader.beside(&map.text));
+    let Some(top) = Fields::of(reader.checker, root) else { return file };
+    file.map = top.text("map").map(|map| reader.beside(&map.text));
+    file.groups = groups(reader, &top);
+    if file.map.is_some() && !file.groups.is_empty() {
+        top.refuse("map", "both a map and groups", "keep one of them");
     }
-    let drafts =
-        top.list(reader, "controller").iter().filter_map(|value| controller(reader, value)).collect();
+    let drafts = top.tables("controller").filter_map(|fields| controller(reader, fields)).collect();
     let controllers = resolve(reader, drafts);
-    let events = top.list(reader, "event");
-    let (names, known_events) = event_names(reader, events);
+    let events: Vec<_> = top.tables("event").collect();
+    let (names, known_events) = event_names(&events);
     let known = Known { controllers: &controllers, events: &known_events };
-    let init = top.take("init");
+    let init = top.value("init");
     let init = init.map(|init| action::actions(reader, init, &known)).unwrap_or_default();
-    let events = events.iter().zip(names);
-    let events: Vec<_> = events.filter_map(|(value, name)| event(reader, value, name, &known)).collect();
-    let stop = trigger(reader, &mut top, ["stop_at_s", "stop_when"], &known);
-    top.done(reader);
+    let events = events.into_iter().zip(names);
+    let events: Vec<_> = events.map(|(fields, name)| event(reader, fields, name, &known)).collect();
+    let stop = trigger(reader, &top, ["stop_at_s", "stop_when"], &known);
+    top.done();
     let acts = if events.is_empty() {
         Vec::new()
     } else {
@@ -55,24 +52,11 @@ pub(super) fn interpret(root: &Value, reader: &mut Reader) -> ScenarioFile {
     file
 }
 
-fn groups(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<GroupEntry> {
+fn groups(reader: &mut Reader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> {
     let mut groups: Vec<GroupEntry> = Vec::new();
     let mut places = BTreeMap::new();
-    let entries = match top.take("groups").map(|value| (&value.kind, value)) {
-        None => &[][..],
-        Some((Kind::Map(entries), _)) => entries,
-        Some((Kind::Null | Kind::Scalar { .. } | Kind::List(_), value)) => {
-            let reason = format!("{} stands here", value.described());
-            reader.refuse(
-                &value.location,
-                reason,
-                "give a table of relation ids with their heads: 100 = [11, 12]",
-            );
-            &[]
-        }
-    };
-    for entry in entries {
-        let relation = reader.id(&LocatedText { text: entry.key.clone(), location: entry.location.clone() });
+    for entry in top.entries("groups", "give relation ids with their heads: 100 = [11, 12]") {
+        let relation = reader.id(&key(entry));
         let heads: Vec<_> = items(&entry.value).iter().filter_map(|item| reader.id_in(item)).collect();
         if items(&entry.value).is_empty() {
             reader.refuse(&entry.location, "a group without heads", "give way ids: 100 = [11, 12]");
@@ -83,41 +67,46 @@ fn groups(reader: &mut Reader, top: &mut Fields<'_>) -> Vec<GroupEntry> {
         }
         groups.push(GroupEntry { relation_id, way_ids: heads, is_pedestrian: false });
     }
-    for value in top.take("pedestrian_groups").map(items).unwrap_or_default() {
+    for value in top.value("pedestrian_groups").map(items).unwrap_or_default() {
         let Some(id) = reader.id_in(value) else { continue };
         match places.get(&id).and_then(|place: &usize| groups.get_mut(*place)) {
             Some(group) => group.is_pedestrian = true,
-            None => reader.refuse(&value.location, format!("{id} is none of the groups"), "name one of them"),
+            None => {
+                let reason = format!("{id} is not one of the groups");
+                reader.refuse(&value.location, reason, "name one of them");
+            }
         }
     }
     groups
 }
 
-fn controller(reader: &mut Reader, value: &Value) -> Option<ControllerDraft> {
-    let mut fields = Fields::of(reader, value)?;
-    let name = fields.required(reader, "name");
-    let reference = fields.text(reader, "reference");
-    let delay = fields.text(reader, "delay_s");
-    let phases = fields.list(reader, "phase").iter().filter_map(|value| phase(reader, value)).collect();
-    fields.done(reader);
-    Some(ControllerDraft { name: name?.text, location: value.location.clone(), reference, delay, phases })
+/// The key of an entry, which is a name.
+fn key(entry: &Entry) -> LocatedText {
+    LocatedText { text: entry.key.clone(), location: entry.location.clone() }
 }
 
-fn phase(reader: &mut Reader, value: &Value) -> Option<PhaseDraft> {
-    let mut fields = Fields::of(reader, value)?;
-    let name = fields.required(reader, "name");
-    let seconds = match fields.number(reader, "duration_s") {
+fn controller(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<ControllerDraft> {
+    let name = fields.required_text("name");
+    let reference = fields.text("reference");
+    let delay = fields.text("delay_s");
+    let phases = fields.tables("phase").filter_map(|fields| phase(reader, fields)).collect();
+    let location = fields.location().clone();
+    fields.done();
+    Some(ControllerDraft { name: name?.text, location, reference, delay, phases })
+}
+
+fn phase(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
+    let name = fields.required_text("name");
+    let seconds = match fields.unquoted("duration_s") {
         Some(given) => reader.phase_seconds(&given),
         None => Some(f64::INFINITY),
     };
     let mut entries = Vec::new();
-    let states = fields.take("states");
-    match states.map(|value| (&value.kind, value)) {
+    match fields.value("states").map(|value| (&value.kind, value)) {
         None => {}
         Some((Kind::Map(states), _)) => {
             for state in states {
-                let target = LocatedText { text: state.key.clone(), location: state.location.clone() };
-                entries.extend(entry(reader, &target, &state.value));
+                entries.extend(phase_entry(reader, &key(state), &state.value));
             }
         }
         Some((Kind::List(pairs), _)) => {
@@ -130,52 +119,41 @@ fn phase(reader: &mut Reader, value: &Value) -> Option<PhaseDraft> {
                     refuse_pair(reader, pair);
                     continue;
                 };
-                if let Some(target) = given(reader, target) {
-                    entries.extend(entry(reader, &target, state));
+                if let Some(target) = reader.checker.text(target) {
+                    entries.extend(phase_entry(reader, &target, state));
                 }
             }
         }
         Some((Kind::Null | Kind::Scalar { .. }, value)) => {
-            reader.refuse(
-                &value.location,
-                "a single value stands here",
-                "give a table: { \"21\" = \"green\" }",
-            );
+            let reason = format!("expected a table, found {}", value.described());
+            reader.refuse(&value.location, reason, "give a table: { \"21\" = \"green\" }");
         }
     }
-    fields.done(reader);
+    fields.done();
     Some(PhaseDraft { name: name?.text, seconds: seconds?, entries })
 }
 
-fn refuse_pair(reader: &mut Reader, value: &Value) {
-    reader.refuse(&value.location, format!("{} stands here", value.described()), "give [target, state]");
+fn refuse_pair(reader: &Reader<'_>, value: &Value) {
+    let reason = format!("expected a target and its state, found {}", value.described());
+    reader.refuse(&value.location, reason, "give [target, state]");
 }
 
-fn entry(reader: &mut Reader, target: &LocatedText, state: &Value) -> Option<PhaseEntry> {
-    let state = given(reader, state);
+fn phase_entry(reader: &mut Reader<'_>, target: &LocatedText, state: &Value) -> Option<PhaseEntry> {
+    let state = reader.checker.text(state);
     let target: Target = reader.target(target)?;
     let state = reader.state(target.store, &state?, Writer::PhaseEntry)?;
     Some(PhaseEntry { target, state })
 }
 
-/// The names events are given, and those that conditions can use.
-fn event_names(reader: &mut Reader, events: &[Value]) -> (Vec<String>, Vec<String>) {
+/// The names that events get, and those that conditions can use.
+fn event_names(events: &[Fields<'_>]) -> (Vec<String>, Vec<String>) {
     let mut own = Vec::new();
-    for value in events {
-        let Kind::Map(entries) = &value.kind else {
-            own.push(String::new());
-            continue;
-        };
-        let name = entries.iter().find(|entry| entry.key == "name");
-        let name = name.and_then(|entry| given(reader, &entry.value));
-        if let Some(name) = name.as_ref().filter(|name| own.contains(&name.text)) {
-            reader.refuse(
-                &name.location,
-                format!("a second event {:?}", name.text),
-                "give each its own name",
-            );
+    for fields in events {
+        let name = fields.text("name").map(|name| name.text).unwrap_or_default();
+        if !name.is_empty() && own.contains(&name) {
+            fields.refuse("name", format!("a second event {name:?}"), "give each its own name");
         }
-        own.push(name.map(|name| name.text).unwrap_or_default());
+        own.push(name);
     }
     let mut names = Names::new(std::iter::once(ACT).chain(own.iter().map(String::as_str)));
     names.give(ACT, "Act[1]".to_owned());
@@ -184,59 +162,38 @@ fn event_names(reader: &mut Reader, events: &[Value]) -> (Vec<String>, Vec<Strin
     (given, own)
 }
 
-fn event(reader: &mut Reader, value: &Value, name: String, known: &Known<'_>) -> Option<Event> {
-    let mut fields = Fields::of(reader, value)?;
-    fields.take("name");
-    let start = trigger(reader, &mut fields, ["at_s", "when"], known);
-    let most = fields.number(reader, "times");
-    let most_executions = match &most {
-        None => Some(1),
-        Some(given) => given.text.parse().ok().filter(|most| *most > 0),
-    };
-    if let (Some(given), None) = (&most, most_executions) {
-        reader.refuse(&given.location, format!("{:?} is not a count", given.text), "give 1 or more");
-    }
-    let actions = match fields.take("do") {
-        Some(value) => action::actions(reader, value, known),
-        None => {
-            reader.refuse(
-                &value.location,
-                "the key do is missing",
-                "say what is done: do = [{ clear = \"21\" }]",
-            );
-            Vec::new()
-        }
-    };
-    fields.done(reader);
+fn event(reader: &mut Reader<'_>, fields: Fields<'_>, name: String, known: &Known<'_>) -> Event {
+    let start = trigger(reader, &fields, ["at_s", "when"], known);
+    let most_executions = fields.number("times", 1..=u32::MAX, "").unwrap_or(1);
+    fields.require(&["do"], "say what is done: do = [{ clear = \"21\" }]");
+    let actions = fields.value("do").map(|value| action::actions(reader, value, known)).unwrap_or_default();
+    fields.done();
     let action_names = (0..actions.len()).map(|index| action_path(&name, index)).collect();
-    Some(Event { name, start, most_executions: most_executions?, action_names, actions })
+    Event { name, start, most_executions, action_names, actions }
 }
 
-/// A trigger at a time or on conditions; not both.
+/// Reads a trigger at a time or on conditions; not both.
 fn trigger(
-    reader: &mut Reader,
-    fields: &mut Fields<'_>,
+    reader: &mut Reader<'_>,
+    fields: &Fields<'_>,
     [at_s, when]: [&'static str; 2],
     known: &Known<'_>,
 ) -> Option<Trigger> {
-    let at = fields.number(reader, at_s);
-    match (at, fields.take(when)) {
+    let at = fields.unquoted(at_s);
+    match (at, fields.value(when)) {
         (None, None) => None,
         (None, Some(when)) => Some(condition::trigger(reader, when, known)),
         (Some(at), None) => Some(Trigger { groups: vec![vec![after(reader, &at)?]] }),
-        (Some(at), Some(_)) => {
-            reader.refuse(
-                &at.location,
-                format!("both {at_s} and {when}"),
-                "keep one; when = { after_s = 5 } is a time",
-            );
+        (Some(_), Some(_)) => {
+            let reason = format!("both {at_s} and {when}");
+            fields.refuse(at_s, reason, "keep one; when = { after_s = 5 } is a time");
             None
         }
     }
 }
 
-/// True from a time on.
-fn after(reader: &mut Reader, at: &LocatedText) -> Option<Condition> {
+/// A condition that is true from a time on.
+fn after(reader: &Reader<'_>, at: &LocatedText) -> Option<Condition> {
     let test = Test::SimulationTime { rule: Rule::GreaterOrEqual, value: reader.seconds(at)? };
     Some(Condition { name: String::new(), test, edge: Edge::None, delay: std::time::Duration::ZERO })
 }

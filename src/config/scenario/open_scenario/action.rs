@@ -1,13 +1,13 @@
 //! Actions on traffic lights.
 
 use super::document::Document;
+use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
-use crate::config::reading::fields::LocatedText;
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
 
-impl Document<'_> {
+impl Document<'_, '_> {
     /// The light actions among the children of an `Action` or of `Init/Actions`; false when there is
     /// anything else.
     pub(super) fn actions(&mut self, parent: &Element) -> (Vec<Action>, bool) {

@@ -2,13 +2,13 @@
 
 use super::super::reader::Reader;
 use super::parameters::Parameters;
+use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
-use crate::config::reading::fields::LocatedText;
 use crate::core::traffic_light::scenario::Controller;
 
 /// A document while it is read.
-pub(super) struct Document<'r> {
-    pub(super) reader: &'r mut Reader,
+pub(super) struct Document<'r, 'c> {
+    pub(super) reader: &'r mut Reader<'c>,
     pub(super) parameters: Parameters,
     /// Known before the storyboard is read.
     pub(super) controllers: Vec<Controller>,
@@ -16,13 +16,13 @@ pub(super) struct Document<'r> {
     pub(super) references: usize,
 }
 
-impl Document<'_> {
+impl Document<'_, '_> {
     /// Opens the scope of an element; [`Self::leave`] closes it.
     pub(super) fn enter(&mut self, element: &Element) {
         self.parameters.enter();
         let Some(declarations) = element.child("ParameterDeclarations") else { return };
         for declaration in declarations.all("ParameterDeclaration") {
-            // Its type says nothing that the place of use does not.
+            // The type follows from the place of use.
             let _ = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
             let (name, value) = (self.required(declaration, "name"), self.required(declaration, "value"));
             let (Some(name), Some(value)) = (name, value) else { continue };
@@ -50,7 +50,7 @@ impl Document<'_> {
     pub(super) fn required(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         if element.attribute(name).is_none() {
             let reason = format!("the attribute {name} is missing");
-            self.reader.refuse(&element.location, reason, "OpenSCENARIO wants it");
+            self.reader.refuse(&element.location, reason, "OpenSCENARIO requires it");
         }
         self.given(element, name)
     }
@@ -65,7 +65,7 @@ impl Document<'_> {
         for attribute in element.attributes.iter().filter(|attribute| !attribute.is_seen.get()) {
             attribute.is_seen.set(true);
             let reason = format!("{} has no attribute {}", element.name, attribute.name);
-            self.reader.refuse(&attribute.location, reason, "remove it, or mend its name");
+            self.reader.refuse(&attribute.location, reason, "remove it, or correct its name");
         }
     }
 }

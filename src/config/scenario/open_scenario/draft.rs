@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
-use crate::config::reading::fields::LocatedText;
 use crate::config::reading::location::Location;
 use crate::core::traffic_light::scenario::{Action, Edge, ElementState, Test};
 

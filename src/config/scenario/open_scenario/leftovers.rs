@@ -1,4 +1,4 @@
-//! What nobody has looked at, summarised.
+//! A summary of everything that was not seen.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 
 /// Lists every element and attribute that was not seen, those of one kind together.
-pub(super) fn list(root: &Element, reader: &mut Reader) {
+pub(super) fn list(root: &Element, reader: &mut Reader<'_>) {
     let mut kinds = BTreeMap::new();
     collect(root, &mut kinds);
     for Leftover { location, times, elements, .. } in kinds.into_values() {
@@ -39,7 +39,7 @@ fn collect(element: &Element, kinds: &mut BTreeMap<String, Leftover>) {
     for child in &element.children {
         if child.is_seen.get() {
             collect(child, kinds);
-        } else if !child.says_nothing() {
+        } else if !child.is_empty() {
             add(kinds, &child.location, child.count());
         }
     }

@@ -1,4 +1,4 @@
-//! What an OpenSCENARIO document says of traffic lights.
+//! The traffic lights of an OpenSCENARIO document.
 
 mod action;
 mod document;
@@ -22,7 +22,7 @@ pub(super) use transliterated::from_values;
 pub(super) const ROOT: &str = "OpenSCENARIO";
 
 /// Reads the document; problems and what was left out go to `reader`.
-pub(super) fn interpret(root: &Element, reader: &mut Reader) -> ScenarioFile {
+pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
     if root.name != ROOT {
         let reason = format!("the root is {}, not {ROOT}", root.name);
@@ -33,7 +33,7 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader) -> ScenarioFile {
     let (network, storyboard) = (root.child("RoadNetwork"), root.child("Storyboard"));
     if network.is_none() && storyboard.is_none() {
         let remedy = "give a scenario, not a catalog or a parameter distribution";
-        reader.refuse(&root.location, "neither RoadNetwork nor Storyboard stands in it", remedy);
+        reader.refuse(&root.location, "it has neither RoadNetwork nor Storyboard", remedy);
         return file;
     }
     if let Some(header) = root.child("FileHeader") {

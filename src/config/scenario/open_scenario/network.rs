@@ -8,7 +8,7 @@ use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::PhaseEntry;
 use crate::core::traffic_light::state_check::Writer;
 
-impl Document<'_> {
+impl Document<'_, '_> {
     /// The map, unless its path needs the launch system.
     pub(super) fn map(&mut self, network: &Element) -> Option<PathBuf> {
         let logic = network.child("LogicFile")?;

@@ -36,7 +36,7 @@ impl Parameters {
         let Some(reference) = text.strip_prefix('$') else { return Ok(text.to_owned()) };
         if reference.starts_with('(') {
             let reason = "`$(…)` is put in by the launch system";
-            return Err((reason.to_owned(), "write what it stands for".to_owned()));
+            return Err((reason.to_owned(), "write its value".to_owned()));
         }
         let inner = reference.strip_prefix('{').and_then(|inner| inner.strip_suffix('}'));
         let name = inner.map_or(reference, str::trim);

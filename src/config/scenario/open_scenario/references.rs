@@ -1,15 +1,15 @@
-//! Elements that wait for others: who is meant, and what cannot be decided.
+//! References between elements of the storyboard, and what cannot be decided.
 //!
-//! An event whose trigger needs something unknown is left out, and so is every event that waits for
-//! it, or for one that does more than lights can tell.
+//! An event whose trigger needs something unknown is left out, and so is every event that waits for it, or for
+//! one that does more than set lights.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::naming::{Names, action_path, event_path};
 use super::super::reader::Reader;
 use super::draft::{ActDraft, ConditionDraft, EventDraft, TestDraft, TriggerDraft};
+use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
-use crate::config::reading::fields::LocatedText;
 use crate::core::traffic_light::scenario::{Act, Condition, Event, Test, Trigger};
 
 /// An act, one of its events, one of its actions.
@@ -22,7 +22,7 @@ struct At {
 
 /// Gives the acts that can run and the stop trigger, and lists what was left out.
 pub(super) fn resolve(
-    reader: &mut Reader,
+    reader: &mut Reader<'_>,
     acts: Vec<ActDraft<'_>>,
     stop: Option<(&Element, TriggerDraft)>,
 ) -> (Vec<Act>, Option<Trigger>) {
@@ -36,19 +36,19 @@ pub(super) fn resolve(
     (finish.acts(acts), stop)
 }
 
-/// The acts as others wait for them.
+/// The acts with the references to them.
 struct Board {
-    /// Whom each reference means, by its number.
+    /// The target of each reference, by its number.
     meant: BTreeMap<usize, At>,
-    /// Acts and events left out, and why.
+    /// Acts and events that are left out, with the reason.
     left_out: BTreeMap<At, String>,
-    /// Whose state nobody can tell, though some of it runs.
-    untold: BTreeSet<At>,
+    /// Elements of which only a part runs, so that their state is unknown.
+    partial: BTreeSet<At>,
 }
 
 impl Board {
-    fn new(reader: &mut Reader, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
-        let mut board = Self { meant: BTreeMap::new(), left_out: BTreeMap::new(), untold: BTreeSet::new() };
+    fn new(reader: &mut Reader<'_>, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
+        let mut board = Self { meant: BTreeMap::new(), left_out: BTreeMap::new(), partial: BTreeSet::new() };
         let known = known(acts);
         let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
         for condition in triggers.flatten().flatten() {
@@ -61,7 +61,7 @@ impl Board {
             for (event, draft) in draft.events.iter().enumerate() {
                 for (action, _) in draft.actions.iter().enumerate().filter(|(_, action)| !action.is_whole) {
                     let at = At { act, event: Some(event), action: Some(action) };
-                    board.untold.extend([
+                    board.partial.extend([
                         at,
                         At { action: None, ..at },
                         At { act, event: None, action: None },
@@ -97,7 +97,7 @@ impl Board {
     }
 
     fn leave_out(&mut self, at: At, reason: String) {
-        self.untold.insert(At { act: at.act, event: None, action: None });
+        self.partial.insert(At { act: at.act, event: None, action: None });
         self.left_out.entry(at).or_insert(reason);
     }
 
@@ -115,7 +115,7 @@ impl Board {
             }
             TestDraft::Element { number, reference, .. } => {
                 let at = *self.meant.get(number)?;
-                (self.is_left_out(at) || self.untold.contains(&at)).then(|| {
+                (self.is_left_out(at) || self.partial.contains(&at)).then(|| {
                     let line = reference.location.position.0;
                     format!(
                         "its trigger waits for {:?}, which is not interpreted (line {line})",
@@ -127,7 +127,7 @@ impl Board {
     }
 
     /// The groups of the stop trigger that can be decided; the others are never true, and are listed.
-    fn stop(&self, reader: &mut Reader, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
+    fn stop(&self, reader: &mut Reader<'_>, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
         let elements: Vec<_> =
             storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup")).collect();
         let mut decidable = Vec::new();
@@ -143,7 +143,7 @@ impl Board {
         decidable
     }
 
-    fn list(&self, reader: &mut Reader, acts: &[ActDraft<'_>]) {
+    fn list(&self, reader: &mut Reader<'_>, acts: &[ActDraft<'_>]) {
         for (at, reason) in &self.left_out {
             let Some(act) = acts.get(at.act) else { continue };
             let event = at.event.and_then(|event| act.events.get(event));
@@ -159,7 +159,7 @@ impl Board {
     }
 }
 
-/// Elements that can be waited for: kind, path of names, position.
+/// Elements that references can mean: kind, path of names, position.
 type Known<'a> = BTreeMap<(&'static str, &'a str), Vec<(&'a [String], At)>>;
 
 fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
@@ -182,7 +182,7 @@ fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
 }
 
 /// `name`, or as much of the path in front of it as is needed: `Act::Event`.
-fn find(reader: &mut Reader, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
+fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
     let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
     let name = steps.pop().unwrap_or_default();
     let named = known.get(&(kind, name)).map(Vec::as_slice).unwrap_or_default();
@@ -213,7 +213,7 @@ fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a Eve
     })
 }
 
-/// Triggers with whom they start or stop.
+/// Triggers with the element that they start or stop.
 fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a TriggerDraft)> {
     let of_acts = acts.iter().enumerate().flat_map(|(act, draft)| {
         let both = draft.start.iter().chain(&draft.stop);
@@ -222,7 +222,7 @@ fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a Trigg
     of_acts.chain(events(acts).filter_map(|(at, draft)| Some((at, draft.start.as_ref()?))))
 }
 
-/// The names that everything is given, left out or not.
+/// The names of all elements, left out or not.
 fn names(acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
     fn own(path: &[String]) -> &str {
         path.last().map_or("", String::as_str)
@@ -252,7 +252,7 @@ fn names(acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
     given
 }
 
-/// Makes drafts what the engine runs.
+/// Turns drafts into the acts that the engine runs.
 struct Finish<'a> {
     board: &'a Board,
     names: &'a BTreeMap<At, String>,
@@ -305,7 +305,7 @@ impl Finish<'_> {
         Trigger { groups: groups.map(|conditions| group(conditions).collect()).collect() }
     }
 
-    /// None for what cannot be decided, which stands in nothing that is finished.
+    /// `None` for a test that cannot be decided; no finished trigger has one.
     fn condition(&self, ConditionDraft { name, edge, delay, test }: ConditionDraft) -> Option<Condition> {
         let test = match test {
             TestDraft::Ready(test) => test,

@@ -6,7 +6,7 @@ use super::references::resolve;
 use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::Scenario;
 
-impl Document<'_> {
+impl Document<'_, '_> {
     /// Reads the storyboard into the scenario.
     pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) {
         if let Some(actions) = storyboard.child("Init").and_then(|init| init.child("Actions")) {

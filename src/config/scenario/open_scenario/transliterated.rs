@@ -9,7 +9,7 @@ use crate::config::reading::location::{Key, Location, Text};
 use crate::config::reading::problem::Problem;
 use crate::config::reading::value::{Entry, Kind, Value};
 
-/// The root element, from the table that stands under its name.
+/// The root element, from the table under its name.
 ///
 /// # Errors
 /// Lists within lists, which are not elements.

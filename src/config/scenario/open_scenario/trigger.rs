@@ -4,17 +4,18 @@ use std::time::Duration;
 
 use super::document::Document;
 use super::draft::{ConditionDraft, TestDraft, TriggerDraft};
+use crate::config::reading::checker::Keywords;
 use crate::config::reading::element::Element;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
 
-const EDGES: &[(&str, Edge)] = &[
+const EDGES: Keywords<Edge> = &[
     ("none", Edge::None),
     ("rising", Edge::Rising),
     ("falling", Edge::Falling),
     ("risingOrFalling", Edge::RisingOrFalling),
 ];
-const RULES: &[(&str, Rule)] = &[
+const RULES: Keywords<Rule> = &[
     ("equalTo", Rule::EqualTo),
     ("notEqualTo", Rule::NotEqualTo),
     ("greaterThan", Rule::GreaterThan),
@@ -22,8 +23,8 @@ const RULES: &[(&str, Rule)] = &[
     ("lessThan", Rule::LessThan),
     ("lessOrEqual", Rule::LessOrEqual),
 ];
-/// Events of ours are never skipped, so the last one cannot be told.
-const STATES: &[(&str, Option<ElementState>)] = &[
+/// Our events are never skipped, so the last one has no state of the engine.
+const STATES: Keywords<Option<ElementState>> = &[
     ("standbyState", Some(ElementState::Standby)),
     ("runningState", Some(ElementState::Running)),
     ("completeState", Some(ElementState::Complete)),
@@ -33,7 +34,7 @@ const STATES: &[(&str, Option<ElementState>)] = &[
     ("skipTransition", None),
 ];
 /// The first three are known to the engine.
-const KINDS: &[(&str, Option<&'static str>)] = &[
+const KINDS: Keywords<Option<&str>> = &[
     ("act", Some("act")),
     ("event", Some("event")),
     ("action", Some("action")),
@@ -42,7 +43,7 @@ const KINDS: &[(&str, Option<&'static str>)] = &[
     ("maneuver", None),
 ];
 
-impl Document<'_> {
+impl Document<'_, '_> {
     /// The trigger of that name, if there is one.
     pub(super) fn trigger(&mut self, parent: &Element, name: &str) -> Option<TriggerDraft> {
         let trigger = parent.child(name)?;
@@ -57,7 +58,7 @@ impl Document<'_> {
             None => Some(Duration::ZERO),
         };
         let edge = match self.given(element, "conditionEdge") {
-            Some(given) => self.reader.keyword(&given, EDGES),
+            Some(given) => self.reader.checker.keyword(&given, EDGES),
             None => Some(Edge::None),
         };
         self.no_others(element);
@@ -75,7 +76,7 @@ impl Document<'_> {
         Some(ConditionDraft { name, edge: edge?, delay: delay?, test: test? })
     }
 
-    /// A condition looks at one thing; several would have to be weighed against each other.
+    /// The only child of an element; any other number is refused.
     fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
         let [child] = element.children.as_slice() else {
             let reason = format!("{} holds {} elements", element.name, element.children.len());
@@ -107,7 +108,7 @@ impl Document<'_> {
     fn simulation_time(&mut self, element: &Element) -> Option<Test> {
         let value = self.required(element, "value");
         let rule = self.required(element, "rule");
-        let rule = self.reader.keyword(&rule?, RULES);
+        let rule = self.reader.checker.keyword(&rule?, RULES);
         let value = value?;
         let is_past = self.reader.number(&value)? < 0.0;
         match self.reader.compat {
@@ -129,7 +130,8 @@ impl Document<'_> {
         let kind = self.required(element, "storyboardElementType");
         let reference = self.required(element, "storyboardElementRef");
         let state = self.required(element, "state");
-        let (kind, state) = (self.reader.keyword(&kind?, KINDS), self.reader.keyword(&state?, STATES));
+        let (kind, state) =
+            (self.reader.checker.keyword(&kind?, KINDS), self.reader.checker.keyword(&state?, STATES));
         let (kind, reference, state) = (kind?, reference?, state?);
         self.references += 1;
         let number = self.references;
@@ -144,7 +146,7 @@ fn undecidable(element: &Element) -> TestDraft {
     TestDraft::Undecidable { what: element.name.clone(), location: element.location.clone() }
 }
 
-/// How time compares with one before the start, which is always over.
+/// The comparison of a time with one before the start, which is always over.
 fn since_ever(rule: Rule) -> Test {
     let rule = match rule {
         Rule::NotEqualTo | Rule::GreaterThan | Rule::GreaterOrEqual => Rule::GreaterOrEqual,

@@ -1,60 +1,44 @@
-//! `[command]` of a profile: what may be sent to the vehicle, and how it says who drives.
+//! `[command]` of a profile: the messages that may be sent to the vehicle, and signals that show who drives.
 
 mod control;
 mod message;
 
-use std::ops::Range;
-
-use serde::Deserialize;
-use toml::Spanned;
-
 use super::binder::{Binder, split_bus};
+use crate::config::reading::fields::Fields;
 use crate::core::command::allow_list::AllowList;
 use crate::core::command::message::CommandMessage;
 use crate::core::command::settings::CommandBinding;
 use crate::core::validation::table::SignalTable;
 use crate::core::vehicle_lights::binding::HazardBinding;
-use control::{ControlModeFile, DriverFile, control_mode, driver_sign};
-use message::{CommandMessageFile, command_message};
+use control::{control_mode, driver_sign};
+use message::command_message;
 
-/// `[command]`
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CommandProfileFile {
-    /// The messages the gateway sends.
-    #[serde(default)]
-    pub message: Vec<Spanned<CommandMessageFile>>,
-    /// The signal that tells the control mode.
-    pub control_mode: Option<Spanned<ControlModeFile>>,
-    /// Signals that tell that the driver has taken over.
-    #[serde(default)]
-    pub driver: Vec<DriverFile>,
-}
-
-/// What the section comes to, still without received messages and signals; `None` when a problem was
-/// noted.
+/// Reads the section, if there is one, to a binding without received messages and signals; `None` when a
+/// problem was noted.
 pub(super) fn command(
     binder: &mut Binder<'_>,
-    file: Option<&Spanned<CommandProfileFile>>,
+    fields: Option<Fields<'_>>,
     hazard: Option<&HazardBinding>,
 ) -> Option<CommandBinding> {
-    let Some(file) = file else { return Some(CommandBinding::default()) };
-    let (span, file) = (file.span(), file.get_ref());
-    let before = binder.checker.problems.len();
+    let Some(fields) = fields else { return Some(CommandBinding::default()) };
+    let before = binder.checker.count();
     let mut allowed = AllowList::default();
-    let compile = |file: &Spanned<CommandMessageFile>| command_message(binder, &mut allowed, file.get_ref());
-    let messages: Vec<_> = file.message.iter().filter_map(compile).collect();
-    if messages.len() == file.message.len() {
-        ask_for_each_once(binder, file, &span, &messages);
-        buttons_need_a_report(binder, file, hazard);
+    let files: Vec<_> = fields.tables("message").collect();
+    let compiled = files.iter().filter_map(|file| command_message(binder, &mut allowed, file));
+    let messages: Vec<_> = compiled.collect();
+    if binder.checker.count() == before {
+        ask_for_each_once(&fields, &files, &messages);
+        buttons_need_a_report(&files, &messages, hazard);
     }
-    let control_mode = file.control_mode.as_ref().and_then(|file| control_mode(binder, file.get_ref()));
-    let driver: Vec<_> = file.driver.iter().filter_map(|file| driver_sign(binder, file)).collect();
-    for message in &file.message {
-        refuse_received(binder, &allowed, message.get_ref());
+    let control_mode = fields.table("control_mode").and_then(|section| control_mode(binder, section));
+    let driver: Vec<_> = fields.tables("driver").filter_map(|section| driver_sign(binder, section)).collect();
+    fields.done();
+    for file in files {
+        refuse_received(binder, &allowed, &file);
+        file.done();
     }
     let table = SignalTable::default();
-    (binder.checker.problems.len() == before).then_some(CommandBinding {
+    (binder.checker.count() == before).then_some(CommandBinding {
         allowed,
         messages,
         table,
@@ -63,62 +47,58 @@ pub(super) fn command(
     })
 }
 
-/// Turn indicators and hazard lights are each asked for in one way.
-fn ask_for_each_once(
-    binder: &mut Binder<'_>,
-    file: &CommandProfileFile,
-    span: &Range<usize>,
-    messages: &[CommandMessage],
-) {
-    let turns = messages.iter().map(|message| message.turn.is_some());
-    let hazards = messages.iter().map(|message| {
+/// Turn indicators and hazard lights are each asked for in one way. `files` are the tables of the `messages`.
+fn ask_for_each_once(fields: &Fields<'_>, files: &[Fields<'_>], messages: &[CommandMessage]) {
+    let turns = |message: &CommandMessage| message.turn.is_some();
+    let hazards = |message: &CommandMessage| {
         message.hazard.is_some() || message.turn.as_ref().is_some_and(|part| part.hazard.is_some())
-    });
-    let functions: [(&str, Vec<bool>, &str); 2] = [
-        ("turn indicators", turns.collect(), "give one message `turn`"),
-        (
-            "hazard lights",
-            hazards.collect(),
-            "give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them",
-        ),
-    ];
-    for (what, asks, remedy) in functions {
-        let mut asking = file.message.iter().zip(asks).filter(|(_, asks)| *asks).map(|(file, _)| file);
-        match (asking.next(), asking.next()) {
-            (None, _) => binder.refuse(span.clone(), format!("no message asks for {what}"), remedy),
-            (Some(_), Some(second)) => {
-                let at = second.get_ref().name.span();
-                binder.refuse(at, format!("a second message asks for {what}"), "keep one of them");
-            }
-            (Some(_), None) => {}
+    };
+    let asking = |asks: &dyn Fn(&CommandMessage) -> bool| -> Vec<_> {
+        files.iter().zip(messages).filter(|(_, message)| asks(message)).map(|(file, _)| file).collect()
+    };
+    let remedy = "give one message `turn`";
+    ask_once(fields, &asking(&turns), "turn indicators", remedy);
+    let remedy = "give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them";
+    ask_once(fields, &asking(&hazards), "hazard lights", remedy);
+}
+
+fn ask_once(fields: &Fields<'_>, asking: &[&Fields<'_>], what: &str, remedy: &str) {
+    match asking {
+        [] => fields.checker.refuse(fields.location(), format!("no message asks for {what}"), remedy),
+        [_] => {}
+        [_, second, ..] => {
+            second.refuse("name", format!("a second message asks for {what}"), "keep one of them");
         }
     }
 }
 
-/// A button is pressed until the report shows it.
-fn buttons_need_a_report(binder: &mut Binder<'_>, file: &CommandProfileFile, hazard: Option<&HazardBinding>) {
+/// A button is pressed until the report shows it. `files` are the tables of the `messages`.
+fn buttons_need_a_report(files: &[Fields<'_>], messages: &[CommandMessage], hazard: Option<&HazardBinding>) {
     let is_reported = match hazard {
         Some(HazardBinding::From(_)) | None => true,
         Some(HazardBinding::NotFitted | HazardBinding::Unbound | HazardBinding::LeftOut) => false,
     };
-    let parts = file.message.iter().filter_map(|message| message.get_ref().hazard.as_ref());
-    for button in parts.filter_map(|part| part.get_ref().button.as_ref()).filter(|_| !is_reported) {
+    let has_button =
+        |message: &CommandMessage| message.hazard.as_ref().is_some_and(|part| part.button.is_some());
+    for (file, _) in files.iter().zip(messages).filter(|(_, message)| !is_reported && has_button(message)) {
         let reason = "a button is pressed until the report shows the lights, and [hazard] binds no signal";
-        binder.refuse(button.span(), reason, "bind one, or remove `button` when the switch stays");
+        let remedy = "bind one, or remove `button` when the switch stays";
+        file.section("hazard").refuse("button", reason, remedy);
     }
 }
 
-/// What the gateway sends cannot be what it receives.
-fn refuse_received(binder: &mut Binder<'_>, allowed: &AllowList, file: &CommandMessageFile) {
-    let (bus, name) = split_bus(file.name.get_ref());
-    let received = binder.messages.iter().any(|(at, message)| {
+/// A message that the gateway sends cannot be one that it receives.
+fn refuse_received(binder: &Binder<'_>, allowed: &AllowList, file: &Fields<'_>) {
+    let Some(given) = file.string("name") else { return };
+    let (bus, name) = split_bus(&given.text);
+    let is_received = binder.messages.iter().any(|(at, message)| {
         let known = &binder.buses[*at];
         allowed.contains(known.index, message.id)
             && message.name == name
             && bus.is_none_or(|bus| bus == known.name)
     });
-    if received {
+    if is_received {
         let reason = format!("{name} is received as well: the gateway's own frames would count as the car's");
-        binder.refuse(file.name.span(), reason, "bind signals of messages that the vehicle sends");
+        binder.refuse(&given.location, reason, "bind signals of messages that the vehicle sends");
     }
 }

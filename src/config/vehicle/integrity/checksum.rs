@@ -1,206 +1,128 @@
-//! `checksum = { … }` of `[message.*]`.
+//! `checksum = { … }` of `[message.*]` and `[[command.message]]`.
 
-use serde::Deserialize;
-use toml::Spanned;
+use std::fmt::Display;
+use std::str::FromStr;
 
 use super::super::binder::Binder;
-use super::field::field;
-use crate::config::reading::keyword::{Keyword, keywords};
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 use crate::core::dbc::model::Message;
-use crate::core::validation::integrity::checksum::{Checksum, Crc8, Crc16, Extra, Parameters, Rule, Sum};
+use crate::core::validation::integrity::checksum::{Checksum, CrcRule, Extra, Parameters, Rule, Sum};
 
-// What of the identifier goes into the checksum, its low byte first.
-keywords!(Extra {
-    "none" => Extra::Nothing,
-    "before" => Extra::IdentifierBefore,
-    "behind" => Extra::IdentifierBehind,
-});
+const SEE: &str = "see [message.*] checksum in config/gateway.toml";
 
-/// `checksum = { kind = …, signal = … }`
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ChecksumFile {
-    /// The rule.
-    pub kind: ChecksumKind,
-    /// Signal of the same message that holds it.
-    pub signal: Spanned<String>,
-    /// PSA: the message's start value. VW PQ and `xor8`, `sum8`: start value.
-    pub start: Option<u8>,
-    /// VW: the message's sixteen constants.
-    pub constants: Option<Vec<u8>>,
-    /// CRC: polynomial.
-    pub poly: Option<u16>,
-    /// CRC: start value.
-    pub init: Option<u16>,
-    /// CRC: combined with the result by exclusive or.
-    pub xorout: Option<u16>,
-    /// CRC: bytes go in, and the result comes out, with the lowest bit first.
-    #[serde(default)]
-    pub reflected: bool,
-    /// CRC: what of the identifier goes in.
-    #[serde(default)]
-    pub identifier: Keyword<Extra>,
-    /// CRC and sum: how many bytes of the data, from the first; all when not given.
-    pub bytes: Option<usize>,
-}
+/// The part of the identifier in the checksum, its low byte first.
+const IDENTIFIER: Keywords<Extra> =
+    &[("none", Extra::Nothing), ("before", Extra::IdentifierBefore), ("after", Extra::IdentifierAfter)];
 
-/// `kind = …`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ChecksumKind {
-    /// Honda and Acura, a nibble.
-    Honda,
-    /// Toyota and Lexus.
-    Toyota,
-    /// Chrysler, FCA: CRC-8 SAE J1850.
-    J1850,
-    /// FCA Giorgio: J1850's polynomial; needs the message's `xorout`.
-    FcaGiorgio,
-    /// Subaru Global.
-    Subaru,
-    /// Tesla.
-    Tesla,
-    /// Mazda's 0x091.
-    Mazda,
-    /// PSA, a nibble; needs `start`.
-    Psa,
-    /// VW MQB and MEB; needs `constants`.
-    Vw,
-    /// VW PQ: exclusive or of the bytes.
-    VwPq,
-    /// Hyundai and Kia CAN FD: CRC-16.
-    HyundaiFd,
-    /// Sum of bytes, modulo 256.
-    Sum8,
-    /// Exclusive or of bytes.
-    Xor8,
-    /// Any CRC of 8 bits; needs `poly`.
-    Crc8,
-    /// Any CRC of 16 bits; needs `poly`.
-    Crc16,
-}
+/// Kinds of checksum, with the reader of each; it reads no keys but its own.
+const KINDS: Keywords<fn(&Fields<'_>, &Message) -> Option<Rule>> = &[
+    ("honda", |_, _| Some(Rule::Honda)),
+    ("toyota", |_, _| Some(Rule::Sum(Sum::TOYOTA))),
+    ("j1850", |_, _| Some(Rule::Crc(CrcRule::j1850()))),
+    ("fca_giorgio", giorgio),
+    ("subaru", |_, _| Some(Rule::Sum(Sum::IDENTIFIER))),
+    ("tesla", |_, _| Some(Rule::Sum(Sum::IDENTIFIER))),
+    ("mazda", |_, _| Some(Rule::Sum(Sum::MAZDA))),
+    ("psa", psa),
+    ("vw", volkswagen),
+    ("vw_pq", |fields, _| Some(xor(fields))),
+    ("hyundai_fd", hyundai_fd),
+    ("sum8", |fields, _| Some(sum8(fields))),
+    ("xor8", |fields, _| Some(xor(fields))),
+    ("crc8", crc8),
+    ("crc16", crc16),
+];
 
-/// The rule with the bits it is kept in.
-pub(in crate::config::vehicle) fn checksum(
-    binder: &mut Binder<'_>,
-    file: &Spanned<ChecksumFile>,
-    message: &Message,
-) -> Option<Checksum> {
-    let (span, file) = (file.span(), file.get_ref());
-    let field = field(binder, message, &file.signal)?;
-    let rule = match rule(file, message.length) {
-        Ok(rule) => rule,
-        Err(reason) => {
-            binder.refuse(span, reason, "see [message.*] checksum in config/gateway.toml");
-            return None;
-        }
+/// Reads the rule with the signal that holds the checksum.
+pub(super) fn checksum(binder: &Binder<'_>, fields: Fields<'_>, message: &Message) -> Option<Checksum> {
+    fields.require(&["kind", "signal"], "");
+    let signal = fields.string("signal");
+    let field = signal.as_ref().and_then(|signal| binder.field(message, signal));
+    let Some(rule) = fields.keyword("kind", KINDS) else {
+        fields.accept_rest();
+        return None;
     };
-    match Checksum::new(rule, field) {
-        Ok(checksum) => Some(checksum),
-        Err(error) => {
-            binder.refuse(file.signal.span(), error.to_string(), "bind the signal that holds the checksum");
-            None
-        }
-    }
+    fields.set_form("with this kind of checksum");
+    let rule = rule(&fields, message);
+    let at = fields.at("signal");
+    fields.done();
+    binder.checker.accept(at, Checksum::new(rule?, field?), "bind the signal that holds the checksum")
 }
 
-fn rule(file: &ChecksumFile, length: usize) -> Result<Rule, String> {
-    let start = file.start.unwrap_or(0);
-    refuse_keys(file)?;
-    Ok(match file.kind {
-        ChecksumKind::Honda => Rule::Honda,
-        ChecksumKind::Toyota => Rule::Sum(Sum::TOYOTA),
-        ChecksumKind::Subaru | ChecksumKind::Tesla => Rule::Sum(Sum::IDENTIFIER),
-        ChecksumKind::Mazda => Rule::Sum(Sum::MAZDA),
-        ChecksumKind::J1850 => Rule::Crc8(Crc8::j1850()),
-        ChecksumKind::FcaGiorgio => match file.xorout.map(u8::try_from) {
-            Some(Ok(last_xor)) => Rule::Crc8(Crc8::giorgio(last_xor)),
-            Some(Err(_)) | None => return Err("Giorgio needs `xorout`, the message's own 8 bits".to_owned()),
-        },
-        ChecksumKind::Psa => match file.start {
-            Some(start @ 0..=15) => Rule::Psa { start },
-            Some(_) => return Err("`start` of PSA is 0 to 15".to_owned()),
-            None => return Err("PSA needs `start`, the message's own".to_owned()),
-        },
-        ChecksumKind::Vw => {
-            let constants = file.constants.as_deref().map(<[u8; 16]>::try_from);
-            let Some(Ok(constants)) = constants else {
-                return Err("VW needs `constants`, sixteen of them".to_owned());
-            };
-            Rule::Crc8(Crc8::volkswagen(constants))
-        }
-        ChecksumKind::VwPq | ChecksumKind::Xor8 => Rule::Xor { start },
-        ChecksumKind::HyundaiFd => {
-            let crc = Crc16::hyundai_fd(length);
-            Rule::Crc16(crc.ok_or_else(|| format!("Hyundai's CRC is not known for {length} bytes"))?)
-        }
-        ChecksumKind::Sum8 => Rule::Sum(Sum {
-            start,
-            identifier: file.identifier.0 != Extra::Nothing,
-            bytes: file.bytes,
-            ..Sum::PLAIN
-        }),
-        ChecksumKind::Crc8 => {
-            let word = |value: Option<u16>, key: &str| {
-                u8::try_from(value.unwrap_or(0)).map_err(|_| format!("`{key}` of a CRC-8 has 8 bits"))
-            };
-            let poly = file.poly.ok_or("a CRC needs `poly`")?;
-            Rule::Crc8(Crc8::new(
-                Parameters {
-                    poly: word(Some(poly), "poly")?,
-                    init: word(file.init, "init")?,
-                    xorout: word(file.xorout, "xorout")?,
-                    refin: file.reflected,
-                    refout: file.reflected,
-                },
-                file.identifier.0,
-                file.bytes,
-            ))
-        }
-        ChecksumKind::Crc16 => Rule::Crc16(Crc16::new(
-            Parameters {
-                poly: file.poly.ok_or("a CRC needs `poly`")?,
-                init: file.init.unwrap_or(0),
-                xorout: file.xorout.unwrap_or(0),
-                refin: file.reflected,
-                refout: file.reflected,
-            },
-            file.identifier.0,
-            file.bytes,
-        )),
-    })
+fn giorgio(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+    fields.require(&["xorout"], SEE);
+    Some(Rule::Crc(CrcRule::giorgio(fields.number("xorout", 0..=0xFF, "")?)))
 }
 
-/// Refuses keys that another kind has.
-fn refuse_keys(file: &ChecksumFile) -> Result<(), String> {
-    let takes: &[&str] = match file.kind {
-        ChecksumKind::Honda
-        | ChecksumKind::Toyota
-        | ChecksumKind::Subaru
-        | ChecksumKind::Tesla
-        | ChecksumKind::Mazda
-        | ChecksumKind::HyundaiFd
-        | ChecksumKind::J1850 => &[],
-        ChecksumKind::FcaGiorgio => &["xorout"],
-        ChecksumKind::Psa | ChecksumKind::VwPq | ChecksumKind::Xor8 => &["start"],
-        ChecksumKind::Vw => &["constants"],
-        ChecksumKind::Sum8 => &["start", "identifier", "bytes"],
-        ChecksumKind::Crc8 | ChecksumKind::Crc16 => {
-            &["poly", "init", "xorout", "reflected", "identifier", "bytes"]
-        }
-    };
-    let given = [
-        ("start", file.start.is_some()),
-        ("constants", file.constants.is_some()),
-        ("poly", file.poly.is_some()),
-        ("init", file.init.is_some()),
-        ("xorout", file.xorout.is_some()),
-        ("reflected", file.reflected),
-        ("identifier", file.identifier.0 != Extra::Nothing),
-        ("bytes", file.bytes.is_some()),
-    ];
-    match given.iter().find(|(key, given)| *given && !takes.contains(key)) {
-        Some((key, _)) => Err(format!("`{key}` has no meaning with this kind of checksum")),
-        None => Ok(()),
+fn psa(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+    fields.require(&["start"], SEE);
+    Some(Rule::Psa { start: fields.number("start", 0..=15, "")? })
+}
+
+fn volkswagen(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+    Some(Rule::Crc(CrcRule::volkswagen(sixteen_bytes(fields, "constants", SEE)?)))
+}
+
+fn xor(fields: &Fields<'_>) -> Rule {
+    Rule::Xor { start: fields.number("start", 0..=0xFF, "").unwrap_or(0) }
+}
+
+fn hyundai_fd(fields: &Fields<'_>, message: &Message) -> Option<Rule> {
+    let crc = CrcRule::hyundai_fd(message.length);
+    let crc = crc.ok_or_else(|| format!("Hyundai's CRC is not known for {} bytes", message.length));
+    fields.checker.accept(fields.at("kind"), crc, SEE).map(Rule::Crc)
+}
+
+fn sum8(fields: &Fields<'_>) -> Rule {
+    let start = fields.number("start", 0..=0xFF, "").unwrap_or(0);
+    let (identifier, bytes) = (identifier(fields) != Extra::Nothing, bytes(fields));
+    Rule::Sum(Sum { start, identifier, bytes, ..Sum::PLAIN })
+}
+
+fn crc8(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+    let [poly, init, xorout] = crc_words(fields, 0xFF);
+    Some(crc(fields, Parameters::crc8(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
+}
+
+fn crc16(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
+    let [poly, init, xorout] = crc_words(fields, 0xFFFF);
+    Some(crc(fields, Parameters::crc16(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
+}
+
+/// Reads `poly`, `init` and `xorout`, each up to `highest`.
+fn crc_words<T: From<u8> + Copy + FromStr + Display + PartialOrd>(
+    fields: &Fields<'_>,
+    highest: T,
+) -> [Option<T>; 3] {
+    fields.require(&["poly"], SEE);
+    let words = ["poly", "init", "xorout"].map(|key| fields.number(key, T::from(0)..=highest, ""));
+    if words[0].is_none() {
+        fields.accept_rest();
     }
+    words
+}
+
+fn crc(fields: &Fields<'_>, parameters: Parameters) -> Rule {
+    let is_reflected = fields.flag("reflected").unwrap_or_default();
+    let parameters = parameters.with_reflection(is_reflected);
+    Rule::Crc(CrcRule::new(parameters, identifier(fields), bytes(fields)))
+}
+
+fn identifier(fields: &Fields<'_>) -> Extra {
+    fields.keyword("identifier", IDENTIFIER).unwrap_or_default()
+}
+
+/// The number of data bytes in the checksum, from the first one; all when it is not given.
+fn bytes(fields: &Fields<'_>) -> Option<usize> {
+    fields.number("bytes", 0..=64, "bytes")
+}
+
+/// A list of sixteen bytes.
+pub(super) fn sixteen_bytes(fields: &Fields<'_>, key: &'static str, remedy: &str) -> Option<[u8; 16]> {
+    fields.require(&[key], remedy)?;
+    let items = fields.list(key, remedy).iter();
+    let bytes: Vec<u8> = items.filter_map(|item| fields.checker.number(item, &(0..=0xFF), "")).collect();
+    let found = format!("expected 16 bytes, found {}", bytes.len());
+    fields.checker.accept(fields.at(key), bytes.try_into().map_err(|_: Vec<u8>| found), remedy)
 }

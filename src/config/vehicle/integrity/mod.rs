@@ -1,62 +1,53 @@
-//! What a message must prove: length, checksum, counter, E2E protection, and a window over the latest
+//! The integrity checks of a message: length, checksum, counter, E2E protection, and a window over the latest
 //! frames.
 
-pub(super) mod checksum;
-pub(super) mod counter;
-pub(super) mod e2e;
-mod field;
-pub(super) mod window;
+mod checksum;
+mod counter;
+mod e2e;
+mod window;
 
 use std::time::Duration;
 
-use toml::Spanned;
-
 use super::binder::Binder;
+use crate::config::reading::fields::Fields;
 use crate::core::dbc::model::Message;
 use crate::core::validation::integrity::{MessageIntegrity, Protection};
-use checksum::{ChecksumFile, checksum};
-use counter::{CounterFile, counter};
-use e2e::{E2eFile, e2e};
-use window::{WindowFile, window};
+use checksum::checksum;
+use counter::counter;
+use e2e::e2e;
+use window::window;
 
-/// What a section asks a message to prove.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Asked<'f> {
-    /// The only right length, bytes.
-    pub(super) length: Option<&'f Spanned<usize>>,
-    pub(super) checksum: Option<&'f Spanned<ChecksumFile>>,
-    pub(super) counter: Option<&'f Spanned<CounterFile>>,
-    pub(super) e2e: Option<&'f Spanned<E2eFile>>,
-    pub(super) window: Option<&'f Spanned<WindowFile>>,
+/// Reads the protection of a message by its fields or by an E2E profile; `None` when it has none, or when a
+/// problem was noted.
+pub(super) fn protection(binder: &Binder<'_>, fields: &Fields<'_>, message: &Message) -> Option<Protection> {
+    let checksum = fields.table("checksum").and_then(|section| checksum(binder, section, message));
+    let counter = fields.table("counter").and_then(|section| counter(binder, section, message));
+    let e2e = fields.table("e2e").and_then(|section| e2e(section, message.length));
+    let has_fields = fields.has("checksum") || fields.has("counter");
+    if has_fields && fields.has("e2e") {
+        let reason = "an E2E profile has its own checksum and counter";
+        fields.refuse("e2e", reason, "give `e2e`, or `checksum` and `counter`");
+        return None;
+    }
+    if has_fields { Some(Protection::Fields { checksum, counter }) } else { e2e }
 }
 
-/// The checks for what is asked; `None` when nothing is, or when a problem was noted that leaves none.
+/// Reads the integrity checks of a received message; `None` when it has none, or when a problem was noted.
 pub(super) fn integrity(
-    binder: &mut Binder<'_>,
-    asked: &Asked<'_>,
+    binder: &Binder<'_>,
+    fields: &Fields<'_>,
     message: &Message,
     forget_after: Option<Duration>,
 ) -> Option<MessageIntegrity> {
-    if let Some(length) = asked.length.filter(|length| !(1..=64).contains(length.get_ref())) {
-        binder.refuse(length.span(), format!("no frame has {} bytes", length.get_ref()), "give 1 to 64");
-    }
-    let length = asked.length.map(|length| *length.get_ref());
-    let fields = asked.checksum.is_some() || asked.counter.is_some();
-    let checksum = asked.checksum.and_then(|file| checksum(binder, file, message));
-    let counter = asked.counter.and_then(|file| counter(binder, file, message));
-    let window = asked.window.and_then(|file| window(binder, file));
-    let protection = match asked.e2e {
-        Some(e2e) if fields => {
-            let reason = "an E2E profile has its own checksum and counter";
-            binder.refuse(e2e.span(), reason, "give `e2e`, or `checksum` and `counter`");
-            return None;
-        }
-        Some(file) => e2e(binder, file, message.length)?,
-        None if fields || length.is_some() => Protection::Fields { checksum, counter },
+    let length = fields.number("length", 1..=64, "bytes");
+    let window = fields.table("window").and_then(window);
+    let protection = match protection(binder, fields, message) {
+        Some(protection) => protection,
+        None if length.is_some() => Protection::Fields { checksum: None, counter: None },
         None => {
-            if let Some(window) = asked.window {
+            if fields.has("window") && !fields.has("e2e") {
                 let reason = "a window judges what checksum, counter or e2e found";
-                binder.refuse(window.span(), reason, "give one of them, or remove it");
+                fields.refuse("window", reason, "give one of them, or remove it");
             }
             return None;
         }

@@ -1,64 +1,46 @@
 //! `stalk = { … }` of `[turn]`: rules and times of a stalk that springs back.
 
-use serde::Deserialize;
-use toml::Spanned;
-
-use super::super::binder::Binder;
-use crate::config::reading::keyword::{Keyword, keywords};
+use crate::config::reading::checker::Keywords;
+use crate::config::reading::fields::Fields;
 use crate::core::vehicle_lights::stalk::{Comfort, OppositePress, RepeatedPress, StalkSettings};
 
-keywords!(OppositePress { "cancels" => OppositePress::Cancels, "switches" => OppositePress::Switches });
-keywords!(RepeatedPress { "cancels" => RepeatedPress::Cancels, "keeps" => RepeatedPress::Keeps });
+const OPPOSITE: Keywords<OppositePress> =
+    &[("cancels", OppositePress::Cancels), ("switches", OppositePress::Switches)];
+const REPEATED: Keywords<RepeatedPress> =
+    &[("cancels", RepeatedPress::Cancels), ("keeps", RepeatedPress::Keeps)];
 
-/// `stalk = { … }`
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StalkFile {
-    /// Flashes after a tap.
-    pub comfort_flashes: Option<Spanned<u8>>,
-    /// Blinking after a tap, ms.
-    pub comfort_ms: Option<Spanned<u64>>,
-    /// What a tap against the side that is on does.
-    pub opposite_half: Option<Keyword<OppositePress>>,
-    /// What a full press against the side that is on does.
-    pub opposite_full: Option<Keyword<OppositePress>>,
-    /// What a press to the side that is latched does.
-    pub repeat: Option<Keyword<RepeatedPress>>,
-    /// Longest time a full press is believed to last, ms.
-    pub max_on_ms: Option<Spanned<u64>>,
-    /// Longest time of unknown positions that cannot hide a press, ms.
-    pub max_gap_ms: Option<Spanned<u64>>,
-    /// How long the stalk is watched before its state is known, ms.
-    pub startup_delay_ms: Option<Spanned<u64>>,
+/// Reads the rules and times; the defaults are those of most cars.
+pub(super) fn stalk_settings(fields: Fields<'_>) -> StalkSettings {
+    let default = StalkSettings::default();
+    let comfort = comfort(&fields, default.comfort);
+    let startup_delay = default.startup_delay.max(comfort.duration());
+    let settings = StalkSettings {
+        comfort,
+        opposite_half: fields.keyword("opposite_half", OPPOSITE).unwrap_or(default.opposite_half),
+        opposite_full: fields.keyword("opposite_full", OPPOSITE).unwrap_or(default.opposite_full),
+        repeat: fields.keyword("repeat", REPEATED).unwrap_or(default.repeat),
+        max_on: fields.limit("max_on_ms"),
+        max_gap: fields.limit("max_gap_ms").unwrap_or(default.max_gap),
+        startup_delay: fields.limit("startup_delay_ms").unwrap_or(startup_delay),
+    };
+    fields.done();
+    settings
 }
 
-/// The rules and times; what the profile does not say is as in most cars.
-pub(super) fn stalk_settings(binder: &mut Binder<'_>, file: Option<&Spanned<StalkFile>>) -> StalkSettings {
-    let empty = StalkFile::default();
-    let file = file.map_or(&empty, Spanned::get_ref);
-    let default = StalkSettings::default();
-    if let (Some(_), Some(time)) = (&file.comfort_flashes, &file.comfort_ms) {
-        let reason = "comfort_flashes and comfort_ms exclude each other";
-        binder.refuse(time.span(), reason, "keep one of them");
-    }
-    let comfort = match (&file.comfort_flashes, &file.comfort_ms) {
-        (Some(flashes), _) => match default.comfort {
-            Comfort::Flashes { per_minute, .. } => Comfort::Flashes { count: *flashes.get_ref(), per_minute },
-            Comfort::For(_) => default.comfort,
+/// Reads the flashing after a tap.
+fn comfort(fields: &Fields<'_>, default: Comfort) -> Comfort {
+    let (flashes, time) = (fields.number("comfort_flashes", 0..=u8::MAX, ""), fields.limit("comfort_ms"));
+    match (flashes, time) {
+        (Some(_), Some(_)) => {
+            let reason = "comfort_flashes and comfort_ms exclude each other";
+            fields.refuse("comfort_ms", reason, "keep one of them");
+            default
+        }
+        (Some(count), None) => match default {
+            Comfort::Flashes { per_minute, .. } => Comfort::Flashes { count, per_minute },
+            Comfort::For(_) => default,
         },
-        (None, Some(time)) => Comfort::For(binder.checker.limit(Some(time)).unwrap_or_default()),
-        (None, None) => default.comfort,
-    };
-    StalkSettings {
-        comfort,
-        opposite_half: file.opposite_half.map_or(default.opposite_half, |given| given.0),
-        opposite_full: file.opposite_full.map_or(default.opposite_full, |given| given.0),
-        repeat: file.repeat.map_or(default.repeat, |given| given.0),
-        max_on: binder.checker.limit(file.max_on_ms.as_ref()),
-        max_gap: binder.checker.limit(file.max_gap_ms.as_ref()).unwrap_or(default.max_gap),
-        startup_delay: binder
-            .checker
-            .limit(file.startup_delay_ms.as_ref())
-            .unwrap_or(default.startup_delay.max(comfort.duration())),
+        (None, Some(time)) => Comfort::For(time),
+        (None, None) => default,
     }
 }

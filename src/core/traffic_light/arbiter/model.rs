@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::selection::{Sides, select};
 use super::{ArbiterSettings, ArbiterStamp, Judged, NoOutput};
 use crate::core::map::light_map::LightMap;
-use crate::core::traffic_light::emission::{Content, GroupState};
+use crate::core::traffic_light::emission::GroupState;
 
 pub(super) struct Model {
     settings: ArbiterSettings,
@@ -83,15 +83,15 @@ impl Model {
                 let external = self.external.get(&relation_id).map(|(_, group)| &**group);
                 let sides = Sides { perception: &perception, external };
                 match map.get(&relation_id) {
-                    Some(is_pedestrian) => groups.push(GroupState {
+                    Some(is_pedestrian) => groups.push(Arc::new(GroupState {
                         relation_id,
                         elements: select(&sides, *is_pedestrian, &self.settings),
                         predictions: sides.predictions(),
-                    }),
+                    })),
                     None => off_map.push(relation_id),
                 }
             }
         }
-        Ok(Judged { stamp, content: Arc::new(Content::groups(groups)), off_map, newer_input })
+        Ok(Judged { stamp, groups: Arc::new(groups), off_map, newer_input })
     }
 }

@@ -26,7 +26,7 @@ fn groups() -> Vec<Arc<GroupState>> {
 
 fn emission(number: u64, groups: Vec<Arc<GroupState>>) -> Emission {
     let stamp = WallStamp::from_nanos(i64::try_from(number).unwrap() * 100_000_000);
-    Emission { topic: LightsTopic::V2i, stamp, content: Arc::new(Content::Groups(groups)) }
+    Emission { topic: LightsTopic::V2i, stamp, content: Content::Groups(Arc::new(groups)) }
 }
 
 /// What arrives, with the time of arrival, of messages that are sent once a period.
@@ -54,7 +54,7 @@ fn many() -> impl Iterator<Item = Emission> {
 }
 
 fn groups_of(emission: &Emission) -> &[Arc<GroupState>] {
-    match &*emission.content {
+    match &emission.content {
         Content::Groups(groups) => groups,
         Content::Lights(_) | Content::Markers(_) => panic!("groups were sent"),
     }
@@ -89,7 +89,7 @@ fn without_faults_everything_arrives_at_once_and_as_it_was_sent() {
     assert_eq!(arrived.len(), sent.len());
     for (number, (sent, (at, arrived))) in (0_u64..).zip(sent.iter().zip(&arrived)) {
         assert_eq!((arrived, *at), (sent, MonoTime::from_millis(number * PERIOD_MS)));
-        assert!(Arc::ptr_eq(&sent.content, &arrived.content));
+        assert!(sent.content.is_shared_with(&arrived.content));
     }
 }
 

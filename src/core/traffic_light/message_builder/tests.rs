@@ -37,8 +37,20 @@ fn sent(stores: &Stores, one_group_per_head: bool) -> Vec<(i64, String)> {
             .collect::<Vec<_>>()
             .join(", ")
     };
-    let groups = groups(stores, Channel::V2i, None, one_group_per_head);
+    let groups: Vec<_> = if one_group_per_head {
+        groups_by_head(stores, Channel::V2i, None)
+    } else {
+        all(groups(stores, Channel::V2i, None, &heads(stores)))
+    };
     groups.iter().map(|group| (group.relation_id, text(group))).collect()
+}
+
+fn heads(stores: &Stores) -> BTreeSet<HeadIndex> {
+    (0..).map(HeadIndex).take(stores.map().heads().len()).collect()
+}
+
+fn all<T>(items: Vec<(i64, Vec<T>)>) -> Vec<T> {
+    items.into_iter().flat_map(|(_, items)| items).collect()
 }
 
 fn told(expected: &[(i64, &str)]) -> Vec<(i64, String)> {
@@ -70,7 +82,7 @@ fn upstream_cuts_ids_and_misses_their_detections() {
         write(&mut stores, WIDE, Layer::Detected, "green", 1.0);
         assert_eq!(sent(&stores, true), told(&expected), "{compat:?}");
         let way_id = if compat == Compat::Improved { WIDE } else { 21 };
-        assert_eq!(lights(&stores, Channel::V2i)[0].way_id, way_id);
+        assert_eq!(all(lights(&stores, Channel::V2i, &heads(&stores)))[0].way_id, way_id);
     }
 }
 
@@ -92,12 +104,12 @@ fn upstream_puts_a_detection_in_the_place_of_one_appended_before() {
 #[test]
 fn lamps_are_drawn_of_touched_heads_and_solid_off_counts_as_on() {
     let mut stores = stores(Compat::Improved);
-    assert_eq!(markers(&stores, &Channel::ALL), []);
+    let drawn = |stores: &Stores, channels: &[Channel]| {
+        let markers = all(markers(stores, channels, &heads(stores))).into_iter();
+        markers.map(|marker| (marker.way_id, marker.lamp.color, marker.is_on)).collect::<Vec<_>>()
+    };
+    assert_eq!(drawn(&stores, &Channel::ALL), []);
     write(&mut stores, 1, Layer::GroundTruth, "red solidOff, green left", 1.0);
-    let drawn: Vec<_> = markers(&stores, &Channel::ALL)
-        .iter()
-        .map(|marker| (marker.way_id, marker.lamp.color, marker.is_on))
-        .collect();
-    assert_eq!(drawn, [(1, LampColor::Green, false), (1, LampColor::Red, true)]);
-    assert_eq!(markers(&stores, &[Channel::Conventional]), []);
+    assert_eq!(drawn(&stores, &Channel::ALL), [(1, LampColor::Green, false), (1, LampColor::Red, true)]);
+    assert_eq!(drawn(&stores, &[Channel::Conventional]), []);
 }

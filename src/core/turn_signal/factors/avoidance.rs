@@ -6,7 +6,7 @@
 
 use super::path_offsets::{PathOffsets, Ramp};
 use super::{FactorContext, Interval, Made};
-use crate::core::turn_signal::geometry::Pose;
+use crate::core::map::geometry::Pose;
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
 use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};

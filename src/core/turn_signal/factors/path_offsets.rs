@@ -1,9 +1,9 @@
 //! The planned path beside the middle of its lanelets: how far it is off, where it crosses a bound.
 
 use super::FactorContext;
-use crate::core::turn_signal::geometry::polyline::{at_arc, nearest};
-use crate::core::turn_signal::geometry::{Point, Pose};
-use crate::core::turn_signal::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::geometry::polyline::{at_arc, nearest, nearest_index};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::planner_input::PathPoint;
 use crate::core::turn_signal::shift::ShiftedPath;
 
@@ -68,10 +68,7 @@ impl PathOffsets {
 
     /// The path's point next to a place.
     pub(super) fn nearest_index(&self, place: Point) -> usize {
-        let far = |pose: &Pose| pose.position.squared_distance(place);
-        let nearest =
-            self.poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
-        nearest.map_or(0, |(index, _)| index)
+        nearest_index(&self.poses, place)
     }
 
     /// How far a place is to the left of the path, metres.

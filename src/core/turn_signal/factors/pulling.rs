@@ -6,10 +6,10 @@
 
 use super::path_offsets::{PathOffsets, Ramp};
 use super::{Behaviour, FactorContext, Interval, Made};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::STOP_SPEED_MPS;
-use crate::core::turn_signal::geometry::{Point, Pose};
 use crate::core::turn_signal::inputs::FactorFlaw;
-use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::manoeuvre::pull_out::PullOut;
 use crate::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
 use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};

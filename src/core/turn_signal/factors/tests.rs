@@ -4,9 +4,9 @@
 #![allow(clippy::items_after_statements)] // tables with their short names
 
 use super::*;
+use crate::core::map::geometry::Point;
+use crate::core::map::lane_network::Lane;
 use crate::core::time::MonoTime;
-use crate::core::turn_signal::geometry::Point;
-use crate::core::turn_signal::lane_network::Lane;
 use crate::core::turn_signal::manoeuvre::avoidance::Avoidance;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_over::PullOver;

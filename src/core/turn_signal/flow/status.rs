@@ -90,6 +90,7 @@ fn by_whom(decision: &Decision) -> String {
         Basis::NoInputs => "no inputs".to_owned(),
         Basis::Hazard => "hazard lights".to_owned(),
         Basis::ManoeuvreAlone(_) => "manoeuvres alone".to_owned(),
+        Basis::PathGenerator(tagged) => format!("path generator, {tagged}"),
         Basis::Candidates(resolution) => match resolution.winner {
             Some(winner) => winner.source.to_string(),
             None => "nothing to signal".to_owned(),
@@ -108,7 +109,7 @@ fn decided(decision: &Decision, values: &mut Vec<Value>) {
     values.push(("held", held));
     match &decision.basis {
         Basis::Candidates(resolution) => evaluated(resolution, values),
-        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) => {
+        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => {
             values.push(("winner", "none".to_owned()));
         }
     }

@@ -2,9 +2,9 @@
 //! (docs/spec/turn-signal-decider.md, "Stop rule").
 //! Upstream meant to switch it off; what is left of it is that plain lanelets stand in the queue of turns.
 
+use crate::core::map::geometry::polyline::nearest;
+use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::geometry::polyline::nearest;
-use crate::core::turn_signal::lane_network::{Lane, LaneId, TurnDirection};
 use crate::core::turn_signal::signal::Side;
 
 /// The vehicle stands near or inside a turn to this side.

@@ -1,8 +1,8 @@
 //! Avoidance of static obstacles (docs/spec/turn-signal-decider.md, "Avoidance").
 
 use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::parameters::CandidatePolicy;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};

@@ -3,10 +3,10 @@
 //! the moment it is wanted (W9). By default it starts where it starts.
 
 use super::{ManoeuvreMemory, SignalReason, overwritten};
+use crate::core::map::geometry::path::Path;
+use crate::core::map::geometry::polyline::{at_arc, headed};
+use crate::core::map::geometry::{Point, Pose};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::geometry::path::Path;
-use crate::core::turn_signal::geometry::polyline::{at_arc, headed};
-use crate::core::turn_signal::geometry::{Point, Pose};
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::signal::Side;
 
@@ -65,7 +65,7 @@ impl ManoeuvreMemory {
         };
         let Some(end) = end else { return SignalReason::Idle };
         let waits = change.phase == LaneChangePhase::Waiting;
-        let (start, required_end) = match (context.is_compat(), change.start) {
+        let (start, required_end) = match (context.quirks.lane_changes_have_begun, change.start) {
             (false, Some(start)) => {
                 let Some(from) = self.announced(context, change, start) else {
                     return SignalReason::TooEarly;

@@ -1,10 +1,10 @@
 //! Pulling out from the roadside (docs/spec/turn-signal-decider.md, "Pull-out").
 
 use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::{join_present, pairwise_prior};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
@@ -65,7 +65,7 @@ impl ManoeuvreMemory {
         let outcome = judge(context, &shift);
         self.pull_out_ignored = outcome.ignore().then_some(lane);
         let prior = |previous, new| pairwise_prior(&context.path_frame, previous, new);
-        *record = if context.is_compat() {
+        *record = if context.quirks.empty_records_take_part {
             prior(record.unwrap_or_default(), outcome.section)
         } else {
             join_present(*record, Some(outcome.section), prior)
@@ -98,7 +98,7 @@ fn centerline_start(
     record: &mut Option<Section>,
 ) -> SignalReason {
     let side = context.parameters.centerline_start_side;
-    *record = if context.is_compat() {
+    *record = if context.quirks.centreline_start_has_no_place {
         Some(Section { turn: side.into(), ..record.unwrap_or_default() })
     } else {
         let end = path.poses().get(path.nearest_index(pull_out.end.position)).copied().unwrap_or_default();

@@ -3,9 +3,9 @@
 //! path is decided.
 
 use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::lane_network::LaneId;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
@@ -66,7 +66,7 @@ impl ManoeuvreMemory {
         record: &mut Option<Section>,
     ) -> SignalReason {
         let Some(path) = &decided.path else {
-            *record = record.filter(|_| !context.is_compat());
+            *record = record.filter(|_| !context.quirks.empty_records_take_part);
             return SignalReason::Idle;
         };
         let closest = context.road.closest(decided.lanes.iter().copied(), context.ego());

@@ -4,21 +4,21 @@
 use std::collections::BTreeSet;
 
 use super::RoundaboutMemory;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::map::geometry::Pose;
+use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
+use crate::core::turn_signal::compat::UpstreamQuirks;
 use crate::core::turn_signal::parameters::Parameters;
 use crate::core::turn_signal::route::Route;
 
 /// Length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
 ///
-/// `is_compat` keeps upstream's search: a remembered place inside the entry itself, or met before the
-/// entry is, adds nothing.
+/// In upstream's search a remembered place inside the entry itself, or met before the entry is, adds nothing.
 pub fn backward_length_m(
     (road, route): (&LaneNetwork, &Route),
     parameters: &Parameters,
     memory: &RoundaboutMemory,
     current: LaneId,
-    is_compat: bool,
+    quirks: UpstreamQuirks,
 ) -> f64 {
     let default_m = parameters.path_backward_length_m;
     let inside = road
@@ -27,7 +27,8 @@ pub fn backward_length_m(
     if !inside {
         return default_m;
     }
-    let mut search = Search { road, route, memory, is_compat, noted: BTreeSet::new(), longest_m: default_m };
+    let by_entries = quirks.searches_back_by_entries;
+    let mut search = Search { road, route, memory, by_entries, noted: BTreeSet::new(), longest_m: default_m };
     search.run(current, parameters.roundabout_backward_depth);
     search.longest_m
 }
@@ -36,7 +37,7 @@ struct Search<'a> {
     road: &'a LaneNetwork,
     route: &'a Route,
     memory: &'a RoundaboutMemory,
-    is_compat: bool,
+    by_entries: bool,
     /// Lanelets that hold a remembered place.
     noted: BTreeSet<LaneId>,
     longest_m: f64,
@@ -45,7 +46,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Depth first, over lanelets not met before.
     fn run(&mut self, current: LaneId, most_depth: Option<u32>) {
-        if !self.is_compat {
+        if !self.by_entries {
             let places: Vec<Pose> = self.memory.entries.values().copied().collect();
             self.noted = places.into_iter().filter_map(|place| self.route_lane_at(place)).collect();
         }
@@ -62,7 +63,7 @@ impl Search<'_> {
                 }
                 let place = self.memory.entry_start(previous).filter(|_| self.is_entry(previous));
                 self.noted.extend(place.and_then(|place| self.route_lane_at(place)));
-                let counts = !self.is_compat || !self.is_entry(previous);
+                let counts = !self.by_entries || !self.is_entry(previous);
                 if counts && self.noted.contains(&previous) {
                     self.longest_m = self.longest_m.max(reached_m + self.length_m(previous));
                 }

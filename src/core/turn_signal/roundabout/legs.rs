@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::polyline::{back_pose, front_pose};
+use crate::core::map::lane_network::{LaneId, Roundabout};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::geometry::Pose;
-use crate::core::turn_signal::geometry::polyline::{back_pose, front_pose};
-use crate::core::turn_signal::lane_network::{LaneId, Roundabout};
 use crate::core::turn_signal::turn_lane::TurnLane;
 
 /// Entries and exits, each in the order of the path.
@@ -61,8 +61,8 @@ pub fn legs(context: &DecisionContext<'_>, lanes: &[LaneId]) -> RoundaboutLegs {
     for id in lanes {
         let previous = before.replace(*id);
         if context.road.roundabouts_of(*id).any(|element| element.entries.contains(id)) {
-            let goes_on =
-                !context.is_compat() && previous.is_some_and(|before| enters_with(context, before, *id));
+            let goes_on = !context.quirks.splits_turns
+                && previous.is_some_and(|before| enters_with(context, before, *id));
             match (legs.entries.last_mut().filter(|_| goes_on), entry(context, *id)) {
                 (Some(last), Some(next)) => {
                     last.join(next, context.parameters.roundabout_angle_threshold_deg);
@@ -100,7 +100,7 @@ fn turn_lane(context: &DecisionContext<'_>, id: LaneId) -> Option<TurnLane> {
 fn entry(context: &DecisionContext<'_>, id: LaneId) -> Option<Entry> {
     let lane = context.road.lane(id)?;
     // Upstream looks at the first element only (W10).
-    let considered = if context.is_compat() { 1 } else { usize::MAX };
+    let considered = if context.quirks.overlooks_roundabout_exits { 1 } else { usize::MAX };
     let elements = || context.road.roundabouts_of(id).take(considered);
     let leaving = elements().find_map(|element| leaving(context, id, element));
     Some(Entry {

@@ -2,10 +2,10 @@
 //! (docs/spec/turn-signal-decider.md, "Shift rule", steps 8 to 11).
 
 use super::{Offsets, Shift};
+use crate::core::map::geometry::shape::{sideways_distance_m, touches};
+use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::lane_network::{Lane, LaneId};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::geometry::shape::{sideways_distance_m, touches};
-use crate::core::turn_signal::geometry::{Point, Pose};
-use crate::core::turn_signal::lane_network::{Lane, LaneId};
 use crate::core::turn_signal::parameters::Vehicle;
 use crate::core::turn_signal::signal::Side;
 

@@ -1,153 +1,160 @@
-//! Message counters: has a frame been lost, repeated, or does it not belong here at all?
+//! Message counters, which reveal lost, repeated and foreign frames.
 //!
-//! The results are those of AUTOSAR's profile 1, which later profiles are a part of: the first
-//! frame only initialises; a jump beyond the largest step is a wrong sequence, after which so many
-//! frames in sequence are needed before one is good again; and so it is after too many repetitions.
+//! The results are those of AUTOSAR's profile 1, which later profiles restrict: the first frame only
+//! initialises. A step beyond the largest one is a wrong sequence, after which a number of frames in
+//! sequence is required before one is accepted. The same holds after too many repetitions.
 
 use crate::core::can::frame::Frame;
 use crate::core::dbc::codec::SignalCodec;
 
-/// What a counter counts.
+/// Event at which a sender increments a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Counts {
-    /// Every frame: an equal counter is an old frame.
+pub enum IncrementsOn {
+    /// Every frame, so that an equal counter marks an old frame.
     #[default]
     Sends,
-    /// New contents: an equal counter is right when the whole frame is equal.
+    /// New contents, so that an equal counter is right when the whole frame is equal.
     Changes,
 }
 
-/// How a counter should run.
+/// Range, steps and tolerance of a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CounterRule {
     first: u32,
     last: u32,
     max_step: u32,
-    counts: Counts,
+    increments_on: IncrementsOn,
     tolerated_repeats: u8,
     sync_after: u8,
 }
 
-/// Why a counter cannot run like that.
+/// Reason why a [`CounterRule`] or [`Counter`] is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CounterError {
-    /// Fewer than two values.
+    /// The range has fewer than two values.
     #[error("the counter runs from {first} to {last}: it needs two values at least")]
     Range {
-        /// First value.
+        /// First value of the counter.
         first: u32,
-        /// Last value.
+        /// Last value of the counter.
         last: u32,
     },
-    /// A step that is not a step, or one that could not be told from a step back.
+    /// The largest step is 0, or so large that a step back looks the same.
     #[error("the largest step is {max_step}: 1 to {most} with this range")]
     Step {
-        /// Largest step wanted.
+        /// Largest step requested.
         max_step: u32,
-        /// Largest step possible.
+        /// Largest step possible with the range.
         most: u32,
     },
-    /// Values the signal cannot hold.
+    /// The signal cannot hold all values of the range.
     #[error("the counter's signal holds {lowest} to {highest} only")]
     Signal {
-        /// Lowest raw value.
+        /// Lowest raw value of the signal.
         lowest: i128,
-        /// Highest raw value.
+        /// Highest raw value of the signal.
         highest: i128,
     },
-    /// A signal that a multiplexor takes out of some frames.
+    /// A multiplexor removes the signal from some frames.
     #[error("a counter signal is in every frame, this one is multiplexed")]
     Multiplexed,
 }
 
-/// What the counter of a frame says.
+/// Result of comparing the counter of a frame with the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sequence {
-    /// The first frame: there is nothing to compare with.
+    /// The first frame, whose counter has no predecessor.
     Initial,
-    /// The next value; or, of [`Counts::Changes`], the same frame again.
+    /// The next value or, with [`IncrementsOn::Changes`], the same frame again.
     Ok,
-    /// A step that is tolerated; as many frames are missing.
+    /// A tolerated step, with the number of frames missing.
     OkSomeLost(u32),
-    /// In sequence, but after a gap; as many more are needed.
+    /// In sequence after a gap, with the number of frames in sequence still required.
     Syncing(u8),
-    /// The same value again.
+    /// The same value as before.
     Repeated,
-    /// A step that is not tolerated.
+    /// A step larger than the tolerated one.
     WrongSequence {
-        /// The value before.
+        /// Counter of the frame before.
         from: u32,
-        /// This value.
+        /// Counter of this frame.
         to: u32,
     },
-    /// A value outside the counter's range. Changes nothing.
+    /// A value outside the range of the counter, which leaves its state unchanged.
     OutOfRange(u32),
 }
 
-/// A counter that is a signal of its message.
+/// A counter that is carried by a signal of its message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counter {
     signal: SignalCodec,
     rule: CounterRule,
 }
 
-/// Where a counter stands.
+/// State of a counter: its last value, repetitions, and missing frames in sequence.
 #[derive(Debug, Clone, Default)]
 pub struct CounterState {
     last: Option<(u32, Option<Frame>)>,
-    /// Repetitions and missing frames since the last step.
-    standing: u8,
-    /// Frames in sequence that are still needed.
+    /// Repetitions since the last step.
+    repeats: u8,
+    /// Frames in sequence that are still required.
     syncing: u8,
 }
 
 impl CounterRule {
-    /// A counter of `first..=last` (e.g. 0 to 14), back to `first` after `last`, that counts sends and
-    /// makes steps of 1. A frame that comes twice (CAN does that after some errors) is not a gap; after
-    /// a gap one frame in sequence is needed.
+    /// A counter from `first` to `last` (e.g. 0 to 14) and back to `first`, incremented by 1 with every
+    /// frame. One repeated frame (CAN repeats some after errors) is not a gap; after a gap one frame in
+    /// sequence is required.
     pub fn new(first: u32, last: u32) -> Result<Self, CounterError> {
         if first >= last {
             return Err(CounterError::Range { first, last });
         }
-        Ok(Self { first, last, max_step: 1, counts: Counts::Sends, tolerated_repeats: 1, sync_after: 1 })
+        Ok(Self {
+            first,
+            last,
+            max_step: 1,
+            increments_on: IncrementsOn::Sends,
+            tolerated_repeats: 1,
+            sync_after: 1,
+        })
     }
 
-    /// Tolerates steps of up to `max_step`: one less than that many frames may be lost. At most one
-    /// less than the counter has values.
+    /// Tolerates steps of up to `max_step`, so that `max_step - 1` frames may be lost. Fails for 0 and
+    /// for more than `last - first`.
     pub fn with_max_step(self, max_step: u32) -> Result<Self, CounterError> {
         let most = self.last - self.first;
         let fits = (1..=most).contains(&max_step);
         fits.then_some(Self { max_step, ..self }).ok_or(CounterError::Step { max_step, most })
     }
 
-    /// Sets what is counted.
-    pub fn with_counts(self, counts: Counts) -> Self {
-        Self { counts, ..self }
+    /// Sets the event at which the sender increments the counter.
+    pub fn with_increments_on(self, increments_on: IncrementsOn) -> Self {
+        Self { increments_on, ..self }
     }
 
-    /// Sets after how many repetitions in a row the sequence counts as broken. (Repetitions are
-    /// never good themselves.)
+    /// Sets the number of repetitions in a row after which the sequence is still intact. Repetitions
+    /// themselves are never accepted.
     pub fn with_tolerated_repeats(self, tolerated_repeats: u8) -> Self {
         Self { tolerated_repeats, ..self }
     }
 
-    /// Sets how many frames in sequence are needed after a broken one before one is good again.
-    /// 0: the next one is.
+    /// Sets the number of frames in sequence that are required after a wrong sequence before one is
+    /// accepted; with 0 the next one is.
     pub fn with_sync_after(self, sync_after: u8) -> Self {
         Self { sync_after, ..self }
     }
 
-    /// The value after `value`.
+    /// The value that follows `value`.
     pub fn next(&self, value: u32) -> u32 {
         if (self.first..self.last).contains(&value) { value + 1 } else { self.first }
     }
 
-    /// First and last value.
+    /// First and last value of the counter.
     pub fn range(&self) -> (u32, u32) {
         (self.first, self.last)
     }
 
-    /// Largest step that is tolerated.
+    /// Largest tolerated step.
     pub fn max_step(&self) -> u32 {
         self.max_step
     }
@@ -160,7 +167,7 @@ impl CounterRule {
 }
 
 impl Counter {
-    /// A counter by `rule`, stored in `signal`.
+    /// A counter that follows `rule` and is stored in `signal`.
     pub fn new(rule: CounterRule, signal: SignalCodec) -> Result<Self, CounterError> {
         let (lowest, highest) = signal.range();
         if i128::from(rule.first) < lowest || i128::from(rule.last) > highest {
@@ -174,59 +181,54 @@ impl Counter {
 
     /// The counter in a frame of at least [`Self::needed_length`] bytes.
     pub fn value(&self, frame: &Frame) -> u32 {
-        // Negative or beyond 32 bits: outside of every range but the widest, of 0 to 2^32 - 1.
+        // Negative or beyond 32 bits: outside of every range but 0 to 2^32 - 1.
         u32::try_from(self.signal.value(frame.padded())).unwrap_or(u32::MAX)
     }
 
-    /// Bytes a frame must have so that the counter can be read.
+    /// Smallest number of bytes in a frame that has the counter.
     pub fn needed_length(&self) -> usize {
         self.signal.needed_length()
     }
 
-    /// How the counter should run.
+    /// Range, steps and tolerance of the counter.
     pub fn rule(&self) -> &CounterRule {
         &self.rule
     }
 
-    /// The signal that holds it.
+    /// The signal that holds the counter.
     pub fn signal(&self) -> &SignalCodec {
         &self.signal
     }
 }
 
 impl CounterState {
-    /// Takes the counter of the next frame.
+    /// Compares the counter of the next frame, `to`, with the one before.
     pub fn step(&mut self, rule: &CounterRule, to: u32, frame: &Frame) -> Sequence {
         if !(rule.first..=rule.last).contains(&to) {
             return Sequence::OutOfRange(to);
         }
-        let contents = (rule.counts == Counts::Changes).then_some(*frame);
+        let contents = (rule.increments_on == IncrementsOn::Changes).then_some(*frame);
         let Some((from, before)) = self.last.replace((to, contents)) else {
             return Sequence::Initial;
         };
         let steps = rule.steps(from, to);
         if steps == 0 {
-            return match rule.counts {
-                Counts::Sends => {
-                    self.stand();
+            return match rule.increments_on {
+                IncrementsOn::Sends => {
+                    self.repeats = self.repeats.saturating_add(1);
                     Sequence::Repeated
                 }
-                Counts::Changes if before == contents => self.in_sequence(0),
-                Counts::Changes => self.broken(rule, from, to),
+                IncrementsOn::Changes if before == contents => self.in_sequence(0),
+                IncrementsOn::Changes => self.wrong_sequence(rule, from, to),
             };
         }
         if steps > rule.max_step {
-            return self.broken(rule, from, to);
+            return self.wrong_sequence(rule, from, to);
         }
-        if std::mem::take(&mut self.standing) > rule.tolerated_repeats {
+        if std::mem::take(&mut self.repeats) > rule.tolerated_repeats {
             self.syncing = self.syncing.max(rule.sync_after);
         }
         self.in_sequence(steps - 1)
-    }
-
-    /// A frame was due and did not come.
-    pub fn stand(&mut self) {
-        self.standing = self.standing.saturating_add(1);
     }
 
     fn in_sequence(&mut self, lost: u32) -> Sequence {
@@ -237,8 +239,8 @@ impl CounterState {
         if lost == 0 { Sequence::Ok } else { Sequence::OkSomeLost(lost) }
     }
 
-    fn broken(&mut self, rule: &CounterRule, from: u32, to: u32) -> Sequence {
-        self.standing = 0;
+    fn wrong_sequence(&mut self, rule: &CounterRule, from: u32, to: u32) -> Sequence {
+        self.repeats = 0;
         self.syncing = rule.sync_after;
         Sequence::WrongSequence { from, to }
     }
@@ -255,7 +257,7 @@ mod tests {
         CounterRule::new(first, last).unwrap()
     }
 
-    /// Contents that differ with every frame; the counter itself is given apart.
+    /// Steps through `values` with contents that differ from frame to frame.
     fn run(rule: &CounterRule, values: &[u32]) -> Vec<Sequence> {
         let mut state = CounterState::default();
         let frame = |at: usize| Frame::classic(CanId::Standard(1), &at.to_le_bytes()).unwrap();
@@ -263,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_running_counter_wraps_at_its_last_value() {
+    fn counter_wraps_after_last_value() {
         use Sequence::{Initial, Ok, OutOfRange};
         assert_eq!(run(&rule(0, 14), &[13, 14, 0, 15, 1]), [Initial, Ok, Ok, OutOfRange(15), Ok]);
         assert_eq!(run(&rule(1, 3), &[3, 1, 2, 0]), [Initial, Ok, Ok, OutOfRange(0)]);
@@ -272,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_beyond_the_largest_has_to_be_made_good() {
+    fn step_beyond_max_requires_frames_in_sequence() {
         use Sequence::{Initial, Ok, OkSomeLost, Syncing, WrongSequence};
         let rule = rule(0, 15).with_max_step(3).unwrap().with_sync_after(2);
         assert_eq!(
@@ -293,23 +295,17 @@ mod tests {
     }
 
     #[test]
-    fn too_many_repetitions_break_the_sequence() {
+    fn too_many_repetitions_require_frames_in_sequence() {
         use Sequence::{Initial, Ok, Repeated, Syncing};
         let rule = rule(0, 15);
         assert_eq!(run(&rule, &[0, 0, 1]), [Initial, Repeated, Ok]);
         assert_eq!(run(&rule, &[0, 0, 0, 1, 2]), [Initial, Repeated, Repeated, Syncing(0), Ok]);
-        let mut state = CounterState::default();
-        let frame = Frame::classic(CanId::Standard(1), &[]).unwrap();
-        state.step(&rule, 0, &frame);
-        state.stand();
-        state.stand();
-        assert_eq!(state.step(&rule, 1, &frame), Syncing(0), "frames that did not come count as well");
     }
 
     #[test]
-    fn a_counter_of_changes_may_stand_while_nothing_changes() {
+    fn equal_frames_may_have_equal_counters_when_counting_changes() {
         use Sequence::{Initial, Ok, WrongSequence};
-        let rule = rule(0, 15).with_counts(Counts::Changes);
+        let rule = rule(0, 15).with_increments_on(IncrementsOn::Changes);
         let mut state = CounterState::default();
         let mut step =
             |value, data: u8| state.step(&rule, value, &Frame::classic(CanId::Standard(1), &[data]).unwrap());
@@ -318,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn counters_that_cannot_run_are_refused() {
+    fn invalid_counters_are_refused() {
         let signal = |length, signed| {
             SignalCodec::new(Layout { start: 0, length, order: ByteOrder::Intel, signed }, 8).unwrap()
         };
@@ -337,35 +333,35 @@ mod tests {
         assert_eq!(negative.value(&frame), u32::MAX, "out of range");
     }
 
-    /// The rule told by walking: how often `next` leads from one value to the other.
+    /// The same results from counting how often `next` leads from one value to the other.
     fn reference(rule: &CounterRule, values: &[u32]) -> Vec<Sequence> {
-        let (mut last, mut standing, mut needed) = (None, 0_u32, 0_u8);
-        let mut told = Vec::new();
+        let (mut last, mut repeats, mut required) = (None, 0_u32, 0_u8);
+        let mut results = Vec::new();
         for value in values.iter().copied() {
             if value < rule.first || value > rule.last {
-                told.push(Sequence::OutOfRange(value));
+                results.push(Sequence::OutOfRange(value));
                 continue;
             }
             let Some(from) = last.replace(value) else {
-                told.push(Sequence::Initial);
+                results.push(Sequence::Initial);
                 continue;
             };
             let walk = std::iter::successors(Some(from), |at| Some(rule.next(*at)));
             let steps = u32::try_from(walk.take_while(|at| *at != value).count()).unwrap();
-            told.push(if steps == 0 {
-                standing += 1;
+            results.push(if steps == 0 {
+                repeats += 1;
                 Sequence::Repeated
             } else if steps > rule.max_step {
-                (standing, needed) = (0, rule.sync_after);
+                (repeats, required) = (0, rule.sync_after);
                 Sequence::WrongSequence { from, to: value }
             } else {
-                if standing > u32::from(rule.tolerated_repeats) {
-                    needed = needed.max(rule.sync_after);
+                if repeats > u32::from(rule.tolerated_repeats) {
+                    required = required.max(rule.sync_after);
                 }
-                standing = 0;
-                match needed.checked_sub(1) {
+                repeats = 0;
+                match required.checked_sub(1) {
                     Some(rest) => {
-                        needed = rest;
+                        required = rest;
                         Sequence::Syncing(rest)
                     }
                     None if steps == 1 => Sequence::Ok,
@@ -373,12 +369,12 @@ mod tests {
                 }
             });
         }
-        told
+        results
     }
 
     proptest! {
         #[test]
-        fn the_counter_does_what_walking_says(
+        fn sequence_agrees_with_counting_steps_one_by_one(
             first in 0_u32..3, more in 1_u32..20, max_step in 1_u32..20, tolerated in 0_u8..4, sync in 0_u8..4,
             steps in prop::collection::vec(prop_oneof![4 => Just(1_u32), 2 => 0_u32..3, 1 => 0_u32..30], 0..200),
         ) {

@@ -1,4 +1,4 @@
-//! What a message must prove, and what became of its frames, in words for people.
+//! Texts for the integrity rules of a message and for the results of its frames.
 
 use std::fmt;
 
@@ -8,19 +8,19 @@ use super::e2e::{E2e, Profile};
 use super::window::E2eState;
 use super::{IntegrityCounts, MessageIntegrity, Protection, Reject};
 
-/// All that is asked for, e.g. `Honda's checksum and a counter of 0 to 3 in steps of at most 2`.
+/// All rules, e.g. `Honda's checksum and a counter of 0 to 3 in steps of at most 2`.
 impl fmt::Display for MessageIntegrity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
         parts.extend(self.length.map(|length| format!("a length of {length} bytes")));
         match &self.protection {
             Protection::Fields { checksum, counter } => {
-                parts.extend(checksum.as_ref().map(|checksum| checksum_words(checksum).to_owned()));
-                parts.extend(counter.as_ref().map(|counter| counter_words(counter.rule())));
+                parts.extend(checksum.as_ref().map(|checksum| checksum_text(checksum).to_owned()));
+                parts.extend(counter.as_ref().map(|counter| counter_text(counter.rule())));
             }
             Protection::E2e { profile, counter } => {
-                parts.push(format!("E2E profile {}", profile_words(profile)));
-                parts.push(counter_words(counter));
+                parts.push(format!("E2E profile {}", profile_name(profile)));
+                parts.push(counter_text(counter));
             }
         }
         parts.extend(self.window.map(|_| "enough good frames in a window".to_owned()));
@@ -28,23 +28,23 @@ impl fmt::Display for MessageIntegrity {
     }
 }
 
-fn checksum_words(checksum: &Checksum) -> &'static str {
+fn checksum_text(checksum: &Checksum) -> &'static str {
     match checksum.rule() {
         Rule::Honda => "Honda's checksum",
         Rule::Psa { .. } => "PSA's checksum",
         Rule::Sum(_) => "a sum of bytes",
         Rule::Xor { .. } => "an exclusive or of bytes",
-        Rule::Crc8(_) => "a CRC of 8 bits",
-        Rule::Crc16(_) => "a CRC of 16 bits",
+        Rule::Crc(crc) if crc.width() == 8 => "a CRC of 8 bits",
+        Rule::Crc(_) => "a CRC of 16 bits",
     }
 }
 
-fn counter_words(rule: &CounterRule) -> String {
+fn counter_text(rule: &CounterRule) -> String {
     let ((first, last), step) = (rule.range(), rule.max_step());
     format!("a counter of {first} to {last} in steps of at most {step}")
 }
 
-fn profile_words(profile: &E2e) -> &'static str {
+fn profile_name(profile: &E2e) -> &'static str {
     match profile.profile() {
         Profile::P01 { .. } => "1",
         Profile::P02 { .. } => "2",
@@ -56,7 +56,7 @@ fn profile_words(profile: &E2e) -> &'static str {
 }
 
 impl IntegrityCounts {
-    /// Rejected frames by reason, in the words of [`Reject::words`]; zeros as well.
+    /// Number of rejected frames for each reason, with the text of [`Reject::reason`]; includes zeros.
     pub fn by_reason(&self) -> [(&'static str, u64); 9] {
         [
             (Reject::Initial, self.initial),
@@ -69,7 +69,7 @@ impl IntegrityCounts {
             (Reject::Syncing(0), self.syncing),
             (Reject::NotValid(E2eState::NoData), self.not_valid),
         ]
-        .map(|(reject, count)| (reject.words(), count))
+        .map(|(reject, count)| (reject.reason(), count))
     }
 }
 
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_rejected_frame_has_its_reason() {
+    fn counts_by_reason_add_up_to_rejected() {
         let counts = IntegrityCounts {
             trusted: 1_000,
             lost: 2_000,

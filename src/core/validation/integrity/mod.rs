@@ -1,8 +1,7 @@
-//! Whether a frame of one message may be believed.
+//! Integrity of the frames of one message: length, checksum, counter, E2E protection.
 //!
-//! Everything that must hold is set up once, as a [`MessageIntegrity`]; a [`IntegrityChecker`] holds what was
-//! seen so far and judges frame by frame. A frame is trusted or it is not: its signals are used all
-//! or none.
+//! The rules are set up once as a [`MessageIntegrity`]; an [`IntegrityChecker`] keeps the state and
+//! checks frame by frame. All signals of a trusted frame are used, and none of a rejected one.
 
 pub mod checksum;
 pub mod counter;
@@ -21,94 +20,94 @@ use counter::{Counter, CounterError, CounterRule, CounterState, Sequence};
 use e2e::{E2e, E2eFault};
 use window::{CheckStatus, E2eState, Window, WindowState};
 
-/// What a message must prove.
+/// Rules that the frames of a message must satisfy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MessageIntegrity {
-    /// The only length that is right, in bytes; `None` = any that has all fields.
+    /// Required length in bytes; `None` = any length that has all fields.
     pub length: Option<usize>,
-    /// What its own bytes must show.
+    /// Checksum and counter of each frame.
     pub protection: Protection,
-    /// What its latest frames together must show; `None` = each frame stands for itself.
+    /// Limits on the latest results together; `None` = each frame is checked by itself.
     pub window: Option<Window>,
-    /// After a silence longer than this, everything starts anew; `None` = never.
+    /// Silence after which the state is reset; `None` = never.
     pub forget_after: Option<Duration>,
 }
 
-/// How a message protects its contents.
+/// Protection of the contents of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Protection {
-    /// In the vehicle maker's own way.
+    /// Checksum and counter signals of the vehicle manufacturer.
     Fields {
-        /// Checksum.
+        /// Checksum over the data; `None` = no checksum.
         checksum: Option<Checksum>,
-        /// Counter.
+        /// Message counter; `None` = no counter.
         counter: Option<Counter>,
     },
-    /// With an AUTOSAR profile; see [`Protection::e2e`].
+    /// An AUTOSAR E2E profile; see [`Protection::e2e`].
     E2e {
-        /// The profile.
+        /// The profile as applied to the message.
         profile: E2e,
-        /// How its counter runs.
+        /// Range and steps of its counter.
         counter: CounterRule,
     },
 }
 
-/// What the guard says of a frame.
+/// Verdict of an [`IntegrityChecker`] on a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum IntegrityVerdict {
-    /// Use it.
+    /// The frame may be used.
     Trusted,
-    /// Do not.
+    /// The frame must not be used.
     Rejected(Reject),
 }
 
-/// Why a frame is not trusted.
+/// Reason why a frame is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reject {
-    /// Too short for its fields, or not the length it must have; bytes.
+    /// The frame is too short for its fields or not of the required length; its length in bytes.
     WrongLength(usize),
-    /// The checksum or CRC is not that of the contents.
+    /// The checksum or CRC differs from that of the contents.
     WrongChecksum {
-        /// In the frame.
+        /// Checksum in the frame.
         stored: u64,
-        /// What it should be.
+        /// Checksum of the contents.
         expected: u64,
     },
-    /// Whole, but another message's Data ID.
+    /// The Data ID belongs to another message.
     WrongDataId {
-        /// In the frame.
+        /// Data ID in the frame.
         stored: u32,
-        /// What it should be.
+        /// Data ID of this message.
         expected: u32,
     },
-    /// A counter outside its range.
+    /// The counter is outside its range.
     CounterOutOfRange(u32),
-    /// The first frame: its counter has nothing to follow.
+    /// The first frame, whose counter has no predecessor.
     Initial,
-    /// The counter has not moved.
+    /// The counter is the same as before.
     Repeated,
-    /// The counter made a step that is not tolerated.
+    /// The counter made a step larger than the tolerated one.
     WrongSequence {
-        /// The value before.
+        /// Counter of the frame before.
         from: u32,
-        /// This value.
+        /// Counter of this frame.
         to: u32,
     },
-    /// In sequence, but after a gap; as many more are needed.
+    /// In sequence after a gap, with the number of frames in sequence still required.
     Syncing(u8),
-    /// Right by itself, but the message as a whole is not yet, or no more, trusted.
+    /// Intact by itself, but the message as a whole is not trusted.
     NotValid(E2eState),
 }
 
 impl Reject {
-    /// What is wrong, in words that stay the same from frame to frame.
-    pub fn words(self) -> &'static str {
+    /// The reason without the numbers of the frame.
+    pub fn reason(self) -> &'static str {
         match self {
             Self::WrongLength(_) => "wrong length",
             Self::WrongChecksum { .. } => "wrong checksum",
             Self::WrongDataId { .. } => "wrong data ID",
             Self::CounterOutOfRange(_) => "counter out of range",
-            Self::Initial => "first frame, its counter has nothing to follow",
+            Self::Initial => "first frame, no counter before it",
             Self::Repeated => "repeated counter",
             Self::WrongSequence { .. } => "counter out of sequence",
             Self::Syncing(_) => "counter not in sequence for long enough",
@@ -117,31 +116,31 @@ impl Reject {
     }
 }
 
-/// With the numbers.
+/// The reason with the numbers of the frame.
 impl fmt::Display for Reject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let words = self.words();
+        let reason = self.reason();
         match self {
-            Self::WrongLength(length) => write!(f, "{words}: {length} bytes"),
+            Self::WrongLength(length) => write!(f, "{reason}: {length} bytes"),
             Self::WrongChecksum { stored, expected } => {
-                write!(f, "{words}: 0x{stored:X}, not 0x{expected:X}")
+                write!(f, "{reason}: 0x{stored:X}, not 0x{expected:X}")
             }
-            Self::WrongDataId { stored, expected } => write!(f, "{words}: 0x{stored:X}, not 0x{expected:X}"),
-            Self::CounterOutOfRange(value) => write!(f, "{words}: {value}"),
-            Self::WrongSequence { from, to } => write!(f, "{words}: {to} after {from}"),
-            Self::Syncing(missing) => write!(f, "{words}: {missing} more needed"),
-            Self::NotValid(phase) => write!(f, "{words}: {phase:?}"),
-            Self::Initial | Self::Repeated => f.write_str(words),
+            Self::WrongDataId { stored, expected } => write!(f, "{reason}: 0x{stored:X}, not 0x{expected:X}"),
+            Self::CounterOutOfRange(value) => write!(f, "{reason}: {value}"),
+            Self::WrongSequence { from, to } => write!(f, "{reason}: {to} after {from}"),
+            Self::Syncing(missing) => write!(f, "{reason}: {missing} more needed"),
+            Self::NotValid(state) => write!(f, "{reason}: {state:?}"),
+            Self::Initial | Self::Repeated => f.write_str(reason),
         }
     }
 }
 
-/// Frames judged since start, by verdict.
+/// Number of checked frames since start, by verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct IntegrityCounts {
-    /// Trusted.
+    /// Trusted frames.
     pub trusted: u64,
-    /// Missing before trusted ones, by their counters; damaged ones are missing too.
+    /// Frames missing before trusted ones according to the counter, damaged ones included.
     pub lost: u64,
     /// [`Reject::WrongLength`].
     pub wrong_length: u64,
@@ -163,19 +162,19 @@ pub struct IntegrityCounts {
     pub not_valid: u64,
 }
 
-/// Judges the frames of one message.
+/// Checks the frames of one message.
 #[derive(Debug, Clone)]
 pub struct IntegrityChecker {
     rules: MessageIntegrity,
     counter: CounterState,
     window: WindowState,
-    /// When the last frame came that was whole and this message's.
-    last_whole: Option<MonoTime>,
+    /// Receive time of the last intact frame of this message.
+    last_intact: Option<MonoTime>,
     counts: IntegrityCounts,
 }
 
 impl Protection {
-    /// A profile with the counter it has, tolerating steps of up to `max_step`.
+    /// A profile with its own counter, tolerating steps of up to `max_step`.
     pub fn e2e(profile: E2e, max_step: u32) -> Result<Self, CounterError> {
         let (first, last) = profile.counter_range();
         let counter = CounterRule::new(first, last)?.with_max_step(max_step)?;
@@ -184,72 +183,64 @@ impl Protection {
 }
 
 impl IntegrityChecker {
-    /// Nothing seen yet.
+    /// A checker that has received no frame.
     pub fn new(rules: MessageIntegrity) -> Self {
         Self {
             rules,
             counter: CounterState::default(),
             window: WindowState::default(),
-            last_whole: None,
+            last_intact: None,
             counts: IntegrityCounts::default(),
         }
     }
 
-    /// Judges the next frame of the message.
+    /// Checks the next frame of the message.
     pub fn check(&mut self, frame: &Frame, now: MonoTime) -> IntegrityVerdict {
-        if let (Some(limit), Some(before)) = (self.rules.forget_after, self.last_whole)
+        if let (Some(limit), Some(before)) = (self.rules.forget_after, self.last_intact)
             && now.since(before) > limit
         {
             self.forget();
         }
-        let alone = self.check_alone(frame);
-        let outcome = outcome(alone);
-        if outcome != CheckStatus::Error {
-            self.last_whole = Some(now);
+        let single = self.check_single(frame);
+        let status = check_status(single);
+        if status != CheckStatus::Error {
+            self.last_intact = Some(now);
         }
-        let together = self.rules.window.map(|window| self.window.step(&window, outcome));
-        let judged = match (alone, together) {
-            (Ok(_), Some(phase @ (E2eState::NoData | E2eState::Init | E2eState::Invalid))) => {
-                Err(Reject::NotValid(phase))
+        let state = self.rules.window.map(|window| self.window.step(&window, status));
+        let result = match (single, state) {
+            (Ok(_), Some(state @ (E2eState::NoData | E2eState::Init | E2eState::Invalid))) => {
+                Err(Reject::NotValid(state))
             }
-            (alone, Some(_) | None) => alone,
+            (single, _) => single,
         };
-        self.counts.add(judged);
-        judged.map_or_else(IntegrityVerdict::Rejected, |_| IntegrityVerdict::Trusted)
+        self.counts.add(result);
+        result.map_or_else(IntegrityVerdict::Rejected, |_| IntegrityVerdict::Trusted)
     }
 
-    /// A frame was due and did not come: counts like a repetition, and as no good one in the window.
-    pub fn no_new_data(&mut self) {
-        self.counter.stand();
-        if let Some(window) = &self.rules.window {
-            self.window.step(window, CheckStatus::NoNewData);
-        }
-    }
-
-    /// Back to the start, e.g. after the bus was lost. Counts stay.
+    /// Resets the state, e.g. after the link was lost, but keeps the counts.
     pub fn forget(&mut self) {
         self.counter = CounterState::default();
         self.window = WindowState::default();
-        self.last_whole = None;
+        self.last_intact = None;
     }
 
-    /// Frames judged so far.
+    /// Number of frames checked so far, by verdict.
     pub fn counts(&self) -> IntegrityCounts {
         self.counts
     }
 
-    /// Where the message as a whole stands; `None` without a window.
-    pub fn phase(&self) -> Option<E2eState> {
-        self.rules.window.is_some().then(|| self.window.phase())
+    /// State of the message as a whole; `None` without a window.
+    pub fn e2e_state(&self) -> Option<E2eState> {
+        self.rules.window.is_some().then(|| self.window.state())
     }
 
-    /// What the message must prove.
+    /// Rules that the frames of the message must satisfy.
     pub fn rules(&self) -> &MessageIntegrity {
         &self.rules
     }
 
-    /// What the frame shows with those before it, apart from the window: frames lost before it.
-    fn check_alone(&mut self, frame: &Frame) -> Result<u32, Reject> {
+    /// Checks the frame without the window; returns the number of frames lost before it.
+    fn check_single(&mut self, frame: &Frame) -> Result<u32, Reject> {
         let length = frame.data().len();
         if self.rules.length.is_some_and(|right| right != length) {
             return Err(Reject::WrongLength(length));
@@ -257,8 +248,7 @@ impl IntegrityChecker {
         match &self.rules.protection {
             Protection::Fields { checksum, counter } => {
                 if let Some(checksum) = checksum {
-                    let (stored, expected) =
-                        checksum.compare(frame.id(), frame).ok_or(Reject::WrongLength(length))?;
+                    let (stored, expected) = checksum.compare(frame).ok_or(Reject::WrongLength(length))?;
                     if stored != expected {
                         return Err(Reject::WrongChecksum {
                             stored: stored.into(),
@@ -296,9 +286,9 @@ fn lost_frames(sequence: Sequence) -> Result<u32, Reject> {
     }
 }
 
-/// What a frame means for the window: AUTOSAR's mapping since release 4.2.
-fn outcome(alone: Result<u32, Reject>) -> CheckStatus {
-    match alone {
+/// Status of a frame for the window: AUTOSAR's mapping since release 4.2.
+fn check_status(single: Result<u32, Reject>) -> CheckStatus {
+    match single {
         Ok(_) | Err(Reject::Syncing(_) | Reject::NotValid(_)) => CheckStatus::Ok,
         Err(Reject::Repeated) => CheckStatus::Repeated,
         Err(Reject::Initial | Reject::WrongSequence { .. }) => CheckStatus::WrongSequence,
@@ -312,7 +302,7 @@ fn outcome(alone: Result<u32, Reject>) -> CheckStatus {
 }
 
 impl IntegrityCounts {
-    /// Frames that were not trusted.
+    /// Total number of rejected frames.
     pub fn rejected(&self) -> u64 {
         self.wrong_length
             + self.wrong_checksum
@@ -325,8 +315,8 @@ impl IntegrityCounts {
             + self.not_valid
     }
 
-    fn add(&mut self, judged: Result<u32, Reject>) {
-        let count = match judged {
+    fn add(&mut self, result: Result<u32, Reject>) {
+        let count = match result {
             Ok(lost) => {
                 self.lost += u64::from(lost);
                 &mut self.trusted

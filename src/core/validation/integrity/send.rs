@@ -1,10 +1,10 @@
-//! The sender's side: the counter values in their order, and frames sealed with them.
+//! The sender's side: counter values in sequence and the protection of frames with them.
 
 use super::Protection;
 use crate::core::can::frame::{CanId, MAX_DATA};
 
 impl Protection {
-    /// The counter value to begin with; 0 where there is no counter.
+    /// The first counter value; 0 without a counter.
     pub fn first_counter(&self) -> u32 {
         match self {
             Self::Fields { counter: Some(counter), .. } => counter.rule().range().0,
@@ -22,18 +22,18 @@ impl Protection {
         }
     }
 
-    /// Puts counter and checksum into the first `length` bytes of `data`; `false` when they do not fit
-    /// there.
+    /// Writes counter and checksum into the first `length` bytes of `data`. Returns `false` when they do
+    /// not fit.
     #[must_use]
     pub fn protect(&self, id: CanId, counter_value: u32, data: &mut [u8; MAX_DATA], length: usize) -> bool {
         match self {
             Self::Fields { checksum, counter } => {
-                let counted = counter
+                let counter_written = counter
                     .as_ref()
                     .is_none_or(|counter| counter.signal().write(counter_value.into(), data).is_ok());
-                let sealed =
+                let checksum_written =
                     |data: &mut [u8]| checksum.as_ref().is_none_or(|checksum| checksum.protect(id, data));
-                counted && data.get_mut(..length).is_some_and(sealed)
+                counter_written && data.get_mut(..length).is_some_and(checksum_written)
             }
             Self::E2e { profile, .. } => {
                 data.get_mut(..length).is_some_and(|data| profile.protect(counter_value, data))

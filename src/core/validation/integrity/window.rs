@@ -1,52 +1,51 @@
-//! AUTOSAR's common E2E state machine: is the message as a whole to be trusted?
+//! AUTOSAR's common E2E state machine, which decides whether a message as a whole can be trusted.
 //!
-//! Single results go into a window of the newest ones. Enough good ones make the message valid,
-//! too many errors or too few good ones make it invalid. Each state has its own window and limits.
+//! Results of single frames enter a window of the newest ones. Enough good ones make the message
+//! valid, too many errors or too few good ones make it invalid. Each state has its own window and
+//! limits.
 
-/// Results the machine can look back on.
+/// Largest window, in results.
 pub const MAX_WINDOW: u8 = 64;
 
-/// What a check found, as far as the machine cares.
+/// Result of checking one frame (AUTOSAR `E2E_PCheckStatusType`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CheckStatus {
-    /// A good frame.
+    /// The frame is intact and in sequence.
     Ok,
-    /// A frame that is damaged or not ours.
+    /// The frame is damaged or belongs to another message.
     Error,
-    /// A whole frame that came before.
+    /// The frame is intact and was received before.
     Repeated,
-    /// A whole frame, out of sequence.
+    /// The frame is intact and out of sequence.
     WrongSequence,
-    /// No frame when one was due.
-    NoNewData,
 }
 
-/// States of the machine.
+/// State of a message (AUTOSAR `E2E_SMStateType`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum E2eState {
-    /// Nothing usable yet.
+    /// No usable frame yet.
     #[default]
     NoData,
-    /// Frames come; not enough good ones yet.
+    /// Frames arrive, but not enough good ones yet.
     Init,
-    /// To be trusted.
+    /// The message is trusted.
     Valid,
-    /// Was not good enough.
+    /// Too many errors or too few good frames.
     Invalid,
 }
 
-/// What keeps or brings the machine into the valid state, seen from one state.
+/// Window and limits of one state for entering or keeping the valid state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Newest results looked at, 1 to [`MAX_WINDOW`].
+    /// Number of newest results in the window, 1 to [`MAX_WINDOW`].
     pub size: u8,
-    /// Good ones needed.
+    /// Least number of good results.
     pub min_ok: u8,
-    /// Errors allowed.
+    /// Largest number of errors.
     pub max_error: u8,
 }
 
-/// Limits of each state.
+/// Limits of all states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
     init: Limits,
@@ -55,45 +54,45 @@ pub struct Window {
     clear_to_invalid: bool,
 }
 
-/// Limits that contradict each other; AUTOSAR's constraints.
+/// Violation of AUTOSAR's constraints on the limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum WindowError {
-    /// A size outside 1 to 64.
+    /// A window size outside 1 to 64.
     #[error("a window holds 1 to 64 results, not {0}")]
     Size(u8),
-    /// Another state's window is longer.
+    /// The window of another state is longer than that of the valid state.
     #[error("the window of the valid state must be the longest")]
     ValidNotLongest,
-    /// More results needed than the window holds.
+    /// More results are required than the window holds.
     #[error("of {size} results, {min_ok} good ones and {max_error} errors cannot be asked for")]
     TooMany {
-        /// Results in the window.
+        /// Number of results in the window.
         size: u8,
-        /// Good ones needed.
+        /// Least number of good results.
         min_ok: u8,
-        /// Errors allowed.
+        /// Largest number of errors.
         max_error: u8,
     },
-    /// Good ones needed: not 1 ≤ valid ≤ init ≤ invalid.
+    /// `min_ok` violates 1 ≤ valid ≤ init ≤ invalid.
     #[error("min_ok must be at least 1 and must not fall from valid to init to invalid")]
     MinOkOrder,
-    /// Errors allowed: not valid ≥ init ≥ invalid.
+    /// `max_error` violates valid ≥ init ≥ invalid.
     #[error("max_error must not rise from valid to init to invalid")]
     MaxErrorOrder,
 }
 
-/// The machine.
+/// The state machine of one message.
 #[derive(Debug, Clone, Default)]
 pub struct WindowState {
-    phase: E2eState,
+    state: E2eState,
     /// The newest result in bit 0.
     ok: u64,
     error: u64,
 }
 
 impl Window {
-    /// Limits for the states of that name. With `clear_to_invalid`, results before a fall into the
-    /// invalid state do not count for the way out of it.
+    /// Limits of the three states. With `clear_to_invalid`, results from before the invalid state do not
+    /// count towards leaving it.
     pub fn new(
         init: Limits,
         valid: Limits,
@@ -120,8 +119,8 @@ impl Window {
         Ok(Self { init, valid, invalid, clear_to_invalid })
     }
 
-    fn limits(&self, phase: E2eState) -> Limits {
-        match phase {
+    fn limits(&self, state: E2eState) -> Limits {
+        match state {
             E2eState::NoData | E2eState::Init => self.init,
             E2eState::Valid => self.valid,
             E2eState::Invalid => self.invalid,
@@ -130,39 +129,37 @@ impl Window {
 }
 
 impl WindowState {
-    /// The state after `outcome`.
-    pub fn step(&mut self, window: &Window, outcome: CheckStatus) -> E2eState {
-        let limits = window.limits(self.phase);
-        self.ok = self.ok << 1 | u64::from(outcome == CheckStatus::Ok);
-        self.error = self.error << 1 | u64::from(outcome == CheckStatus::Error);
+    /// Adds the result of a frame and returns the state after it.
+    pub fn step(&mut self, window: &Window, result: CheckStatus) -> E2eState {
+        let limits = window.limits(self.state);
+        self.ok = self.ok << 1 | u64::from(result == CheckStatus::Ok);
+        self.error = self.error << 1 | u64::from(result == CheckStatus::Error);
         let mask = u64::MAX >> (u64::BITS - u32::from(limits.size));
         let enough = (self.ok & mask).count_ones() >= u32::from(limits.min_ok);
-        let spoilt = (self.error & mask).count_ones() > u32::from(limits.max_error);
-        let next = match self.phase {
-            E2eState::NoData if matches!(outcome, CheckStatus::Error | CheckStatus::NoNewData) => {
-                E2eState::NoData
-            }
-            E2eState::Init if spoilt => E2eState::Invalid,
+        let too_many_errors = (self.error & mask).count_ones() > u32::from(limits.max_error);
+        let next = match self.state {
+            E2eState::NoData if result == CheckStatus::Error => E2eState::NoData,
+            E2eState::Init if too_many_errors => E2eState::Invalid,
             E2eState::Init if enough => E2eState::Valid,
             E2eState::NoData | E2eState::Init => E2eState::Init,
-            E2eState::Valid | E2eState::Invalid if enough && !spoilt => E2eState::Valid,
+            E2eState::Valid | E2eState::Invalid if enough && !too_many_errors => E2eState::Valid,
             E2eState::Valid | E2eState::Invalid => E2eState::Invalid,
         };
-        if next != self.phase {
+        if next != self.state {
             let forget =
-                self.phase == E2eState::NoData || (next == E2eState::Invalid && window.clear_to_invalid);
-            // What the state before did not look at does not count for the next one either.
+                self.state == E2eState::NoData || (next == E2eState::Invalid && window.clear_to_invalid);
+            // Results outside the window of the state before do not count in the next one either.
             let kept = if forget { 0 } else { mask };
             self.ok &= kept;
             self.error &= kept;
         }
-        self.phase = next;
+        self.state = next;
         next
     }
 
-    /// The state now.
-    pub fn phase(&self) -> E2eState {
-        self.phase
+    /// The current state.
+    pub fn state(&self) -> E2eState {
+        self.state
     }
 }
 
@@ -180,21 +177,21 @@ mod tests {
         Window::new(INIT, VALID, INVALID, false).unwrap()
     }
 
-    fn run(window: &Window, outcomes: &[CheckStatus]) -> Vec<E2eState> {
+    fn run(window: &Window, results: &[CheckStatus]) -> Vec<E2eState> {
         let mut state = WindowState::default();
-        outcomes.iter().map(|outcome| state.step(window, *outcome)).collect()
+        results.iter().map(|result| state.step(window, *result)).collect()
     }
 
     #[test]
-    fn a_message_becomes_valid_after_enough_good_frames() {
-        use CheckStatus::{Error, NoNewData, Ok, WrongSequence};
+    fn enough_good_frames_make_message_valid() {
+        use CheckStatus::{Error, Ok, Repeated, WrongSequence};
         use E2eState::{Init, NoData, Valid};
-        let outcomes = [NoNewData, Error, WrongSequence, Ok, NoNewData, Ok];
-        assert_eq!(run(&window(), &outcomes), [NoData, NoData, Init, Init, Init, Valid]);
+        let results = [Error, Error, WrongSequence, Ok, Repeated, Ok];
+        assert_eq!(run(&window(), &results), [NoData, NoData, Init, Init, Init, Valid]);
     }
 
     #[test]
-    fn errors_make_it_invalid_and_good_frames_in_a_row_valid_again() {
+    fn errors_make_message_invalid_and_good_frames_valid_again() {
         use CheckStatus::{Error, Ok};
         use E2eState::{Init, Invalid, Valid};
         let fall = [Ok, Ok, Ok, Error, Error, Error];
@@ -208,27 +205,27 @@ mod tests {
     }
 
     #[test]
-    fn what_the_way_back_did_not_look_at_is_forgotten() {
+    fn results_outside_old_window_are_forgotten() {
         use CheckStatus::{Error, Ok};
         let limits = |size, min_ok, max_error| Limits { size, min_ok, max_error };
         let window = Window::new(limits(2, 1, 0), limits(6, 1, 1), limits(2, 2, 0), false).unwrap();
-        let phases = run(&window, &[Ok, Ok, Error, Error, Ok, Ok, Ok, Ok]);
+        let states = run(&window, &[Ok, Ok, Error, Error, Ok, Ok, Ok, Ok]);
         assert_eq!(
-            phases[3..],
+            states[3..],
             [E2eState::Invalid, E2eState::Invalid, E2eState::Valid, E2eState::Valid, E2eState::Valid]
         );
     }
 
     #[test]
-    fn repetitions_push_the_good_ones_out() {
+    fn repetitions_make_message_invalid() {
         use CheckStatus::{Ok, Repeated};
-        let outcomes = [vec![Ok; 3], vec![Repeated; 5]].concat();
-        let phases = run(&window(), &outcomes);
-        assert_eq!((phases[6], phases[7]), (E2eState::Valid, E2eState::Invalid));
+        let results = [vec![Ok; 3], vec![Repeated; 5]].concat();
+        let states = run(&window(), &results);
+        assert_eq!((states[6], states[7]), (E2eState::Valid, E2eState::Invalid));
     }
 
     #[test]
-    fn contradicting_limits_are_refused() {
+    fn contradictory_limits_are_refused() {
         let refused = |init, valid, invalid| Window::new(init, valid, invalid, false).unwrap_err();
         let limits = |size, min_ok, max_error| Limits { size, min_ok, max_error };
         assert_eq!(refused(limits(0, 0, 0), VALID, INVALID), WindowError::Size(0));
@@ -244,41 +241,41 @@ mod tests {
         assert_eq!(refused(INIT, limits(5, 1, 0), limits(4, 3, 1)), WindowError::MaxErrorOrder);
     }
 
-    /// The machine as the standard tells it: a list of results, counted anew each time.
-    fn reference(window: &Window, outcomes: &[CheckStatus]) -> Vec<E2eState> {
-        let (mut phase, mut list) = (E2eState::NoData, VecDeque::new());
-        let mut phases = Vec::new();
-        for outcome in outcomes {
-            if phase == E2eState::NoData {
-                if !matches!(outcome, CheckStatus::Error | CheckStatus::NoNewData) {
-                    phase = E2eState::Init;
+    /// The state machine as the standard describes it: a list of results, counted again at each step.
+    fn reference(window: &Window, results: &[CheckStatus]) -> Vec<E2eState> {
+        let (mut state, mut list) = (E2eState::NoData, VecDeque::new());
+        let mut states = Vec::new();
+        for result in results {
+            if state == E2eState::NoData {
+                if *result != CheckStatus::Error {
+                    state = E2eState::Init;
                 }
-                phases.push(phase);
+                states.push(state);
                 continue;
             }
-            let Limits { size, min_ok, max_error } = window.limits(phase);
-            list.push_front(*outcome);
+            let Limits { size, min_ok, max_error } = window.limits(state);
+            list.push_front(*result);
             let newest = list.iter().take(size.into());
             let ok = newest.clone().filter(|o| **o == CheckStatus::Ok).count() >= min_ok.into();
             let good = newest.filter(|o| **o == CheckStatus::Error).count() <= max_error.into();
-            let next = match (phase, ok, good) {
+            let next = match (state, ok, good) {
                 (_, _, false) | (E2eState::Valid | E2eState::Invalid, false, _) => E2eState::Invalid,
                 (_, true, true) => E2eState::Valid,
                 (same, ..) => same,
             };
-            if next != phase {
+            if next != state {
                 list.truncate(size.into());
                 if next == E2eState::Invalid && window.clear_to_invalid {
                     list.clear();
                 }
             }
-            phase = next;
-            phases.push(phase);
+            state = next;
+            states.push(state);
         }
-        phases
+        states
     }
 
-    /// Limits in the order they must have; those that still contradict each other are left out.
+    /// Limits in the required order, without those that violate another constraint.
     fn windows() -> impl Strategy<Value = Window> {
         let sizes = (1_u8..10, 1_u8..10, 6_u8..12);
         let needed = (prop::array::uniform3(1_u8..5), prop::array::uniform3(0_u8..4), any::<bool>());
@@ -293,16 +290,16 @@ mod tests {
         )
     }
 
-    fn outcomes() -> impl Strategy<Value = Vec<CheckStatus>> {
-        use CheckStatus::{Error, NoNewData, Ok, Repeated, WrongSequence};
-        let kinds = vec![Ok, Ok, Ok, Ok, Ok, Error, Error, Repeated, WrongSequence, NoNewData];
+    fn results() -> impl Strategy<Value = Vec<CheckStatus>> {
+        use CheckStatus::{Error, Ok, Repeated, WrongSequence};
+        let kinds = vec![Ok, Ok, Ok, Ok, Ok, Error, Error, Repeated, WrongSequence];
         prop::collection::vec(prop::sample::select(kinds), 0..200)
     }
 
     proptest! {
         #[test]
-        fn the_machine_does_what_a_list_of_results_says(window in windows(), outcomes in outcomes()) {
-            prop_assert_eq!(run(&window, &outcomes), reference(&window, &outcomes));
+        fn state_agrees_with_list_of_results(window in windows(), results in results()) {
+            prop_assert_eq!(run(&window, &results), reference(&window, &results));
         }
     }
 }

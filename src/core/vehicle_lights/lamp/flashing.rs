@@ -1,10 +1,10 @@
-//! How fast lamps flash, as far as frames can prove it.
+//! Flash rate of lamps, as far as frames can prove it.
 
 use std::time::Duration;
 
 use crate::core::time::MonoTime;
 
-/// Which lamps a flash showed.
+/// Lamps that were lit during a flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lit {
     Left,
@@ -12,18 +12,18 @@ pub(super) enum Lit {
     Both,
 }
 
-/// What four flashes in a row prove.
+/// Flash rate proven by four flashes in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pace {
-    /// Surely faster than the limit.
+pub(super) enum FlashRate {
+    /// Certainly above the limit.
     Fast,
-    /// Surely not.
+    /// Certainly not above the limit.
     Ordinary,
-    /// Frames are too far apart to say.
-    Unproven,
+    /// Unknown, since frames are too far apart.
+    Unknown,
 }
 
-/// The frames between which a flash began.
+/// Frames between which a flash began.
 #[derive(Debug, Clone, Copy)]
 struct Start {
     last_dark: MonoTime,
@@ -36,7 +36,7 @@ struct Flash {
     lit: Lit,
 }
 
-/// Starts of the last flashes of the same lamps.
+/// Starts of the latest flashes of the same lamps.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Flashes {
     last_dark: Option<MonoTime>,
@@ -45,18 +45,18 @@ pub(super) struct Flashes {
     lit: Option<Lit>,
 }
 
-/// Starts compared: three whole cycles.
+/// Number of starts compared, which span three whole cycles.
 const STARTS: usize = 4;
 
 impl Flashes {
-    /// Takes a frame. At the end of a flash that makes the starts complete, says what they prove.
+    /// Takes a frame. At the end of a flash returns the lamps and their rate; `None` with too few starts.
     pub(super) fn frame(
         &mut self,
         left: bool,
         right: bool,
         now: MonoTime,
         fast: Duration,
-    ) -> Option<(Lit, Pace)> {
+    ) -> Option<(Lit, FlashRate)> {
         let lit = match (left, right) {
             (false, false) => {
                 self.last_dark = Some(now);
@@ -76,7 +76,7 @@ impl Flashes {
         None
     }
 
-    fn ended(&mut self, flash: Flash, fast: Duration) -> Option<(Lit, Pace)> {
+    fn ended(&mut self, flash: Flash, fast: Duration) -> Option<(Lit, FlashRate)> {
         if self.lit != Some(flash.lit) {
             self.lit = Some(flash.lit);
             self.starts = [None; STARTS];
@@ -85,23 +85,23 @@ impl Flashes {
         self.starts[STARTS - 1] = Some(flash.start);
         let [Some(first), .., Some(last)] = self.starts else { return None };
         let three_fast = fast.saturating_mul(3);
-        // The cycles took at most from the dark frame before them, at least up to the last dark one.
-        let pace = if last.first_lit.since(first.last_dark) < three_fast {
-            Pace::Fast
+        // The cycles began after the dark frame before the first start and ended after the last dark frame.
+        let rate = if last.first_lit.since(first.last_dark) < three_fast {
+            FlashRate::Fast
         } else if last.last_dark.since(first.first_lit) >= three_fast {
-            Pace::Ordinary
+            FlashRate::Ordinary
         } else {
-            Pace::Unproven
+            FlashRate::Unknown
         };
-        Some((flash.lit, pace))
+        Some((flash.lit, rate))
     }
 
-    /// The flashing is over: the next flash starts a new series.
-    pub(super) fn over(&mut self) {
+    /// Ends the series, so that the next flash starts a new one.
+    pub(super) fn end_series(&mut self) {
         self.starts = [None; STARTS];
     }
 
-    /// Nothing seen before this counts.
+    /// Discards all frames.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }

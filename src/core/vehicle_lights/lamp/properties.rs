@@ -1,4 +1,4 @@
-//! Lamps against a model that keeps every frame and works each answer out from all of them.
+//! Lamps against a model that evaluates the whole history of frames.
 
 use std::time::Duration;
 
@@ -6,45 +6,46 @@ use proptest::prelude::*;
 
 use super::*;
 
+/// A frame of the history.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct Frame {
     at: MonoTime,
     lamps: Option<(bool, bool)>,
 }
 
-/// The rules as sentences about the history. Only for lamps that are lit in lit frames only.
+/// The rules as statements about the history, for lamps that are lit in lit frames only.
 struct Model<'a> {
     settings: LampSettings,
-    history: &'a [Seen],
+    history: &'a [Frame],
 }
 
 impl Model<'_> {
-    /// Whether frame `index` ends a run of `lamps` that lasted for the confirmation.
+    /// True if frame `index` ends a run of `lamps` of at least the confirmation time.
     fn confirms(&self, index: usize, lamps: (bool, bool)) -> bool {
         let mut last = self.history[index].at;
-        let same = |seen: &&Seen| seen.lamps == Some(lamps) || seen.lamps == Some((false, false));
+        let same = |frame: &&Frame| frame.lamps == Some(lamps) || frame.lamps == Some((false, false));
         let first = self.history[..=index]
             .iter()
             .rev()
             .take_while(same)
-            .filter(|seen| seen.lamps == Some(lamps))
-            .take_while(|seen| {
-                let later = std::mem::replace(&mut last, seen.at);
-                later.since(seen.at) <= self.settings.hold
+            .filter(|frame| frame.lamps == Some(lamps))
+            .take_while(|frame| {
+                let later = std::mem::replace(&mut last, frame.at);
+                later.since(frame.at) <= self.settings.hold
             })
             .last();
-        let first = first.map_or(self.history[index].at, |seen| seen.at);
+        let first = first.map_or(self.history[index].at, |frame| frame.at);
         self.history[index].at.since(first) >= self.settings.confirm
     }
 
     fn lit_within_hold(&self, until: usize, now: MonoTime, lit: impl Fn((bool, bool)) -> bool) -> bool {
-        let fresh = |seen: &&Seen| now.since(seen.at) <= self.settings.hold;
-        self.history[..until].iter().filter(fresh).any(|seen| seen.lamps.is_some_and(&lit))
+        let fresh = |frame: &&Frame| now.since(frame.at) <= self.settings.hold;
+        self.history[..until].iter().filter(fresh).any(|frame| frame.lamps.is_some_and(&lit))
     }
 
-    /// The side last lit alone, unless both or darkness of the sight came since.
+    /// The side that was last lit alone, unless both or an unknown frame followed.
     fn alone(&self, until: usize) -> Option<TurnCode> {
-        self.history[..until].iter().rev().find_map(|seen| match seen.lamps {
+        self.history[..until].iter().rev().find_map(|frame| match frame.lamps {
             Some((false, false)) => None,
             Some((true, false)) => Some(Some(TurnCode::Left)),
             Some((false, true)) => Some(Some(TurnCode::Right)),
@@ -52,7 +53,7 @@ impl Model<'_> {
         })?
     }
 
-    /// What is left of `state` at `now`, with the first `until` frames known.
+    /// The state at `now` that follows from `state` and the first `until` frames.
     fn lasting(&self, state: TurnCode, until: usize, now: MonoTime) -> TurnCode {
         let left = self.lit_within_hold(until, now, |lamps| lamps.0);
         let right = self.lit_within_hold(until, now, |lamps| lamps.1);
@@ -71,10 +72,10 @@ impl Model<'_> {
 
     fn state(&self, now: MonoTime) -> Option<TurnCode> {
         let mut state = TurnCode::Off;
-        for (index, seen) in self.history.iter().enumerate() {
-            state = self.lasting(state, index, seen.at);
-            let confirmed = seen.lamps.is_some_and(|lamps| self.confirms(index, lamps));
-            state = match seen.lamps {
+        for (index, frame) in self.history.iter().enumerate() {
+            state = self.lasting(state, index, frame.at);
+            let confirmed = frame.lamps.is_some_and(|lamps| self.confirms(index, lamps));
+            state = match frame.lamps {
                 Some((true, true)) if confirmed => TurnCode::Both,
                 None | Some((false, false) | (true, true)) => state,
                 Some(_) if state == TurnCode::Both && !confirmed => state,
@@ -88,7 +89,7 @@ impl Model<'_> {
             };
         }
         let state = self.lasting(state, self.history.len(), now);
-        let watched = self.history.iter().rev().take_while(|seen| seen.lamps.is_some()).last()?;
+        let watched = self.history.iter().rev().take_while(|frame| frame.lamps.is_some()).last()?;
         let proven = state != TurnCode::Off || now.since(watched.at) > self.settings.hold;
         proven.then_some(state)
     }
@@ -118,14 +119,14 @@ fn settings(lit_until_changed: bool) -> LampSettings {
 }
 
 fn observe(lamp: &mut Lamp, lamps: Option<(bool, bool)>, now: MonoTime) {
-    lamp.observe(lamps.map(|lamps| lamps.0), lamps.map(|lamps| lamps.1), now);
+    lamp.observe(lamps, now);
 }
 
 fn just_before(time: MonoTime) -> MonoTime {
     MonoTime::from_nanos(time.as_nanos() - 1)
 }
 
-/// Advances to `now` by deadlines; each must be ahead, and nothing may change before it.
+/// Advances to `now` by deadlines, which must lie ahead and before which nothing may change.
 fn wait(lamp: &mut Lamp, now: MonoTime, mut each: impl FnMut(&Lamp, MonoTime)) {
     for _ in 0..20 {
         let answers = (lamp.state(), lamp.findings());
@@ -145,7 +146,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     #[test]
-    fn the_state_is_what_the_whole_history_says(frames in frames()) {
+    fn state_agrees_with_model(frames in frames()) {
         let settings = settings(false);
         let mut lamp = Lamp::new(settings);
         let mut history = vec![];
@@ -156,26 +157,26 @@ proptest! {
                 assert_eq!(lamp.state(), Model { settings, history: &history }.state(due));
             });
             observe(&mut lamp, lamps, now);
-            history.push(Seen { at: now, lamps });
+            history.push(Frame { at: now, lamps });
             let expected = Model { settings, history: &history }.state(now);
             prop_assert_eq!(lamp.state(), expected, "{:?}", history);
         }
     }
 
     #[test]
-    fn no_state_outlasts_its_hold_and_no_hazard_rests_on_one_side(
+    fn state_ends_with_hold_and_hazard_requires_both_sides(
         frames in frames(),
         lit_until_changed: bool,
     ) {
         let settings = settings(lit_until_changed);
         let mut lamp = Lamp::new(settings);
         let mut now = MonoTime::ZERO;
-        // When each was last known lit.
+        // Last time at which each was known to be lit.
         let (mut left, mut right, mut both) = (None, None, None);
         let mut before = None;
         let check = |lamp: &Lamp, now: MonoTime, [left, right, both]: [Option<MonoTime>; 3]| {
-            let fresh = |seen: Option<MonoTime>| {
-                seen.is_some_and(|at: MonoTime| now.since(at) <= settings.hold)
+            let fresh = |frame: Option<MonoTime>| {
+                frame.is_some_and(|at: MonoTime| now.since(at) <= settings.hold)
             };
             assert!(match lamp.state() {
                 Some(TurnCode::Left) => fresh(left),
@@ -186,7 +187,7 @@ proptest! {
         };
         for (step, lamps) in frames {
             let later = now.after(Duration::from_millis(step));
-            let stays = |lit: bool, seen: Option<MonoTime>| if lit && lit_until_changed { Some(later) } else { seen };
+            let stays = |lit: bool, frame: Option<MonoTime>| if lit && lit_until_changed { Some(later) } else { frame };
             let (left_lit, right_lit) = before.unwrap_or_default();
             (left, right, both) =
                 (stays(left_lit, left), stays(right_lit, right), stays(left_lit && right_lit, both));
@@ -207,7 +208,7 @@ proptest! {
     }
 
     #[test]
-    fn one_side_alone_is_never_hazard_nor_the_other_side(
+    fn single_side_is_never_hazard_or_other_side(
         frames in prop::collection::vec((1..500_u64, any::<Option<bool>>()), 0..100),
         lit_until_changed: bool,
     ) {
@@ -215,22 +216,22 @@ proptest! {
         let mut now = MonoTime::ZERO;
         for (step, left) in frames {
             now = now.after(Duration::from_millis(step));
-            lamp.observe(left, Some(false), now);
+            lamp.observe(left.map(|left| (left, false)), now);
             prop_assert!(!matches!(lamp.state(), Some(TurnCode::Both | TurnCode::Right)));
             prop_assert!(!lamp.findings().emergency_flashing && !lamp.findings().bulb_failure.right);
         }
     }
 
     #[test]
-    fn any_times_and_settings_are_taken(
+    fn any_times_and_settings_are_accepted(
         times in prop::collection::vec((any::<u64>(), any::<Option<(bool, bool)>>()), 0..50),
-        hold: u64, confirm: u64, steady: u64, fast: u64, lit_until_changed: bool,
+        hold: u64, confirm: u64, stuck_on: u64, fast: u64, lit_until_changed: bool,
     ) {
         let mut lamp = Lamp::new(LampSettings {
             lit_until_changed,
             hold: Duration::from_nanos(hold),
             confirm: Duration::from_nanos(confirm),
-            stuck_on_after: Duration::from_nanos(steady),
+            stuck_on_after: Duration::from_nanos(stuck_on),
             fast_period: Duration::from_nanos(fast),
         });
         let mut latest = MonoTime::ZERO;

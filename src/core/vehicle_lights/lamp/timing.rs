@@ -1,43 +1,43 @@
-//! How lamps may legally flash, how often a message shows them, and the times that follow.
+//! Times for the evaluation of lamps, from the legal flash rates and the frames of a message.
 //!
 //! Indicators flash 60 to 120 times a minute (UN R48) and are lit 30 to 75 % of that time, so the
-//! longest legal darkness is 0.7 s and the shortest light 0.15 s. Frames see this only now and then:
-//! the last lit frame may come one spacing before the light goes out, the next one a spacing after it
-//! came back. Between two lit frames lie therefore up to 0.7 s and *two* frame spacings.
+//! longest legal dark time is 0.7 s and the shortest lit time 0.15 s. Frames sample them: the last lit
+//! frame may be sent one spacing before the lamp goes out, the next one a spacing after it is lit again.
+//! Between two lit frames lie therefore up to 0.7 s and *two* frame spacings.
 
 use std::time::Duration;
 
 use thiserror::Error;
 
-/// Darkness between two flashes at 60 a minute and 30 % lit: the longest that is legal.
+/// Longest legal dark time between two flashes, at 60 a minute and 30 % lit.
 pub const MAX_DARK: Duration = Duration::from_millis(700);
-/// A flash at 120 a minute and 30 % lit: the shortest that is legal.
+/// Shortest legal flash, at 120 a minute and 30 % lit.
 pub const MIN_LIT: Duration = Duration::from_millis(150);
-/// Slowest cyclic message accepted: at 120 a minute a lamp lit 40 % of the time still shows in each
-/// flash. Ordinary flashers are lit about half the time.
+/// Longest accepted period of a cyclic message. At 120 a minute it shows each flash of a lamp that is lit
+/// 40 % of the time; ordinary lamps are lit about half the time.
 pub const MAX_PERIOD: Duration = Duration::from_millis(200);
-/// Both lamps lit this long are not a switch-over any more; shorter than [`MIN_LIT`], so that the
-/// first common flash is enough where frames are fast.
+/// Time for which both lamps must be lit to exclude a change of sides; shorter than [`MIN_LIT`], so that
+/// the first common flash is enough with fast frames.
 const DEFAULT_CONFIRM: Duration = Duration::from_millis(100);
-/// First dark after the switch at the latest (UN R48); the longest legal flash is half of it.
+/// Latest end of the first flash after switching on (UN R48); the longest legal flash is half of it.
 const DEFAULT_STUCK_ON_AFTER: Duration = Duration::from_millis(1500);
-/// 135 flashes a minute: above the legal 120, below twice any rate from 68 on.
+/// Period of 135 flashes a minute, above the legal 120 and below twice any rate from 68 on.
 const DEFAULT_FAST_PERIOD: Duration = Duration::from_millis(444);
 
-/// How often a message shows the lamps.
+/// Sampling of the lamps by a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sampling {
-    /// Sent again and again, whatever the lamps do.
+    /// Sent periodically, whatever the lamps do.
     Cyclic {
-        /// Time from frame to frame.
+        /// Nominal time between two frames.
         period: Duration,
-        /// By how much more two frames may be apart.
+        /// Largest additional time between two frames.
         jitter: Duration,
     },
-    /// A frame at every change of a lamp: a lit lamp is lit until a frame says otherwise. Slow
-    /// repetitions beside it do no harm.
+    /// Sent at every change of a lamp, so that a lit lamp stays lit until a frame shows it dark. Slow
+    /// repetitions in addition do no harm.
     OnChange {
-        /// Longest time from a change to its frame.
+        /// Longest time between a change and its frame.
         latency: Duration,
     },
 }
@@ -48,7 +48,7 @@ impl Sampling {
         Self::Cyclic { period, jitter: period / 10 }
     }
 
-    /// Longest time from what a lamp does to the frame that shows it.
+    /// Longest time between a change of a lamp and the frame that shows it.
     pub fn spacing(self) -> Duration {
         match self {
             Self::Cyclic { period, jitter } => period.saturating_add(jitter),
@@ -56,27 +56,25 @@ impl Sampling {
         }
     }
 
-    /// Longest time between two frames that show a legally flashing lamp lit; for a message with
-    /// frames further apart than the shortest flash, with one flash fallen between them.
-    ///
-    /// A hold must be at least this long.
+    /// Longest time between two frames that show a legally flashing lamp lit, which a hold time must not
+    /// undercut. Where the spacing exceeds the shortest flash, it includes one missed flash.
     pub fn longest_unlit(self) -> Duration {
         let spacing = self.spacing();
         let between = MAX_DARK.saturating_add(spacing.saturating_mul(2));
         if spacing <= MIN_LIT || matches!(self, Self::OnChange { .. }) {
             return between;
         }
-        // A flash shorter than the spacing can be missed. The slowest such lamp, 30 % lit, has a
-        // cycle of spacing / 0.3; its darkness lasts 0.7 cycles, then the missed cycle is added.
+        // A flash shorter than the spacing can be missed. The slowest such lamp, 30 % lit, has a cycle of
+        // spacing / 0.3; its dark time lasts 0.7 cycles, and the missed cycle is added.
         let missed = (spacing.saturating_mul(17) / 3).saturating_add(spacing.saturating_mul(2));
         missed.max(between)
     }
 
-    /// The hold to use when the profile states none: [`Self::longest_unlit`], and in a cyclic message
-    /// at least the longest darkness with three spacings, so that one lost frame is bridged.
+    /// Default hold time: [`Self::longest_unlit`] and, for a cyclic message, at least the longest dark
+    /// time with three spacings, so that one lost frame is bridged.
     ///
-    /// A lost frame that was the only one to show its flash is not bridged. At 30 % lit that needs
-    /// frames more than 75 ms apart, at 50 % lit more than 125 ms.
+    /// A lost frame that was the only one to show its flash is not bridged. That happens with frames more
+    /// than 75 ms apart at 30 % lit, and more than 125 ms at 50 % lit.
     pub fn default_hold(self) -> Duration {
         let one_lost = match self {
             Self::Cyclic { .. } => MAX_DARK.saturating_add(self.spacing().saturating_mul(3)),
@@ -86,40 +84,39 @@ impl Sampling {
     }
 }
 
-/// How surely a message shows blinking.
+/// Resolution with which a message shows flashes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Resolution {
-    /// Each legal flash shows in at least one frame.
+    /// At least one frame shows each legal flash.
     EveryFlash,
-    /// Flashes shorter than the frame spacing can fall between frames. One at a time is bridged; a
-    /// lamp in step with the frames (such as 100 a minute, 30 % lit, in a 200 ms message) can stay
-    /// unseen. Worth a warning.
+    /// Flashes shorter than the frame spacing can fall between frames. A single one is bridged; a lamp in
+    /// step with the frames (such as 100 a minute, 30 % lit, in a 200 ms message) can stay undetected.
     ShortFlashesMayFallBetween,
 }
 
-/// Why blinking cannot be told from being off.
+/// Reason why a flashing lamp cannot be distinguished from a dark one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Unresolvable {
-    /// The message is too slow for any hold.
+    /// The message is too slow for any hold time.
     #[error(
-        "a lamp in a message sent every {period:?} cannot be told from a dark one (at most {MAX_PERIOD:?}): \
-         bind a logical or request signal, or a message sent at each change"
+        "a flashing lamp in a message sent every {period:?} cannot be distinguished from a dark one (at most \
+         {MAX_PERIOD:?}): bind a logical or request signal, or a message sent at each change"
     )]
     TooSlow {
-        /// Its period.
+        /// Period of the message.
         period: Duration,
     },
-    /// The hold ends within the darkness of a legal flash.
-    #[error("a hold of {hold:?} is shorter than the darkness frames may show: at least {needed:?}")]
+    /// The hold time is shorter than the dark time that frames may show.
+    #[error("a hold of {hold:?} is shorter than the dark time frames may show: at least {needed:?}")]
     HoldTooShort {
-        /// The hold.
+        /// Hold time of the profile.
         hold: Duration,
-        /// The least that is accepted.
+        /// Shortest accepted hold time.
         needed: Duration,
     },
 }
 
-/// Whether a lamp in this message can be turned into a logical state with this hold.
+/// Checks that a lamp in this message can be evaluated with this hold time.
 pub fn resolvable(sampling: Sampling, hold: Duration) -> Result<Resolution, Unresolvable> {
     match sampling {
         Sampling::Cyclic { period, .. } if period > MAX_PERIOD => {
@@ -135,23 +132,23 @@ pub fn resolvable(sampling: Sampling, hold: Duration) -> Result<Resolution, Unre
     Ok(if every { Resolution::EveryFlash } else { Resolution::ShortFlashesMayFallBetween })
 }
 
-/// Times by which lamps are read.
+/// Times for the evaluation of lamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LampSettings {
-    /// Whether a lit lamp is lit until a frame says otherwise ([`Sampling::OnChange`]).
+    /// True if a lit lamp stays lit until a frame shows it dark ([`Sampling::OnChange`]).
     pub lit_until_changed: bool,
-    /// How long a side stays on after it was last seen lit.
+    /// Time for which a side stays on after its last lit frame.
     pub hold: Duration,
-    /// How long both lamps must be lit together to mean hazard, and one alone to end it.
+    /// Time for which both lamps must be lit to mean hazard, and a single one to end it.
     pub confirm: Duration,
-    /// Longest time a lamp may be lit without a dark frame.
+    /// Longest time for which a lamp may be lit without a dark frame.
     pub stuck_on_after: Duration,
-    /// A mean flash cycle below this is too fast for an ordinary flasher.
+    /// Mean flash period below which a lamp flashes too fast.
     pub fast_period: Duration,
 }
 
 impl LampSettings {
-    /// What follows from the law and the message, when the profile states nothing else.
+    /// Defaults from the legal flash rates and the sampling of the message.
     pub fn for_message(sampling: Sampling) -> Self {
         Self {
             lit_until_changed: matches!(sampling, Sampling::OnChange { .. }),
@@ -172,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn defaults_follow_from_the_longest_darkness_and_the_frames() {
+    fn default_hold_follows_from_longest_dark_time_and_spacing() {
         let table = [(20, 766), (50, 865), (100, 1030), (130, 1129), (200, 1686)];
         for (period, hold) in table {
             let sampling = Sampling::cyclic(ms(period));
@@ -183,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_too_slow_for_blinking_is_refused_whatever_the_hold() {
+    fn message_too_slow_for_flashes_is_refused_with_any_hold() {
         for period in [201, 250, 500, 1000] {
             let refused = resolvable(Sampling::cyclic(ms(period)), ms(60_000));
             assert_eq!(refused, Err(Unresolvable::TooSlow { period: ms(period) }));
@@ -191,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hold_shorter_than_the_darkness_is_refused_to_the_nanosecond() {
+    fn hold_shorter_than_dark_time_is_refused() {
         for sampling in [Sampling::cyclic(ms(100)), Sampling::OnChange { latency: ms(20) }] {
             let needed = sampling.longest_unlit();
             let hold = needed.saturating_sub(Duration::from_nanos(1));
@@ -201,14 +198,14 @@ mod tests {
     }
 
     #[test]
-    fn frames_further_apart_than_the_shortest_flash_are_worth_a_warning() {
+    fn spacing_above_shortest_flash_may_miss_flashes() {
         let of = |period| resolvable(Sampling::cyclic(ms(period)), ms(2000));
         assert_eq!(of(136), Ok(Resolution::EveryFlash));
         assert_eq!(of(137), Ok(Resolution::ShortFlashesMayFallBetween));
     }
 
     #[test]
-    fn no_duration_makes_it_panic() {
+    fn any_duration_is_checked_without_panic() {
         for sampling in [Sampling::cyclic(Duration::MAX), Sampling::OnChange { latency: Duration::MAX }] {
             assert!(sampling.default_hold() >= MAX_DARK);
             assert!(resolvable(sampling, Duration::MAX).is_ok() || sampling.spacing() > MAX_PERIOD);

@@ -1,11 +1,13 @@
-//! A hazard button that springs back: each press turns the lights on or off.
+//! A momentary hazard button, of which each press switches the lights on or off.
 
 use std::time::Duration;
 
+use super::super::state::StateMachine;
 use super::visibility::{Gap, Visibility};
 use crate::core::time::MonoTime;
 
-/// The button and what it has asked for.
+/// State machine of a hazard button. Its state is whether the lights are on; they are assumed off at
+/// start and after a gap that could hide a press.
 #[derive(Debug, Clone)]
 pub struct HazardToggle {
     visibility: Visibility,
@@ -14,40 +16,40 @@ pub struct HazardToggle {
 }
 
 impl HazardToggle {
-    /// Nothing seen yet. `max_gap` and `settle` as in [`super::StalkSettings`]: the lights are taken to
-    /// be off at start and after blindness.
+    /// A button without any frame. `max_gap` and `startup_delay` as in [`super::StalkSettings`].
     pub fn new(max_gap: Duration, startup_delay: Duration) -> Self {
         Self { visibility: Visibility::new(max_gap, startup_delay), pressed: false, on: false }
     }
+}
 
-    /// Takes a frame: `true` = pressed, `None` = unknown, also when the last frame is no longer
-    /// believed. A `now` before the last one counts as the last one.
-    pub fn observe(&mut self, pressed: Option<bool>, now: MonoTime) {
+impl StateMachine for HazardToggle {
+    /// True if the button is pressed.
+    type Input = bool;
+    type State = bool;
+
+    fn observe(&mut self, pressed: Option<bool>, now: MonoTime) {
         self.advance(now);
         let Some(pressed) = pressed else {
-            self.visibility.mark_unseen();
+            self.visibility.unknown_frame();
             return;
         };
-        if self.visibility.mark_seen() == Gap::CouldHideAPress {
-            // A button already pressed at first sight was not seen being pressed.
+        if self.visibility.known_frame() == Gap::CouldHideAPress {
+            // A button that is already pressed in the first frame was pressed before it.
             (self.pressed, self.on) = (pressed, false);
         }
         self.on ^= pressed && !self.pressed;
         self.pressed = pressed;
     }
 
-    /// Lets time pass without a frame.
-    pub fn advance(&mut self, now: MonoTime) {
+    fn advance(&mut self, now: MonoTime) {
         self.visibility.advance(now);
     }
 
-    /// Whether the lights were last turned on; `None` while that cannot be known.
-    pub fn state(&self) -> Option<bool> {
+    fn state(&self) -> Option<bool> {
         self.visibility.is_known().then_some(self.on)
     }
 
-    /// When to call [`Self::advance`] with no frame coming.
-    pub fn next_deadline(&self) -> Option<MonoTime> {
+    fn next_deadline(&self) -> Option<MonoTime> {
         self.visibility.next_deadline()
     }
 }
@@ -75,17 +77,21 @@ mod tests {
     }
 
     #[test]
-    fn it_is_unknown_until_watched_for_the_settling_time() {
+    fn state_is_unknown_until_startup_delay() {
         let mut button = button();
         assert_eq!((button.state(), button.next_deadline()), (None, None));
         button.observe(Some(true), at(10));
         assert_eq!((button.state(), button.next_deadline()), (None, Some(at(1010))));
         button.advance(at(1010));
-        assert_eq!((button.state(), button.next_deadline()), (Some(false), None), "not seen being pressed");
+        assert_eq!(
+            (button.state(), button.next_deadline()),
+            (Some(false), None),
+            "pressed before the first frame"
+        );
     }
 
     #[test]
-    fn a_short_blindness_is_bridged_and_a_long_one_forgets() {
+    fn gap_up_to_max_gap_is_bridged_and_longer_one_resets() {
         for (gap, afterwards) in [(100, Some(true)), (101, None)] {
             let mut button = button();
             button.observe(Some(false), at(0));

@@ -1,4 +1,4 @@
-//! A momentary stalk under a hand, on virtual time.
+//! Cases of a momentary stalk on virtual time.
 
 use std::time::Duration;
 
@@ -13,12 +13,12 @@ fn at(millis: u64) -> MonoTime {
     MonoTime::from_millis(millis)
 }
 
-/// What comes of frames given as time in ms and position: changes of state, with the time in ms.
+/// Changes of state with their times in ms, from frames as times in ms and positions.
 fn play(settings: StalkSettings, frames: &[(u64, Option<StalkPosition>)]) -> Vec<(u64, Option<TurnCode>)> {
     let mut stalk = MomentaryStalk::new(settings);
     let mut changes = vec![];
     let mut before = None;
-    let mut note = |stalk: &MomentaryStalk, now: MonoTime| {
+    let mut record = |stalk: &MomentaryStalk, now: MonoTime| {
         if stalk.state() != before {
             before = stalk.state();
             changes.push((now.as_nanos() / 1_000_000, before));
@@ -33,17 +33,17 @@ fn play(settings: StalkSettings, frames: &[(u64, Option<StalkPosition>)]) -> Vec
             stalk.advance(MonoTime::from_nanos(due.as_nanos() - 1));
             assert_eq!(stalk.state(), state, "nothing before the deadline");
             stalk.advance(due);
-            note(&stalk, due);
+            record(&stalk, due);
         }
         if let Some(position) = position {
             stalk.observe(position, at(millis));
-            note(&stalk, at(millis));
+            record(&stalk, at(millis));
         }
     }
     changes
 }
 
-/// The same from known rest, without that rest, all positions known, and states never unknown.
+/// The same from a known idle position, with all positions and states known.
 fn press(settings: StalkSettings, frames: &[(u64, StalkPosition)]) -> Vec<(u64, TurnCode)> {
     let known = frames.iter().map(|(millis, position)| (*millis, Some(*position)));
     let frames: Vec<_> = std::iter::once((0, Some(Idle))).chain(known).collect();
@@ -52,7 +52,7 @@ fn press(settings: StalkSettings, frames: &[(u64, StalkPosition)]) -> Vec<(u64, 
 }
 
 #[test]
-fn a_tap_blinks_for_the_comfort_time_counted_or_given() {
+fn tap_flashes_for_comfort_duration() {
     let tap = [(1000, LeftHalf), (1200, Idle)];
     let times = [
         (Comfort::Flashes { count: 3, per_minute: 90 }, 2000),
@@ -67,30 +67,30 @@ fn a_tap_blinks_for_the_comfort_time_counted_or_given() {
 }
 
 #[test]
-fn a_tap_held_longer_blinks_until_let_go() {
+fn held_tap_flashes_until_release() {
     let held = [(1000, RightHalf), (9000, Idle)];
     assert_eq!(press(StalkSettings::default(), &held), [(1000, Right), (9000, Off)]);
 }
 
 #[test]
-fn without_comfort_blinking_a_tap_counts_while_held() {
+fn tap_without_comfort_flashing_lasts_while_held() {
     let comfort = Comfort::Flashes { count: 0, per_minute: 0 };
     let settings = StalkSettings { comfort, ..StalkSettings::default() };
     assert_eq!(press(settings, &[(1000, RightHalf), (1500, Idle)]), [(1000, Right), (1500, Off)]);
 }
 
 #[test]
-fn a_full_press_lasts_with_or_without_a_frame_of_the_half_detent() {
+fn full_press_latches_with_or_without_half_detent_frame() {
     let frames = [(1000, LeftHalf), (1100, LeftFull), (1200, LeftHalf), (1300, Idle)];
     assert_eq!(press(StalkSettings::default(), &frames), [(1000, Left)]);
     assert_eq!(press(StalkSettings::default(), &[(1000, LeftFull), (1200, Idle)]), [(1000, Left)]);
 }
 
-/// Name, rules, what follows a full press to the left, what comes of it.
+/// Name, rules, positions after a full press to the left, changes of state.
 type Case<'a> = (&'a str, StalkSettings, &'a [(u64, StalkPosition)], &'a [(u64, TurnCode)]);
 
 #[test]
-fn each_way_to_end_a_full_press() {
+fn full_press_ends_by_each_rule() {
     use OppositePress::{Cancels, Switches};
     let rules = |opposite_half, opposite_full, repeat| StalkSettings {
         opposite_half,
@@ -115,7 +115,7 @@ fn each_way_to_end_a_full_press() {
             &[(5000, Off)],
         ),
         (
-            "opposite tap may switch to comfort blinking",
+            "opposite tap may switch to comfort flashing",
             rules(Switches, Switches, RepeatedPress::Cancels),
             &[(5000, RightHalf), (5200, Idle)],
             &[(5000, Right), (7000, Off)],
@@ -134,7 +134,7 @@ fn each_way_to_end_a_full_press() {
             &[],
         ),
         (
-            "a limit after letting go",
+            "a limit after the release",
             StalkSettings { max_on: Some(ms(30_000)), ..usual },
             &[],
             &[(31_500, Off)],
@@ -147,7 +147,7 @@ fn each_way_to_end_a_full_press() {
 }
 
 #[test]
-fn a_second_tap_starts_comfort_blinking_anew_and_a_full_press_makes_it_last() {
+fn second_tap_restarts_comfort_flashing_and_full_press_latches() {
     let again = [(1000, LeftHalf), (1100, Idle), (2000, LeftHalf), (2100, Idle)];
     assert_eq!(press(StalkSettings::default(), &again), [(1000, Left), (4000, Off)]);
     let full = [(1000, LeftHalf), (1100, Idle), (2000, LeftFull), (2100, Idle)];
@@ -155,26 +155,26 @@ fn a_second_tap_starts_comfort_blinking_anew_and_a_full_press_makes_it_last() {
 }
 
 #[test]
-fn an_opposite_tap_ends_comfort_blinking() {
+fn opposite_tap_ends_comfort_flashing() {
     let frames = [(1000, LeftHalf), (1100, Idle), (1500, RightHalf), (1600, Idle)];
     assert_eq!(press(StalkSettings::default(), &frames), [(1000, Left), (1500, Off)]);
 }
 
 #[test]
-fn a_stalk_thrown_over_without_a_frame_of_rest_is_two_presses() {
+fn change_of_sides_without_idle_frame_is_two_presses() {
     let frames = [(1000, LeftFull), (1100, RightFull), (1200, Idle)];
     assert_eq!(press(StalkSettings::default(), &frames), [(1000, Left), (1100, Right)]);
 }
 
 #[test]
-fn it_is_unknown_at_start_until_watched_for_the_settling_time() {
+fn state_is_unknown_until_startup_delay() {
     assert_eq!(play(StalkSettings::default(), &[(10, Some(Idle))]), [(4010, Some(Off))]);
     let pressed = [(10, Some(LeftFull)), (500, Some(Idle))];
     assert_eq!(play(StalkSettings::default(), &pressed), [(4010, Some(Left))]);
 }
 
 #[test]
-fn a_short_blindness_is_bridged_and_a_long_one_forgets() {
+fn gap_up_to_max_gap_is_bridged_and_longer_one_resets() {
     let settings = StalkSettings { startup_delay: ms(1000), ..StalkSettings::default() };
     let gap = |millis: u64| {
         let frames = [
@@ -191,7 +191,7 @@ fn a_short_blindness_is_bridged_and_a_long_one_forgets() {
 }
 
 #[test]
-fn a_latched_stalk_says_what_it_shows() {
+fn latched_stalk_requests_its_position() {
     let shown = [Idle, LeftHalf, LeftFull, RightHalf, RightFull].map(StalkPosition::latched);
     assert_eq!(shown, [Off, Left, Left, Right, Right]);
 }

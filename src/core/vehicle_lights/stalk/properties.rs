@@ -1,4 +1,4 @@
-//! A momentary stalk against a model that keeps the whole history as a list of presses.
+//! A momentary stalk against a model that evaluates the whole history as a list of presses.
 
 use std::time::Duration;
 
@@ -6,18 +6,18 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// One press: side, whether it got to the full detent and when, its begin, and its release.
+/// One press with its side and the times of its start, of the full detent and of its release, in ms.
 #[derive(Debug, Clone, Copy)]
-struct Stroke {
+struct PressRecord {
     left: bool,
     begin: u64,
     full: Option<u64>,
     release: Option<u64>,
 }
 
-/// Presses up to and including `now`, in ms, from frames that are all known.
-fn strokes(frames: &[(u64, StalkPosition)], now: u64) -> Vec<Stroke> {
-    let mut strokes: Vec<Stroke> = vec![];
+/// Presses up to and including `now` in ms, from known positions.
+fn presses(frames: &[(u64, StalkPosition)], now: u64) -> Vec<PressRecord> {
+    let mut presses: Vec<PressRecord> = vec![];
     let mut held: Option<bool> = None;
     for (millis, position) in frames.iter().copied().filter(|(millis, _)| *millis <= now) {
         let (side, full) = match position {
@@ -29,27 +29,27 @@ fn strokes(frames: &[(u64, StalkPosition)], now: u64) -> Vec<Stroke> {
         };
         if side != held {
             if let (Some(_), None) = (held, side) {
-                strokes.last_mut().unwrap().release = Some(millis);
+                presses.last_mut().unwrap().release = Some(millis);
             }
             if let Some(left) = side {
-                strokes.push(Stroke { left, begin: millis, full: None, release: None });
+                presses.push(PressRecord { left, begin: millis, full: None, release: None });
             }
             held = side;
         }
         if full {
-            strokes.last_mut().unwrap().full.get_or_insert(millis);
+            presses.last_mut().unwrap().full.get_or_insert(millis);
         }
     }
-    strokes
+    presses
 }
 
-/// What is on: side, whether it lasts, and the last ms it is on.
+/// A request: its side, whether it is latched, and its last instant in ms.
 type On = Option<(bool, bool, u64)>;
 
-/// What is on after all strokes, at `now`.
-fn expected(settings: StalkSettings, strokes: &[Stroke], now: u64) -> On {
-    let (last, earlier) = strokes.split_last()?;
-    // What was on when the last stroke began, had nothing come after the earlier ones.
+/// Request at `now` after all presses.
+fn expected(settings: StalkSettings, presses: &[PressRecord], now: u64) -> On {
+    let (last, earlier) = presses.split_last()?;
+    // The request at the start of the last press, from the earlier ones alone.
     let before = expected(settings, earlier, last.begin);
     let comfort = u64::try_from(settings.comfort.duration().as_millis()).unwrap();
     let limit = |from: u64| match settings.max_on {
@@ -65,8 +65,8 @@ fn expected(settings: StalkSettings, strokes: &[Stroke], now: u64) -> On {
         Some((_, true, _)) => (settings.repeat == RepeatedPress::Keeps).then_some(lasting),
         Some(_) | None => Some(fresh),
     };
-    // A stroke never let go before the next one lasts until then. At its release comfort that is
-    // over ends in the same instant.
+    // A press without a release before the next one lasts until then. Comfort flashing that has ended
+    // by the release ends at that instant.
     let ended = |(_, lasting, until): (bool, bool, u64)| match last.release {
         Some(release) if !lasting && until == release && last.begin + comfort < release => now >= until,
         Some(_) => now > until,
@@ -106,7 +106,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 
     #[test]
-    fn the_state_is_what_the_list_of_presses_says(
+    fn state_agrees_with_list_of_presses(
         settings in all_settings(),
         steps in prop::collection::vec((prop_oneof![3 => 0..400_u64, 1 => 400..4000_u64], positions()), 1..40),
     ) {
@@ -119,19 +119,19 @@ proptest! {
             // Times between frames, too: in ms, and a deadline falls a nanosecond after one.
             for millis in (now..next).step_by(97).filter(|_| !frames.is_empty()) {
                 stalk.advance(MonoTime::from_millis(millis));
-                let on = expected(settings, &strokes(&frames, millis), millis);
+                let on = expected(settings, &presses(&frames, millis), millis);
                 prop_assert_eq!(stalk.state(), Some(code(on)), "between frames, {} ms {:?}", millis, frames);
             }
             now = next;
             stalk.observe(Some(position), MonoTime::from_millis(now));
             frames.push((now, position));
-            let on = expected(settings, &strokes(&frames, now), now);
+            let on = expected(settings, &presses(&frames, now), now);
             prop_assert_eq!(stalk.state(), Some(code(on)), "{} ms {:?}", now, frames);
         }
     }
 
     #[test]
-    fn a_side_is_on_only_after_a_press_to_it_and_never_while_unseen(
+    fn side_is_requested_only_after_press_and_known_position(
         settings in all_settings(),
         steps in prop::collection::vec((any::<u64>(), prop::option::weighted(0.8, positions())), 0..40),
     ) {

@@ -1,27 +1,28 @@
-//! Whether a control was watched well enough to know what it was used for.
+//! Observation of a momentary control, and whether an earlier press can have been missed.
 
 use std::time::Duration;
 
 use crate::core::time::MonoTime;
 
+/// Observation state of a control.
 #[derive(Debug, Clone)]
 pub(super) struct Visibility {
     max_gap: Duration,
     startup_delay: Duration,
     now: MonoTime,
     state: ControlState,
-    /// Since when no use can have been missed.
+    /// Time since which no press can have been missed.
     since: MonoTime,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ControlState {
-    Never,
-    Now,
-    Lost(MonoTime),
+    NeverObserved,
+    Observed,
+    LostAt(MonoTime),
 }
 
-/// What happened before the control came into sight again.
+/// Gap before a known position of the control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gap {
     TooShortForAPress,
@@ -34,46 +35,50 @@ impl Visibility {
             max_gap,
             startup_delay,
             now: MonoTime::ZERO,
-            state: ControlState::Never,
+            state: ControlState::NeverObserved,
             since: MonoTime::ZERO,
         }
     }
 
-    /// The latest time heard of: it never runs backwards.
+    /// The latest time of any call, which never runs backwards.
     pub(super) fn now(&self) -> MonoTime {
         self.now
     }
 
+    /// Lets time pass.
     pub(super) fn advance(&mut self, now: MonoTime) {
         self.now = self.now.max(now);
     }
 
-    pub(super) fn mark_unseen(&mut self) {
-        if self.state == ControlState::Now {
-            self.state = ControlState::Lost(self.now);
+    /// Takes a frame with an unknown position.
+    pub(super) fn unknown_frame(&mut self) {
+        if self.state == ControlState::Observed {
+            self.state = ControlState::LostAt(self.now);
         }
     }
 
-    pub(super) fn mark_seen(&mut self) -> Gap {
-        let hidden = match std::mem::replace(&mut self.state, ControlState::Now) {
-            ControlState::Now => false,
-            ControlState::Never => true,
-            ControlState::Lost(at) => self.now.since(at) > self.max_gap,
+    /// Takes a frame with a known position and returns the gap before it.
+    pub(super) fn known_frame(&mut self) -> Gap {
+        let could_hide_press = match std::mem::replace(&mut self.state, ControlState::Observed) {
+            ControlState::Observed => false,
+            ControlState::NeverObserved => true,
+            ControlState::LostAt(at) => self.now.since(at) > self.max_gap,
         };
-        if !hidden {
+        if !could_hide_press {
             return Gap::TooShortForAPress;
         }
         self.since = self.now;
         Gap::CouldHideAPress
     }
 
+    /// True if the control has been observed for the startup delay without a missed press.
     pub(super) fn is_known(&self) -> bool {
-        self.state == ControlState::Now && self.now.since(self.since) >= self.startup_delay
+        self.state == ControlState::Observed && self.now.since(self.since) >= self.startup_delay
     }
 
-    /// When it becomes known with nothing happening.
+    /// The instant at which [`Self::is_known`] becomes true without an event; `None` = never.
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {
-        let settled = self.since.after(self.startup_delay);
-        (self.state == ControlState::Now && settled > self.now).then_some(settled)
+        let known_at = self.since.after(self.startup_delay);
+        (self.state == ControlState::Observed && known_at > self.now).then_some(known_at)
     }
 }

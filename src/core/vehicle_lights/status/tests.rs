@@ -1,8 +1,8 @@
-//! Counts and texts of a status, case by case.
+//! Counts and texts of a status.
 
 use std::time::Duration;
 
-use super::super::binding::{Sources, TurnSource};
+use super::super::binding::{HazardBinding, Sources, TurnBinding, TurnSource};
 use super::super::report::Publish;
 use super::super::state::TurnCode;
 use super::*;
@@ -17,7 +17,7 @@ use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, Ro
 
 const TURN: Task = Task::TurnIndicators;
 
-/// A byte that says 0 off, 1 left, 15 not available, 14 fault; hazard is not visible.
+/// A byte with 0 = off, 1 = left, 15 = not available, 14 = fault; hazard lights are unbound.
 fn binding() -> LightsBinding {
     let byte = Layout { start: 0, length: 8, order: ByteOrder::Intel, signed: false };
     let values = [
@@ -71,7 +71,7 @@ impl Bench {
         Self { lights, buses: [Bus::new(settings, LinkState::Up)] }
     }
 
-    /// Takes a frame, if any, and gives what is said then.
+    /// Takes a frame, if any, and returns the status.
     fn at(&mut self, millis: u64, data: Option<&[u8]>) -> Status {
         let now = Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() };
         if let Some(data) = data {
@@ -88,7 +88,7 @@ fn value<'a>(status: &'a Status, key: &str) -> &'a str {
 }
 
 #[test]
-fn every_kind_of_trouble_is_counted_once_for_each_time_it_comes() {
+fn each_failure_is_counted_once() {
     let mut bench = Bench::new();
     bench.at(0, None);
     for (millis, raw) in [(10, 0), (20, 150), (30, 151), (40, 1), (50, 15), (60, 15), (70, 14), (80, 0)] {
@@ -96,12 +96,12 @@ fn every_kind_of_trouble_is_counted_once_for_each_time_it_comes() {
     }
     let status = bench.at(90, Some(&[150]));
     assert_eq!(value(&status, "unknown_count"), "2", "before the first frame, and not available");
-    assert_eq!(value(&status, "invalid_count"), "2", "150 and 151 came as one trouble");
+    assert_eq!(value(&status, "invalid_count"), "2", "150 and 151 are one failure");
     assert_eq!(value(&status, "hardware_fault_count"), "1");
 }
 
 #[test]
-fn the_last_error_is_remembered_after_recovery_with_its_age() {
+fn last_error_is_shown_with_age_after_recovery() {
     let mut bench = Bench::new();
     assert_eq!(value(&bench.at(0, Some(&[0])), "last_error"), "none");
     let text = "invalid: BLINK.TURN = 150 (0x96) is not a defined value";
@@ -124,6 +124,6 @@ fn short_frames_are_counted_and_change_nothing() {
     assert_eq!(value(&status, "too_short_frames"), "1");
     assert_eq!(value(&status, "frames"), "1");
     assert_eq!((value(&status, "age_ms"), value(&status, "raw_value")), ("200", "1"));
-    assert_eq!(bench.at(501, None).message, "unknown: BLINK (123) comes, but too short");
+    assert_eq!(bench.at(501, None).message, "unknown: BLINK (123) is received, but too short");
     assert_eq!(bench.at(701, None).message, "unknown: BLINK is stale, silent for more than 500 ms");
 }

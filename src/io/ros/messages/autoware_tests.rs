@@ -12,7 +12,7 @@ use super::*;
 use crate::core::command::input::CommandInput;
 use crate::core::command::settings::CommandSource;
 use crate::core::gateway::event::Input;
-use crate::core::turn_signal::geometry as plane;
+use crate::core::map::geometry as plane;
 use crate::core::turn_signal::planner_input::{self, FactorTopic, OperationMode, PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::{Hazard, Signal};

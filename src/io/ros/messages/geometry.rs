@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::core::turn_signal::geometry as plane;
+use crate::core::map::geometry as plane;
 
 /// `geometry_msgs/msg/Point`, metres.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

@@ -28,7 +28,7 @@ impl LightsMessage {
     /// such content, two messages for upstream's markers, else one.
     pub fn of(emission: &Emission, lights: LightsType, compat: Compat) -> Vec<Self> {
         let stamp = emission.stamp;
-        match (&*emission.content, lights) {
+        match (&emission.content, lights) {
             (Content::Lights(heads), LightsType::ArrayV1) => {
                 vec![Self::ArrayV1(TrafficLightArrayV1::new(heads, compat))]
             }

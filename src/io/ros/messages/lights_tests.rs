@@ -1,7 +1,5 @@
 //! Bytes and JSON of the messages about traffic lights, and what is made of received ones.
 
-use std::sync::Arc;
-
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
 use super::*;
 use crate::core::compat::Compat;
@@ -20,7 +18,7 @@ const HALF: [u8; 4] = [0, 0, 0, 0x3F];
 const LARGE: i64 = 0x0001_0000_0005;
 
 fn emission(content: Content) -> Emission {
-    Emission { topic: LightsTopic::V2i, stamp: STAMP, content: Arc::new(content) }
+    Emission { topic: LightsTopic::V2i, stamp: STAMP, content }
 }
 
 fn groups() -> Content {
@@ -100,7 +98,7 @@ fn arrays_of_heads_have_their_bytes_and_show_dark_heads() {
         bulbs: bulbs.iter().copied().collect(),
         confidence: 0.5,
     };
-    let content = Content::Lights(vec![head(34836, &[RED, ARROW]), head(34837, &[])]);
+    let content = Content::lights([head(34836, &[RED, ARROW]), head(34837, &[])]);
     let bulb = |color, shape, status| [&[0, color, shape, status][..], &HALF].concat();
     let expected = [
         vec![2, 0, 0, 0, 0, 0, 0, 0],
@@ -122,7 +120,7 @@ fn lamp(way_id: i64, color: LampColor, is_on: bool) -> LampMarker {
 
 #[test]
 fn spheres_have_their_bytes() {
-    let content = Content::Markers(vec![lamp(2, LampColor::Red, true)]);
+    let content = Content::markers([lamp(2, LampColor::Red, true)]);
     let double = |number: f64| number.to_le_bytes().to_vec();
     let single = |number: f32| number.to_le_bytes().to_vec();
     let expected = [
@@ -162,7 +160,7 @@ fn strings_have_their_bytes() {
 
 #[test]
 fn upstream_wipes_all_markers_first_and_lets_large_numbers_wrap() {
-    let content = Content::Markers(vec![lamp(1 << 30, LampColor::Yellow, false)]);
+    let content = Content::markers([lamp(1 << 30, LampColor::Yellow, false)]);
     let sent = LightsMessage::of(&emission(content.clone()), LightsType::MarkerArray, Compat::Upstream);
     let [LightsMessage::MarkerArray(wipe), LightsMessage::MarkerArray(spheres)] = &sent[..] else {
         panic!("{sent:?}")
@@ -179,9 +177,9 @@ fn upstream_wipes_all_markers_first_and_lets_large_numbers_wrap() {
 #[test]
 fn content_that_is_not_for_a_type_is_not_sent() {
     for (content, fitting) in [
-        (Content::Lights(vec![]), &[LightsType::ArrayV1][..]),
-        (Content::Groups(vec![]), &[LightsType::SignalArray, LightsType::GroupArray]),
-        (Content::Markers(vec![]), &[LightsType::MarkerArray]),
+        (Content::lights([]), &[LightsType::ArrayV1][..]),
+        (Content::groups([]), &[LightsType::SignalArray, LightsType::GroupArray]),
+        (Content::markers([]), &[LightsType::MarkerArray]),
     ] {
         let all =
             [LightsType::ArrayV1, LightsType::SignalArray, LightsType::GroupArray, LightsType::MarkerArray];
@@ -212,10 +210,10 @@ fn json_has_the_field_names_of_the_messages() {
     );
     let head = LightState { way_id: 7, bulbs: [RED].into_iter().collect(), confidence: 0.5 };
     assert_eq!(
-        json(&only(Content::Lights(vec![head]), LightsType::ArrayV1, Compat::Improved)),
+        json(&only(Content::lights([head]), LightsType::ArrayV1, Compat::Improved)),
         r#"{"traffic_lights":[{"lanelet_way_id":7,"traffic_light_bulbs":[{"enum_revision":0,"color":1,"shape":1,"status":2,"confidence":0.5}]}]}"#
     );
-    let markers = Content::Markers(vec![lamp(1, LampColor::Green, true)]);
+    let markers = Content::markers([lamp(1, LampColor::Green, true)]);
     let empty = r#""header":{"stamp":{"sec":0,"nanosec":0},"frame_id":""}"#;
     assert_eq!(
         json(&only(markers, LightsType::MarkerArray, Compat::Improved)),

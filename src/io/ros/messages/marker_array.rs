@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::geometry::{Pose, Vector3};
+use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use super::marker::{ColorRgba, Marker};
 use super::stamp::Header;
 use crate::core::compat::Compat;
@@ -33,7 +34,7 @@ pub struct MarkerArray {
 impl MarkerArray {
     /// A sphere for each lamp.
     pub fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> Self {
-        Self { markers: lamps.iter().map(|lamp| sphere(lamp, stamp, compat)).collect() }
+        Self { markers: elements(lamps, stamp, compat) }
     }
 
     /// Wipes what was drawn before. Upstream sends it before each array of spheres; a single
@@ -44,23 +45,34 @@ impl MarkerArray {
     }
 }
 
-fn sphere(marker: &LampMarker, stamp: WallStamp, compat: Compat) -> Marker {
-    let (number, [r, g, b]) = match marker.lamp.color {
-        LampColor::Green => (Color::Green as u8, [0.0, 1.0, 0.0]),
-        LampColor::Yellow => (Color::Yellow as u8, [1.0, 1.0, 0.0]),
-        LampColor::Red => (Color::Red as u8, [1.0, 0.0, 0.0]),
-    };
-    let (ns, id) = name(marker.way_id, number, compat);
-    Marker {
-        header: Header { stamp: stamp.into(), frame_id: FRAME.to_owned() },
-        ns,
-        id,
-        r#type: Marker::SPHERE,
-        action: Marker::ADD,
-        pose: Pose { position: marker.lamp.position_m.into(), ..Pose::default() },
-        scale: Vector3 { x: DIAMETER_M, y: DIAMETER_M, z: DIAMETER_M },
-        color: ColorRgba { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
-        ..Marker::default()
+impl ArrayElement for Marker {
+    type Item = LampMarker;
+    const STAMP: StampPlace = StampPlace::Elements;
+    const ALIGNMENT: usize = 4;
+
+    /// A sphere for a lamp.
+    fn new(marker: &LampMarker, stamp: WallStamp, compat: Compat) -> Self {
+        let (number, [r, g, b]) = match marker.lamp.color {
+            LampColor::Green => (Color::Green as u8, [0.0, 1.0, 0.0]),
+            LampColor::Yellow => (Color::Yellow as u8, [1.0, 1.0, 0.0]),
+            LampColor::Red => (Color::Red as u8, [1.0, 0.0, 0.0]),
+        };
+        let (ns, id) = name(marker.way_id, number, compat);
+        Self {
+            header: Header { stamp: stamp.into(), frame_id: FRAME.to_owned() },
+            ns,
+            id,
+            r#type: Self::SPHERE,
+            action: Self::ADD,
+            pose: Pose { position: marker.lamp.position_m.into(), ..Pose::default() },
+            scale: Vector3 { x: DIAMETER_M, y: DIAMETER_M, z: DIAMETER_M },
+            color: ColorRgba { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
+            ..Self::default()
+        }
+    }
+
+    fn is_same(one: &LampMarker, other: &LampMarker) -> bool {
+        one == other
     }
 }
 

@@ -10,6 +10,7 @@
 //! `traffic_simulator_msgs` 25.0.
 
 mod bounded;
+mod cdr_bytes;
 mod control_mode_report;
 mod diagnostics;
 mod element;
@@ -17,6 +18,7 @@ mod geometry;
 mod hazard_lights_command;
 mod lanelet_route;
 mod lights;
+mod lights_encoder;
 mod marker;
 mod marker_array;
 mod odometry;
@@ -33,6 +35,7 @@ mod traffic_light_group_array;
 mod traffic_signal_array;
 mod turn_indicators_command;
 
+pub use cdr_bytes::CdrBytes;
 pub use control_mode_report::ControlModeReport;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use element::{TrafficLightElement, Unfit};
@@ -40,6 +43,7 @@ pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWith
 pub use hazard_lights_command::HazardLightsCommand;
 pub use lanelet_route::{LaneletPrimitive, LaneletRoute, LaneletSegment, Uuid};
 pub use lights::{LightsMessage, LightsType};
+pub use lights_encoder::LightsEncoder;
 pub use marker::{ColorRgba, CompressedImage, Marker, MeshFile, UvCoordinate};
 pub use marker_array::MarkerArray;
 pub use odometry::Odometry;

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
+use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use crate::core::compat::Compat;
+use crate::core::time::WallStamp;
 use crate::core::traffic_light::emission::LightState;
 
 /// `traffic_simulator_msgs/msg/TrafficLightBulbV1`; numbers as in [`TrafficLightElement`].
@@ -47,13 +49,24 @@ pub struct TrafficLightArrayV1 {
 impl TrafficLightArrayV1 {
     /// The message that shows `heads`.
     pub fn new(heads: &[LightState], compat: Compat) -> Self {
-        let bulb = |confidence| {
-            move |bulb| TrafficLightBulbV1::from(TrafficLightElement::new(bulb, confidence, compat))
-        };
-        let light = |head: &LightState| TrafficLightV1 {
+        Self { traffic_lights: elements(heads, WallStamp::default(), compat) }
+    }
+}
+
+impl ArrayElement for TrafficLightV1 {
+    type Item = LightState;
+    const STAMP: StampPlace = StampPlace::Nowhere;
+    const ALIGNMENT: usize = 8;
+
+    fn new(head: &LightState, _stamp: WallStamp, compat: Compat) -> Self {
+        let bulb = |bulb| TrafficLightElement::new(bulb, head.confidence, compat).into();
+        Self {
             lanelet_way_id: id(head.way_id, compat),
-            traffic_light_bulbs: head.bulbs.iter().map(bulb(head.confidence)).collect(),
-        };
-        Self { traffic_lights: heads.iter().map(light).collect() }
+            traffic_light_bulbs: head.bulbs.iter().map(bulb).collect(),
+        }
+    }
+
+    fn is_same(one: &LightState, other: &LightState) -> bool {
+        one == other
     }
 }

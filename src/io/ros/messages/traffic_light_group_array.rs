@@ -8,6 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
+use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use super::stamp::Time;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
@@ -77,12 +78,25 @@ pub struct TrafficLightGroupArray {
 impl TrafficLightGroupArray {
     /// The message that shows `groups`.
     pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
+        Self { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
+    }
+}
+
+impl ArrayElement for TrafficLightGroup {
+    type Item = Arc<GroupState>;
+    const STAMP: StampPlace = StampPlace::Message;
+    const ALIGNMENT: usize = 8;
+
+    fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {
         let predicted = |prediction: &Prediction| PredictedTrafficLightState::new(prediction, compat);
-        let group = |group: &Arc<GroupState>| TrafficLightGroup {
+        Self {
             traffic_light_group_id: id(group.relation_id, compat),
             elements: TrafficLightElement::all(&group.elements, compat),
             predictions: group.predictions.iter().map(predicted).collect(),
-        };
-        Self { stamp: stamp.into(), traffic_light_groups: groups.iter().map(group).collect() }
+        }
+    }
+
+    fn is_same(one: &Arc<GroupState>, other: &Arc<GroupState>) -> bool {
+        Arc::ptr_eq(one, other) || one == other
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::element::{TrafficLightElement, id};
+use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use super::stamp::Time;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
@@ -31,10 +32,23 @@ pub struct TrafficSignalArray {
 impl TrafficSignalArray {
     /// The message that shows `groups`; predictions have no place in it.
     pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
-        let signal = |group: &Arc<GroupState>| TrafficSignal {
+        Self { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
+    }
+}
+
+impl ArrayElement for TrafficSignal {
+    type Item = Arc<GroupState>;
+    const STAMP: StampPlace = StampPlace::Message;
+    const ALIGNMENT: usize = 8;
+
+    fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {
+        Self {
             traffic_signal_id: id(group.relation_id, compat),
             elements: TrafficLightElement::all(&group.elements, compat),
-        };
-        Self { stamp: stamp.into(), signals: groups.iter().map(signal).collect() }
+        }
+    }
+
+    fn is_same(one: &Arc<GroupState>, other: &Arc<GroupState>) -> bool {
+        Arc::ptr_eq(one, other) || one.elements == other.elements && one.relation_id == other.relation_id
     }
 }

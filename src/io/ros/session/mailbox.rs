@@ -174,9 +174,10 @@ mod tests {
     #[test]
     fn the_newest_emission_of_each_topic_replaces_the_others_which_are_counted() {
         let mailbox = Mailbox::default();
-        let emission = |topic, nanos| {
-            let content = Arc::new(Content::Groups(vec![]));
-            Emission { topic, stamp: WallStamp::from_nanos(nanos), content }
+        let emission = |topic, nanos| Emission {
+            topic,
+            stamp: WallStamp::from_nanos(nanos),
+            content: Content::groups([]),
         };
         for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
             mailbox.put(OutgoingMessage::Lights(emission(topic, nanos)));

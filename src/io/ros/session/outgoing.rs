@@ -1,13 +1,14 @@
 //! The table of topics we write: name, type, quality of service, and what goes there.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
 
 use super::mailbox::{OutgoingMessages, Publication};
-use super::sample::Sample;
 use super::{Durability, RosSettings};
 use crate::core::compat::Compat;
-use crate::core::traffic_light::emission::{Emission, LightsTopic};
-use crate::io::ros::messages::{LightsMessage, LightsType};
+use crate::core::traffic_light::emission::LightsTopic;
+use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType};
 use crate::io::ros::topics::{
     COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
     REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
@@ -25,7 +26,7 @@ pub(super) enum Delivery {
 }
 
 /// What goes to a topic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Source {
     Turn,
     Hazard,
@@ -125,16 +126,23 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Order {
     /// Say this.
-    Publish(Vec<Sample>),
+    Publish(Vec<CdrBytes>),
     /// Say nothing, not even to readers that come later.
     Withdraw,
 }
 
-/// What the letters mean for each topic of the table: the topic's position, and what it is to do.
-/// A message that several topics send is made once. An error is the text of the encoder.
-pub(super) fn orders(table: &[Outgoing], messages: &OutgoingMessages) -> Vec<(usize, Result<Order, String>)> {
+/// The encoders of traffic lights. Topics with the same source share one.
+pub(super) type LightsEncoders = HashMap<Source, LightsEncoder>;
+
+/// What the messages mean for each topic of the table: the topic's position, and what it is to do.
+/// A message that several topics send is encoded once. An error is the text of the encoder.
+pub(super) fn orders(
+    table: &[Outgoing],
+    encoders: &mut LightsEncoders,
+    messages: &OutgoingMessages,
+) -> Vec<(usize, Result<Order, String>)> {
     let mut orders = Vec::new();
-    let mut made: Vec<(Source, Result<Vec<Sample>, String>)> = Vec::new();
+    let mut made: Vec<(Source, Result<Vec<CdrBytes>, String>)> = Vec::new();
     for (position, outgoing) in table.iter().enumerate() {
         match outgoing.source {
             Source::Turn => {
@@ -145,7 +153,7 @@ pub(super) fn orders(table: &[Outgoing], messages: &OutgoingMessages) -> Vec<(us
             }
             Source::Diagnostics if messages.diagnostics.is_empty() => {}
             Source::Diagnostics => {
-                let samples = messages.diagnostics.iter().map(Sample::encode).collect::<Result<_, _>>();
+                let samples = messages.diagnostics.iter().map(encode).collect::<Result<_, _>>();
                 orders.push((position, samples.map(Order::Publish)));
             }
             source @ Source::Lights(topic, lights, compat) => {
@@ -153,7 +161,10 @@ pub(super) fn orders(table: &[Outgoing], messages: &OutgoingMessages) -> Vec<(us
                 let known =
                     made.iter().find(|(known, _)| *known == source).map(|(_, samples)| samples.clone());
                 let samples = known.unwrap_or_else(|| {
-                    let samples = shown(emission, lights, compat);
+                    let encoder =
+                        encoders.entry(source).or_insert_with(|| LightsEncoder::new(lights, compat));
+                    let samples = encoder.encode(emission);
+                    let samples = samples.map_err(|error| error.to_string());
                     made.push((source, samples.clone()));
                     samples
                 });
@@ -171,7 +182,7 @@ pub(super) fn orders(table: &[Outgoing], messages: &OutgoingMessages) -> Vec<(us
 }
 
 fn once(message: &impl Serialize) -> Result<Order, String> {
-    Ok(Order::Publish(vec![Sample::encode(message)?]))
+    Ok(Order::Publish(vec![encode(message)?]))
 }
 
 fn order(publication: &Publication<impl Serialize>) -> Result<Order, String> {
@@ -181,18 +192,16 @@ fn order(publication: &Publication<impl Serialize>) -> Result<Order, String> {
     }
 }
 
-fn shown(emission: &Emission, lights: LightsType, compat: Compat) -> Result<Vec<Sample>, String> {
-    LightsMessage::of(emission, lights, compat).iter().map(Sample::encode).collect()
+fn encode(message: &impl Serialize) -> Result<CdrBytes, String> {
+    CdrBytes::encode(message).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::super::LightsTopicSettings;
     use super::*;
     use crate::core::time::WallStamp;
-    use crate::core::traffic_light::emission::Content;
+    use crate::core::traffic_light::emission::{Content, Emission};
 
     fn settings() -> RosSettings {
         let mut settings = RosSettings { durability: Durability::Volatile, ..RosSettings::default() };
@@ -240,17 +249,17 @@ mod tests {
     #[test]
     fn an_emission_goes_to_its_topics_only_and_each_message_is_made_once() {
         let mut messages = OutgoingMessages::default();
-        let content = Arc::new(Content::Groups(vec![]));
+        let content = Content::groups([]);
         let emission = Emission { topic: LightsTopic::V2i, stamp: WallStamp::default(), content };
         messages.lights.insert(LightsTopic::V2i, emission);
-        let orders = orders(&table(&settings()), &messages);
+        let orders = orders(&table(&settings()), &mut LightsEncoders::default(), &messages);
         let positions: Vec<_> = orders.iter().map(|(position, _)| *position).collect();
         assert_eq!(positions, [3, 4, 5]);
         let sample = |index: usize| match &orders[index].1 {
             Ok(Order::Publish(samples)) => samples[0].clone(),
             other => panic!("{other:?}"),
         };
-        assert!(sample(0).is_same(&sample(1)));
-        assert!(!sample(0).is_same(&sample(2)));
+        assert!(std::ptr::eq(sample(0).as_ref(), sample(1).as_ref()));
+        assert!(!std::ptr::eq(sample(0).as_ref(), sample(2).as_ref()));
     }
 }

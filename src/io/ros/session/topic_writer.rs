@@ -20,7 +20,8 @@ use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 use super::Durability;
 use super::history::History;
 use super::outgoing::Delivery;
-use super::sample::{AsIs, Sample, SampleWriter};
+use super::sample::{AsIs, SampleWriter};
+use crate::io::ros::messages::CdrBytes;
 
 /// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =
@@ -45,7 +46,7 @@ pub(super) struct TopicWriter {
     born: Instant,
     repeats: usize,
     /// What a late joiner is to be told; nothing when withdrawn.
-    current: Vec<Sample>,
+    current: Vec<CdrBytes>,
     /// The writer has said something.
     used: bool,
     history: History,
@@ -63,7 +64,7 @@ impl TopicWriter {
         durability: Durability,
         delivery: Delivery,
     ) -> CreateResult<Self> {
-        let writer = publisher.create_datawriter_no_key::<Sample, AsIs>(&topic, None)?;
+        let writer = publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&topic, None)?;
         Ok(Self {
             publisher: publisher.clone(),
             topic,
@@ -87,7 +88,7 @@ impl TopicWriter {
 
     /// Publishes, if anybody reads; else the first reader gets it. What is said once goes out
     /// in any case. The error is the text of RustDDS.
-    pub(super) fn publish(&mut self, samples: &[Sample], readers: usize) -> Result<(), String> {
+    pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
         if self.delivery == Delivery::Once {
             return self.write(samples);
         }
@@ -107,7 +108,7 @@ impl TopicWriter {
 
     /// A new writer, which has no history.
     fn begin_anew(&mut self) -> Result<bool, String> {
-        let fresh = self.publisher.create_datawriter_no_key::<Sample, AsIs>(&self.topic, None);
+        let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&self.topic, None);
         self.writer = fresh.map_err(|error| error.to_string())?;
         self.used = false;
         self.history = History::default();
@@ -160,7 +161,7 @@ impl TopicWriter {
         Ok(false)
     }
 
-    fn write(&mut self, samples: &[Sample]) -> Result<(), String> {
+    fn write(&mut self, samples: &[CdrBytes]) -> Result<(), String> {
         for sample in samples {
             if !self.used {
                 self.used = true;
@@ -168,7 +169,7 @@ impl TopicWriter {
                 self.repeats = 0;
             }
             if self.delivery == Delivery::Stream {
-                self.history.add(Instant::now(), sample.len());
+                self.history.add(Instant::now(), sample.as_ref().len());
             }
             let written = self.writer.write(sample.clone(), Some(Timestamp::now()));
             written.map_err(|error| error.to_string())?;

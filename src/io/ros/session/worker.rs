@@ -11,7 +11,7 @@ use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, Sighting, prefix};
 use super::duplicate_filter::DuplicateFilter;
 use super::interfaces::Interfaces;
 use super::mailbox::{Mailbox, OutgoingMessages};
-use super::outgoing::{Delivery, Order, Outgoing, orders, table};
+use super::outgoing::{Delivery, LightsEncoders, Order, Outgoing, orders, table};
 use super::participant::{Participant, participant};
 use super::topic_reader::Taken;
 use super::{IncomingStatus, OutgoingStatus, RosError, RosSettings};
@@ -36,6 +36,7 @@ const MAX_OWN: usize = 32;
 pub(super) struct Worker {
     settings: RosSettings,
     table: Vec<Outgoing>,
+    encoders: LightsEncoders,
     mailbox: Arc<Mailbox>,
     inbox: Arc<Inbox>,
     /// Ends the mailbox's wait.
@@ -101,6 +102,7 @@ impl Worker {
             current: table.iter().map(|_| Order::Withdraw).collect(),
             duplicate_filters: settings.subscriptions.iter().map(|_| DuplicateFilter::default()).collect(),
             table,
+            encoders: LightsEncoders::default(),
             settings,
         })
     }
@@ -144,7 +146,7 @@ impl Worker {
     }
 
     fn deliver(&mut self, messages: &OutgoingMessages) {
-        for (position, order) in orders(&self.table, messages) {
+        for (position, order) in orders(&self.table, &mut self.encoders, messages) {
             match order {
                 Ok(order) => {
                     self.each(|participant| participant.carry_out(position, &order));

@@ -1,5 +1,7 @@
 //! Commands that are obeyed, refused, silent, or the driver's; and frames that are not sent.
 
+use std::cell::Cell;
+
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
@@ -42,16 +44,20 @@ fn command(desk: &mut Desk<'_>, ms: u64, state: Option<u8>, commands: &[fn(u64) 
     });
 }
 
-fn mode(ms: u64) -> CommandInput {
-    CommandInput::ControlMode { mode: AUTONOMOUS.into(), stamp: at_ms(ms).wall }
-}
-
-fn undefined_mode(ms: u64) -> CommandInput {
-    CommandInput::ControlMode { mode: 9.into(), stamp: at_ms(ms).wall }
+fn mode_is(number: u8, ms: u64) -> CommandInput {
+    CommandInput::ControlMode { mode: number.into(), stamp: at_ms(ms).wall }
 }
 
 fn turn(number: u8, ms: u64) -> CommandInput {
     CommandInput::Turn { source: CommandSource::Topic, command: number.into(), stamp: at_ms(ms).wall }
+}
+
+fn mode(ms: u64) -> CommandInput {
+    mode_is(AUTONOMOUS, ms)
+}
+
+fn undefined_mode(ms: u64) -> CommandInput {
+    mode_is(9, ms)
 }
 
 fn off(ms: u64) -> CommandInput {
@@ -123,7 +129,7 @@ fn transmission(said: &mut Said) {
         command(&mut desk, ms + 500, Some(0), &[mode, left]);
     }
     let stranger = Frame::classic(CanId::Standard(304), &[0; 8]).unwrap();
-    let stamp = desk.gateway.now.wall;
+    let stamp = Cell::new(at_ms(desk.gateway.ms()).wall).get();
     desk.input(CanInput::Frame { bus: BUS, frame: stranger, stamp });
     desk.link(LinkState::Down);
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use signal_gateway::config::drive;
 use signal_gateway::config::files::Disk;
-use signal_gateway::core::turn_signal::geometry::Pose;
+use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
 };
@@ -83,6 +83,7 @@ fn wins(said: &mut Said) {
     desk.input(PlannerInput::PlannedPath(path(140.0, 50).into()));
     desk.input(factors(FactorTopic::StartPlanner, factor(150.0, 160.0, 0.0, false)));
     stay(&mut desk, 150.0, 500);
+    routed("enabled = true\ncompat = \"path_generator\"", desk.said);
 }
 
 fn inputs(said: &mut Said) {

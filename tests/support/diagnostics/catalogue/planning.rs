@@ -17,6 +17,7 @@ pub(super) fn decider() -> Task {
             message(Ok, "{command}: roundabout[, held]", NOTHING),
             message(Ok, "{command}: manoeuvre[, held]", NOTHING),
             message(Ok, "{command}: hazard lights[, held]", NOTHING),
+            message(Ok, "{command}: path generator, {lanelet}", NOTHING),
             message(Ok, "{command}: no route", wait_route),
             message(Ok, "{command}: the scenario is not lane driving", "Nothing; the decider rests."),
             message(Warn, "{command}: no odometry", "Start localisation, or check the topic's name."),

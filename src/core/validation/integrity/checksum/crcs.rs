@@ -2,159 +2,93 @@
 
 use std::fmt;
 
-use crc::{Algorithm, CRC_8_AUTOSAR, Crc};
+use crc::{Algorithm, Crc};
 
 use crate::core::can::frame::CanId;
 
-static CRC_2F: Crc<u8> = Crc::<u8>::new(&CRC_8_AUTOSAR);
-
-/// A CRC in the parameters that catalogues use.
+/// Parameters of a CRC of 8 or 16 bits, named as in the catalogue of parametrised CRC algorithms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Parameters<W> {
-    /// Polynomial without its highest term.
-    pub poly: W,
-    /// Start value.
-    pub init: W,
-    /// Combined with the result by exclusive or.
-    pub xorout: W,
-    /// Whether bytes go in with their lowest bit first.
-    pub refin: bool,
-    /// Whether the result comes out with its lowest bit first.
-    pub refout: bool,
+pub struct Parameters {
+    width: u8,
+    poly: u16,
+    init: u16,
+    xorout: u16,
+    reflected: bool,
 }
 
-/// What goes into a CRC beside the data.
+impl Parameters {
+    /// A CRC-8, not reflected. `poly` leaves out the highest term.
+    pub fn crc8(poly: u8, init: u8, xorout: u8) -> Self {
+        Self { width: 8, poly: poly.into(), init: init.into(), xorout: xorout.into(), reflected: false }
+    }
+
+    /// A CRC-16, not reflected. `poly` leaves out the highest term.
+    pub fn crc16(poly: u16, init: u16, xorout: u16) -> Self {
+        Self { width: 16, poly, init, xorout, reflected: false }
+    }
+
+    /// Sets `refin` and `refout`: bytes are processed and the result is given lowest bit first.
+    #[must_use]
+    pub fn with_reflection(self, reflected: bool) -> Self {
+        Self { reflected, ..self }
+    }
+}
+
+/// Input of a CRC in addition to the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Extra {
-    /// Nothing.
+    /// The data alone.
     #[default]
     Nothing,
-    /// The identifier before the data, its low byte first: two bytes, four when it has 29 bits.
+    /// The identifier before the data, low byte first: two bytes, or four for a 29-bit identifier.
     IdentifierBefore,
-    /// The identifier behind the data, likewise.
-    IdentifierBehind,
-    /// One of sixteen bytes behind the data, chosen by the low four bits of byte 1 (VW's counter).
+    /// The identifier after the data, in the same form.
+    IdentifierAfter,
+    /// One of sixteen bytes after the data, selected by the low four bits of byte 1 (VW's counter).
     ByCounter([u8; 16]),
 }
 
-/// A CRC of 8 bits over the data without the checksum's byte.
+/// A CRC over the data without the bytes of the checksum itself.
 #[derive(Clone)]
-pub struct Crc8 {
-    parameters: Parameters<u8>,
-    extra: Extra,
-    bytes: Option<usize>,
-    crc: Box<Crc<u8>>,
-}
-
-/// A CRC of 16 bits over the data without the checksum's bytes.
-#[derive(Clone)]
-pub struct Crc16 {
-    parameters: Parameters<u16>,
+pub struct CrcRule {
+    parameters: Parameters,
     extra: Extra,
     bytes: Option<usize>,
     crc: Box<Crc<u16>>,
 }
 
-/// The parts that differ in nothing but the width.
-macro_rules! crc {
-    ($name:ident, $word:ty, $width:literal) => {
-        impl $name {
-            /// A CRC over the first `bytes` bytes of the data (`None` = all) and `extra`.
-            ///
-            /// For start-up, once a message: a few bytes of it are never given back.
-            pub fn new(parameters: Parameters<$word>, extra: Extra, bytes: Option<usize>) -> Self {
-                let Parameters { poly, init, xorout, refin, refout } = parameters;
-                let algorithm =
-                    Algorithm { width: $width, poly, init, refin, refout, xorout, check: 0, residue: 0 };
-                // The crate borrows it for ever.
-                let crc = Box::new(Crc::<$word>::new(Box::leak(Box::new(algorithm))));
-                Self { parameters, extra, bytes, crc }
-            }
+impl CrcRule {
+    /// A CRC over the first `bytes` bytes of the data (`None` = all) and `extra`.
+    ///
+    /// Leaks a few bytes, so call it once per message at start-up.
+    pub fn new(parameters: Parameters, extra: Extra, bytes: Option<usize>) -> Self {
+        let Parameters { width, poly, init, xorout, reflected } = parameters;
+        let (refin, refout) = (reflected, reflected);
+        let algorithm = Algorithm { width, poly, init, refin, refout, xorout, check: 0, residue: 0 };
+        // The crate borrows the algorithm for 'static.
+        let crc = Box::new(Crc::<u16>::new(Box::leak(Box::new(algorithm))));
+        Self { parameters, extra, bytes, crc }
+    }
 
-            /// The CRC of `data`, of which `before` and `behind` surround the checksum.
-            pub(super) fn of(&self, id: CanId, before: &[u8], behind: &[u8], data: &[u8]) -> $word {
-                let used = self.bytes.unwrap_or(data.len());
-                let hidden = data.len() - behind.len();
-                let mut digest = self.crc.digest();
-                if self.extra == Extra::IdentifierBefore {
-                    digest.update(identifier(id, &mut [0; 4]));
-                }
-                digest.update(&before[..used.min(before.len())]);
-                digest.update(&behind[..used.saturating_sub(hidden).min(behind.len())]);
-                match &self.extra {
-                    Extra::Nothing | Extra::IdentifierBefore => {}
-                    Extra::IdentifierBehind => digest.update(identifier(id, &mut [0; 4])),
-                    Extra::ByCounter(constants) => {
-                        let counter = data.get(1).copied().unwrap_or(0) & 0xF;
-                        digest.update(&[constants[usize::from(counter)]]);
-                    }
-                }
-                digest.finalize()
-            }
-        }
-
-        impl PartialEq for $name {
-            fn eq(&self, other: &Self) -> bool {
-                (self.parameters, self.extra, self.bytes) == (other.parameters, other.extra, other.bytes)
-            }
-        }
-
-        impl Eq for $name {}
-
-        impl fmt::Debug for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                let Self { parameters, extra, bytes, .. } = self;
-                write!(f, "{}({parameters:X?}, {extra:?}, {bytes:?})", stringify!($name))
-            }
-        }
-    };
-}
-
-crc!(Crc8, u8, 8);
-crc!(Crc16, u16, 16);
-
-impl Crc8 {
-    /// SAE J1850: Chrysler and the rest of FCA, New Eagle.
+    /// SAE J1850, used by Chrysler, the rest of FCA, and New Eagle.
     pub fn j1850() -> Self {
-        Self::plain(0x1D, 0xFF, 0xFF)
+        Self::new(Parameters::crc8(0x1D, 0xFF, 0xFF), Extra::Nothing, None)
     }
 
-    /// FCA's Giorgio platform: J1850's polynomial from 0, with a last exclusive or that differs
-    /// from message to message (0x0A in most).
-    pub fn giorgio(last_xor: u8) -> Self {
-        Self::plain(0x1D, 0, last_xor)
+    /// FCA's Giorgio platform: J1850's polynomial from 0, with a final exclusive or that differs from
+    /// message to message (0x0A in most).
+    pub fn giorgio(xorout: u8) -> Self {
+        Self::new(Parameters::crc8(0x1D, 0, xorout), Extra::Nothing, None)
     }
 
-    /// VW MQB and MEB: CRC-8 "2F" with the message's sixteen constants, chosen by the counter in
-    /// the low four bits of byte 1.
+    /// VW MQB and MEB: CRC-8 "2F" with the message's sixteen constants, selected by the counter in the
+    /// low four bits of byte 1.
     pub fn volkswagen(constants: [u8; 16]) -> Self {
-        let parameters = Parameters { poly: 0x2F, init: 0xFF, xorout: 0xFF, refin: false, refout: false };
-        Self::new(parameters, Extra::ByCounter(constants), None)
+        Self::new(Parameters::crc8(0x2F, 0xFF, 0xFF), Extra::ByCounter(constants), None)
     }
 
-    /// The counter of a frame known to be good, and the one constant [`Self::volkswagen`] needs for
-    /// it: sixteen good frames with all counters make a table. The checksum is byte 0. `None` for a
-    /// frame too short to tell.
-    pub fn volkswagen_constant(data: &[u8]) -> Option<(u8, u8)> {
-        let ([stored, counter, ..], [_, behind @ ..]) = (data, data) else { return None };
-        let fits = |constant: &u8| {
-            let mut digest = CRC_2F.digest();
-            digest.update(behind);
-            digest.update(&[*constant]);
-            digest.finalize() == *stored
-        };
-        (0..=u8::MAX).find(fits).map(|constant| (counter & 0xF, constant))
-    }
-
-    fn plain(poly: u8, init: u8, xorout: u8) -> Self {
-        let parameters = Parameters { poly, init, xorout, refin: false, refout: false };
-        Self::new(parameters, Extra::Nothing, None)
-    }
-}
-
-impl Crc16 {
-    /// Hyundai and Kia on CAN FD: XMODEM over data and identifier, then an exclusive or that goes
-    /// with the length. `None` for a length without a known one (known: 8, 16, 24, 32 bytes).
+    /// Hyundai and Kia on CAN FD: XMODEM over data and identifier, then an exclusive or that depends on
+    /// the length. `None` unless `length` is 8, 16, 24 or 32 bytes.
     pub fn hyundai_fd(length: usize) -> Option<Self> {
         let xorout = match length {
             8 => 0x5F29,
@@ -163,8 +97,47 @@ impl Crc16 {
             32 => 0x9F5B,
             _ => return None,
         };
-        let parameters = Parameters { poly: 0x1021, init: 0, xorout, refin: false, refout: false };
-        Some(Self::new(parameters, Extra::IdentifierBehind, None))
+        Some(Self::new(Parameters::crc16(0x1021, 0, xorout), Extra::IdentifierAfter, None))
+    }
+
+    /// Width of the result in bits, 8 or 16.
+    pub fn width(&self) -> u32 {
+        self.parameters.width.into()
+    }
+
+    /// The CRC of `data`, of which `before` and `after` surround the checksum.
+    pub(super) fn of(&self, id: CanId, before: &[u8], after: &[u8], data: &[u8]) -> u16 {
+        let used = self.bytes.unwrap_or(data.len());
+        let after_start = data.len() - after.len();
+        let mut digest = self.crc.digest();
+        if self.extra == Extra::IdentifierBefore {
+            digest.update(identifier(id, &mut [0; 4]));
+        }
+        digest.update(&before[..used.min(before.len())]);
+        digest.update(&after[..used.saturating_sub(after_start).min(after.len())]);
+        match &self.extra {
+            Extra::Nothing | Extra::IdentifierBefore => {}
+            Extra::IdentifierAfter => digest.update(identifier(id, &mut [0; 4])),
+            Extra::ByCounter(constants) => {
+                let counter = data.get(1).copied().unwrap_or(0) & 0xF;
+                digest.update(&[constants[usize::from(counter)]]);
+            }
+        }
+        digest.finalize()
+    }
+}
+
+impl PartialEq for CrcRule {
+    fn eq(&self, other: &Self) -> bool {
+        (self.parameters, self.extra, self.bytes) == (other.parameters, other.extra, other.bytes)
+    }
+}
+
+impl Eq for CrcRule {}
+
+impl fmt::Debug for CrcRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "CrcRule({:X?}, {:?}, {:?})", self.parameters, self.extra, self.bytes)
     }
 }
 

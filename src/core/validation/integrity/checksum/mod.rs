@@ -1,67 +1,67 @@
 //! Checksums that vehicle makers put into their messages.
 //!
-//! What is stored is read through the signal of the DBC, so a rule says only what is added up, not
-//! where the result lies. The field that holds the checksum never takes part in its own sum.
+//! The stored checksum is read through its signal in the DBC, so a rule defines only the sum, not the
+//! position of the result. The field that holds the checksum is never part of its own sum.
 
 mod crcs;
 mod sums;
 
-pub use crcs::{Crc8, Crc16, Extra, Parameters};
+pub use crcs::{CrcRule, Extra, Parameters};
 pub use sums::Sum;
+
+use std::ops::Range;
 
 use crate::core::can::frame::{CanId, Frame, MAX_DATA};
 use crate::core::dbc::codec::SignalCodec;
 
-/// How a checksum is computed.
+/// Algorithm of a checksum.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Rule {
-    /// Honda, 4 bits: 8 less all nibbles of identifier and data, and 3 more for 29-bit identifiers.
+    /// Honda, 4 bits: 8 minus all nibbles of identifier and data, plus 3 for a 29-bit identifier.
     Honda,
-    /// PSA, 4 bits: what makes all nibbles of the data plus the message's start value 15.
+    /// PSA, 4 bits: 15 minus the message's start value and all nibbles of the data.
     Psa {
         /// `CHK_INI` of the message, 0 to 15.
         start: u8,
     },
-    /// 8 bits: bytes added up.
+    /// 8 bits: the sum of bytes.
     Sum(Sum),
-    /// 8 bits: all bytes and a start value (usually 0) combined by exclusive or. VW PQ.
+    /// 8 bits: exclusive or of all bytes and a start value (usually 0). Used by VW PQ.
     Xor {
-        /// Start value.
+        /// Start value, combined with the bytes.
         start: u8,
     },
-    /// 8 bits: a CRC.
-    Crc8(Crc8),
-    /// 16 bits: a CRC.
-    Crc16(Crc16),
+    /// 8 or 16 bits: a CRC.
+    Crc(CrcRule),
 }
 
-/// A rule, and the field that holds its result.
+/// A rule and the field that holds its result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checksum {
     rule: Rule,
     field: SignalCodec,
-    /// First byte of the field, and the one behind its last.
-    field_bytes: (usize, usize),
+    /// Bytes of the data that the field touches.
+    field_bytes: Range<usize>,
 }
 
-/// Why a signal cannot hold a checksum.
+/// Reason why a signal cannot hold a checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ChecksumError {
-    /// Another number of bits than the rule's result.
+    /// The signal is wider or narrower than the result of the rule.
     #[error("the checksum has {rule} bits, its signal {signal}")]
     Width {
-        /// Bits of the result.
+        /// Width of the result in bits.
         rule: u32,
-        /// Bits of the signal.
+        /// Width of the signal in bits.
         signal: u32,
     },
-    /// A signal with a sign.
+    /// The signal is signed.
     #[error("a checksum signal is unsigned")]
     Signed,
-    /// A signal that a multiplexor takes out of some frames.
+    /// A multiplexor removes the signal from some frames.
     #[error("a checksum signal is in every frame, this one is multiplexed")]
     Multiplexed,
-    /// A signal that shares a byte with others, under a rule that leaves out whole bytes.
+    /// The signal shares a byte with others, but the rule skips whole bytes.
     #[error("this checksum fills whole bytes, its signal does not")]
     NotWholeBytes,
 }
@@ -81,35 +81,30 @@ impl Checksum {
             return Err(ChecksumError::Multiplexed);
         }
         let mut bits = [0; MAX_DATA];
-        // In range, so it does fit.
+        // In range, so it fits.
         let _ = field.write(highest, &mut bits);
-        let first = bits.iter().take_while(|byte| **byte == 0).count();
-        let count = bits.iter().filter(|byte| **byte != 0).count();
+        let start = bits.iter().take_while(|byte| **byte == 0).count();
+        let end = start + bits.iter().filter(|byte| **byte != 0).count();
         let partial = bits.iter().any(|byte| !matches!(byte, 0 | 0xFF));
         if partial && width >= 8 {
             return Err(ChecksumError::NotWholeBytes);
         }
-        Ok(Self { rule, field, field_bytes: (first, first + count) })
+        Ok(Self { rule, field, field_bytes: start..end })
     }
 
-    /// Whether the frame holds the checksum it should. A frame without the field does not.
-    pub fn holds(&self, id: CanId, frame: &Frame) -> bool {
-        self.compare(id, frame).is_some_and(|(stored, expected)| stored == expected)
-    }
-
-    /// The checksum in the frame and the one that should be there; `None` when the frame ends
+    /// The checksum stored in the frame and the one its contents have; `None` when the frame ends
     /// before the field.
-    pub fn compare(&self, id: CanId, frame: &Frame) -> Option<(u16, u16)> {
+    pub fn compare(&self, frame: &Frame) -> Option<(u16, u16)> {
         let stored = self.field.value(frame.padded());
-        let expected = self.expected(id, frame.data())?;
-        // At most 16 bits without a sign.
+        let expected = self.expected(frame.id(), frame.data())?;
+        // Unsigned and at most 16 bits.
         Some((u16::try_from(stored).unwrap_or(u16::MAX), expected))
     }
 
-    /// The checksum that belongs to `data`; `None` when it ends before the field or is too long
-    /// for a frame. What the field holds does not matter.
+    /// The checksum of `data`, whatever its field holds; `None` when `data` ends before the field or
+    /// is too long for a frame.
     pub fn expected(&self, id: CanId, data: &[u8]) -> Option<u16> {
-        let (first, end) = self.field_bytes;
+        let Range { start: first, end } = self.field_bytes;
         if data.len() > MAX_DATA || data.len() < end {
             return None;
         }
@@ -120,13 +115,12 @@ impl Checksum {
             Rule::Xor { start } => {
                 self.without_field(data).iter().fold(*start, |sum, byte| sum ^ byte).into()
             }
-            Rule::Crc8(crc) => crc.of(id, &data[..first], &data[end..], data).into(),
-            Rule::Crc16(crc) => crc.of(id, &data[..first], &data[end..], data),
+            Rule::Crc(crc) => crc.of(id, &data[..first], &data[end..], data),
         })
     }
 
-    /// Writes the checksum that belongs to `data` into it; `false`, and nothing written, when
-    /// there is no room for it.
+    /// Writes the checksum of `data` into its field. Returns `false` and writes nothing when `data`
+    /// ends before the field.
     pub fn protect(&self, id: CanId, data: &mut [u8]) -> bool {
         let Some(expected) = self.expected(id, data) else { return false };
         let mut bytes = [0; MAX_DATA];
@@ -136,17 +130,17 @@ impl Checksum {
         fits
     }
 
-    /// Bytes a frame must have so that the checksum can be read.
+    /// Smallest number of bytes in a frame that has the field.
     pub fn needed_length(&self) -> usize {
-        self.field_bytes.1
+        self.field_bytes.end
     }
 
-    /// How the checksum is computed.
+    /// Algorithm of the checksum.
     pub fn rule(&self) -> &Rule {
         &self.rule
     }
 
-    /// The data with zeros behind it, and in the field.
+    /// The data padded with zeros, with zeros in the field.
     fn without_field(&self, data: &[u8]) -> [u8; MAX_DATA] {
         let mut bytes = [0; MAX_DATA];
         bytes[..data.len()].copy_from_slice(data);
@@ -157,12 +151,12 @@ impl Checksum {
 }
 
 impl Rule {
-    /// Bits of the result.
+    /// Width of the result in bits.
     fn width(&self) -> u32 {
         match self {
             Self::Honda | Self::Psa { .. } => 4,
-            Self::Sum(_) | Self::Xor { .. } | Self::Crc8(_) => 8,
-            Self::Crc16(_) => 16,
+            Self::Sum(_) | Self::Xor { .. } => 8,
+            Self::Crc(crc) => crc.width(),
         }
     }
 }

@@ -2,18 +2,18 @@
 
 use crate::core::can::frame::{CanId, MAX_DATA};
 
-/// Which bytes are added up, modulo 256.
+/// A sum of bytes modulo 256.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sum {
-    /// Start value.
+    /// Start value of the sum.
     pub start: u8,
-    /// Whether the bytes of the identifier are added as well.
+    /// True if the bytes of the identifier are added.
     pub identifier: bool,
-    /// Whether the length of the data is added as well.
+    /// True if the length of the data in bytes is added.
     pub length: bool,
-    /// Whether the result is inverted (255 less the sum).
+    /// True if the result is inverted (255 minus the sum).
     pub inverted: bool,
-    /// Bytes of the data to add up, counted from the first; `None` = all of them.
+    /// Number of bytes of the data to add, from the first; `None` = all.
     pub bytes: Option<usize>,
 }
 
@@ -24,10 +24,10 @@ impl Sum {
     pub const TOYOTA: Self = Self { identifier: true, length: true, ..Self::PLAIN };
     /// Tesla and Subaru Global: identifier and data.
     pub const IDENTIFIER: Self = Self { identifier: true, ..Self::PLAIN };
-    /// Mazda's turn switch (0x091): 255 less the first four bytes.
+    /// Mazda's turn switch (0x091): 255 minus the first four bytes.
     pub const MAZDA: Self = Self { inverted: true, bytes: Some(4), ..Self::PLAIN };
 
-    /// The sum; `bytes` is `data` with zeros in place of the checksum.
+    /// The sum over `bytes`, which is `data` with zeros in place of the checksum.
     pub(super) fn of(self, id: CanId, data: &[u8], bytes: &[u8]) -> u8 {
         let add = |sum: u8, byte: &u8| sum.wrapping_add(*byte);
         let mut sum = bytes.iter().take(self.bytes.unwrap_or(MAX_DATA)).fold(self.start, add);
@@ -42,7 +42,7 @@ impl Sum {
     }
 }
 
-/// See [`super::Rule::Honda`].
+/// Computes [`super::Rule::Honda`].
 pub(super) fn honda(id: CanId, data: [u8; MAX_DATA]) -> u16 {
     let start: u8 = match id {
         CanId::Standard(_) => 8,
@@ -52,13 +52,13 @@ pub(super) fn honda(id: CanId, data: [u8; MAX_DATA]) -> u16 {
     u16::from(start.wrapping_sub(sum) & 0xF)
 }
 
-/// See [`super::Rule::Psa`].
+/// Computes [`super::Rule::Psa`].
 pub(super) fn psa(start: u8, data: [u8; MAX_DATA]) -> u16 {
     let sum = nibbles(&data).wrapping_add(start);
     u16::from(15_u8.wrapping_sub(sum) & 0xF)
 }
 
-/// Only its lowest four bits mean something.
+/// The sum of all nibbles, of which the lowest four bits are used.
 fn nibbles(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |sum: u8, byte| sum.wrapping_add(byte & 0xF).wrapping_add(byte >> 4))
 }

@@ -1,22 +1,23 @@
 //! AUTOSAR E2E profiles that fit into CAN frames: 1, 2, 4, 5, 6, 7, 11 and 22.
 //!
-//! A profile protects a message with a CRC over data, counter and the message's identity (its Data
-//! ID), in a header at a fixed place. Here is only what one frame can show; [`super::counter`] has
-//! what the counter says, [`super::window`] what all results together say.
+//! A profile protects a message with a CRC over data, counter and Data ID, in a header at a fixed
+//! position. Here is what one frame alone can show; [`super::counter`] checks the sequence of frames,
+//! [`super::window`] combines all results.
 //!
-//! The crate autosar-e2e knows six of the profiles. It is the second opinion in the tests and not
-//! used here: it builds its tables and error texts anew with every frame, ends in a panic when an
-//! offset lies outside, and takes the counter 0 for known before the first frame.
+//! The crate autosar-e2e knows six of the profiles. The tests compare with it; it is not used here,
+//! because it builds its tables and error texts again for every frame, panics when an offset lies
+//! outside, and assumes that a counter of 0 came before the first frame.
 
 mod profile;
 
 pub use profile::{DataIdMode, Profile};
+use profile::{read, write};
 
 use std::ops::Range;
 
 use crate::core::can::frame::{Frame, MAX_DATA};
 
-/// A profile, applied to a message.
+/// A profile applied to a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct E2e {
     profile: Profile,
@@ -24,10 +25,10 @@ pub struct E2e {
     length: usize,
 }
 
-/// Why a profile cannot be applied to a message.
+/// Reason why a profile cannot be applied to a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum E2eError {
-    /// The header does not fit.
+    /// The header reaches beyond the end of the message.
     #[error("the header takes bytes {offset} to {last}, the message has {length} bytes")]
     Header {
         /// First byte of the header.
@@ -40,31 +41,31 @@ pub enum E2eError {
     /// A message longer than a CAN FD frame.
     #[error("a frame has 64 bytes at most, the message {0}")]
     Length(usize),
-    /// More than 12 bits where four of them are sent and eight go into the CRC.
+    /// A Data ID of more than 12 bits, of which four are sent and eight enter the CRC.
     #[error("with a nibble of it in the frame the Data ID is 0x000 to 0xFFF, not 0x{0:X}")]
     DataId(u16),
 }
 
-/// What is wrong with a frame.
+/// Reason why a frame fails the check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum E2eFault {
-    /// Not the length of the message.
+    /// The frame does not have the length of the message.
     Length,
-    /// The CRC is another than it should be.
+    /// The CRC in the frame differs from that of its contents.
     Crc {
-        /// In the frame.
+        /// CRC in the frame.
         stored: u64,
-        /// What it should be.
+        /// CRC of the contents.
         expected: u64,
     },
-    /// The Data ID in the header is another message's.
+    /// The Data ID in the header belongs to another message.
     DataId {
-        /// In the frame.
+        /// Data ID in the frame.
         stored: u32,
-        /// What it should be.
+        /// Data ID of this message.
         expected: u32,
     },
-    /// The length in the header is not the frame's.
+    /// The length in the header, in bytes, differs from that of the frame.
     LengthField(u32),
 }
 
@@ -74,22 +75,16 @@ impl E2e {
         if length > MAX_DATA {
             return Err(E2eError::Length(length));
         }
-        let header = profile.header_length();
-        if offset.saturating_add(header) > length {
-            let last = offset.saturating_add(header - 1);
+        let last = offset.saturating_add(profile.header().bytes - 1);
+        if last >= length {
             return Err(E2eError::Header { offset, last, length });
         }
-        match profile {
-            Profile::P01 { data_id, mode: DataIdMode::Nibble } if data_id > 0xFFF => {
-                Err(E2eError::DataId(data_id))
-            }
-            Profile::P01 { .. }
-            | Profile::P02 { .. }
-            | Profile::P04 { .. }
-            | Profile::P05 { .. }
-            | Profile::P06 { .. }
-            | Profile::P07 { .. } => Ok(Self { profile, offset, length }),
+        if let Profile::P01 { data_id, mode: DataIdMode::Nibble } = profile
+            && data_id > 0xFFF
+        {
+            return Err(E2eError::DataId(data_id));
         }
+        Ok(Self { profile, offset, length })
     }
 
     /// The counter of a frame whose CRC, Data ID and length are right.
@@ -98,53 +93,68 @@ impl E2e {
         if data.len() != self.length {
             return Err(E2eFault::Length);
         }
-        let header = &data[self.offset..];
-        let (stored, expected) = (self.profile.stored_crc(header), self.crc(data));
+        let (layout, header) = (self.profile.header(), &data[self.offset..]);
+        let (stored, expected) = (layout.stored_crc(header), self.crc(data));
         if stored != expected {
             return Err(E2eFault::Crc { stored, expected });
         }
-        if let Some((stored, expected)) = self.profile.data_id(header).filter(|(a, b)| a != b) {
-            return Err(E2eFault::DataId { stored, expected });
+        if let Some(field) = &layout.data_id {
+            let (stored, expected) = (read(header, field), self.profile.sent_data_id());
+            if stored != expected {
+                return Err(E2eFault::DataId { stored, expected });
+            }
         }
-        if let Some(stored) = self.profile.length_field(header)
-            && usize::try_from(stored).ok() != Some(self.length)
-        {
-            return Err(E2eFault::LengthField(stored));
+        if let Some(field) = &layout.length {
+            let stored = read(header, field);
+            if stored as usize != self.length {
+                return Err(E2eFault::LengthField(stored));
+            }
         }
-        Ok(self.profile.counter(header))
+        Ok(read(header, &layout.counter))
     }
 
-    /// Writes header and CRC into `data` for this counter, of which the lowest bits count. `false`,
-    /// and nothing written, when `data` has not the length of the message.
+    /// Writes header and CRC into `data` for this counter, of which the lowest bits are used. Returns
+    /// `false` and writes nothing when `data` does not have the length of the message.
     pub fn protect(&self, counter: u32, data: &mut [u8]) -> bool {
         if data.len() != self.length {
             return false;
         }
-        self.profile.write_header(counter, self.length, &mut data[self.offset..]);
+        self.write_header(counter, self.length, data);
         let crc = self.crc(data);
-        self.profile.write_crc(crc, &mut data[self.offset..]);
+        self.profile.header().write_crc(crc, &mut data[self.offset..]);
         true
     }
 
-    /// The profile.
+    /// The profile with its Data ID.
     pub fn profile(&self) -> &Profile {
         &self.profile
     }
 
     /// First and last value of the counter.
     pub fn counter_range(&self) -> (u32, u32) {
-        self.profile.counter_range()
+        (0, self.profile.header().last_counter)
     }
 
-    /// Bytes of the message.
+    /// Length of the message in bytes.
     pub fn length(&self) -> usize {
         self.length
     }
 
+    fn write_header(&self, counter: u32, length: usize, data: &mut [u8]) {
+        let (layout, header) = (self.profile.header(), &mut data[self.offset..]);
+        write(counter.into(), &layout.counter, header);
+        if let Some(field) = &layout.length {
+            write(length as u64, field, header);
+        }
+        if let Some(field) = &layout.data_id {
+            write(self.profile.sent_data_id().into(), field, header);
+        }
+    }
+
     fn crc(&self, data: &[u8]) -> u64 {
-        let Range { start, end } = self.profile.crc_bytes();
-        let (before, behind) = (&data[..self.offset + start], &data[self.offset + end..]);
-        self.profile.crc(before, behind, self.profile.counter(&data[self.offset..]))
+        let (layout, header) = (self.profile.header(), &data[self.offset..]);
+        let Range { start, end } = layout.crc_bytes();
+        self.profile.crc(&data[..self.offset + start], &header[end..], read(header, &layout.counter))
     }
 }
 

@@ -1,62 +1,61 @@
-//! What sets the profiles apart: header, identity, CRC.
+//! Header layout, data identity and CRC of each profile.
 
 use std::ops::Range;
 
-use crc::{CRC_8_AUTOSAR, CRC_8_GSM_A, CRC_16_IBM_3740, CRC_32_AUTOSAR, CRC_64_XZ, Crc};
+use crc::{Algorithm, Crc};
 
 /// J1850's polynomial; start and end value cancel out, so that both are 0 in effect.
-static CRC_1D: Crc<u8> = Crc::<u8>::new(&CRC_8_GSM_A);
-static CRC_2F: Crc<u8> = Crc::<u8>::new(&CRC_8_AUTOSAR);
-static CRC_16: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
-static CRC_32: Crc<u32> = Crc::<u32>::new(&CRC_32_AUTOSAR);
-static CRC_64: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+static CRC_8_1D: Crc<u64> = Crc::<u64>::new(&const { algorithm(8, 0x1D, 0, false) });
+static CRC_8_2F: Crc<u64> = Crc::<u64>::new(&const { algorithm(8, 0x2F, 0xFF, false) });
+static CRC_16: Crc<u64> =
+    Crc::<u64>::new(&const { Algorithm { xorout: 0, ..algorithm(16, 0x1021, 0xFFFF, false) } });
+static CRC_32_P4: Crc<u64> = Crc::<u64>::new(&const { algorithm(32, 0xF4AC_FB13, 0xFFFF_FFFF, true) });
+static CRC_64: Crc<u64> = Crc::<u64>::new(&const { algorithm(64, 0x42F0_E1EB_A9EA_3693, u64::MAX, true) });
 
-/// A profile and the message's identity in it.
-///
-/// Headers, by byte:
-/// - 1 and 11: CRC, then the counter in the low half (the high half may hold part of the Data ID);
-/// - 2 and 22: CRC, then the counter in the low half;
-/// - 4: length (2), counter (2), Data ID (4), CRC (4), all big-endian;
-/// - 5: CRC (2, little-endian), counter (1);
-/// - 6: CRC (2), length (2), counter (1), big-endian;
-/// - 7: CRC (8), length (4), counter (4), Data ID (4), all big-endian.
+/// A CRC whose start value is also combined with the result.
+const fn algorithm(width: u8, poly: u64, init: u64, reflected: bool) -> Algorithm<u64> {
+    let (refin, refout) = (reflected, reflected);
+    Algorithm { width, poly, init, refin, refout, xorout: init, check: 0, residue: 0 }
+}
+
+/// A profile with the Data ID of the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
     /// Profiles 1 and 11: CRC-8 "1D", counter 0 to 14.
     P01 {
-        /// Data ID.
+        /// Data ID of the message.
         data_id: u16,
-        /// How it goes into the CRC: what makes 1A, 1B, 1C, 11A and 11C.
+        /// Bytes of the Data ID in the CRC, which tells 1A, 1B, 1C, 11A and 11C apart.
         mode: DataIdMode,
     },
     /// Profiles 2 and 22: CRC-8 "2F", counter 0 to 15.
     P02 {
-        /// One byte of identity for each counter.
+        /// One byte of Data ID for each counter value.
         data_ids: [u8; 16],
     },
     /// CRC-32 "P4", counter of 16 bits.
     P04 {
-        /// Data ID.
+        /// Data ID of the message.
         data_id: u32,
     },
     /// CRC-16, counter of 8 bits.
     P05 {
-        /// Data ID.
+        /// Data ID of the message.
         data_id: u16,
     },
     /// CRC-16 with the length in the header, counter of 8 bits.
     P06 {
-        /// Data ID.
+        /// Data ID of the message.
         data_id: u16,
     },
     /// CRC-64, counter of 32 bits.
     P07 {
-        /// Data ID.
+        /// Data ID of the message.
         data_id: u32,
     },
 }
 
-/// How the Data ID of profile 1 goes into the CRC.
+/// Bytes of the Data ID that enter the CRC of profile 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DataIdMode {
     /// Both bytes, the low one first (1A, 11A).
@@ -69,178 +68,145 @@ pub enum DataIdMode {
     Nibble,
 }
 
+/// Fields of a header as ranges of nibbles, the high nibble of a byte first.
+#[derive(Debug)]
+pub(super) struct Header {
+    /// Length of the header in bytes.
+    pub(super) bytes: usize,
+    crc: Range<usize>,
+    /// True if the low byte of the CRC comes first; all other fields are big-endian.
+    crc_is_little_endian: bool,
+    pub(super) counter: Range<usize>,
+    /// Last value of the counter, which begins with 0.
+    pub(super) last_counter: u32,
+    pub(super) data_id: Option<Range<usize>>,
+    pub(super) length: Option<Range<usize>>,
+}
+
+const P01: Header = Header {
+    bytes: 2,
+    crc: 0..2,
+    crc_is_little_endian: false,
+    counter: 3..4,
+    last_counter: 14,
+    data_id: None,
+    length: None,
+};
+const P01_NIBBLE: Header = Header { data_id: Some(2..3), ..P01 };
+const P02: Header = Header { last_counter: 15, ..P01 };
+const P04: Header = Header {
+    bytes: 12,
+    length: Some(0..4),
+    counter: 4..8,
+    last_counter: u16::MAX as u32,
+    data_id: Some(8..16),
+    crc: 16..24,
+    ..P01
+};
+const P05: Header =
+    Header { bytes: 3, crc: 0..4, crc_is_little_endian: true, counter: 4..6, last_counter: 255, ..P01 };
+const P06: Header =
+    Header { bytes: 5, crc: 0..4, length: Some(4..8), counter: 8..10, last_counter: 255, ..P01 };
+const P07: Header = Header {
+    bytes: 20,
+    crc: 0..16,
+    length: Some(16..24),
+    counter: 24..32,
+    last_counter: u32::MAX,
+    data_id: Some(32..40),
+    ..P01
+};
+
 impl Profile {
-    pub(super) fn header_length(&self) -> usize {
+    pub(super) fn header(&self) -> &'static Header {
         match self {
-            Self::P01 { .. } | Self::P02 { .. } => 2,
-            Self::P04 { .. } => 12,
-            Self::P05 { .. } => 3,
-            Self::P06 { .. } => 5,
-            Self::P07 { .. } => 20,
+            Self::P01 { mode: DataIdMode::Nibble, .. } => &P01_NIBBLE,
+            Self::P01 { .. } => &P01,
+            Self::P02 { .. } => &P02,
+            Self::P04 { .. } => &P04,
+            Self::P05 { .. } => &P05,
+            Self::P06 { .. } => &P06,
+            Self::P07 { .. } => &P07,
         }
     }
 
-    /// Where the CRC is in the header: what it does not cover.
-    pub(super) fn crc_bytes(&self) -> Range<usize> {
+    /// The Data ID as the header carries it; 0 for profiles that do not send it.
+    pub(super) fn sent_data_id(&self) -> u32 {
         match self {
-            Self::P01 { .. } | Self::P02 { .. } => 0..1,
-            Self::P04 { .. } => 8..12,
-            Self::P05 { .. } | Self::P06 { .. } => 0..2,
-            Self::P07 { .. } => 0..8,
+            Self::P01 { data_id, .. } => u32::from(*data_id >> 8 & 0xF),
+            Self::P04 { data_id } | Self::P07 { data_id } => *data_id,
+            Self::P02 { .. } | Self::P05 { .. } | Self::P06 { .. } => 0,
         }
     }
 
-    pub(super) fn counter_range(&self) -> (u32, u32) {
-        let last = match self {
-            Self::P01 { .. } => 14,
-            Self::P02 { .. } => 15,
-            Self::P05 { .. } | Self::P06 { .. } => u32::from(u8::MAX),
-            Self::P04 { .. } => u32::from(u16::MAX),
-            Self::P07 { .. } => u32::MAX,
-        };
-        (0, last)
-    }
-
-    /// The CRC over the bytes around it and the identity.
-    pub(super) fn crc(&self, before: &[u8], behind: &[u8], counter: u32) -> u64 {
+    /// The CRC over the Data ID and the bytes `before` and `after` the CRC.
+    pub(super) fn crc(&self, before: &[u8], after: &[u8], counter: u32) -> u64 {
         match self {
             Self::P01 { data_id, mode } => {
                 let [low, high] = data_id.to_le_bytes();
-                let mut digest = CRC_1D.digest();
-                match mode {
-                    DataIdMode::Both => digest.update(&[low, high]),
-                    DataIdMode::Alternating if counter.is_multiple_of(2) => digest.update(&[low]),
-                    DataIdMode::Alternating => digest.update(&[high]),
-                    DataIdMode::Low => digest.update(&[low]),
-                    DataIdMode::Nibble => digest.update(&[low, 0]),
-                }
-                digest.update(before);
-                digest.update(behind);
-                digest.finalize().into()
+                let id: &[u8] = match mode {
+                    DataIdMode::Both => &[low, high],
+                    DataIdMode::Alternating if counter.is_multiple_of(2) => &[low],
+                    DataIdMode::Alternating => &[high],
+                    DataIdMode::Low => &[low],
+                    DataIdMode::Nibble => &[low, 0],
+                };
+                crc_over(&CRC_8_1D, [id, before, after])
             }
             Self::P02 { data_ids } => {
-                let mut digest = CRC_2F.digest();
-                digest.update(before);
-                digest.update(behind);
                 // Four bits.
-                digest.update(&data_ids[(counter & 0xF) as usize..][..1]);
-                digest.finalize().into()
+                crc_over(&CRC_8_2F, [before, after, &data_ids[(counter & 0xF) as usize..][..1]])
             }
-            Self::P05 { data_id } => crc_16(before, behind, data_id.to_le_bytes()),
-            Self::P06 { data_id } => crc_16(before, behind, data_id.to_be_bytes()),
-            Self::P04 { .. } => {
-                let mut digest = CRC_32.digest();
-                digest.update(before);
-                digest.update(behind);
-                digest.finalize().into()
-            }
-            Self::P07 { .. } => {
-                let mut digest = CRC_64.digest();
-                digest.update(before);
-                digest.update(behind);
-                digest.finalize()
-            }
+            Self::P05 { data_id } => crc_over(&CRC_16, [before, after, &data_id.to_le_bytes()]),
+            Self::P06 { data_id } => crc_over(&CRC_16, [before, after, &data_id.to_be_bytes()]),
+            Self::P04 { .. } => crc_over(&CRC_32_P4, [before, after, &[]]),
+            Self::P07 { .. } => crc_over(&CRC_64, [before, after, &[]]),
         }
+    }
+}
+
+impl Header {
+    /// Bytes of the header that hold the CRC, which it does not cover.
+    pub(super) fn crc_bytes(&self) -> Range<usize> {
+        self.crc.start / 2..self.crc.end / 2
     }
 
     pub(super) fn stored_crc(&self, header: &[u8]) -> u64 {
         let bytes = &header[self.crc_bytes()];
-        if self.crc_is_little_endian() { number(bytes.iter().rev()) } else { number(bytes.iter()) }
+        let join = |crc, byte: &u8| crc << 8 | u64::from(*byte);
+        if self.crc_is_little_endian { bytes.iter().rev().fold(0, join) } else { bytes.iter().fold(0, join) }
     }
 
     pub(super) fn write_crc(&self, crc: u64, header: &mut [u8]) {
-        let bytes = &mut header[self.crc_bytes()];
-        write(crc, bytes);
-        if self.crc_is_little_endian() {
-            bytes.reverse();
+        write(crc, &self.crc, header);
+        if self.crc_is_little_endian {
+            header[self.crc_bytes()].reverse();
         }
-    }
-
-    pub(super) fn counter(&self, header: &[u8]) -> u32 {
-        match self {
-            Self::P01 { .. } | Self::P02 { .. } => u32::from(header[1] & 0xF),
-            Self::P04 { .. } => field(header, 2..4),
-            Self::P05 { .. } => field(header, 2..3),
-            Self::P06 { .. } => field(header, 4..5),
-            Self::P07 { .. } => field(header, 12..16),
-        }
-    }
-
-    /// The identity in the header and what it should be, for profiles that send it.
-    pub(super) fn data_id(&self, header: &[u8]) -> Option<(u32, u32)> {
-        match self {
-            Self::P01 { data_id, mode: DataIdMode::Nibble } => {
-                Some((u32::from(header[1] >> 4), u32::from(*data_id >> 8 & 0xF)))
-            }
-            Self::P04 { data_id } => Some((field(header, 4..8), *data_id)),
-            Self::P07 { data_id } => Some((field(header, 16..20), *data_id)),
-            Self::P01 { .. } | Self::P02 { .. } | Self::P05 { .. } | Self::P06 { .. } => None,
-        }
-    }
-
-    /// The length in the header, for profiles that send it.
-    pub(super) fn length_field(&self, header: &[u8]) -> Option<u32> {
-        match self {
-            Self::P04 { .. } => Some(field(header, 0..2)),
-            Self::P06 { .. } => Some(field(header, 2..4)),
-            Self::P07 { .. } => Some(field(header, 8..12)),
-            Self::P01 { .. } | Self::P02 { .. } | Self::P05 { .. } => None,
-        }
-    }
-
-    /// Everything but the CRC.
-    pub(super) fn write_header(&self, counter: u32, length: usize, header: &mut [u8]) {
-        let (counter, length) = (u64::from(counter), length as u64);
-        let low = (counter & 0xF) as u8;
-        match self {
-            Self::P01 { data_id, mode: DataIdMode::Nibble } => {
-                let [_, high] = data_id.to_le_bytes();
-                header[1] = high << 4 | low;
-            }
-            Self::P01 { .. } | Self::P02 { .. } => header[1] = header[1] & 0xF0 | low,
-            Self::P04 { data_id } => {
-                write(length, &mut header[0..2]);
-                write(counter, &mut header[2..4]);
-                write((*data_id).into(), &mut header[4..8]);
-            }
-            Self::P05 { .. } => write(counter, &mut header[2..3]),
-            Self::P06 { .. } => {
-                write(length, &mut header[2..4]);
-                write(counter, &mut header[4..5]);
-            }
-            Self::P07 { data_id } => {
-                write(length, &mut header[8..12]);
-                write(counter, &mut header[12..16]);
-                write((*data_id).into(), &mut header[16..20]);
-            }
-        }
-    }
-
-    fn crc_is_little_endian(&self) -> bool {
-        matches!(self, Self::P05 { .. })
     }
 }
 
-fn crc_16(before: &[u8], behind: &[u8], data_id: [u8; 2]) -> u64 {
-    let mut digest = CRC_16.digest();
-    digest.update(before);
-    digest.update(behind);
-    digest.update(&data_id);
-    digest.finalize().into()
+fn crc_over(crc: &Crc<u64>, parts: [&[u8]; 3]) -> u64 {
+    let mut digest = crc.digest();
+    for part in parts {
+        digest.update(part);
+    }
+    digest.finalize()
 }
 
-/// Up to four bytes, big-endian.
-fn field(header: &[u8], bytes: Range<usize>) -> u32 {
-    header[bytes].iter().fold(0, |value, byte| value << 8 | u32::from(*byte))
+/// Position of a nibble's lowest bit in its byte.
+fn shift(nibble: usize) -> usize {
+    if nibble.is_multiple_of(2) { 4 } else { 0 }
 }
 
-/// Up to eight bytes, the most significant first.
-fn number<'a>(bytes: impl Iterator<Item = &'a u8>) -> u64 {
-    bytes.fold(0, |value, byte| value << 8 | u64::from(*byte))
+/// Reads a field of up to eight nibbles.
+pub(super) fn read(header: &[u8], field: &Range<usize>) -> u32 {
+    field.clone().fold(0, |value, at| value << 4 | u32::from(header[at / 2] >> shift(at) & 0xF))
 }
 
-/// Fills `bytes` with the lowest bytes of `value`, big-endian.
-fn write(value: u64, bytes: &mut [u8]) {
-    let all = value.to_be_bytes();
-    bytes.copy_from_slice(&all[all.len() - bytes.len()..]);
+/// Fills a field with the lowest bits of `value`.
+pub(super) fn write(value: u64, field: &Range<usize>, header: &mut [u8]) {
+    for (place, at) in field.clone().rev().enumerate() {
+        let nibble = (value >> (4 * place) & 0xF) as u8;
+        header[at / 2] = header[at / 2] & !(0xF << shift(at)) | nibble << shift(at);
+    }
 }

@@ -38,7 +38,7 @@ fn protected(e2e: &E2e, counter: u32) -> Vec<u8> {
 }
 
 #[test]
-fn the_published_examples_come_out() {
+fn published_examples_are_reproduced() {
     let starts = |profile, counter, bytes: &[u8]| {
         let data = protected(&e2e(profile, 0, 8), counter);
         assert!(data.starts_with(bytes), "{profile:?}, {counter}: {data:02X?}");
@@ -54,7 +54,7 @@ fn the_published_examples_come_out() {
 
 proptest! {
     #[test]
-    fn what_was_protected_is_right_and_carries_its_counter(
+    fn protected_frame_passes_check_and_returns_counter(
         bytes in prop::collection::vec(any::<u8>(), 64), counter in any::<u32>(), offset in 0_usize..40,
     ) {
         for profile in all() {
@@ -63,18 +63,18 @@ proptest! {
             let mut data = bytes.clone();
             prop_assert!(e2e.protect(counter, &mut data));
             prop_assert_eq!(e2e.check(&frame(&data)), Ok(counter), "{:?}", profile);
-            let header = offset..offset + profile.header_length();
+            let header = offset..offset + profile.header().bytes;
             prop_assert!((0..64).filter(|at| !header.contains(at)).all(|at| data[at] == bytes[at]));
         }
     }
 
     #[test]
-    fn every_changed_bit_is_found(
+    fn any_changed_bit_fails_check(
         bytes in prop::collection::vec(any::<u8>(), 24), counter in 0_u32..15, bit in 0_usize..24 * 8,
     ) {
         for profile in all() {
             let e2e = e2e(profile, 0, 24);
-            // Another counter means another identity there: the CRC alone does not tell.
+            // Another counter selects another Data ID, which the CRC alone does not reveal.
             let counter_picks = matches!(profile, Profile::P02 { .. } | Profile::P01 { mode: DataIdMode::Alternating, .. });
             let mut data = bytes.clone();
             e2e.protect(counter, &mut data);
@@ -87,9 +87,9 @@ proptest! {
     }
 
     #[test]
-    fn any_frame_is_judged_without_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..=8), offset in 0_usize..70, length in 0_usize..70) {
+    fn any_frame_is_checked_without_panic(bytes in prop::collection::vec(any::<u8>(), 0..=8), offset in 0_usize..70, length in 0_usize..70) {
         for profile in all() {
-            let fits = length <= 64 && offset + profile.header_length() <= length;
+            let fits = length <= 64 && offset + profile.header().bytes <= length;
             let made = E2e::new(profile, offset, length);
             prop_assert_eq!(made.is_ok(), fits);
             if let Ok(e2e) = made {
@@ -100,7 +100,7 @@ proptest! {
     }
 
     #[test]
-    fn another_implementation_agrees(bytes in prop::collection::vec(any::<u8>(), 32), frames in 1_usize..40) {
+    fn results_agree_with_autosar_e2e(bytes in prop::collection::vec(any::<u8>(), 32), frames in 1_usize..40) {
         peer(profile_1(0x123, DataIdMode::Both), &bytes, frames, profile11::Profile11::new(profile11::Profile11Config {
             mode: profile11::Profile11IdMode::Both, data_id: 0x123, data_length: 192, ..Default::default()
         }).unwrap(), 24);
@@ -119,8 +119,8 @@ proptest! {
     }
 }
 
-/// What the other protects is right here with its counters in a row, byte for byte what is protected
-/// here, and what is protected here is right there.
+/// Protects frames with both implementations, compares them byte for byte, and checks each with the
+/// other.
 fn peer<P: E2EProfile + Clone>(profile: Profile, bytes: &[u8], frames: usize, mut sender: P, length: usize) {
     let mut receiver = sender.clone();
     let ours = E2e::new(profile, 0, length).unwrap();
@@ -128,7 +128,7 @@ fn peer<P: E2EProfile + Clone>(profile: Profile, bytes: &[u8], frames: usize, mu
     for _ in 0..frames {
         let mut theirs = bytes[..length].to_vec();
         sender.protect(&mut theirs).unwrap();
-        let counter = ours.profile.counter(&theirs);
+        let counter = read(&theirs, &ours.profile.header().counter);
         let mut mine = bytes[..length].to_vec();
         assert!(ours.protect(counter, &mut mine));
         assert_eq!(mine, theirs, "{profile:?}");
@@ -140,8 +140,8 @@ fn peer<P: E2EProfile + Clone>(profile: Profile, bytes: &[u8], frames: usize, mu
 }
 
 #[test]
-fn one_byte_of_profile_1_goes_in_by_the_counter() {
-    // With both bytes alike the two modes are one.
+fn profile_1b_alternates_data_id_byte_with_counter() {
+    // The low-byte mode with the byte that the counter selects gives the same frame.
     let [low, alternating] = [DataIdMode::Low, DataIdMode::Alternating];
     for counter in 0..15 {
         let of = |data_id, mode| protected(&e2e(profile_1(data_id, mode), 0, 8), counter);
@@ -152,21 +152,21 @@ fn one_byte_of_profile_1_goes_in_by_the_counter() {
 }
 
 #[test]
-fn headers_say_what_is_wrong_with_a_whole_frame() {
+fn header_of_other_message_is_reported_by_field() {
     let mine = e2e(Profile::P04 { data_id: 1 }, 0, 16);
     let other = protected(&e2e(Profile::P04 { data_id: 2 }, 0, 16), 7);
     assert_eq!(mine.check(&frame(&other)), Err(E2eFault::DataId { stored: 2, expected: 1 }));
-    // A shorter message that was filled up: its CRC does not cover the rest.
+    // A shorter message that was padded: its CRC does not cover the padding.
     let mut longer = protected(&e2e(Profile::P04 { data_id: 1 }, 0, 12), 7);
     longer.extend([0; 4]);
     assert!(matches!(mine.check(&frame(&longer)), Err(E2eFault::Crc { .. })));
-    // A length field that lies, under a CRC that covers the lie.
+    // A wrong length field under a CRC that covers it.
     for profile in [Profile::P04 { data_id: 1 }, Profile::P06 { data_id: 1 }, Profile::P07 { data_id: 1 }] {
         let mine = e2e(profile, 0, 24);
-        let mut lie = vec![0; 24];
-        profile.write_header(7, 23, &mut lie);
-        profile.write_crc(mine.crc(&lie), &mut lie);
-        assert_eq!(mine.check(&frame(&lie)), Err(E2eFault::LengthField(23)), "{profile:?}");
+        let mut data = vec![0; 24];
+        mine.write_header(7, 23, &mut data);
+        profile.header().write_crc(mine.crc(&data), &mut data);
+        assert_eq!(mine.check(&frame(&data)), Err(E2eFault::LengthField(23)), "{profile:?}");
     }
     let nibble = |id| e2e(profile_1(id, DataIdMode::Nibble), 0, 8);
     let other = protected(&nibble(0x523), 7);
@@ -175,7 +175,7 @@ fn headers_say_what_is_wrong_with_a_whole_frame() {
 }
 
 #[test]
-fn the_last_value_of_profile_1_is_left_to_the_counter() {
+fn counter_15_of_profile_1_passes_check_but_is_out_of_range() {
     let mine = e2e(profile_1(0x123, DataIdMode::Both), 0, 8);
     assert_eq!((mine.counter_range(), mine.check(&frame(&protected(&mine, 15)))), ((0, 14), Ok(15)));
 }

@@ -145,11 +145,6 @@ impl<'a> PathFrame<'a> {
         Self { path, ego, ego_station_m, front_m, limits }
     }
 
-    /// The same vehicle, but what is measured is found with other limits.
-    pub fn with_limits(self, limits: NearestLimits) -> Self {
-        Self { limits, ..self }
-    }
-
     /// The path.
     pub fn path(&self) -> &'a Path {
         self.path

@@ -1,16 +1,16 @@
-//! What the decider needs to know of lanelets: plain values, so that it does not depend on where a
-//! map comes from (docs/spec/turn-signal-decider.md, "Map facts").
+//! The lanelets of a map, with what follows and lies beside what (docs/spec/turn-signal-decider.md, "Map facts").
 
 use std::collections::BTreeMap;
 
-use super::geometry::polyline::{length_m, nearest};
-use super::geometry::shape::contains;
-use super::geometry::{Point, Pose, wrapped};
-pub use crate::core::map::lanelet::TurnDirection;
+use crate::core::map::geometry::polyline::{length_m, nearest};
+use crate::core::map::geometry::shape::contains;
+use crate::core::map::geometry::{Point, Pose, wrapped};
 use extent::Extent;
 
 mod extent;
-mod of_map;
+mod reader;
+mod tags;
+mod topology;
 
 /// Id of a lanelet.
 pub type LaneId = i64;
@@ -24,7 +24,21 @@ pub struct Roadside {
     pub lane: bool,
 }
 
-/// One lanelet.
+/// The tag `turn_direction`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TurnDirection {
+    /// No tag, or a value that does not name a direction.
+    #[default]
+    None,
+    /// `straight`
+    Straight,
+    /// `left`
+    Left,
+    /// `right`
+    Right,
+}
+
+/// A lanelet.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lane {
     /// Its id.

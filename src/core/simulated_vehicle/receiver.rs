@@ -1,4 +1,4 @@
-//! The commands as the vehicle hears them: whole, in sequence, with authority, and not too long ago.
+//! Reception of command messages: intact, in sequence and not timed out.
 
 use std::time::Duration;
 
@@ -10,32 +10,33 @@ use crate::core::command::message::CommandMessage;
 use crate::core::time::{MonoTime, deadline_after};
 use crate::core::validation::integrity::{IntegrityChecker, IntegrityVerdict, MessageIntegrity};
 
-/// Periods without a frame after which a command is dropped.
+/// Number of periods without a frame after which a command times out by default.
 const PERIODS: u32 = 5;
 
-/// What is requested of the vehicle; none = nothing.
+/// Lights requested by commands; `None` = no request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct LightsRequest {
     pub(super) turn: Option<Turn>,
     pub(super) hazard: Option<bool>,
 }
 
-/// What came of a frame.
+/// Effect of a command frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct FrameEffect {
-    /// Whether a button that springs back was pressed with it.
+    /// True if it presses a momentary button.
     pub(super) presses: bool,
-    pub(super) told: Option<VehicleEvent>,
+    /// Event to report; `None` = nothing.
+    pub(super) event: Option<VehicleEvent>,
 }
 
-/// Listens to one command message.
+/// Receiver of one command message.
 #[derive(Debug, Clone)]
 pub(super) struct CommandReceiver {
     message: CommandMessage,
     checker: Option<IntegrityChecker>,
     timeout: Duration,
     request: LightsRequest,
-    /// When the last believed frame came; none = what it asked for is dropped.
+    /// Receive time of the last valid frame; `None` = no request.
     received_at: Option<MonoTime>,
     is_pressed: bool,
     is_rejecting: bool,
@@ -61,7 +62,7 @@ impl CommandReceiver {
         }
     }
 
-    /// Takes a frame; nothing comes of those of other messages.
+    /// Takes a frame; those of other messages have no effect.
     pub(super) fn on_frame(&mut self, bus: BusIndex, frame: &Frame, now: MonoTime) -> FrameEffect {
         let permission = &self.message.permission;
         if (permission.bus(), permission.id()) != (bus, frame.id()) {
@@ -69,24 +70,24 @@ impl CommandReceiver {
         }
         let verdict =
             self.checker.as_mut().map_or(IntegrityVerdict::Trusted, |checker| checker.check(frame, now));
-        let why = match verdict {
-            IntegrityVerdict::Rejected(why) => Some(why.to_string()),
+        let reason = match verdict {
+            IntegrityVerdict::Rejected(reject) => Some(reject.to_string()),
             IntegrityVerdict::Trusted if frame.data().len() == permission.length() => None,
             IntegrityVerdict::Trusted => Some("wrong length".to_owned()),
         };
-        let was_rejecting = std::mem::replace(&mut self.is_rejecting, why.is_some());
-        if let Some(why) = why {
+        let was_rejecting = std::mem::replace(&mut self.is_rejecting, reason.is_some());
+        if let Some(why) = reason {
             let message = self.message.name.clone();
-            let told = (!was_rejecting).then_some(VehicleEvent::CommandRejected { message, why });
-            return FrameEffect { presses: false, told };
+            let event = (!was_rejecting).then_some(VehicleEvent::CommandRejected { message, why });
+            return FrameEffect { presses: false, event };
         }
         let (request, is_pressed) = read(&self.message, frame.padded());
         let presses = is_pressed && !self.is_pressed;
         (self.request, self.is_pressed, self.received_at) = (request, is_pressed, Some(now));
-        FrameEffect { presses, told: None }
+        FrameEffect { presses, event: None }
     }
 
-    /// Drops what was asked for too long ago.
+    /// Drops a request that has timed out.
     pub(super) fn settle(&mut self, now: MonoTime) -> Option<VehicleEvent> {
         self.received_at.filter(|at| now.since(*at) > self.timeout)?;
         (self.received_at, self.is_pressed) = (None, false);
@@ -104,7 +105,7 @@ impl CommandReceiver {
     }
 }
 
-/// What a frame asks for, and whether it presses a button.
+/// Request of a frame, and whether it presses a button.
 fn read(message: &CommandMessage, data: &[u8; MAX_DATA]) -> (LightsRequest, bool) {
     if message.enable.as_ref().is_some_and(|enable| !enable.on.matches(data)) {
         return (LightsRequest::default(), false);

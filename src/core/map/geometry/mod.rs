@@ -1,5 +1,5 @@
-//! Plane geometry of the decider: poses, distances along a path, where a turn ends
-//! (docs/spec/turn-signal-decider.md, "Geometry"). Height plays no part.
+//! Plane geometry: poses, distances along a path, where a turn ends (docs/spec/turn-signal-decider.md, "Geometry").
+//! Height counts in the lengths of bounds only.
 
 pub mod centerline;
 pub mod path;
@@ -19,10 +19,10 @@ pub struct Point {
     pub y_m: f64,
 }
 
-/// A position and the way something faces there.
+/// A position and a heading there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pose {
-    /// Where.
+    /// Position in the map frame.
     pub position: Point,
     /// Heading in the map frame, radians, counter-clockwise from +x.
     pub yaw_rad: f64,
@@ -88,6 +88,11 @@ impl Pose {
             self.position.y_m + sin * forward_m + cos * left_m,
         )
     }
+}
+
+/// The cross product of `a - origin` and `b - origin`: positive when `b` lies to the left of the direction to `a`.
+fn cross(origin: Point, a: Point, b: Point) -> f64 {
+    (a.x_m - origin.x_m) * (b.y_m - origin.y_m) - (a.y_m - origin.y_m) * (b.x_m - origin.x_m)
 }
 
 /// An angle brought into (-π, π].

@@ -1,6 +1,6 @@
 //! The box around a line: how near and how far the line can be at most, without looking at it.
 
-use crate::core::turn_signal::geometry::Point;
+use crate::core::map::geometry::Point;
 
 /// Rounding of distances stays far below this, metres.
 const ROUNDING_M: f64 = 1e-6;

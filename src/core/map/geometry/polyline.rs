@@ -1,6 +1,6 @@
 //! Lines of points: lengths, headings, the nearest piece.
 
-use super::{Point, Pose};
+use super::{Point, Pose, cross};
 
 /// Length, metres.
 pub fn length_m(points: &[Point]) -> f64 {
@@ -69,6 +69,8 @@ pub fn headed(points: &[Point]) -> Vec<Pose> {
 /// The place of a line nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
+    /// Index of the piece it is on: that of its first point.
+    pub piece: usize,
     /// Arc length there, metres.
     pub arc_m: f64,
     /// Distance to it, metres.
@@ -81,21 +83,56 @@ pub struct Projection {
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = points.first()?;
     let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
-    let mut best = Projection { arc_m: 0.0, distance_m: first.distance_m(query), yaw_rad };
+    let mut best = Projection { piece: 0, arc_m: 0.0, distance_m: first.distance_m(query), yaw_rad };
     let mut start_m = 0.0;
-    for piece in points.windows(2) {
-        let [from, to] = piece else { continue };
+    for (piece, (from, to)) in points.iter().zip(points.iter().skip(1)).enumerate() {
         let length_m = from.distance_m(*to);
         if length_m > 0.0 {
             let along_m = projection_m(*from, *to, query).clamp(0.0, length_m);
             let distance_m = from.toward(*to, along_m / length_m).distance_m(query);
             if distance_m < best.distance_m {
-                best = Projection { arc_m: start_m + along_m, distance_m, yaw_rad: from.heading_to_rad(*to) };
+                let yaw_rad = from.heading_to_rad(*to);
+                best = Projection { piece, arc_m: start_m + along_m, distance_m, yaw_rad };
             }
         }
         start_m += length_m;
     }
     Some(best)
+}
+
+/// Whether `query` lies to the left of a line. At a corner both of its pieces count: the inside of the bend is what
+/// both have on that side.
+pub fn is_on_left(points: &[Point], query: Point) -> bool {
+    let points = without_repeats(points);
+    let piece = |at: usize| Some((*points.get(at)?, *points.get(at + 1)?));
+    let left_of = |at: usize| piece(at).map(|(from, to)| cross(from, to, query) > 0.0);
+    let Some(nearest) = nearest(&points, query).map(|foot| foot.piece) else { return false };
+    let Some((from, to)) = piece(nearest) else { return false };
+    let along_m = projection_m(from, to, query);
+    let (before, after) = if along_m <= 0.0 {
+        (nearest.checked_sub(1), Some(nearest))
+    } else if along_m >= from.distance_m(to) {
+        (Some(nearest), Some(nearest + 1))
+    } else {
+        (None, None)
+    };
+    match (before.and_then(left_of), after.and_then(left_of)) {
+        (Some(one), Some(other)) => {
+            let bends_left = before
+                .and_then(piece)
+                .zip(after.and_then(piece))
+                .is_some_and(|((first, corner), (_, last))| cross(first, corner, last) > 0.0);
+            if bends_left { one && other } else { one || other }
+        }
+        _ => left_of(nearest).unwrap_or_default(),
+    }
+}
+
+/// The index of the pose nearest to a place, the first of equally near ones; 0 without poses.
+pub fn nearest_index(poses: &[Pose], place: Point) -> usize {
+    let far = |pose: &Pose| pose.position.squared_distance(place);
+    let nearest = poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
+    nearest.map_or(0, |(index, _)| index)
 }
 
 /// The point at `arc_m`, held to the ends of the line. `None` without points.
@@ -124,5 +161,45 @@ fn piece_length_m(piece: &[Point]) -> f64 {
     match piece {
         [from, to] => from.distance_m(*to),
         _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_known_at_corners_too() {
+        let point = |(x, y): (f64, f64)| Point::new(x, y);
+        // To the east, then to the north: a bend to the left.
+        let bend = [(0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.0, 10.0)].map(point);
+        let cases = [
+            ((5.0, 1.0), 0, 5.0, 1.0, true),
+            ((5.0, -1.0), 0, 5.0, 1.0, false),
+            ((13.0, -4.0), 0, 10.0, 5.0, false), // outside of the corner
+            ((11.0, -1e-3), 0, 10.0, 1.0, false),
+            ((9.0, 2.0), 2, 12.0, 1.0, true),
+            ((12.0, 3.0), 2, 13.0, 2.0, false),
+            ((-3.0, 4.0), 0, 0.0, 5.0, true),
+        ];
+        for (place, piece, arc_m, distance_m, left) in cases {
+            let foot = nearest(&bend, point(place)).unwrap();
+            assert_eq!((foot.piece, is_on_left(&bend, point(place))), (piece, left), "{place:?}");
+            assert!((foot.arc_m - arc_m).abs() < 1e-9, "{place:?}: {foot:?}");
+            assert!((foot.distance_m - distance_m).abs() < 1e-5, "{place:?}: {foot:?}");
+        }
+        let mirrored = bend.map(|place| Point::new(place.x_m, -place.y_m));
+        assert!(is_on_left(&mirrored, point((13.0, 4.0))));
+    }
+
+    #[test]
+    fn lengths_and_places_are_measured_along_the_line() {
+        let line = [(0.0, 0.0), (3.0, 0.0), (3.0, 0.0), (3.0, 7.0)].map(|(x, y)| Point::new(x, y));
+        assert_eq!((length_m(&line), arc_lengths_m(&line)), (10.0, vec![0.0, 3.0, 3.0, 10.0]));
+        for (arc_m, x, y) in
+            [(-1.0, 0.0, 0.0), (1.5, 1.5, 0.0), (3.0, 3.0, 0.0), (5.0, 3.0, 2.0), (11.0, 3.0, 7.0)]
+        {
+            assert_eq!(at_arc(&line, arc_m), Some(Point::new(x, y)), "{arc_m}");
+        }
     }
 }

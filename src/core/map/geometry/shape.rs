@@ -1,6 +1,6 @@
 //! Areas and crossings: inside a lane, across a bound, how far to a bound sideways.
 
-use super::{Point, Pose};
+use super::{Point, Pose, cross};
 
 /// Whether `point` lies inside the closed ring `ring` or on its edge (to within rounding). A ring of
 /// fewer than three points has no inside.
@@ -57,10 +57,6 @@ pub fn sideways_distance_m(vehicle: Pose, corner: Point, bound: &[Point]) -> Opt
 
 fn edges(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> {
     ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)).take(ring.len())
-}
-
-fn cross(origin: Point, a: Point, b: Point) -> f64 {
-    (a.x_m - origin.x_m) * (b.y_m - origin.y_m) - (a.y_m - origin.y_m) * (b.x_m - origin.x_m)
 }
 
 fn within_box(from: Point, to: Point, point: Point) -> bool {

@@ -1,0 +1,19 @@
+//! Dimensions of a vehicle, in a section of the gateway's file and in drives.
+
+use super::reading::fields::Fields;
+use crate::core::turn_signal::parameters::Vehicle;
+
+/// Reads the dimensions; the default of each is that of Autoware's sample vehicle.
+pub(super) fn vehicle(fields: Fields<'_>) -> Vehicle {
+    let sample = Vehicle::SAMPLE;
+    let metres = |key, default| fields.number(key, 0.0..=50.0, "m").unwrap_or(default);
+    let vehicle = Vehicle {
+        wheel_base_m: metres("wheel_base_m", sample.wheel_base_m),
+        front_overhang_m: metres("front_overhang_m", sample.front_overhang_m),
+        rear_overhang_m: metres("rear_overhang_m", sample.rear_overhang_m),
+        left_m: metres("left_m", sample.left_m),
+        right_m: metres("right_m", sample.right_m),
+    };
+    fields.done();
+    vehicle
+}

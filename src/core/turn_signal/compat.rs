@@ -1,0 +1,110 @@
+//! The behaviours that the decider can have, and what upstream does otherwise, as data
+//! (docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode").
+
+/// One of the behaviours of the decider.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum DeciderCompat {
+    /// The rules of Autoware's behavior path planner without their weaknesses.
+    #[default]
+    Improved,
+    /// The behavior path planner as it is, weaknesses included.
+    Upstream,
+    /// Autoware's core path generator: turns only (docs/spec/turn-signal-decider.md, "Path generator").
+    PathGenerator,
+}
+
+impl DeciderCompat {
+    /// All of them, the default first.
+    pub const ALL: [Self; 3] = [Self::Improved, Self::Upstream, Self::PathGenerator];
+
+    /// The name in configurations, drives, command lines and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Improved => "improved",
+            Self::Upstream => "upstream",
+            Self::PathGenerator => "path_generator",
+        }
+    }
+}
+
+/// What the behavior path planner does and improved mode does not, each as a switch. `W1` to `W10` are the labels of
+/// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
+#[allow(clippy::struct_excessive_bools)] // independent switches
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct UpstreamQuirks {
+    /// W1: a turn that falls out of view because the vehicle slows down is not announced any more
+    /// (docs/spec/turn-signal-decider.md, "Intersection turns").
+    pub drops_announced_turns: bool,
+    /// W2: a signal can be of any length, and the next one can follow at once
+    /// (docs/spec/turn-signal-decider.md, "Minimum durations").
+    pub has_no_minimum_durations: bool,
+    /// W3: a front exactly at a required start is neither before it nor inside
+    /// (docs/spec/turn-signal-decider.md, "Pairwise rule").
+    pub required_start_belongs_to_nothing: bool,
+    /// W4: an earlier signal returns after a later one (docs/spec/turn-signal-decider.md, "Finished manoeuvres").
+    pub finished_manoeuvres_return: bool,
+    /// W5, W6: a record without a command replaces an active one, and a missing record takes part with its points at
+    /// the origin of the map (docs/spec/turn-signal-decider.md, "Joining records" and "Side shift").
+    pub empty_records_take_part: bool,
+    /// W7: each lanelet of a split turn or roundabout entry counts alone
+    /// (docs/spec/turn-signal-decider.md, "Intersection turns" and "Roundabout entry").
+    pub splits_turns: bool,
+    /// W8: what was remembered survives another route, and a lanelet that left the distance path
+    /// (docs/spec/turn-signal-decider.md, "Memory between cycles").
+    pub memory_survives_route: bool,
+    /// W9: a lane change has no start, it counts as begun (docs/spec/turn-signal-decider.md, "Lane change").
+    pub lane_changes_have_begun: bool,
+    /// W10: an exit without a side displaces the entry, one without tags is not announced, and only the first
+    /// roundabout of an entry counts (docs/spec/turn-signal-decider.md, "Roundabout exit" and "Roundabout entry").
+    pub overlooks_roundabout_exits: bool,
+    /// Next to a turn, a standing vehicle queues the plain lanelets as well
+    /// (docs/spec/turn-signal-decider.md, "Stop rule").
+    pub has_stop_rule: bool,
+    /// The search back from inside a roundabout takes no place inside an entry, and learns of a remembered place only
+    /// when it meets the entry (docs/spec/turn-signal-decider.md, "Backward search").
+    pub searches_back_by_entries: bool,
+    /// A start from the middle of a lane changes the command of the record before and not its points
+    /// (docs/spec/turn-signal-decider.md, "Pull-out").
+    pub centreline_start_has_no_place: bool,
+}
+
+impl UpstreamQuirks {
+    /// Those of improved mode.
+    pub const NONE: Self = Self {
+        drops_announced_turns: false,
+        has_no_minimum_durations: false,
+        required_start_belongs_to_nothing: false,
+        finished_manoeuvres_return: false,
+        empty_records_take_part: false,
+        splits_turns: false,
+        memory_survives_route: false,
+        lane_changes_have_begun: false,
+        overlooks_roundabout_exits: false,
+        has_stop_rule: false,
+        searches_back_by_entries: false,
+        centreline_start_has_no_place: false,
+    };
+    /// Those of the behavior path planner.
+    pub const ALL: Self = Self {
+        drops_announced_turns: true,
+        has_no_minimum_durations: true,
+        required_start_belongs_to_nothing: true,
+        finished_manoeuvres_return: true,
+        empty_records_take_part: true,
+        splits_turns: true,
+        memory_survives_route: true,
+        lane_changes_have_begun: true,
+        overlooks_roundabout_exits: true,
+        has_stop_rule: true,
+        searches_back_by_entries: true,
+        centreline_start_has_no_place: true,
+    };
+
+    /// The quirks of a behaviour; none of them concerns the path generator, which has a rule of its own.
+    pub const fn of(compat: DeciderCompat) -> Self {
+        match compat {
+            DeciderCompat::Improved | DeciderCompat::PathGenerator => Self::NONE,
+            DeciderCompat::Upstream => Self::ALL,
+        }
+    }
+}
