@@ -2,7 +2,7 @@
 //! can open what they cite: `docs/spec/<file>.md, "<title>" and "<title>"`. Numbers of sections say nothing
 //! and go stale.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -55,6 +55,26 @@ fn links_of_pages_lead_somewhere() {
     }
     assert!(pages.len() > 10, "the pages were not found: {pages:?}");
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
+}
+
+/// The walks and the table of ARCHITECTURE.md name functions, types, modules and files.
+#[test]
+fn what_the_map_of_the_code_names_exists() {
+    let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let is_source =
+        |path: &&PathBuf| path.starts_with("src") && path.extension().is_some_and(|end| end == "rs");
+    let sources: String = files().iter().filter(is_source).map(|path| read(path)).collect();
+    let words: BTreeSet<&str> = sources.split(|letter| !is_word(letter)).collect();
+    let page = read(Path::new("ARCHITECTURE.md"));
+    let (_, map) = page.split_once("## Three walks").unwrap();
+    let names: Vec<&str> = map.split('`').skip(1).step_by(2).filter(|name| !name.contains('…')).collect();
+    let exists = |name: &&str| match name.contains(['/', '.']) {
+        true => project().join(name).exists(),
+        false => name.split(|letter| !is_word(letter)).all(|word| word.is_empty() || words.contains(word)),
+    };
+    let absent: Vec<_> = names.iter().filter(|name| !exists(name)).collect();
+    assert!(names.len() > 80, "the names were not found: {names:?}");
+    assert!(absent.is_empty(), "ARCHITECTURE.md names what does not exist: {absent:?}");
 }
 
 fn breaches_of(path: &Path, titles: &Titles) -> Vec<String> {

@@ -84,6 +84,7 @@ fn wins(said: &mut Said) {
     desk.input(PlannerInput::PlannedPath(path(140.0, 50).into()));
     desk.input(factors(FactorTopic::StartPlanner, factor(150.0, 160.0, 0.0, false)));
     stay(&mut desk, 150.0, 500);
+    routed("enabled = true\ncompat = \"path_generator\"", desk.said);
 }
 
 fn inputs(said: &mut Said) {
