@@ -68,9 +68,11 @@ fn what_the_map_of_the_code_names_exists() {
     let page = read(Path::new("ARCHITECTURE.md"));
     let (_, map) = page.split_once("## Three walks").unwrap();
     let names: Vec<&str> = map.split('`').skip(1).step_by(2).filter(|name| !name.contains('…')).collect();
-    let exists = |name: &&str| match name.contains(['/', '.']) {
-        true => project().join(name).exists(),
-        false => name.split(|letter| !is_word(letter)).all(|word| word.is_empty() || words.contains(word)),
+    let exists = |name: &&str| {
+        if name.contains(['/', '.']) {
+            return project().join(name).exists();
+        }
+        name.split(|letter| !is_word(letter)).all(|word| word.is_empty() || words.contains(word))
     };
     let absent: Vec<_> = names.iter().filter(|name| !exists(name)).collect();
     assert!(names.len() > 80, "the names were not found: {names:?}");
