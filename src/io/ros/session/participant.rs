@@ -137,7 +137,11 @@ impl Participant {
     /// milliseconds for it.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         // Each is asked, since asking begins a new interval.
-        self.topic_writers.iter_mut().fold(true, |all, topic_writer| topic_writer.is_acknowledged() && all)
+        let mut all = true;
+        for topic_writer in &mut self.topic_writers {
+            all &= topic_writer.is_acknowledged();
+        }
+        all
     }
 
     /// Matched readers of each topic of the table.
