@@ -1,5 +1,5 @@
-//! Traffic lights as a lanelet2 map has them: heads, groups, stop lines and the lanelets that obey
-//! them (docs/spec/traffic-lights.md, "Lights of a map").
+//! Traffic lights as a lanelet2 map has them: heads, groups and the lanelets that obey them
+//! (docs/spec/traffic-lights.md, "Lights of a map").
 //!
 //! All lists are in the order of the file.
 
@@ -25,18 +25,8 @@ pub enum LampSource {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LightRoads {
     lights: LightMap,
-    /// By relation id of the group.
-    groups: BTreeMap<i64, GroupRoads>,
     /// Groups by lanelet, in the order of the lanelet's members.
     lanelets: BTreeMap<i64, Vec<i64>>,
-}
-
-/// What belongs to a group besides its heads.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct GroupRoads {
-    stop_lines: Vec<i64>,
-    /// Heads whose lamps are drawn: those that drivers can see.
-    drawn_heads: Vec<i64>,
 }
 
 impl LightRoads {
@@ -59,21 +49,17 @@ impl LightRoads {
             }
         }
         let mut entries = Vec::new();
-        let mut groups = BTreeMap::new();
         for group in osm.relations.all().iter().filter(|relation| is_group(relation)) {
             entries.push(GroupEntry {
                 relation_id: group.id,
                 way_ids: group.members("refers", Kind::Way).collect(),
                 is_pedestrian: pedestrian.contains(&group.id),
             });
-            let drawn = group.members("light_bulbs", Kind::Way).filter_map(|way| drawings.head_of(way));
-            let stop_lines = group.members("ref_line", Kind::Way).collect();
-            groups.insert(group.id, GroupRoads { stop_lines, drawn_heads: drawn.collect() });
         }
         let heads = osm.ways.all().iter().filter(|way| way.tags.is("type", "traffic_light"));
         let heads: Result<Vec<_>, MapError> =
             heads.map(|head| Ok((head.id, drawings.lamps(osm, points, head, source)?))).collect();
-        Ok(Self { lights: LightMap::new(heads?, &entries), groups, lanelets })
+        Ok(Self { lights: LightMap::new(heads?, &entries), lanelets })
     }
 
     /// Heads and groups.
@@ -81,53 +67,25 @@ impl LightRoads {
         &self.lights
     }
 
-    /// Way ids of the stop lines of a head's groups, ascending.
-    pub fn stop_lines(&self, way_id: i64) -> BTreeSet<i64> {
-        let head = self.lights.head(way_id).and_then(|index| self.lights.at(index));
-        let groups = head.iter().flat_map(|head| head.relation_ids.iter());
-        groups
-            .filter_map(|id| self.groups.get(id))
-            .flat_map(|group| group.stop_lines.iter().copied())
-            .collect()
-    }
-
     /// Relation ids of the groups that a lanelet obeys, in the order of its members.
     pub fn groups_of(&self, lanelet: i64) -> &[i64] {
         self.lanelets.get(&lanelet).map_or(&[], Vec::as_slice)
     }
-
-    /// Way ids of the heads with drawn lamps on these lanelets: each once, in the order of the route.
-    pub fn on_route(&self, lanelets: &[i64]) -> Vec<i64> {
-        let mut seen = BTreeSet::new();
-        let groups = lanelets.iter().flat_map(|lanelet| self.groups_of(*lanelet));
-        let heads = groups.filter_map(|id| self.groups.get(id)).flat_map(|group| group.drawn_heads.iter());
-        heads.copied().filter(|head| seen.insert(*head)).collect()
-    }
 }
 
-/// The `light_bulbs` ways.
-struct Drawings<'a> {
-    /// By head, in the order of the file.
-    by_head: BTreeMap<i64, Vec<&'a Way>>,
-    /// Head by way.
-    heads: BTreeMap<i64, i64>,
-}
+/// The `light_bulbs` ways by head, in the order of the file.
+struct Drawings<'a>(BTreeMap<i64, Vec<&'a Way>>);
 
 impl<'a> Drawings<'a> {
     fn read(osm: &'a Osm) -> Result<Self, MapError> {
-        let mut drawings = Self { by_head: BTreeMap::new(), heads: BTreeMap::new() };
+        let mut by_head: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for way in osm.ways.all().iter().filter(|way| way.tags.is("type", "light_bulbs")) {
             let element = Element { kind: Kind::Way, id: way.id };
             if let Some(head) = id_tag(&way.tags, "traffic_light_id", element)? {
-                drawings.by_head.entry(head).or_default().push(way);
-                drawings.heads.insert(way.id, head);
+                by_head.entry(head).or_default().push(way);
             }
         }
-        Ok(drawings)
-    }
-
-    fn head_of(&self, way: i64) -> Option<i64> {
-        self.heads.get(&way).copied()
+        Ok(Self(by_head))
     }
 
     fn lamps(
@@ -152,7 +110,7 @@ impl<'a> Drawings<'a> {
 
     /// The first lamp of this colour that is not an arrow.
     fn drawn(&self, osm: &Osm, head: i64, color: LampColor) -> Option<usize> {
-        let ways = self.by_head.get(&head)?;
+        let ways = self.0.get(&head)?;
         ways.iter().flat_map(|way| way.nodes.iter().copied()).find(|&at| {
             osm.nodes.all().get(at).is_some_and(|node| {
                 node.tags.get("arrow").is_none()

@@ -30,14 +30,22 @@ fn ids_are_heads_groups_or_neither() {
     ];
     let map = read(CROSSROADS, LampSource::Drawn);
     for (case, id, head, group) in cases {
-        assert_eq!((map.lights().is_head(id), map.lights().is_group(id)), (head, group), "{case}: {id}");
+        assert_eq!(
+            (map.lights().head(id).is_some(), map.lights().group(id).is_some()),
+            (head, group),
+            "{case}: {id}"
+        );
     }
-    assert!(!read(STANDARD, LampSource::Drawn).lights().is_group(120_666));
+    assert!(read(STANDARD, LampSource::Drawn).lights().group(120_666).is_none());
 }
 
 #[test]
 fn lights_of_a_map_are_those_a_group_refers_to() {
-    let ids = |map: &str| read(map, LampSource::Drawn).lights().light_ids().collect::<Vec<_>>();
+    let ids = |map: &str| {
+        let map = read(map, LampSource::Drawn);
+        let heads = map.lights().heads().iter().filter(|head| !head.relation_ids.is_empty());
+        heads.map(|head| head.way_id).collect::<Vec<_>>()
+    };
     assert_eq!(ids(&without_lights()), Vec::<i64>::new(), "159");
     assert_eq!(ids(STANDARD), [34802, 34836], "160");
     assert_eq!(ids(CROSSROADS), [34802, 34836], "160");
@@ -97,43 +105,14 @@ fn lamps_are_where_the_map_draws_or_lets_infer_them() {
     assert_eq!(lamp(&read(&no_height, DrawnOrInferred), 34802, "red"), None, "166: no height");
     let nowhere = LightRoads::read(&osm::read(STANDARD.as_bytes()).unwrap(), None, DrawnOrInferred).unwrap();
     assert_eq!(lamp(&nowhere, 34802, "red"), None, "162: no coordinates");
-    assert!(nowhere.lights().is_head(34802), "162: no coordinates");
+    assert!(nowhere.lights().head(34802).is_some(), "162: no coordinates");
 }
 
 #[test]
-fn a_route_shows_the_lights_with_drawn_lamps() {
-    let bare = without_light_bulbs();
-    let cases: [(&str, &str, &[i64], &[i64]); 8] = [
-        ("168", STANDARD, &[34579, 34774, 34624], &[34836, 34802]),
-        ("169", STANDARD, &[34579, 34774, 120_659, 120_660, 34468, 34438], &[]),
-        ("170", CROSSROADS, &[34570], &[34836]),
-        ("170", CROSSROADS, &[34570, 34624, 34633], &[34836, 34802]),
-        ("170", STANDARD, &[34570], &[]),
-        ("170", STANDARD, &[1_000_003], &[]),
-        ("171", STANDARD, &[], &[]),
-        ("172", &bare, &[34624], &[]),
-    ];
-    for (case, map, route, expected) in cases {
-        assert_eq!(read(map, LampSource::Drawn).on_route(route), expected, "{case}: {route:?}");
-    }
+fn lanelets_know_the_groups_that_they_obey() {
     let crossroads = read(CROSSROADS, LampSource::Drawn);
     for (lanelet, groups) in [(34645, vec![34806]), (34654, vec![120_666]), (34438, vec![]), (7, vec![])] {
         assert_eq!(crossroads.groups_of(lanelet), groups, "{lanelet}");
-    }
-}
-
-#[test]
-fn stop_lines_are_those_of_all_groups_of_a_head() {
-    let cases: [(&str, &str, i64, &[i64]); 5] = [
-        ("172", STANDARD, 34836, &[34805]),
-        ("173", CROSSROADS, 34836, &[34805, 120_663]),
-        ("174", CROSSROADS, 34802, &[34805]),
-        ("174", CROSSROADS, 34844, &[]),
-        ("174", CROSSROADS, 1_000_003, &[]),
-    ];
-    for (case, map, head, expected) in cases {
-        let found: Vec<_> = read(map, LampSource::Drawn).stop_lines(head).into_iter().collect();
-        assert_eq!(found, expected, "{case}: {head}");
     }
 }
 
@@ -144,7 +123,8 @@ fn read(map: &str, source: LampSource) -> LightRoads {
 }
 
 fn lamp(map: &LightRoads, head: i64, color: &str) -> Option<[f64; 3]> {
-    map.lights().at(map.lights().head(head)?)?.lamp_m(LampColor::from_name(color)?)
+    let (head, color) = (map.lights().at(map.lights().head(head)?)?, LampColor::from_name(color)?);
+    head.lamps.iter().find(|lamp| lamp.color == color).map(|lamp| lamp.position_m)
 }
 
 fn without_light_bulbs() -> String {

@@ -24,7 +24,6 @@ use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::flow::FlowSettings;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::core::traffic_light::scenario::Controller;
 use crate::core::traffic_light::target::StoreId;
 use arbiter::ArbiterFile;
 use faults::{ChannelFaultsFile, faults};
@@ -85,8 +84,6 @@ pub struct LightTopics {
     pub inputs: Vec<(StoreId, String)>,
     /// Topic that actions are read from.
     pub command: Option<String>,
-    /// The scenario's controllers, by whose names actions call them.
-    pub controllers: Vec<Controller>,
     /// Parts of the scenario that have no effect.
     pub not_interpreted: Vec<NotInterpreted>,
 }
@@ -127,9 +124,8 @@ pub(super) fn traffic_lights(
     lights.one_group_per_head = file.one_group_per_head.unwrap_or(lights.one_group_per_head);
     lights.v2i_timeout = timeout;
     lights.topics = topics(&outputs);
-    let controllers = lights.scenario.controllers.clone();
     let flow = FlowSettings { lights, camera_faults, v2i_faults, arbiter };
-    Some((flow, LightTopics { compat, outputs, inputs, command, controllers, not_interpreted }))
+    Some((flow, LightTopics { compat, outputs, inputs, command, not_interpreted }))
 }
 
 /// What the engine must make for these outlets.

@@ -77,7 +77,7 @@ fn tags_say_what_a_lanelet_is() {
     let plain = map.lanelet(map.index_of(120_659).unwrap()).unwrap();
     assert_eq!((plain.turn_direction, plain.turn_signal_distance_m), (TurnDirection::None, None));
     assert_eq!(map.index_of(34806), None);
-    assert!(map.lights().lights().is_group(34806));
+    assert!(map.lights().lights().group(34806).is_some());
 }
 
 #[test]
