@@ -94,13 +94,6 @@ pub struct GroupEntry {
     pub is_pedestrian: bool,
 }
 
-impl Head {
-    /// Where its lamp of this colour is: x, y, z in the map frame, metres.
-    pub fn lamp_m(&self, color: LampColor) -> Option<[f64; 3]> {
-        self.lamps.iter().find(|lamp| lamp.color == color).map(|lamp| lamp.position_m)
-    }
-}
-
 impl LightMap {
     /// Joins heads without a group, given with their lamps, and groups in the order of the map's
     /// regulatory-element layer. A head named by a group alone is a head without lamps.
@@ -137,11 +130,6 @@ impl LightMap {
         self.groups.iter().map(|(relation_id, group)| (*relation_id, group))
     }
 
-    /// Way ids of the heads that some group refers to, ascending: the lights that traffic obeys.
-    pub fn light_ids(&self) -> impl Iterator<Item = i64> {
-        self.heads.iter().filter(|head| !head.relation_ids.is_empty()).map(|head| head.way_id)
-    }
-
     /// The head at this position.
     pub fn at(&self, index: HeadIndex) -> Option<&Head> {
         self.heads.get(usize::try_from(index.0).ok()?)
@@ -151,16 +139,6 @@ impl LightMap {
     pub fn head(&self, way_id: i64) -> Option<HeadIndex> {
         let found = self.heads.binary_search_by_key(&way_id, |head| head.way_id).ok()?;
         u32::try_from(found).ok().map(HeadIndex)
-    }
-
-    /// Whether this is the way id of a head.
-    pub fn is_head(&self, id: i64) -> bool {
-        self.head(id).is_some()
-    }
-
-    /// Whether this is the relation id of a group.
-    pub fn is_group(&self, id: i64) -> bool {
-        self.group(id).is_some()
     }
 
     /// The group whose relation id this is.

@@ -1,4 +1,4 @@
-//! What the camera and the network report, merged as `autoware_traffic_light_arbiter` does it
+//! The reports of camera and network, merged as `autoware_traffic_light_arbiter` does it
 //! (docs/spec/traffic-lights.md, "Arbiter").
 //!
 //! Output only follows input. The network's groups are kept one by one, each with the stamp it came
@@ -51,7 +51,7 @@ pub struct ArbiterSettings {
     pub perception_time_tolerance: Duration,
     /// Whom to believe; without effect on vehicle groups when matching is on.
     pub priority: Priority,
-    /// Only what both sides say counts: `enable_signal_matching`.
+    /// Only elements that both sides report count: `enable_signal_matching`.
     pub matching: bool,
 }
 
@@ -107,9 +107,9 @@ impl ArbiterStamp {
 }
 
 impl Priority {
-    /// By its word. Autoware takes any other word for `confidence`, with a warning.
-    pub fn named(word: &str) -> Option<Self> {
-        match word {
+    /// Finds a priority by the name of the parameter. Autoware takes any other text for `confidence`, with a warning.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
             "confidence" => Some(Self::Confidence),
             "external" => Some(Self::External),
             "perception" => Some(Self::Perception),
@@ -194,7 +194,7 @@ impl Arbiter {
         newest <= stamp || newest.distance(stamp) <= self.settings.perception_time_tolerance
     }
 
-    /// Judges what changed, and says what comes out.
+    /// Judges the groups that changed.
     fn judge(&mut self, stamp: ArbiterStamp) -> Result<Judged, NoOutput> {
         let mut changed = std::mem::take(&mut self.changed);
         let map = self.map.as_ref().ok_or(NoOutput::NoMap)?;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::core::compat::Compat;
+use super::quirks::UpstreamQuirks;
 
 /// What stands before the date.
 const PREFIX: &str = "awf/universe/";
@@ -68,11 +68,8 @@ pub enum ArchitectureError {
 impl Architecture {
     /// Reads an architecture: by date, or in upstream's behaviour by how the text sorts (Q18), which
     /// takes any text and refuses topics instead.
-    pub fn parse(text: &str, compat: Compat) -> Result<Self, ArchitectureError> {
-        let generation = match compat {
-            Compat::Improved => dated(text)?,
-            Compat::Upstream => sorted(text),
-        };
+    pub fn parse(text: &str, quirks: impl Into<UpstreamQuirks>) -> Result<Self, ArchitectureError> {
+        let generation = if quirks.into().sorts_architectures { sorted(text) } else { dated(text)? };
         Ok(Self { text: text.to_owned(), generation })
     }
 
@@ -109,7 +106,7 @@ impl FromStr for Architecture {
 
     /// Strictly, by date.
     fn from_str(text: &str) -> Result<Self, ArchitectureError> {
-        Self::parse(text, Compat::Improved)
+        Self::parse(text, UpstreamQuirks::default())
     }
 }
 

@@ -1,11 +1,11 @@
 //! One lamp of a traffic light as it may look, and sets of them
 //! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 //!
-//! The words and numbers here are the model's own; how ROS numbers them stands with the messages.
+//! The names and numbers here are the model's own; how ROS numbers them stands with the messages.
 
 use std::fmt;
 
-/// What a lamp shines. The order is that of the sort key.
+/// The colour of a lamp. The order is that of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Color {
     /// 0
@@ -20,7 +20,7 @@ pub enum Color {
     Unknown,
 }
 
-/// How it shines. The order is that of the sort key.
+/// The status of a lamp. The order is that of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Status {
     /// 0
@@ -33,7 +33,7 @@ pub enum Status {
     Unknown,
 }
 
-/// Its outline. The order is that of the sort key.
+/// The shape of a lamp. The order is that of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Shape {
     /// 0x0000
@@ -60,7 +60,7 @@ pub enum Shape {
     LowerLeft,
 }
 
-/// What kind of outline a shape is: the low byte of its number.
+/// The kind of a shape: the low byte of its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Category {
     /// 0
@@ -77,7 +77,7 @@ impl Color {
     /// All, in order.
     pub const ALL: [Self; 5] = [Self::Green, Self::Yellow, Self::Red, Self::White, Self::Unknown];
 
-    /// The word that is printed.
+    /// The name in state texts.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Green => "green",
@@ -93,7 +93,7 @@ impl Status {
     /// All, in order.
     pub const ALL: [Self; 4] = [Self::SolidOn, Self::SolidOff, Self::Flashing, Self::Unknown];
 
-    /// The word that is printed.
+    /// The name in state texts.
     pub const fn name(self) -> &'static str {
         match self {
             Self::SolidOn => "solidOn",
@@ -128,7 +128,7 @@ impl Shape {
         Self::LowerLeft,
     ];
 
-    /// The word that is printed.
+    /// The name in state texts.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Circle => "circle",
@@ -162,7 +162,7 @@ impl Shape {
         }
     }
 
-    /// What kind of outline it is.
+    /// The kind of the shape.
     pub const fn category(self) -> Category {
         match self {
             Self::Circle => Category::Circle,
@@ -183,11 +183,11 @@ impl Shape {
 /// One lamp. The order is that of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Bulb {
-    /// What it shines.
+    /// Colour of the light.
     pub color: Color,
-    /// How.
+    /// Whether and how it shines.
     pub status: Status,
-    /// Its outline.
+    /// Outline of the lamp.
     pub shape: Shape,
 }
 

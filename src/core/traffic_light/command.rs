@@ -1,16 +1,16 @@
-//! Actions in words: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)`
+//! Actions as text: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)`
 //! (docs/spec/traffic-lights.md, "Actions and commands").
 //! The custom commands of a scenario, and some more for whoever types them.
 
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use super::quirks::UpstreamQuirks;
 use super::scenario::{Action, Controller, ControllerIndex, StateText};
 use super::signal_id::{SignalIdError, parse_id};
 use super::state_check::{StateError, Writer, check_state};
 use super::target::{Channel, Layer, StoreId, Target};
 use super::text::{excerpt, is_blank};
-use crate::core::compat::Compat;
 
 #[cfg(test)]
 mod tests;
@@ -114,7 +114,12 @@ pub enum FormError {
 
 /// Reads an action. `controllers` are those of the scenario; a target may name a channel where
 /// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream's behaviour only where upstream does.
-pub fn parse_command(text: &str, controllers: &[Controller], compat: Compat) -> Result<Action, CommandError> {
+pub fn parse_command(
+    text: &str,
+    controllers: &[Controller],
+    quirks: impl Into<UpstreamQuirks>,
+) -> Result<Action, CommandError> {
+    let quirks = quirks.into();
     let text = text.trim_end_matches(is_blank);
     let command = text.trim_start_matches(is_blank);
     let (name, rest) = command.split_at(command.find(|c| c == '(' || is_blank(c)).unwrap_or(command.len()));
@@ -128,16 +133,16 @@ pub fn parse_command(text: &str, controllers: &[Controller], compat: Compat) -> 
     let count = |expected| CommandError::Count { name, expected, actual: arguments.len() };
     match (command, arguments.as_slice()) {
         (Command::SetState, [target, state]) => {
-            let target = target_in(compat, target)?;
-            Ok(Action::SetState { target, state: state_for(target.store, state, compat)? })
+            let target = target_in(quirks, target)?;
+            Ok(Action::SetState { target, state: state_for(target.store, state, quirks)? })
         }
-        (Command::EnterPhase, [controller, phase]) => enter_phase(controller, phase, controllers, compat),
+        (Command::EnterPhase, [controller, phase]) => enter_phase(controller, phase, controllers, quirks),
         (Command::Clear, [target]) => Ok(Action::Clear { target: Target::parse(target)? }),
-        (Command::SetV2iState, [id, state]) => set_v2i_state(id, state, None, compat),
-        (Command::SetV2iState, [id, state, rate]) => set_v2i_state(id, state, Some(rate), compat),
+        (Command::SetV2iState, [id, state]) => set_v2i_state(id, state, None, quirks),
+        (Command::SetV2iState, [id, state, rate]) => set_v2i_state(id, state, Some(rate), quirks),
         (Command::EnableV2i, [_, ..]) => Ok(Action::EnableV2i { ids: ids(&arguments)? }),
         (Command::DisableV2i, [_, ..]) => Ok(Action::DisableV2i { ids: ids(&arguments)? }),
-        (Command::SetConfidence, [target, confidence]) => set_confidence(target, confidence, compat),
+        (Command::SetConfidence, [target, confidence]) => set_confidence(target, confidence, quirks),
         (Command::ExitSuccess, []) => Ok(Action::End { success: true }),
         (Command::ExitFailure, []) => Ok(Action::End { success: false }),
         (Command::SetState | Command::EnterPhase | Command::SetConfidence, _) => Err(count("2 arguments")),
@@ -189,9 +194,14 @@ impl Command {
     }
 }
 
-fn set_v2i_state(id: &str, state: &str, rate: Option<&str>, compat: Compat) -> Result<Action, CommandError> {
+fn set_v2i_state(
+    id: &str,
+    state: &str,
+    rate: Option<&str>,
+    quirks: UpstreamQuirks,
+) -> Result<Action, CommandError> {
     let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-    let (id, state) = (parse_id(id)?, state_for(store, state, compat)?);
+    let (id, state) = (parse_id(id)?, state_for(store, state, quirks)?);
     let number = |rate: &str| {
         let number = rate.parse().ok().filter(|rate| RATES_HZ.contains(rate));
         number.ok_or_else(|| CommandError::Rate { found: shown(rate) })
@@ -199,31 +209,30 @@ fn set_v2i_state(id: &str, state: &str, rate: Option<&str>, compat: Compat) -> R
     Ok(Action::SetV2iState { id, state, rate_hz: rate.map(number).transpose()? })
 }
 
-fn set_confidence(target: &str, confidence: &str, compat: Compat) -> Result<Action, CommandError> {
-    let target = target_in(compat, target)?;
-    let number = confidence.parse().ok().filter(|number: &f64| match compat {
-        Compat::Improved => (0.0..=1.0).contains(number),
-        Compat::Upstream => number.is_finite(),
+fn set_confidence(target: &str, confidence: &str, quirks: UpstreamQuirks) -> Result<Action, CommandError> {
+    let target = target_in(quirks, target)?;
+    let number = confidence.parse().ok().filter(|number: &f64| {
+        (0.0..=1.0).contains(number) || quirks.takes_any_confidence && number.is_finite()
     });
     let confidence = number.ok_or_else(|| CommandError::Confidence { found: shown(confidence) })?;
-    match compat {
-        Compat::Upstream if i32::try_from(target.id).is_err() => Err(CommandError::LongId { id: target.id }),
-        Compat::Improved | Compat::Upstream => Ok(Action::SetConfidence { target, confidence }),
+    if quirks.plain_ids && i32::try_from(target.id).is_err() {
+        return Err(CommandError::LongId { id: target.id });
     }
+    Ok(Action::SetConfidence { target, confidence })
 }
 
 fn enter_phase(
     name: &str,
     phase: &str,
     controllers: &[Controller],
-    compat: Compat,
+    quirks: UpstreamQuirks,
 ) -> Result<Action, CommandError> {
     let found = controllers.iter().position(|controller| controller.name == name);
     let Some((index, controller)) = found.and_then(|index| Some((index, controllers.get(index)?))) else {
         let known = list(controllers.iter().map(|controller| controller.name.as_str()));
         return Err(CommandError::Controller { found: shown(name), known });
     };
-    if compat == Compat::Improved && !controller.phases.iter().any(|known| known.name == phase) {
+    if !quirks.finds_mistakes_late && !controller.phases.iter().any(|known| known.name == phase) {
         return Err(CommandError::Phase {
             controller: shown(name),
             found: shown(phase),
@@ -234,16 +243,16 @@ fn enter_phase(
 }
 
 /// A target where upstream knows the ground truth of the conventional channel only.
-fn target_in(compat: Compat, text: &str) -> Result<Target, SignalIdError> {
-    match compat {
-        Compat::Improved => Target::parse(text),
-        Compat::Upstream => Ok(Target { id: parse_id(text)?, store: StoreId::CONVENTIONAL }),
+fn target_in(quirks: UpstreamQuirks, text: &str) -> Result<Target, SignalIdError> {
+    if quirks.plain_ids {
+        return Ok(Target { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
     }
+    Target::parse(text)
 }
 
-fn state_for(store: StoreId, text: &str, compat: Compat) -> Result<StateText, StateError> {
+fn state_for(store: StoreId, text: &str, quirks: UpstreamQuirks) -> Result<StateText, StateError> {
     let state = StateText::new(text);
-    check_state(store, &state, Writer::Action, compat)?;
+    check_state(store, &state, Writer::Action, quirks)?;
     Ok(state)
 }
 

@@ -1,36 +1,33 @@
 //! When phases begin and end (docs/spec/traffic-lights.md, "Controllers and phases").
 //!
-//! At most one transition a frame and controller. A phase of ours begins at the nominal end of the
+//! At most one transition a frame and controller. In improved mode a phase begins at the nominal end of the
 //! one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the frame.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 use super::periodic_timer::Moment;
+use super::quirks::UpstreamQuirks;
 use super::scenario::{Controller, ControllerIndex, Scenario};
-use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 
-/// Two cycle times of ours are the same when they differ by no more.
-const SAME_CYCLE: Duration = Duration::from_millis(1);
-
-/// Where each controller stands.
+/// The phase of each controller.
 #[derive(Debug, Clone)]
 pub(super) struct Controllers {
-    compat: Compat,
+    quirks: UpstreamQuirks,
     states: Vec<ControllerState>,
     /// For each controller, before which time of the frame clock it surely has nothing to do; 0 = it
     /// is to be looked at.
     idle_until: Vec<u64>,
-    /// Those to be looked at.
+    /// Controllers that may have something to do in the next frame.
     awake: BTreeSet<usize>,
-    /// The others, with that time.
+    /// The others, with the time before which they have nothing to do.
     asleep: BTreeSet<(u64, usize)>,
     /// For each controller, who follows it and how long after.
     observers: Vec<Vec<(usize, Duration)>>,
 }
 
-/// Where one controller stands.
+/// The phase of one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ControllerState {
     /// By position; none before the first one.
@@ -39,7 +36,7 @@ pub(super) struct ControllerState {
     pub(super) start: Moment,
     /// The same on the wall.
     pub(super) start_wall: WallStamp,
-    /// After this the first phase is entered, for the reference told so.
+    /// After this the first phase is entered, set by the controller that is followed.
     begin: Option<Moment>,
 }
 
@@ -57,22 +54,6 @@ pub(super) struct Transition {
     pub(super) start: Moment,
 }
 
-/// Whether one controller may follow the other: their cycles take the same time, to a millisecond.
-/// Upstream compares sums cut to whole seconds at each step (Q11).
-pub fn cycles_agree(one: &Controller, other: &Controller, compat: Compat) -> bool {
-    match (compat, cycle(one), cycle(other)) {
-        (Compat::Upstream, ..) => upstream_cycle_s(one) == upstream_cycle_s(other),
-        (Compat::Improved, Some(one), Some(other)) => one.abs_diff(other) <= SAME_CYCLE,
-        (Compat::Improved, one, other) => one == other,
-    }
-}
-
-/// How long all phases take; none when one has no end.
-fn cycle(controller: &Controller) -> Option<Duration> {
-    let mut durations = controller.phases.iter().map(|phase| phase.duration);
-    durations.try_fold(Duration::ZERO, |sum, duration| Some(sum.saturating_add(duration?)))
-}
-
 /// Upstream's sum: cut to a whole number at each step; endless is the lowest 32-bit number on x86.
 #[allow(clippy::cast_possible_truncation)] // that is what is reproduced; Rust's cast saturates
 pub(super) fn upstream_cycle_s(controller: &Controller) -> i32 {
@@ -82,7 +63,7 @@ pub(super) fn upstream_cycle_s(controller: &Controller) -> i32 {
 }
 
 impl Controllers {
-    pub(super) fn new(scenario: &Scenario, compat: Compat) -> Self {
+    pub(super) fn new(scenario: &Scenario, quirks: UpstreamQuirks) -> Self {
         let mut observers = vec![Vec::new(); scenario.controllers.len()];
         for (index, controller) in scenario.controllers.iter().enumerate() {
             if let Some(reference) = controller.reference
@@ -93,10 +74,10 @@ impl Controllers {
         }
         let states = vec![ControllerState::default(); scenario.controllers.len()];
         let (awake, asleep) = ((0..states.len()).collect(), BTreeSet::new());
-        Self { compat, idle_until: vec![0; states.len()], awake, asleep, states, observers }
+        Self { quirks, idle_until: vec![0; states.len()], awake, asleep, states, observers }
     }
 
-    /// Where a controller stands.
+    /// The state of a controller.
     pub(super) fn state(&self, controller: ControllerIndex) -> Option<&ControllerState> {
         self.states.get(controller.0)
     }
@@ -122,11 +103,11 @@ impl Controllers {
     }
 
     fn look(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
-        let (compat, now) = (self.compat, frame.now);
+        let (quirks, now) = (self.quirks, frame.now);
         let state = self.states.get_mut(index)?;
         let begins = match controller.reference {
             None => state.phase.is_none().then_some(now),
-            Some(_) => state.begin.take_if(|begin| begin.is_past(now, compat)),
+            Some(_) => state.begin.take_if(|begin| begin.is_past(now, quirks)),
         };
         if let Some(begin) = begins {
             if controller.phases.is_empty() {
@@ -135,22 +116,22 @@ impl Controllers {
             }
             let start = self.nominal(begin, frame);
             let state = self.states.get(index)?;
-            // Ours does not enter the first phase again when it got there by itself in the meantime.
+            // Improved mode does not enter the first phase again when it got there by itself in the meantime.
             let has_begun =
-                compat == Compat::Improved && state.phase == Some(0) && state.start.nanos >= begin.nanos;
+                !quirks.repeats_first_phase && state.phase == Some(0) && state.start.nanos >= begin.nanos;
             if !has_begun {
                 return Some(Transition { phase: 0, start });
             }
         }
         let ControllerState { phase, start, .. } = *self.states.get(index)?;
         let duration = controller.phases.get(phase?)?.duration?;
-        start.has_lasted(duration, now, compat).then(|| Transition {
+        start.has_lasted(duration, now, quirks).then(|| Transition {
             phase: (phase.unwrap_or_default() + 1) % controller.phases.len(),
             start: self.nominal(start.after(duration), frame),
         })
     }
 
-    /// A phase is entered. Its controller's followers are told when it is the first one.
+    /// A phase is entered. Its controller's followers are informed when it is the first one.
     pub(super) fn enter(&mut self, index: usize, to: Transition, start_wall: WallStamp) {
         if to.phase == 0 {
             self.inform(index, to.start);
@@ -163,7 +144,7 @@ impl Controllers {
 
     /// No transition comes before; upstream's clock is another one.
     fn next(&self, index: usize, controller: &Controller) -> u64 {
-        let Some(state) = self.states.get(index).filter(|_| self.compat == Compat::Improved) else {
+        let Some(state) = self.states.get(index).filter(|_| !self.quirks.slips_by_frames) else {
             return 0;
         };
         let Some(phase) = state.phase else {
@@ -204,10 +185,7 @@ impl Controllers {
     /// of frames, and starts over from this one.
     fn nominal(&self, at: Moment, frame: Frame) -> Moment {
         let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
-        match self.compat {
-            Compat::Improved if is_new && at.nanos <= frame.now.nanos => at,
-            Compat::Improved | Compat::Upstream => frame.now,
-        }
+        if is_new && at.nanos <= frame.now.nanos && !self.quirks.slips_by_frames { at } else { frame.now }
     }
 }
 

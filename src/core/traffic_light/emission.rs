@@ -1,4 +1,4 @@
-//! What is sent: the one type all messages are made of (docs/spec/traffic-lights.md, "Message building").
+//! Messages before they have a type (docs/spec/traffic-lights.md, "Message building").
 //!
 //! Conversions to message types go one way and stand with the messages, one file for each.
 
@@ -8,7 +8,7 @@ use super::bulb::{Bulb, BulbSet};
 use crate::core::map::light_map::Lamp;
 use crate::core::time::WallStamp;
 
-/// A topic of ours.
+/// A topic with traffic lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LightsTopic {
     /// `/simulation/traffic_lights`: ground truth of the conventional channel.
@@ -26,9 +26,9 @@ pub enum LightsTopic {
 /// One message, independent of its type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Emission {
-    /// Where it goes.
+    /// The topic that it is for.
     pub topic: LightsTopic,
-    /// Header or message stamp.
+    /// Stamp of the header or message.
     pub stamp: WallStamp,
     /// The list that is sent.
     pub content: Content,
@@ -36,7 +36,7 @@ pub struct Emission {
 
 /// The list that an emission sends.
 ///
-/// Where it is in memory tells what changed: as long as nothing does, the emissions of a topic share one list,
+/// Its place in memory shows what changed: as long as nothing does, the emissions of a topic share one list,
 /// and a group that did not change is shared by one list with the next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
@@ -79,7 +79,7 @@ impl Content {
     }
 }
 
-/// A head as it is sent.
+/// The state of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightState {
     /// Id of its way.
@@ -90,7 +90,7 @@ pub struct LightState {
     pub confidence: f64,
 }
 
-/// A group as it is sent.
+/// The state of a group.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GroupState {
     /// Id of the regulatory element.
@@ -104,16 +104,16 @@ pub struct GroupState {
 /// One bulb of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
-    /// How it looks.
+    /// Colour, status and shape.
     pub bulb: Bulb,
     /// 0 to 1.
     pub confidence: f64,
 }
 
-/// How a group will look.
+/// A future state of a group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// From then on.
+    /// When it begins.
     pub at: WallStamp,
     /// The bulbs; more than once the same one in upstream's behaviour (Q10).
     pub elements: Vec<Element>,
@@ -128,7 +128,7 @@ pub struct Prediction {
 pub struct LampMarker {
     /// Id of the head's way.
     pub way_id: i64,
-    /// Where and in which colour.
+    /// Position and colour.
     pub lamp: Lamp,
     /// Whether a circle of that colour is among the head's bulbs.
     pub is_on: bool,

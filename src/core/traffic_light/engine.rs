@@ -16,6 +16,7 @@ use super::expiry::Expiry;
 use super::outbox::Outbox;
 use super::periodic_timer::{FrameClock, Moment, PeriodicTimer, Rate};
 use super::prediction::Predictions;
+use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
 use super::scenario::{Action, Controller, ControllerIndex, Scenario};
 use super::scenario_state::ScenarioState;
@@ -23,11 +24,8 @@ use super::store::{Change, Stores, heads_of};
 use super::storyboard::Storyboard;
 use super::sync::SyncedStores;
 use super::target::{Channel, StoreId, Target};
-use crate::core::compat::Compat;
 use crate::core::map::light_map::LightMap;
 use crate::core::time::{MonoTime, Now, WallStamp};
-
-pub use super::controller::cycles_agree;
 
 /// A publication and a frame closer than this are at the same time, and the frame comes first: both
 /// are rounded to nanoseconds, from different origins.
@@ -38,17 +36,17 @@ const SAME_TIME_NANOS: u64 = 1_000;
 pub struct LightsSettings {
     /// The lights.
     pub map: Arc<LightMap>,
-    /// What shall happen; its ids were checked, see [`unknown_ids`](super::unknown_ids::check_ids).
+    /// The scenario to run; its ids were checked, see [`unknown_ids`](super::unknown_ids::check_ids).
     pub scenario: Scenario,
-    /// Whose behaviour.
-    pub compat: Compat,
-    /// Of the evaluation, and of the camera topic.
+    /// The rules of upstream to follow.
+    pub quirks: UpstreamQuirks,
+    /// Rate of the evaluation, and of the camera topic.
     pub frame_rate: Rate,
     /// Number of the first frame: 1 as in the simulator, or 0 for one at the very start.
     pub first_frame: u8,
-    /// Of the ground-truth topic, and of the markers.
+    /// Rate of the ground-truth topic, and of the markers.
     pub ground_truth_rate: Rate,
-    /// Of the V2I topics, until an action changes it.
+    /// Rate of the V2I topics, until an action changes it.
     pub v2i_rate: Rate,
     /// Whether enabling a head for V2I copies what it shows at that time.
     pub copy_on_enable: bool,
@@ -56,7 +54,7 @@ pub struct LightsSettings {
     pub one_group_per_head: bool,
     /// After this an external state of V2I that was not renewed is removed; none = never.
     pub v2i_timeout: Option<Duration>,
-    /// What is wanted of [`LightsTopic`]; [`LightsTopic::Arbiter`] is not made here.
+    /// The topics to make messages for; [`LightsTopic::Arbiter`] is not made here.
     pub topics: BTreeSet<LightsTopic>,
 }
 
@@ -91,7 +89,7 @@ pub struct TrafficLights {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InputCounts {
     pub(super) rejected: u64,
-    /// Whose, if that could be read, and when.
+    /// Id of the light, if that could be read, and the time.
     pub(super) last_rejected: Option<(Option<i64>, MonoTime)>,
 }
 
@@ -106,17 +104,18 @@ enum Due {
 
 impl LightsSettings {
     /// The usual rates, no topics; copies and groups as usual for the behaviour.
-    pub fn new(map: Arc<LightMap>, scenario: Scenario, compat: Compat) -> Self {
+    pub fn new(map: Arc<LightMap>, scenario: Scenario, quirks: impl Into<UpstreamQuirks>) -> Self {
+        let quirks = quirks.into();
         Self {
             map,
             scenario,
-            compat,
+            quirks,
             frame_rate: Rate::THIRTY_HZ,
             first_frame: 1,
             ground_truth_rate: Rate::THIRTY_HZ,
             v2i_rate: Rate::TEN_HZ,
-            copy_on_enable: compat == Compat::Improved,
-            one_group_per_head: compat == Compat::Upstream,
+            copy_on_enable: !quirks.enables_without_copy,
+            one_group_per_head: quirks.one_group_per_head,
             v2i_timeout: None,
             topics: BTreeSet::new(),
         }
@@ -126,13 +125,13 @@ impl LightsSettings {
 impl TrafficLights {
     /// The scenario starts now: its init actions are done, the first frame is yet to come.
     pub fn new(settings: LightsSettings, now: Now) -> Self {
-        let LightsSettings { map, scenario, compat, .. } = settings;
-        let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), compat);
+        let LightsSettings { map, scenario, quirks, .. } = settings;
+        let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), quirks);
         let mut scenario_state = ScenarioState {
-            compat,
+            quirks,
             copy_on_enable: settings.copy_on_enable,
-            lights: SyncedStores::new(Stores::new(map, compat)),
-            controllers: Controllers::new(&scenario, compat),
+            lights: SyncedStores::new(Stores::new(map, quirks)),
+            controllers: Controllers::new(&scenario, quirks),
             predictions,
             v2i: PeriodicTimer::new(settings.v2i_rate),
             verdict: None,
@@ -165,12 +164,12 @@ impl TrafficLights {
         }
     }
 
-    /// Whose behaviour.
-    pub fn compat(&self) -> Compat {
-        self.scenario_state.compat
+    /// The rules of upstream that are followed.
+    pub fn quirks(&self) -> UpstreamQuirks {
+        self.scenario_state.quirks
     }
 
-    /// The scenario's controllers, by whose names actions call them.
+    /// The scenario's controllers, which actions call by name.
     pub fn controllers(&self) -> &[Controller] {
         &self.scenario.controllers
     }
@@ -195,7 +194,7 @@ impl TrafficLights {
         self.take_states(store, states, true, now)
     }
 
-    /// Likewise, from who says it himself when a state is too old: it holds until then.
+    /// Takes states likewise that hold until their sender removes them: it knows itself when one is too old.
     pub fn set_lasting_states(
         &mut self,
         store: StoreId,
@@ -259,7 +258,7 @@ impl TrafficLights {
         &self.scenario
     }
 
-    /// The stores, to look at.
+    /// The four stores.
     pub fn stores(&self) -> &Stores {
         self.scenario_state.lights.stores()
     }
@@ -355,7 +354,7 @@ impl TrafficLights {
         if self.wants(LightsTopic::GroundTruth) || self.wants(LightsTopic::Markers) {
             self.ground_truth.start(now.nanos);
         }
-        let draws_v2i = self.wants(LightsTopic::Markers) && self.scenario_state.compat == Compat::Upstream;
+        let draws_v2i = self.wants(LightsTopic::Markers) && self.quirks().draws_each_channel;
         if self.wants(LightsTopic::V2i) || draws_v2i {
             self.scenario_state.v2i.start(now.nanos);
         }
@@ -390,8 +389,8 @@ impl TrafficLights {
     ) -> usize {
         self.move_to(now);
         let mut rejected = 0;
-        for (id, sight) in states {
-            if !self.set_state(Target { id, store }, sight, ages) {
+        for (id, observation) in states {
+            if !self.set_state(Target { id, store }, observation, ages) {
                 rejected += 1;
                 let counts = self.counts_mut(store.channel);
                 counts.rejected += 1;
@@ -402,8 +401,8 @@ impl TrafficLights {
     }
 
     /// Whether it was taken.
-    fn set_state(&mut self, target: Target, sight: Option<LightObservation>, ages: bool) -> bool {
-        let Some(LightObservation { bulbs, confidence }) = sight else {
+    fn set_state(&mut self, target: Target, observation: Option<LightObservation>, ages: bool) -> bool {
+        let Some(LightObservation { bulbs, confidence }) = observation else {
             let is_known = self.scenario_state.lights.write(target, Change::Remove).is_ok();
             self.watch(target, false);
             return is_known;
@@ -424,11 +423,8 @@ impl TrafficLights {
         let stores = self.scenario_state.lights.stores();
         let heads = heads_of(stores.map(), target.id).into_iter().flatten();
         let way_ids = heads.filter_map(|head| Some(stores.map().heads().get(head.0 as usize)?.way_id));
-        // Upstream keeps a light under the id as it came.
-        let ids: Vec<_> = match self.scenario_state.compat {
-            Compat::Improved => way_ids.collect(),
-            Compat::Upstream => vec![target.id],
-        };
+        let is_one = self.quirks().detects_by_written_id;
+        let ids: Vec<_> = if is_one { vec![target.id] } else { way_ids.collect() };
         for id in ids {
             let written = stores.written(Target { id, ..target });
             if renewed {

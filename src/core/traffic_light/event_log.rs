@@ -5,12 +5,12 @@ use std::time::Duration;
 use super::refusal::Refusal;
 use super::scenario::ControllerIndex;
 
-/// One thing that happened.
+/// An event of the scenario with its time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
     /// Since the start of the scenario.
     pub at: Duration,
-    /// What it was.
+    /// What happened.
     pub what: ScenarioEvent,
 }
 
@@ -19,7 +19,7 @@ pub struct Note {
 pub enum ScenarioEvent {
     /// A controller entered a phase.
     PhaseEntered {
-        /// Which one.
+        /// The controller that entered it.
         controller: ControllerIndex,
         /// By position.
         phase: usize,
@@ -47,7 +47,7 @@ pub enum ScenarioEvent {
     Ended(ScenarioOutcome),
 }
 
-/// Whose action it was.
+/// The source of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionSource {
     /// Of those done before the first frame, by position.

@@ -1,4 +1,4 @@
-//! Lights that a network has to renew: what it no longer says is no longer so.
+//! Lights that a network has to renew: a state that is no longer received expires.
 
 use std::collections::{BTreeMap, BTreeSet};
 

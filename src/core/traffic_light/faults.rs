@@ -96,7 +96,7 @@ pub enum FaultError {
         /// As set.
         found: f64,
     },
-    /// One colour is confused more often than it is seen.
+    /// The confusions of one colour are more probable than 1.
     #[error("confusions of `{}` add up to {sum}; at most 1 is possible", color.name())]
     Confusions {
         /// Of which colour.
@@ -142,7 +142,7 @@ impl Default for Spells {
 }
 
 impl FaultSettings {
-    /// Whether the settings mean something; the first that does not is told.
+    /// Checks the ranges; the error names the first setting that is out of range.
     pub fn check(&self) -> Result<(), FaultError> {
         let shares = [
             ("the probability of loss", self.loss),

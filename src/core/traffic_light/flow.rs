@@ -1,5 +1,5 @@
-//! The whole traffic-light flow: what a V2X unit tells goes into the engine, what the engine sends
-//! goes through the faults on purpose, and what arrives goes to the arbiter's view.
+//! The whole traffic-light flow: states of a V2X unit go into the engine, its messages go through the faults
+//! on purpose, and those that arrive go to the arbiter.
 
 use std::collections::VecDeque;
 
@@ -30,7 +30,7 @@ pub struct FlowSettings {
     pub camera_faults: Option<Faults>,
     /// Between the engine and whoever reads the V2I topics.
     pub v2i_faults: Option<Faults>,
-    /// For the merged view; none = there is no such topic.
+    /// For the merged view; none = without that topic.
     pub arbiter: Option<ArbiterSettings>,
 }
 
@@ -89,7 +89,7 @@ impl TrafficLightFlow {
         self.reception.forget_events(bus);
     }
 
-    /// Takes what others tell. Call [`Self::settle`] afterwards.
+    /// Takes an input. Call [`Self::settle`] afterwards.
     pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
         match input {
             TrafficLightInput::States { store, states, rejected, .. } => {
@@ -108,7 +108,7 @@ impl TrafficLightFlow {
 
     /// Does what a text asks for; false when it is not understood, or cannot be done.
     fn perform(&mut self, text: &str, now: Now) -> bool {
-        match parse_command(text, self.engine.controllers(), self.engine.compat()) {
+        match parse_command(text, self.engine.controllers(), self.engine.quirks()) {
             Ok(action) => self.engine.apply(&action, now).is_ok(),
             Err(error) => {
                 self.ready.push_back(TrafficLightOutput::CommandRefused(error));
@@ -117,31 +117,31 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Brings everything up to now. True when the diagnostics have something new to say.
+    /// Brings everything up to now. True when the diagnostics have changed.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let settled = self.reception.settle(buses, now);
         self.news |= settled.news;
         if !settled.changes.is_empty() {
-            let sight = |state: super::v2i_reception::ValidState| LightObservation {
+            let observation = |state: super::v2i_reception::ValidState| LightObservation {
                 bulbs: state.bulbs,
                 confidence: state.confidence,
             };
-            let changes = settled.changes.iter().map(|change| (change.id, change.state.map(sight)));
-            let told = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+            let changes = settled.changes.iter().map(|change| (change.id, change.state.map(observation)));
+            let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
             // Only changes come: the reception itself knows how old the others are.
-            self.engine.set_lasting_states(told, changes, now);
+            self.engine.set_lasting_states(store, changes, now);
         }
         self.engine.advance(now);
         while let Some(note) = self.engine.poll_note() {
             self.news |= matches!(note.what, ScenarioEvent::Ended(_));
         }
         while let Some(emission) = self.engine.poll_output() {
-            let way = match emission.topic {
+            let faults = match emission.topic {
                 LightsTopic::Camera => &mut self.camera,
                 LightsTopic::V2i => &mut self.v2i,
                 LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => &mut None,
             };
-            match way {
+            match faults {
                 Some(faults) => faults.send(emission, now.mono),
                 None => self.arrived(emission, now),
             }
@@ -152,7 +152,7 @@ impl TrafficLightFlow {
         std::mem::take(&mut self.news)
     }
 
-    /// The next thing to send or to tell, oldest first.
+    /// The next output, oldest first.
     pub fn poll_output(&mut self) -> Option<TrafficLightOutput> {
         self.ready.pop_front()
     }
@@ -163,7 +163,7 @@ impl TrafficLightFlow {
         faults.chain(self.reception.next_deadline(now)).fold(self.engine.next_deadline(), MonoTime::min)
     }
 
-    /// The engine, to look at.
+    /// The engine.
     pub fn engine(&self) -> &TrafficLights {
         &self.engine
     }

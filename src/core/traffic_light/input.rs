@@ -1,4 +1,4 @@
-//! What others tell the traffic lights, beside the V2X unit on a CAN bus.
+//! Inputs of the traffic lights, beside the V2X unit on a CAN bus.
 
 use super::engine::LightObservation;
 use super::target::StoreId;
@@ -9,13 +9,13 @@ use crate::core::time::WallStamp;
 pub enum TrafficLightInput {
     /// States of traffic lights, for a store.
     States {
-        /// Which store.
+        /// The store that they are written to.
         store: StoreId,
-        /// The sender's; it decides nothing.
+        /// The sender's stamp; it decides nothing.
         stamp: WallStamp,
-        /// By way or relation id; `None` = there is none any more.
+        /// States by way or relation id; `None` removes one.
         states: Vec<(i64, Option<LightObservation>)>,
-        /// How many more could not be read.
+        /// Number of further states that could not be read.
         rejected: u32,
     },
     /// An action to do, as text, see [`parse_command`](super::command::parse_command).

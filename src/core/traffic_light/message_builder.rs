@@ -1,4 +1,4 @@
-//! From stores to what is sent: truth, detections over truth, groups, markers
+//! Lists of lights out of the stores: truth, detections over truth, groups, markers
 //! (docs/spec/traffic-lights.md, "Message building" and "Markers").
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,15 +7,15 @@ use std::sync::Arc;
 use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use super::emission::{Element, GroupState, LampMarker, LightState, Prediction};
 use super::prediction::{Predicted, Predictions, add};
+use super::quirks::UpstreamQuirks;
 use super::store::Stores;
 use super::target::Channel;
-use crate::core::compat::Compat;
 use crate::core::map::light_map::{Group, Head, HeadIndex, Lamp, LampColor};
 
 /// `PredictedTrafficLightState::INFORMATION_SOURCE_SIMULATION`
 const SOURCE: &str = "SIMULATION";
 
-/// How one head is reported.
+/// The report of one head.
 #[derive(Debug, Clone, Copy)]
 struct Report<'a> {
     head: HeadIndex,
@@ -53,12 +53,11 @@ pub(super) fn groups_by_head(
     channel: Channel,
     predictions: Option<&Predictions>,
 ) -> Vec<Arc<GroupState>> {
-    let reports = match stores.compat() {
-        Compat::Improved => {
-            let heads = (0..).map(HeadIndex).zip(stores.map().heads());
-            heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
-        }
-        Compat::Upstream => upstream_reports(stores, channel),
+    let reports = if stores.quirks().detects_by_written_id {
+        upstream_reports(stores, channel)
+    } else {
+        let heads = (0..).map(HeadIndex).zip(stores.map().heads());
+        heads.filter_map(|(index, head)| report(stores, channel, index, head)).collect()
     };
     let mut groups = Vec::new();
     for Report { head, relation_ids, bulbs, confidence } in
@@ -67,13 +66,13 @@ pub(super) fn groups_by_head(
         let predictions = predictions.map_or(&[][..], |predictions| predictions.of(head));
         for relation_id in relation_ids {
             groups.push(GroupState {
-                relation_id: sent_id(*relation_id, stores.compat()),
+                relation_id: sent_id(*relation_id, stores.quirks()),
                 elements: bulbs.iter().map(|bulb| Element { bulb, confidence }).collect(),
                 predictions: predictions.iter().map(prediction).collect(),
             });
         }
     }
-    if stores.compat() == Compat::Upstream {
+    if stores.quirks().loses_upper_diagonals {
         forget_upper_diagonals(&mut groups);
     }
     groups.into_iter().map(Arc::new).collect()
@@ -111,7 +110,7 @@ fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterato
 
 fn light(stores: &Stores, channel: Channel, (index, head): KnownHead<'_>) -> Option<LightState> {
     let light = stores.truth(channel).light(index)?;
-    let way_id = sent_id(head.way_id, stores.compat());
+    let way_id = sent_id(head.way_id, stores.quirks());
     light.bulbs.map(|bulbs| LightState { way_id, bulbs, confidence: light.confidence })
 }
 
@@ -121,7 +120,7 @@ fn lamps<'a>(
     (index, head): KnownHead<'a>,
 ) -> impl Iterator<Item = LampMarker> + use<'a> {
     let bulbs = channels.iter().find_map(|channel| stores.truth(*channel).light(index)?.bulbs);
-    let way_id = sent_id(head.way_id, stores.compat());
+    let way_id = sent_id(head.way_id, stores.quirks());
     bulbs.into_iter().flat_map(move |bulbs| {
         let marker =
             move |lamp: &Lamp| LampMarker { way_id, lamp: *lamp, is_on: shows_circle(&bulbs, lamp.color) };
@@ -180,10 +179,10 @@ fn prediction(predicted: &Predicted) -> Prediction {
     Prediction { at: predicted.at, elements: elements.collect(), reliability: 1.0, source: SOURCE }
 }
 
-/// What is detected of a head, else what is so.
+/// The detection of a head, else its ground truth.
 fn report<'a>(stores: &Stores, channel: Channel, index: HeadIndex, head: &'a Head) -> Option<Report<'a>> {
-    let seen = stores.detected(channel).light(head.way_id);
-    let light = if seen.bulbs.is_some() { &seen } else { stores.truth(channel).light(index)? };
+    let detected = stores.detected(channel).light(head.way_id);
+    let light = if detected.bulbs.is_some() { &detected } else { stores.truth(channel).light(index)? };
     let confidence = light.confidence;
     light.bulbs.map(|bulbs| Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
 }
@@ -196,7 +195,7 @@ fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
     let heads = stores.map().heads();
     for (index, (head, light)) in (0..).map(HeadIndex).zip(heads.iter().zip(stores.truth(channel).lights())) {
         if let Some(bulbs) = light.bulbs {
-            places.entry(sent_id(head.way_id, Compat::Upstream)).or_insert(reports.len());
+            places.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
             let confidence = light.confidence;
             reports.push(Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence });
         }
@@ -206,7 +205,7 @@ fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
         if let Some(report) = places.get(&key).and_then(|place: &usize| reports.get_mut(*place)) {
             (report.bulbs, report.confidence) = (bulbs, confidence);
         } else if let Some(head) = heads.get(entry.head.0 as usize) {
-            places.entry(sent_id(head.way_id, Compat::Upstream)).or_insert(reports.len());
+            places.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
             reports.push(Report { head: entry.head, relation_ids: &head.relation_ids, bulbs, confidence });
         }
     }
@@ -215,11 +214,8 @@ fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
 
 /// Upstream's ids travel in 32 bits and are cut (Q6).
 #[allow(clippy::cast_possible_truncation)] // that is what is reproduced
-fn sent_id(id: i64, compat: Compat) -> i64 {
-    match compat {
-        Compat::Improved => id,
-        Compat::Upstream => i64::from(id as i32),
-    }
+fn sent_id(id: i64, quirks: UpstreamQuirks) -> i64 {
+    if quirks.cuts_ids { i64::from(id as i32) } else { id }
 }
 
 /// Whatever its status: `solidOff` is drawn as on.

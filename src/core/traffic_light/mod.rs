@@ -1,4 +1,4 @@
-//! Traffic lights: what is true and what is seen, over two channels, merged and sent
+//! Traffic lights: ground truth and detections over two channels, merged and sent
 //! (docs/spec/traffic-lights.md).
 //!
 //! Vocabulary: a *bulb* is one lamp as it looks; a *head* is a physical light, known by its way id;
@@ -25,6 +25,7 @@ mod outbox;
 pub mod output;
 pub mod periodic_timer;
 mod prediction;
+pub mod quirks;
 pub mod refusal;
 pub mod scenario;
 mod scenario_state;

@@ -10,7 +10,6 @@ use super::message_builder;
 use super::prediction::Predictions;
 use super::store::Stores;
 use super::target::Channel;
-use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -62,7 +61,7 @@ impl Outbox {
         let channel = Channel::Conventional;
         let sources = [Some(stores.truth(channel).change_log()), None, None];
         let make = |heads: &_| message_builder::lights(stores, channel, heads);
-        let lights = self.ground_truth.renew(sources, stores.compat() == Compat::Improved, make);
+        let lights = self.ground_truth.renew(sources, !stores.quirks().cuts_ids, make);
         self.send(LightsTopic::GroundTruth, stamp, Content::Lights(lights));
     }
 
@@ -76,20 +75,20 @@ impl Outbox {
         self.send(LightsTopic::V2i, stamp, Content::Groups(groups));
     }
 
-    /// Upstream draws each channel with its own timer, over what the other drew; ours draws once, with
+    /// Upstream draws each channel with its own timer, over what the other drew; improved mode draws once, with
     /// that of the conventional channel (Q19).
     pub(super) fn send_markers(&mut self, stores: &Stores, timer: Channel, stamp: WallStamp) {
         let [conventional, v2i] = &mut self.markers;
-        let (kept, channels) = match (stores.compat(), timer) {
-            (Compat::Improved, Channel::Conventional) => (conventional, &Channel::ALL[..]),
-            (Compat::Improved, Channel::V2i) => return,
-            (Compat::Upstream, Channel::Conventional) => (conventional, &[Channel::Conventional][..]),
-            (Compat::Upstream, Channel::V2i) => (v2i, &[Channel::V2i][..]),
+        let (kept, channels) = match (timer, stores.quirks().draws_each_channel) {
+            (Channel::Conventional, false) => (conventional, &Channel::ALL[..]),
+            (Channel::V2i, false) => return,
+            (Channel::Conventional, true) => (conventional, &[Channel::Conventional][..]),
+            (Channel::V2i, true) => (v2i, &[Channel::V2i][..]),
         };
         let source = |channel| channels.contains(&channel).then(|| stores.truth(channel).change_log());
         let sources = [source(Channel::Conventional), source(Channel::V2i), None];
         let make = |heads: &_| message_builder::markers(stores, channels, heads);
-        let markers = kept.renew(sources, stores.compat() == Compat::Improved, make);
+        let markers = kept.renew(sources, !stores.quirks().cuts_ids, make);
         self.send(LightsTopic::Markers, stamp, Content::Markers(markers));
     }
 
@@ -114,7 +113,7 @@ impl Kept<Arc<GroupState>> {
             Some(stores.detected(channel).change_log()),
             predictions.map(Predictions::change_log),
         ];
-        let is_merged = stores.compat() == Compat::Improved && !one_group_per_head;
+        let is_merged = !one_group_per_head && !stores.quirks().one_group_per_head;
         self.renew(sources, is_merged, |heads| {
             if is_merged {
                 message_builder::groups(stores, channel, predictions, heads)

@@ -1,13 +1,13 @@
-//! What the traffic lights give out.
+//! Outputs of the traffic lights.
 
 use super::command::CommandError;
 use super::emission::Emission;
 
-/// One thing to do, or to tell.
+/// One output of the traffic lights.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrafficLightOutput {
     /// Publish a message.
     Publish(Emission),
-    /// A command was not understood. Diagnostics count it; this says what is wrong with it.
+    /// A command was not understood. Diagnostics count it; the error is for the log.
     CommandRefused(CommandError),
 }

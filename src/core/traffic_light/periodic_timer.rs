@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use crate::core::compat::Compat;
+use super::quirks::UpstreamQuirks;
 
 /// How many frames or ticks are made up for after a gap; older ones are skipped.
 const CATCH_UP: u64 = 256;
@@ -92,7 +92,7 @@ impl PeriodicTimer {
         self.run.map(|run| run.origin.saturating_add(self.rate.nanos(run.next)))
     }
 
-    /// The tick that was due has been seen to.
+    /// Records that the tick was handled.
     pub(super) fn tick(&mut self) {
         if let Some(run) = &mut self.run {
             run.next = run.next.saturating_add(1);
@@ -109,10 +109,10 @@ impl PeriodicTimer {
     }
 }
 
-/// A moment of the scenario, in the two ways it is told.
+/// A moment of the scenario, exactly and as upstream counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Moment {
-    /// Exact.
+    /// Nanoseconds since the start of the scenario.
     pub(super) nanos: u64,
     /// Upstream's clock: one frame step after the other, added up in float64.
     pub(super) seconds: f64,
@@ -120,19 +120,17 @@ pub(super) struct Moment {
 
 impl Moment {
     /// Whether `span` has gone by since then.
-    pub(super) fn has_lasted(self, span: Duration, now: Self, compat: Compat) -> bool {
-        match compat {
-            Compat::Improved => self.after(span).nanos <= now.nanos,
-            Compat::Upstream => span.as_secs_f64() <= now.seconds - self.seconds,
+    pub(super) fn has_lasted(self, span: Duration, now: Self, quirks: UpstreamQuirks) -> bool {
+        if quirks.slips_by_frames {
+            span.as_secs_f64() <= now.seconds - self.seconds
+        } else {
+            self.after(span).nanos <= now.nanos
         }
     }
 
     /// Whether it lies strictly before `now`.
-    pub(super) fn is_past(self, now: Self, compat: Compat) -> bool {
-        match compat {
-            Compat::Improved => self.nanos < now.nanos,
-            Compat::Upstream => self.seconds < now.seconds,
-        }
+    pub(super) fn is_past(self, now: Self, quirks: UpstreamQuirks) -> bool {
+        if quirks.slips_by_frames { self.seconds < now.seconds } else { self.nanos < now.nanos }
     }
 
     /// This long after it.

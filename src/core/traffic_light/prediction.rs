@@ -1,6 +1,6 @@
 //! What V2I announces of phases to come (docs/spec/traffic-lights.md, "Predictions").
 //!
-//! Ours announces what will be sent: a head's V2I states, a detection before the truth, or the copied
+//! Improved mode announces what will be sent: a head's V2I states, a detection before the truth, or the copied
 //! conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
 
 use std::collections::BTreeMap;
@@ -9,12 +9,12 @@ use std::time::Duration;
 use super::bulb::{Bulb, BulbSet};
 use super::change_log::ChangeLog;
 use super::controller::{ControllerState, upstream_cycle_s};
+use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
 use super::scenario::{Controller, Phase, StateText};
 use super::store::heads_of;
 use super::sync::SyncedStores;
 use super::target::{Channel, Layer};
-use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -26,7 +26,7 @@ pub(super) const SAME_TIME: Duration = Duration::from_millis(10);
 /// How heads will look.
 #[derive(Debug, Clone)]
 pub(super) struct Predictions {
-    compat: Compat,
+    quirks: UpstreamQuirks,
     by_head: BTreeMap<HeadIndex, Announced>,
     /// Heads each controller announced last.
     by_controller: Vec<Vec<HeadIndex>>,
@@ -48,22 +48,22 @@ pub(super) struct Predicted {
 }
 
 impl Predictions {
-    pub(super) fn new(controllers: usize, heads: usize, compat: Compat) -> Self {
+    pub(super) fn new(controllers: usize, heads: usize, quirks: UpstreamQuirks) -> Self {
         let by_controller = vec![Vec::new(); controllers];
-        Self { compat, by_head: BTreeMap::new(), by_controller, change_log: ChangeLog::new(heads) }
+        Self { quirks, by_head: BTreeMap::new(), by_controller, change_log: ChangeLog::new(heads) }
     }
 
-    /// Those of a head, ascending by time.
+    /// The predictions of a head, ascending by time.
     pub(super) fn of(&self, head: HeadIndex) -> &[Predicted] {
         self.by_head.get(&head).map_or(&[], |announced| &announced.list)
     }
 
-    /// Changes whenever something may be different.
+    /// The heads whose predictions may have changed.
     pub(super) fn change_log(&self) -> &ChangeLog {
         &self.change_log
     }
 
-    /// Forgets all.
+    /// Forgets all predictions.
     pub(super) fn clear(&mut self) {
         for head in self.by_head.keys() {
             self.change_log.add(*head);
@@ -81,30 +81,27 @@ impl Predictions {
         lights: &SyncedStores,
     ) -> Result<(), Refusal> {
         let Some(phase) = state.phase else { return Ok(()) };
-        match self.compat {
-            Compat::Improved => {
-                for head in self.by_controller.get_mut(index).map(std::mem::take).into_iter().flatten() {
-                    if self.by_head.get(&head).is_some_and(|announced| announced.controller == index) {
-                        self.by_head.remove(&head);
-                        self.change_log.add(head);
-                    }
-                }
-                let mut found = BTreeMap::new();
-                announce(controller, phase, state.start_wall, lights, &mut found)?;
-                if let Some(heads) = self.by_controller.get_mut(index) {
-                    heads.extend(found.keys());
-                }
-                self.take(index, found);
-                Ok(())
-            }
-            Compat::Upstream => {
-                self.clear();
-                let mut found = BTreeMap::new();
-                let outcome = announce_upstream(controller, phase, state.start_wall, lights, &mut found);
-                self.take(index, found);
-                outcome
+        if self.quirks.renews_predictions_late {
+            self.clear();
+        }
+        for head in self.by_controller.get_mut(index).map(std::mem::take).into_iter().flatten() {
+            if self.by_head.get(&head).is_some_and(|announced| announced.controller == index) {
+                self.by_head.remove(&head);
+                self.change_log.add(head);
             }
         }
+        let announce = if self.quirks.predicts_single_bulbs { announce_upstream } else { announce };
+        let mut found = BTreeMap::new();
+        let outcome = announce(controller, phase, state.start_wall, lights, &mut found);
+        // Upstream keeps what it found before a mistake.
+        if outcome.is_err() && !self.quirks.predicts_single_bulbs {
+            return outcome;
+        }
+        if let Some(heads) = self.by_controller.get_mut(index) {
+            heads.extend(found.keys());
+        }
+        self.take(index, found);
+        outcome
     }
 
     fn take(&mut self, controller: usize, found: BTreeMap<HeadIndex, Vec<Predicted>>) {
@@ -142,7 +139,7 @@ fn announce(
     Ok(())
 }
 
-/// What V2I will say of each head that a phase names, in one way or the other.
+/// The future V2I state of each head that a phase names, in one way or the other.
 fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, BulbSet>, Refusal> {
     let (mut copied, mut truth, mut detected) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     for entry in &phase.entries {

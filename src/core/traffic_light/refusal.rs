@@ -13,7 +13,7 @@ pub enum Refusal {
     State {
         /// As written.
         text: String,
-        /// In words.
+        /// The mistake.
         mistake: String,
     },
     /// The scenario has no such controller.

@@ -1,5 +1,5 @@
 //! What shall happen: controllers with phases, and events with triggers and actions, as a scenario
-//! file says it (docs/spec/traffic-lights.md, "Controllers and phases"). Read by `config`, run by the engine.
+//! file describes it (docs/spec/traffic-lights.md, "Controllers and phases"). Read by `config`, run by the engine.
 
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ pub struct ControllerIndex(pub usize);
 pub struct Controller {
     /// Its name; need not be unique, the first one is meant.
     pub name: String,
-    /// The controller whose first phase starts ours, and how long after it.
+    /// The controller that is followed, and the delay after its first phase.
     pub reference: Option<Reference>,
     /// Its cycle; may be empty.
     pub phases: Vec<Phase>,
@@ -73,7 +73,7 @@ pub struct StateText {
     pub text: String,
     /// Its bulbs; those before the mistake, when there is one.
     pub bulbs: BulbSet,
-    /// What is wrong with it, in words.
+    /// The mistake in it, if there is one.
     pub mistake: Option<String>,
     /// As the single-bulb parser understands it, which upstream uses for predictions and conditions;
     /// none = that parser refuses it.
@@ -158,7 +158,7 @@ pub enum Test {
         target: Target,
         /// None = dark (`none` or empty).
         state: Option<StateText>,
-        /// All bulbs must be as told and no other; else those told must be among them (Q9).
+        /// The light must have these bulbs and no other; else these must be among its own (Q9).
         exact: bool,
     },
     /// `TrafficSignalControllerCondition`: the current phase's name.
@@ -231,7 +231,7 @@ pub enum Action {
     EnterPhase {
         /// Of which controller.
         controller: ControllerIndex,
-        /// By name, since upstream looks it up when it runs; ours was checked when it was read.
+        /// By name, since upstream looks it up when it runs; in improved mode it was checked when it was read.
         phase: String,
     },
     /// `V2ITrafficSignalStateAction`

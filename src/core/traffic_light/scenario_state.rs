@@ -7,12 +7,12 @@ use super::controller::{Controllers, Frame, Transition};
 use super::event_log::{ActionSource, Note, ScenarioEvent, ScenarioOutcome};
 use super::periodic_timer::{Moment, PeriodicTimer, Rate};
 use super::prediction::Predictions;
+use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
 use super::scenario::{Action, ControllerIndex, Phase, PhaseEntry, Scenario, StateText};
 use super::store::{Change, heads_of};
 use super::sync::SyncedStores;
 use super::target::{Channel, Layer, StoreId, Target};
-use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -23,7 +23,7 @@ const MAX_NOTES: usize = 16_384;
 /// All that a scenario can change.
 #[derive(Debug, Clone)]
 pub(super) struct ScenarioState {
-    pub(super) compat: Compat,
+    pub(super) quirks: UpstreamQuirks,
     pub(super) copy_on_enable: bool,
     pub(super) lights: SyncedStores,
     pub(super) controllers: Controllers,
@@ -51,7 +51,7 @@ impl ScenarioState {
         Ok(())
     }
 
-    /// Does what an action says. Ours does nothing at all when it is refused.
+    /// Does an action. In improved mode it does nothing at all when it is refused.
     pub(super) fn perform(
         &mut self,
         scenario: &Scenario,
@@ -67,13 +67,13 @@ impl ScenarioState {
             Action::SetV2iState { id, state, rate_hz } => {
                 let rate = rate_hz.map(|hz| Rate::from_hz(hz).ok_or(Refusal::Rate(hz))).transpose()?;
                 let target = Target { id: *id, store: V2I_TRUTH };
-                if self.compat == Compat::Improved {
+                if !self.quirks.finds_mistakes_late {
                     self.set(target, state)?;
                 }
                 if let Some(rate) = rate {
                     self.v2i.restart(rate, self.now.nanos);
                 }
-                if self.compat == Compat::Upstream {
+                if self.quirks.finds_mistakes_late {
                     self.set(target, state)?;
                 }
             }
@@ -88,7 +88,7 @@ impl ScenarioState {
                 }
             }
             Action::SetConfidence { target, confidence } => {
-                if self.compat == Compat::Improved && !(0.0..=1.0).contains(confidence) {
+                if !self.quirks.takes_any_confidence && !(0.0..=1.0).contains(confidence) {
                     return Err(Refusal::Confidence(*confidence));
                 }
                 self.lights.write(*target, Change::Confidence(*confidence))?;
@@ -108,7 +108,7 @@ impl ScenarioState {
             self.verdict = Some(verdict.clone());
             self.note(ScenarioEvent::Ended(verdict));
             // What was announced will not come; upstream goes on announcing it.
-            if self.compat == Compat::Improved {
+            if !self.quirks.predicts_after_end {
                 self.predictions.clear();
             }
         }
@@ -122,17 +122,11 @@ impl ScenarioState {
     }
 
     fn set(&mut self, target: Target, state: &StateText) -> Result<(), Refusal> {
-        match self.compat {
-            Compat::Improved => {
-                readable(state)?;
-                self.lights.write(target, Change::Set(state.bulbs)).map(drop)
-            }
-            // Bulb by bulb, up to the mistake (Q20).
-            Compat::Upstream => {
-                self.lights.write(target, Change::Set(state.bulbs))?;
-                readable(state)
-            }
+        if !self.quirks.finds_mistakes_late {
+            readable(state)?;
         }
+        self.lights.write(target, Change::Set(state.bulbs))?;
+        readable(state)
     }
 
     fn jump(&mut self, scenario: &Scenario, index: ControllerIndex, phase: &str) -> Result<(), Refusal> {
@@ -149,28 +143,28 @@ impl ScenarioState {
             return Ok(());
         }
         if self.copy_on_enable {
-            let told = self.told_by_phases(scenario)?;
-            heads.difference(&told).for_each(|head| self.lights.copy_now(*head));
+            let explicit = self.explicit_heads(scenario)?;
+            heads.difference(&explicit).for_each(|head| self.lights.copy_now(*head));
         }
         self.renew_predictions(scenario)
     }
 
-    /// Heads whose V2I state a running phase says itself.
-    fn told_by_phases(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, Refusal> {
-        let mut told = BTreeSet::new();
+    /// Heads whose V2I state is explicit in a running phase.
+    fn explicit_heads(&self, scenario: &Scenario) -> Result<BTreeSet<HeadIndex>, Refusal> {
+        let mut explicit = BTreeSet::new();
         for (index, controller) in scenario.controllers.iter().enumerate() {
             let phase = self.controllers.state(ControllerIndex(index)).and_then(|state| state.phase);
             let entries = phase.and_then(|phase| controller.phases.get(phase)).map(|phase| &phase.entries);
             for entry in entries.into_iter().flatten().filter(|entry| is_v2i_truth(entry)) {
-                told.extend(heads_of(self.lights.stores().map(), entry.target.id)?);
+                explicit.extend(heads_of(self.lights.stores().map(), entry.target.id)?);
             }
         }
-        Ok(told)
+        Ok(explicit)
     }
 
-    /// Ours announces anew when other heads are copied; upstream waits for the next phase (Q5).
+    /// Announces anew when other heads are copied; upstream waits for the next phase (Q5).
     fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), Refusal> {
-        if self.compat == Compat::Improved && self.verdict.is_none() {
+        if !self.quirks.renews_predictions_late && self.verdict.is_none() {
             for (index, controller) in scenario.controllers.iter().enumerate() {
                 if let Some(state) = self.controllers.state(ControllerIndex(index)) {
                     self.predictions.renew(index, controller, state, &self.lights)?;
@@ -208,17 +202,15 @@ impl ScenarioState {
     /// Clears all that a phase names, then adds its states.
     fn fill(&mut self, phase: &Phase) -> Result<(), Refusal> {
         self.clear(phase.entries.iter())?;
-        match self.compat {
-            // What the phase says of V2I itself comes last and takes the place of copies (Q4).
-            Compat::Improved => {
-                let (told, others): (Vec<_>, Vec<_>) =
-                    phase.entries.iter().partition(|entry| is_v2i_truth(entry));
-                self.add(others.into_iter())?;
-                self.clear(told.iter().copied())?;
-                self.add(told.into_iter())
-            }
-            Compat::Upstream => self.add(phase.entries.iter()),
+        if self.quirks.unites_copies {
+            return self.add(phase.entries.iter());
         }
+        // Explicit V2I states come last and take the place of copies.
+        let (explicit, others): (Vec<_>, Vec<_>) =
+            phase.entries.iter().partition(|entry| is_v2i_truth(entry));
+        self.add(others.into_iter())?;
+        self.clear(explicit.iter().copied())?;
+        self.add(explicit.into_iter())
     }
 
     fn add<'a>(&mut self, entries: impl Iterator<Item = &'a PhaseEntry>) -> Result<(), Refusal> {

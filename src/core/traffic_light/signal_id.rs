@@ -1,4 +1,4 @@
-//! Which light in which store, in words: `34802`, `34802 v2i_detected`
+//! Lights and their stores as text: `34802`, `34802 v2i_detected`
 //! (docs/spec/traffic-lights.md, "Signal ids").
 
 use std::fmt;
@@ -53,7 +53,7 @@ impl Target {
     }
 }
 
-/// As [`Target::parse`] reads it; the store that is meant without a word is not printed.
+/// As [`Target::parse`] reads it; the default store is not printed.
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, store } = self;
@@ -66,16 +66,16 @@ impl StoreId {
     pub const CONVENTIONAL: Self = Self { channel: Channel::Conventional, layer: Layer::GroundTruth };
 }
 
-/// One of the four channel words.
+/// Reads one of the four channel names.
 impl FromStr for StoreId {
     type Err = SignalIdError;
 
-    fn from_str(word: &str) -> Result<Self, SignalIdError> {
-        let (channel, layer) = match word.strip_suffix(DETECTED) {
+    fn from_str(name: &str) -> Result<Self, SignalIdError> {
+        let (channel, layer) = match name.strip_suffix(DETECTED) {
             Some(channel) => (channel, Layer::Detected),
-            None => (word, Layer::GroundTruth),
+            None => (name, Layer::GroundTruth),
         };
-        let error = |_| SignalIdError::Channel { found: shown(word) };
+        let error = |_| SignalIdError::Channel { found: shown(name) };
         Ok(Self { channel: channel.parse().map_err(error)?, layer })
     }
 }
@@ -95,23 +95,23 @@ impl fmt::Display for StoreId {
 impl FromStr for Channel {
     type Err = SignalIdError;
 
-    fn from_str(word: &str) -> Result<Self, SignalIdError> {
-        let found = Self::ALL.into_iter().find(|channel| channel.word() == word);
-        found.ok_or_else(|| SignalIdError::Channel { found: shown(word) })
+    fn from_str(name: &str) -> Result<Self, SignalIdError> {
+        let found = Self::ALL.into_iter().find(|channel| channel.name() == name);
+        found.ok_or_else(|| SignalIdError::Channel { found: shown(name) })
     }
 }
 
 /// `v2i`
 impl fmt::Display for Channel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.word())
+        f.write_str(self.name())
     }
 }
 
 const DETECTED: &str = "_detected";
 
 impl Channel {
-    const fn word(self) -> &'static str {
+    const fn name(self) -> &'static str {
         match self {
             Self::Conventional => "conventional",
             Self::V2i => "v2i",

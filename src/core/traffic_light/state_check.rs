@@ -1,9 +1,9 @@
-//! Which states may be written where (docs/spec/traffic-lights.md, "The word unknown").
+//! Rules for writing states (docs/spec/traffic-lights.md, "The word unknown").
 
+use super::quirks::UpstreamQuirks;
 use super::scenario::StateText;
 use super::target::{Layer, StoreId};
 use super::text::excerpt;
-use crate::core::compat::Compat;
 
 /// What writes a state. States over the API are not checked and have no place here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,17 +46,15 @@ pub fn check_state(
     store: StoreId,
     state: &StateText,
     writer: Writer,
-    compat: Compat,
+    quirks: impl Into<UpstreamQuirks>,
 ) -> Result<(), StateError> {
-    let text = || state.text.clone();
-    if let (Some(mistake), Compat::Improved) = (&state.mistake, compat) {
+    let (quirks, text) = (quirks.into(), || state.text.clone());
+    if let Some(mistake) = state.mistake.as_ref().filter(|_| !quirks.finds_mistakes_late) {
         return Err(StateError::Mistake { text: text(), mistake: mistake.clone() });
     }
-    let is_checked = match (writer, compat) {
-        (Writer::PhaseEntry, Compat::Improved | Compat::Upstream) | (Writer::Action, Compat::Improved) => {
-            true
-        }
-        (Writer::Action, Compat::Upstream) => false,
+    let is_checked = match writer {
+        Writer::PhaseEntry => true,
+        Writer::Action => !quirks.allows_unknown,
     };
     match store.layer {
         Layer::GroundTruth if is_checked && state.text.contains("unknown") => {
@@ -69,6 +67,7 @@ pub fn check_state(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::compat::Compat;
     use crate::core::traffic_light::target::Channel;
 
     /// docs/spec/traffic-lights.md, "The word unknown",

@@ -1,4 +1,4 @@
-//! How the lights and the scenario are, for the diagnostics.
+//! Diagnostics of the lights and the scenario.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ impl TrafficLights {
         let lately = |at: MonoTime| now.since(at) < REJECTED_LATELY;
         let rejected = counts.last_rejected.filter(|(_, at)| lately(*at));
         let (level, message) = match (stale, rejected) {
-            (0, None) => (Level::Ok, "as told".to_owned()),
+            (0, None) => (Level::Ok, "normal".to_owned()),
             (0, Some((Some(id), _))) => (Level::Warn, format!("an input for {id} was rejected")),
             (0, Some((None, _))) => (Level::Warn, "an input that makes no sense was rejected".to_owned()),
             (_, _) => (Level::Warn, "lights are no longer renewed".to_owned()),
@@ -73,7 +73,7 @@ impl TrafficLights {
                 Some((start, phase)) => {
                     let next = match phase.duration {
                         _ if self.verdict().is_some() => "stands still".to_owned(),
-                        None => "until told".to_owned(),
+                        None => "until an action".to_owned(),
                         Some(duration) => {
                             let end = start.after(duration).nanos;
                             let left = Duration::from_nanos(end.saturating_sub(self.nanos(now)));

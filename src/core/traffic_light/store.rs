@@ -1,21 +1,21 @@
-//! The four stores: what is so and what is seen, for each channel
+//! The four stores: ground truth and detections for each channel
 //! (docs/spec/traffic-lights.md, "Objects", "Stores and channels" and "Clearing").
 //!
-//! Ours looks an id up as a group first, then as a head, and keeps one entry for each head. Upstream
+//! Improved mode looks an id up as a group first, then as a head, and keeps one entry for each head. Upstream
 //! keeps a detection under the id as it was written (Q3) and makes a light of each id it looks at (Q15).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use super::bulb::{Bulb, BulbSet, Status};
 use super::bulb_counts::BulbCounts;
 use super::change_log::ChangeLog;
+use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
 use super::target::{Channel, Layer, Target};
-use crate::core::compat::Compat;
 use crate::core::map::light_map::{HeadIndex, LightMap};
 
-/// What is known of one light.
+/// The state of one light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
     /// None = never touched, or not detected; the empty set = dark.
@@ -26,25 +26,25 @@ pub struct Light {
     pub(super) written: u64,
 }
 
-/// What to do with a light.
+/// A change of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// These bulbs, in place of what it had.
+    /// Replaces the bulbs by these.
     Set(BulbSet),
-    /// These bulbs too.
+    /// Adds these bulbs.
     Add(BulbSet),
-    /// Dark, or no longer detected; its confidence is kept.
+    /// Makes it dark, or no longer detected; its confidence is kept.
     Clear,
-    /// As if never touched.
+    /// Forgets it, as if never touched.
     Remove,
-    /// How sure it is.
+    /// Sets its confidence.
     Confidence(f64),
 }
 
-/// What a light is compared with (docs/spec/traffic-lights.md, "Conditions and triggers").
+/// An expected look of a light (docs/spec/traffic-lights.md, "Conditions and triggers").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
-    /// No light comes out: for ours no bulb or only `solidOff` ones, for upstream no bulb (Q13).
+    /// No light comes out: no bulb, or in improved mode only `solidOff` ones (Q13).
     Dark,
     /// These bulbs are among its own.
     Contains(BulbSet),
@@ -68,12 +68,12 @@ pub struct Detected {
     change_log: ChangeLog,
 }
 
-/// A detection and whose it is.
+/// A detection of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectedLight {
     /// The head; for upstream the first one when the key is that of a group.
     pub head: HeadIndex,
-    /// What is seen of it.
+    /// Its detected state.
     pub light: Light,
 }
 
@@ -81,7 +81,7 @@ pub struct DetectedLight {
 #[derive(Debug, Clone)]
 pub struct Stores {
     map: Arc<LightMap>,
-    compat: Compat,
+    quirks: UpstreamQuirks,
     channels: [(GroundTruth, Detected); 2],
     writes: u64,
 }
@@ -94,14 +94,6 @@ pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadInde
         return Err(Refusal::UnknownId(id));
     }
     Ok(group.into_iter().flat_map(|group| group.heads.iter().copied()).chain(head))
-}
-
-/// Whether simulated traffic stops for a light that looks so: a red or yellow circle that does not
-/// flash (docs/spec/traffic-lights.md, "Simulated traffic").
-pub fn must_stop(bulbs: &BulbSet) -> bool {
-    [Color::Red, Color::Yellow]
-        .into_iter()
-        .any(|color| bulbs.contains(Bulb { color, status: Status::SolidOn, shape: Shape::Circle }))
 }
 
 impl Light {
@@ -146,10 +138,10 @@ impl GroundTruth {
         self.counts
     }
 
-    fn apply(&mut self, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
+    fn apply(&mut self, head: HeadIndex, change: Change, write: u64, quirks: UpstreamQuirks) -> bool {
         let Some(light) = self.lights.get_mut(head.0 as usize) else { return false };
         let before = light.bulbs;
-        let created = compat == Compat::Upstream && light.bulbs.is_none();
+        let created = quirks.touches_by_looking && light.bulbs.is_none();
         if created {
             light.bulbs = Some(BulbSet::EMPTY);
         }
@@ -185,16 +177,24 @@ impl Detected {
         self.entries.get(&key).map_or(Light::UNTOUCHED, |entry| entry.light)
     }
 
-    fn apply(&mut self, key: i64, head: HeadIndex, change: Change, write: u64, compat: Compat) -> bool {
+    fn apply(
+        &mut self,
+        key: i64,
+        head: HeadIndex,
+        change: Change,
+        write: u64,
+        quirks: UpstreamQuirks,
+    ) -> bool {
         let before = self.light(key).bulbs;
-        let changed = match (change, compat) {
-            (Change::Remove, _) | (Change::Clear, Compat::Upstream) => self.entries.remove(&key).is_some(),
+        let changed = match change {
+            Change::Remove => self.entries.remove(&key).is_some(),
+            Change::Clear if quirks.clears_confidence => self.entries.remove(&key).is_some(),
             // Its confidence is kept.
-            (Change::Clear, Compat::Improved) => self.entries.get_mut(&key).is_some_and(|entry| {
+            Change::Clear => self.entries.get_mut(&key).is_some_and(|entry| {
                 entry.light.written = write;
                 entry.light.bulbs.take().is_some()
             }),
-            (Change::Set(_) | Change::Add(_) | Change::Confidence(_), _) => {
+            Change::Set(_) | Change::Add(_) | Change::Confidence(_) => {
                 let entry =
                     self.entries.entry(key).or_insert(DetectedLight { head, light: Light::UNTOUCHED });
                 entry.light.apply(change, write)
@@ -210,14 +210,14 @@ impl Detected {
 
 impl Stores {
     /// Nothing is known yet.
-    pub fn new(map: Arc<LightMap>, compat: Compat) -> Self {
+    pub fn new(map: Arc<LightMap>, quirks: impl Into<UpstreamQuirks>) -> Self {
         let (heads, counts) = (map.heads().len(), BulbCounts::default());
         let change_log = ChangeLog::new(heads);
         let truth =
             GroundTruth { lights: vec![Light::UNTOUCHED; heads], counts, change_log: change_log.clone() };
         let detected = Detected { entries: BTreeMap::new(), counts, change_log };
         let channels = [(truth.clone(), detected.clone()), (truth, detected)];
-        Self { map, compat, channels, writes: 0 }
+        Self { map, quirks: quirks.into(), channels, writes: 0 }
     }
 
     /// The map they are over.
@@ -225,9 +225,9 @@ impl Stores {
         &self.map
     }
 
-    /// Whose behaviour they have.
-    pub fn compat(&self) -> Compat {
-        self.compat
+    /// The rules of upstream that they follow.
+    pub fn quirks(&self) -> UpstreamQuirks {
+        self.quirks
     }
 
     /// Ground truth of a channel.
@@ -252,28 +252,28 @@ impl Stores {
     /// changes nothing.
     pub fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
         self.writes += 1;
-        let Self { map, compat, channels: [conventional, v2i], writes } = self;
+        let Self { map, quirks, channels: [conventional, v2i], writes } = self;
         let (truth, detected) = match target.store.channel {
             Channel::Conventional => conventional,
             Channel::V2i => v2i,
         };
-        match (target.store.layer, *compat) {
-            (Layer::GroundTruth, _) => {
+        match target.store.layer {
+            Layer::GroundTruth => {
                 let changed =
-                    heads_of(map, target.id)?.filter(|head| truth.apply(*head, change, *writes, *compat));
+                    heads_of(map, target.id)?.filter(|head| truth.apply(*head, change, *writes, *quirks));
                 Ok(changed.count() > 0)
             }
-            (Layer::Detected, Compat::Improved) => {
+            Layer::Detected if !quirks.detects_by_written_id => {
                 let changed = heads_of(map, target.id)?.filter(|head| {
                     let key = map.heads().get(head.0 as usize).map(|head| head.way_id);
-                    key.is_some_and(|key| detected.apply(key, *head, change, *writes, *compat))
+                    key.is_some_and(|key| detected.apply(key, *head, change, *writes, *quirks))
                 });
                 Ok(changed.count() > 0)
             }
-            (Layer::Detected, Compat::Upstream) => {
+            Layer::Detected => {
                 let head = map.head(target.id).or_else(|| map.group(target.id)?.heads.first().copied());
                 let head = head.ok_or(Refusal::UnknownId(target.id))?;
-                Ok(detected.apply(target.id, head, change, *writes, *compat))
+                Ok(detected.apply(target.id, head, change, *writes, *quirks))
             }
         }
     }
@@ -286,20 +286,19 @@ impl Stores {
             Channel::Conventional => conventional,
             Channel::V2i => v2i,
         };
-        truth.apply(head, change, self.writes, self.compat);
+        truth.apply(head, change, self.writes, self.quirks);
     }
 
     /// Whether all heads that the target means look as expected. Upstream makes lights of them.
     pub fn matches(&mut self, target: Target, expected: Expected) -> Result<bool, Refusal> {
-        if self.compat == Compat::Upstream && target.store.layer == Layer::GroundTruth {
+        if self.quirks.touches_by_looking && target.store.layer == Layer::GroundTruth {
             self.write(target, Change::Add(BulbSet::EMPTY))?;
         }
-        let compat = self.compat;
-        Ok(self.bulbs(target)?.all(|bulbs| match (expected, compat) {
-            (Expected::Dark, Compat::Improved) => bulbs.iter().all(|bulb| bulb.status == Status::SolidOff),
-            (Expected::Dark, Compat::Upstream) => bulbs.is_empty(),
-            (Expected::Contains(wanted), _) => bulbs.contains_all(&wanted),
-            (Expected::Exactly(wanted), _) => bulbs == wanted,
+        let is_dark = |bulb: Bulb| bulb.status == Status::SolidOff && !self.quirks.solid_off_is_not_dark;
+        Ok(self.bulbs(target)?.all(|bulbs| match expected {
+            Expected::Dark => bulbs.iter().all(is_dark),
+            Expected::Contains(wanted) => bulbs.contains_all(&wanted),
+            Expected::Exactly(wanted) => bulbs == wanted,
         }))
     }
 
@@ -326,7 +325,7 @@ impl Stores {
     fn bulbs(&self, target: Target) -> Result<impl Iterator<Item = BulbSet> + '_, Refusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         // Upstream's detections are under the id as written: looked at once, whatever it means.
-        let as_written = target.store.layer == Layer::Detected && self.compat == Compat::Upstream;
+        let as_written = target.store.layer == Layer::Detected && self.quirks.detects_by_written_id;
         let heads = heads_of(&self.map, target.id)?.take(if as_written { 1 } else { usize::MAX });
         Ok(heads.map(move |head| {
             let light = match target.store.layer {

@@ -132,12 +132,12 @@ impl ActTriggers {
             scenario_state.note(ScenarioEvent::ActEnded { act: index });
             return Ok(());
         }
-        for (event, (trigger, told)) in self.events.iter_mut().zip(&act.events).enumerate() {
+        for (event, (trigger, planned)) in self.events.iter_mut().zip(&act.events).enumerate() {
             board.turn.position += 1;
             if board.is_waiting(index, event)
-                && fires(trigger, told.start.as_ref(), board, scenario, scenario_state)? != Some(false)
+                && fires(trigger, planned.start.as_ref(), board, scenario, scenario_state)? != Some(false)
             {
-                execute((index, event), told, board, scenario, scenario_state)?;
+                execute((index, event), planned, board, scenario, scenario_state)?;
             }
             if scenario_state.verdict.is_some() {
                 return Ok(());
@@ -152,14 +152,14 @@ impl ActTriggers {
 
 fn execute(
     (act, event): (usize, usize),
-    told: &Event,
+    planned: &Event,
     board: &mut Board,
     scenario: &Scenario,
     scenario_state: &mut ScenarioState,
 ) -> Result<(), Refusal> {
     scenario_state.note(ScenarioEvent::EventStarted { act, event });
-    board.execute(act, event, told.most_executions);
-    for (number, action) in told.actions.iter().enumerate() {
+    board.execute(act, event, planned.most_executions);
+    for (number, action) in planned.actions.iter().enumerate() {
         scenario_state.perform(scenario, action, ActionSource::Event { act, event, action: number })?;
         if scenario_state.verdict.is_some() {
             break;
@@ -252,7 +252,7 @@ impl Progress {
         }
     }
 
-    /// As seen by the one whose turn it is.
+    /// As the element at that position sees it.
     fn is(&self, state: ElementState, turn: Turn) -> bool {
         let just = |mark: Option<Turn>| mark.is_some_and(|mark| mark.is_seen_at(turn));
         match state {

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use super::refusal::Refusal;
 use super::store::{Change, Stores, heads_of};
 use super::target::{Channel, Layer, StoreId, Target};
-use crate::core::compat::Compat;
 use crate::core::map::light_map::HeadIndex;
 
 const CONVENTIONAL: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
@@ -38,7 +37,7 @@ impl SyncedStores {
         self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled)
     }
 
-    /// As [`Stores::write`], and again for V2I where it is copied: ours head by head, upstream when
+    /// Writes to a store, and again for V2I where it is copied: improved head by head, upstream when
     /// the id itself is that of an enabled head (Q2). Confidence is never copied.
     pub(super) fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
         let changed = self.stores.write(target, change)?;
@@ -47,32 +46,29 @@ impl SyncedStores {
             Change::Confidence(_) => false,
         };
         if is_copied {
-            match self.stores.compat() {
-                Compat::Improved => {
-                    let map = self.stores.map().clone();
-                    heads_of(&map, target.id)?
-                        .filter(|head| self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled))
-                        .for_each(|head| self.stores.write_head(Channel::V2i, head, change));
-                }
-                Compat::Upstream => {
-                    if self.stores.map().head(target.id).is_some_and(|head| self.is_enabled(head)) {
-                        self.stores.write(Target { id: target.id, store: V2I }, change)?;
+            let map = self.stores.map().clone();
+            if !self.stores.quirks().copies_by_written_id {
+                for head in heads_of(&map, target.id)? {
+                    if self.is_enabled(head) {
+                        self.stores.write_head(Channel::V2i, head, change);
                     }
                 }
+            } else if map.head(target.id).is_some_and(|head| self.is_enabled(head)) {
+                self.stores.write(Target { id: target.id, store: V2I }, change)?;
             }
         }
         Ok(changed)
     }
 
-    /// Copies from now on, or no more. Returns the heads for which that is new. For ours an unknown
-    /// id is refused and nothing done, upstream passes over it (Q14).
+    /// Copies from now on, or no more. Returns the heads for which that is new. In improved mode
+    /// an unknown id is refused and nothing done, upstream passes over it (Q14).
     pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, Refusal> {
         let mut heads = BTreeSet::new();
         for id in ids {
-            match (heads_of(self.stores.map(), *id), self.stores.compat()) {
-                (Ok(of_id), _) => heads.extend(of_id),
-                (Err(_), Compat::Upstream) => {}
-                (Err(refusal), Compat::Improved) => return Err(refusal),
+            match heads_of(self.stores.map(), *id) {
+                Ok(of_id) => heads.extend(of_id),
+                Err(_) if self.stores.quirks().passes_over_unknown_ids => {}
+                Err(refusal) => return Err(refusal),
             }
         }
         heads.retain(|head| {

@@ -3,7 +3,7 @@
 /// Over which equipment a state reaches the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
-    /// Lamps, seen by a camera.
+    /// Lamps that a camera detects.
     Conventional,
     /// Messages of a network.
     V2i,

@@ -1,4 +1,4 @@
-//! States in words: `red flashing, green right` (docs/spec/traffic-lights.md, "State text").
+//! States as text: `red flashing, green right` (docs/spec/traffic-lights.md, "State text").
 //!
 //! One bulb is colour, status and shape in this order, each optional: a missing colour is green, a
 //! missing status solidOn, a missing shape circle. Blanks between the words are optional as well, so

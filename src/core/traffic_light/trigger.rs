@@ -1,4 +1,4 @@
-//! When a trigger fires: tests, their edges and delays
+//! Triggers: tests, their edges and delays
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
 //! A test's value is delayed first and its edge looked for after that, which comes to the same. The
@@ -8,6 +8,7 @@ use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use super::periodic_timer::Moment;
+use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
 use super::scenario::{
     Condition, ControllerIndex, Edge, ElementState, Rule, Scenario, StateText, Test, Trigger,
@@ -15,7 +16,6 @@ use super::scenario::{
 use super::scenario_state::ScenarioState;
 use super::store::Expected;
 use super::target::Target;
-use crate::core::compat::Compat;
 
 /// What a trigger remembers: one memory for each condition of each group.
 #[derive(Debug, Clone)]
@@ -40,7 +40,7 @@ impl TriggerMemory {
         Self { groups, idle_until: 0 }
     }
 
-    /// Whether it fires. `element` says whether an act, event or action by that name is in that state.
+    /// Whether it fires. `element` is whether an act, event or action by that name is in that state.
     pub(super) fn fires(
         &mut self,
         trigger: &Trigger,
@@ -57,7 +57,7 @@ impl TriggerMemory {
             // All are looked at, for the sake of their edges.
             for (condition, memory) in group.iter().zip(memories) {
                 let value = value(&condition.test, scenario, scenario_state, &element)?;
-                all &= memory.is_true(condition, value, scenario_state.now, scenario_state.compat);
+                all &= memory.is_true(condition, value, scenario_state.now, scenario_state.quirks);
             }
             fires |= all;
         }
@@ -71,8 +71,9 @@ impl TriggerMemory {
     fn next(&self, trigger: &Trigger, scenario_state: &ScenarioState) -> u64 {
         let now = scenario_state.now.nanos;
         let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
-        let next = conditions.map(|(condition, memory)| match (&condition.test, scenario_state.compat) {
-            (Test::SimulationTime { value, .. }, Compat::Improved) if memory.is_settled() => {
+        let is_exact = !scenario_state.quirks.slips_by_frames;
+        let next = conditions.map(|(condition, memory)| match &condition.test {
+            Test::SimulationTime { value, .. } if is_exact && memory.is_settled() => {
                 let at = u64::try_from(value.as_nanos()).unwrap_or(u64::MAX);
                 match now.cmp(&at) {
                     Ordering::Less => at,
@@ -80,10 +81,7 @@ impl TriggerMemory {
                     Ordering::Greater => u64::MAX,
                 }
             }
-            (
-                Test::SimulationTime { .. } | Test::State { .. } | Test::Phase { .. } | Test::Element { .. },
-                _,
-            ) => 0,
+            Test::SimulationTime { .. } | Test::State { .. } | Test::Phase { .. } | Test::Element { .. } => 0,
         });
         next.min().unwrap_or(0)
     }
@@ -95,11 +93,11 @@ impl ConditionMemory {
         self.history.len() == 1 && self.previous.is_some()
     }
 
-    fn is_true(&mut self, condition: &Condition, value: bool, now: Moment, compat: Compat) -> bool {
+    fn is_true(&mut self, condition: &Condition, value: bool, now: Moment, quirks: UpstreamQuirks) -> bool {
         if self.history.back().is_none_or(|(_, last)| *last != value) {
             self.history.push_back((now, value));
         }
-        let is_over = |at: Moment| at.has_lasted(condition.delay, now, compat);
+        let is_over = |at: Moment| at.has_lasted(condition.delay, now, quirks);
         while self.history.get(1).is_some_and(|(at, _)| is_over(*at)) {
             self.history.pop_front();
         }
@@ -126,9 +124,10 @@ fn value(
     element: impl Fn(&str, ElementState) -> bool,
 ) -> Result<bool, Refusal> {
     match test {
-        Test::SimulationTime { rule, value } => Ok(match scenario_state.compat {
-            Compat::Improved => rule.holds(&u128::from(scenario_state.now.nanos), &value.as_nanos()),
-            Compat::Upstream => rule.holds(&scenario_state.now.seconds, &value.as_secs_f64()),
+        Test::SimulationTime { rule, value } => Ok(if scenario_state.quirks.slips_by_frames {
+            rule.holds(&scenario_state.now.seconds, &value.as_secs_f64())
+        } else {
+            rule.holds(&u128::from(scenario_state.now.nanos), &value.as_nanos())
         }),
         Test::State { target, state, exact } => matches(scenario_state, *target, state.as_ref(), *exact),
         Test::Phase { controller, phase } => {
@@ -144,17 +143,17 @@ fn matches(
     state: Option<&StateText>,
     exact: bool,
 ) -> Result<bool, Refusal> {
-    let expected = match (state, scenario_state.compat) {
-        (None, _) => Expected::Dark,
-        (Some(state), Compat::Improved) if exact => Expected::Exactly(state.bulbs),
-        (Some(state), Compat::Improved) => Expected::Contains(state.bulbs),
-        (Some(state), Compat::Upstream) => {
+    let expected = match state {
+        None => Expected::Dark,
+        Some(state) if scenario_state.quirks.compares_single_bulbs => {
             let bulb = state.single.ok_or_else(|| Refusal::State {
                 text: state.text.clone(),
                 mistake: "a light is compared with one bulb".to_owned(),
             })?;
             Expected::Contains([bulb].into_iter().collect())
         }
+        Some(state) if exact => Expected::Exactly(state.bulbs),
+        Some(state) => Expected::Contains(state.bulbs),
     };
     scenario_state.lights.stores_mut().matches(target, expected)
 }
@@ -206,7 +205,7 @@ mod tests {
         values
             .chars()
             .map(|value| {
-                let is_true = memory.is_true(&condition, value == '#', now, Compat::Improved);
+                let is_true = memory.is_true(&condition, value == '#', now, UpstreamQuirks::default());
                 now = now.after(Duration::from_secs(1));
                 if is_true { '#' } else { '.' }
             })
@@ -249,7 +248,7 @@ mod tests {
         ) {
             let (trigger, scenario) = (Trigger { groups }, Scenario::default());
             let settings =
-                LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), Compat::Improved);
+                LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), UpstreamQuirks::default());
             let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
             let mut scenario_state = TrafficLights::new(settings, now).scenario_state;
             let (mut idle, mut busy) = (TriggerMemory::new(&trigger), TriggerMemory::new(&trigger));

@@ -2,9 +2,9 @@
 //! believed of each group now, and what no longer holds (docs/spec/traffic-lights.md, "V2X unit on CAN").
 //!
 //! What is known belongs in the *ground truth* of the v2i channel: ground truth of a network is what
-//! the network says, and the detected store stays free for imitating errors of the reception.
+//! the network reports, and the detected store stays free for imitating errors of the reception.
 //! Ground truth cannot be "unknown". So a group that is not available, faulty, undefined, stale or cut
-//! off is *removed* instead: an arbiter takes a missing group for one that the network does not tell
+//! off is *removed* instead: an arbiter takes a missing group for one that the network does not report
 //! of, which is the case, while a held one would be an old light shown as a present one.
 
 pub mod binding;
@@ -39,15 +39,15 @@ pub struct ValidState {
 pub enum InvalidReason {
     /// No believable value of this signal.
     Absent(SignalIndex, MissingReason),
-    /// The message comes, but has not told of this group since start or since it broke off.
+    /// The message is received, but without this group since start or since it broke off.
     NotReceived,
-    /// The message comes, but has not told of this group for longer than its limit.
+    /// The message is received, but without this group for longer than its limit.
     NotReceivedAgain,
-    /// A status signal says that the states cannot be used.
+    /// A status signal reports that the states cannot be used.
     Unusable(SignalIndex, i128),
-    /// The unit says that it does not know.
+    /// The unit reports that it does not know.
     NotAvailable(SignalIndex, i128),
-    /// The unit says that something is broken.
+    /// The unit reports a fault.
     Fault(SignalIndex, i128),
     /// The profile gives this value no meaning.
     Undefined(SignalIndex, i128),
@@ -67,14 +67,14 @@ pub struct Change {
 pub struct Settled {
     /// In the order of the profile; an entry whose bulbs and confidence stay the same is not in it.
     pub changes: Vec<Change>,
-    /// Whether diagnostics have something new to say.
+    /// Whether the diagnostics have changed.
     pub news: bool,
 }
 
 /// Counts since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct V2iCounts {
-    /// Trusted frames that told of a group which the profile does not map.
+    /// Trusted frames with a group that the profile does not map.
     pub unmapped: u64,
     /// Times a group's state, status or confidence became a value without meaning.
     pub undefined: u64,
@@ -84,7 +84,7 @@ pub struct V2iCounts {
 #[derive(Debug, Clone)]
 pub struct V2iReception {
     binding: V2iBinding,
-    seen: Observations,
+    observations: Observations,
     /// Every group of every source, in the order of the profile.
     groups: Vec<Tracked>,
     counts: V2iCounts,
@@ -95,15 +95,15 @@ pub struct V2iReception {
 struct Tracked {
     /// Its source, by position, and its own position there.
     at: (usize, usize),
-    /// Of a cycling message: what it told last.
-    told: Option<LastJudgement>,
+    /// The last state that a cycling message carried.
+    last: Option<LastJudgement>,
     /// What was judged last; `None` before the first time.
     judged: Option<Judged>,
 }
 
 type Judged = Result<ValidState, InvalidReason>;
 
-/// What one frame of a cycling message told.
+/// The state in one frame of a cycling message.
 #[derive(Debug, Clone, Copy)]
 struct LastJudgement {
     state: Judged,
@@ -111,17 +111,22 @@ struct LastJudgement {
 }
 
 impl V2iReception {
-    /// Nothing seen yet.
+    /// Nothing was received yet.
     pub fn new(binding: V2iBinding) -> Self {
         let groups = binding.sources.iter().enumerate().flat_map(|(source, bound)| {
             let count = match &bound.states {
                 V2iStates::Single(_) => 1,
                 V2iStates::Cycling(cycle) => cycle.groups.len(),
             };
-            (0..count).map(move |own| Tracked { at: (source, own), told: None, judged: None })
+            (0..count).map(move |own| Tracked { at: (source, own), last: None, judged: None })
         });
         let groups = groups.collect();
-        Self { seen: Observations::new(&binding.table), binding, groups, counts: V2iCounts::default() }
+        Self {
+            observations: Observations::new(&binding.table),
+            binding,
+            groups,
+            counts: V2iCounts::default(),
+        }
     }
 
     /// What the profile binds.
@@ -131,7 +136,7 @@ impl V2iReception {
 
     /// The last values.
     pub fn observations(&self) -> &Observations {
-        &self.seen
+        &self.observations
     }
 
     /// Counts since start.
@@ -148,7 +153,7 @@ impl V2iReception {
         buses: &[Bus],
         now: Now,
     ) {
-        let Self { binding, seen, groups, counts } = self;
+        let Self { binding, observations, groups, counts } = self;
         let cycles = || {
             let sources = binding.sources.iter().enumerate();
             sources.filter_map(|(index, source)| match &source.states {
@@ -159,17 +164,17 @@ impl V2iReception {
             })
         };
         for (index, _, cycle) in cycles() {
-            // What a message told before it broke off does not come back with it.
+            // A state from before a message broke off does not come back with it.
             let broke_off = cycle.groups.first().is_some_and(|(_, group)| {
-                seen.valid(&binding.table, group.state.signal, buses, now.mono).is_err()
+                observations.valid(&binding.table, group.state.signal, buses, now.mono).is_err()
             });
             if broke_off {
                 for group in of_source(groups, index) {
-                    group.told = None;
+                    group.last = None;
                 }
             }
         }
-        if !seen.frame_arrived(&binding.table, message, frame, stamp, now) {
+        if !observations.frame_arrived(&binding.table, message, frame, stamp, now) {
             return;
         }
         for (index, source, cycle) in cycles() {
@@ -185,27 +190,27 @@ impl V2iReception {
                 source.status.iter().filter(|role| binding.message_of(role.signal) == message);
             let status = own_status.try_for_each(|role| usable(role, raw(role.signal)));
             let state = status.and_then(|()| believe(group, received, |signal| Ok(raw(signal))));
-            of_source(groups, index)[own].told = Some(LastJudgement { state, at: now.mono });
+            of_source(groups, index)[own].last = Some(LastJudgement { state, at: now.mono });
         }
     }
 
     /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.seen.forget_bus(&self.binding.table, bus);
+        self.observations.forget_bus(&self.binding.table, bus);
     }
 
     /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
     pub fn forget_events(&mut self, bus: BusIndex) {
-        self.seen.forget_events(&self.binding.table, bus);
+        self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// Judges all groups now and says what is to be done.
+    /// Judges all groups now and returns the changes.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Settled {
-        let Self { binding, seen, groups, counts } = self;
+        let Self { binding, observations, groups, counts } = self;
         let mut settled = Settled::default();
         for tracked in groups {
             let Some((source, group)) = bound(binding, tracked.at) else { continue };
-            let judged = judge((binding, seen, buses, now.mono), source, group, tracked.told);
+            let judged = judge((binding, observations, buses, now.mono), source, group, tracked.last);
             let before = tracked.judged.replace(judged);
             let content = |judged: Judged| judged.ok().map(|state| (state.bulbs, state.confidence));
             if content(judged) != before.and_then(content) {
@@ -234,10 +239,10 @@ impl V2iReception {
             let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {
                 return None;
             };
-            Some(deadline_after(tracked.told?.at, cycle.timeout))
+            Some(deadline_after(tracked.last?.at, cycle.timeout))
         };
         let groups = self.groups.iter().filter_map(over_at).filter(|at| *at > now);
-        groups.chain(self.seen.next_deadline(&self.binding.table, now)).min()
+        groups.chain(self.observations.next_deadline(&self.binding.table, now)).min()
     }
 }
 
@@ -260,33 +265,36 @@ fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSou
 /// Binding, last values, buses and time.
 type View<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
 
-fn judge(view: View<'_>, source: &V2iSource, group: &Group, told: Option<LastJudgement>) -> Judged {
+fn judge(view: View<'_>, source: &V2iSource, group: &Group, last: Option<LastJudgement>) -> Judged {
     let (binding, _, _, now) = view;
     let cycle = match &source.states {
         V2iStates::Single(_) => None,
         V2iStates::Cycling(cycle) => Some(cycle),
     };
     for role in &source.status {
-        // What a frame of a cycle says of itself was judged with it.
+        // The integrity of a cycling message's frame was judged with the frame.
         if cycle.is_some_and(|cycle| binding.message_of(cycle.group) == binding.message_of(role.signal)) {
             continue;
         }
-        usable(role, last(view, role.signal)?.raw)?;
+        usable(role, last_observation(view, role.signal)?.raw)?;
     }
-    let newest = last(view, group.state.signal)?;
-    match (cycle, told) {
+    let newest = last_observation(view, group.state.signal)?;
+    match (cycle, last) {
         (Some(_), None) => Err(InvalidReason::NotReceived),
-        (Some(cycle), Some(told)) if now.since(told.at) > cycle.timeout => {
+        (Some(cycle), Some(last)) if now.since(last.at) > cycle.timeout => {
             Err(InvalidReason::NotReceivedAgain)
         }
-        (Some(_), Some(told)) => told.state,
-        (None, _) => believe(group, newest.received, |signal| Ok(last(view, signal)?.raw)),
+        (Some(_), Some(last)) => last.state,
+        (None, _) => believe(group, newest.received, |signal| Ok(last_observation(view, signal)?.raw)),
     }
 }
 
 /// The last value of a signal, when it may be believed.
-fn last((binding, seen, buses, now): View<'_>, signal: SignalIndex) -> Result<Observation, InvalidReason> {
-    seen.valid(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
+fn last_observation(
+    (binding, observations, buses, now): View<'_>,
+    signal: SignalIndex,
+) -> Result<Observation, InvalidReason> {
+    observations.valid(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
 }
 
 /// Whether a status signal with this value lets the states be used.

@@ -56,7 +56,9 @@ pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Inpu
         SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
         SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),
         SubscriptionKind::PlannedPath => Input::Planner(bytes.whole::<PathWithLaneId>()?.into()),
-        SubscriptionKind::Factors(topic) => Input::Planner(bytes.whole::<PlanningFactorArray>()?.told(topic)),
+        SubscriptionKind::Factors(topic) => {
+            Input::Planner(bytes.whole::<PlanningFactorArray>()?.into_input(topic))
+        }
         SubscriptionKind::OperationMode => Input::Planner(bytes.whole::<OperationModeState>()?.into()),
         SubscriptionKind::Scenario => Input::Planner(bytes.whole::<Scenario>()?.into()),
         SubscriptionKind::HazardRequest => {

@@ -206,7 +206,7 @@ fn the_scenario_is_told_in_the_diagnostics() {
     lights.advance(at_ns(SECOND));
     assert_eq!(of_scenario(&lights, 1).2, "A: p1, 2.0 s left");
     lights.advance(at_ns(4 * SECOND));
-    assert_eq!(of_scenario(&lights, 4).2, "A: p2, until told");
+    assert_eq!(of_scenario(&lights, 4).2, "A: p2, until an action");
     let values = status(&lights, 0, 4).values;
     assert!(values.contains(&("lights", "1".to_owned())) && values.contains(&("unknown", "1".to_owned())));
     lights.apply(&Action::End { success: false }, at_ns(4 * SECOND)).unwrap();

@@ -7,7 +7,7 @@ use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::traffic_light::bulb::{BulbSet, Color, Status};
 use signal_gateway::core::traffic_light::refusal::Refusal;
-use signal_gateway::core::traffic_light::store::{Change, Expected, Stores, must_stop};
+use signal_gateway::core::traffic_light::store::{Change, Expected, Stores};
 use signal_gateway::core::traffic_light::target::{Channel, Target};
 use signal_gateway::core::traffic_light::text::{parse_bulb, parse_bulbs};
 
@@ -92,24 +92,6 @@ fn j_any_changed() {
     set(&mut stores, at, "green");
     assert_ne!(stores.truth(Channel::Conventional).changes(), before);
     assert_eq!(stores.truth(Channel::V2i).changes(), 0);
-}
-
-#[test]
-fn j_must_stop() {
-    for (case, state, expected) in [
-        (115, "green solidOn circle", false),
-        (0, "yellow solidOn circle", true),
-        (117, "yellow flashing circle", false),
-        (0, "red", true),
-        (0, "red flashing", false),
-        (0, "red left", false),
-        (0, "green, red", true),
-        (0, "none", false),
-        (0, "red solidOff", false),
-        (0, "unknown", false),
-    ] {
-        assert_eq!(must_stop(&parse_bulbs(state).unwrap()), expected, "J {case}: {state}");
-    }
 }
 
 #[test]

@@ -184,7 +184,7 @@ fn a_frame_that_does_not_prove_itself_moves_nothing() {
 fn a_status_that_is_not_good_takes_the_states_with_it() {
     let mut bench = Bench::started("5A0 8 0|4@1=1 4|4@1=3");
     assert_eq!(bench.frame(50, "5A2 2 0|3@1=2"), ["-34806", "-34807"]);
-    assert_eq!(bench.finding(34807), "34807: V2X_STATUS.RADIO = 2 says that states cannot be used");
+    assert_eq!(bench.finding(34807), "34807: V2X_STATUS.RADIO = 2 reports that states cannot be used");
     assert_eq!(bench.frame(60, "5A2 2 0|3@1=1").len(), 2, "its own frames are young enough");
     assert_eq!(bench.frame(70, "5A2 2 0|3@1=7"), ["-34806", "-34807"]);
     assert_eq!(bench.finding(34807), "34807: V2X_STATUS.RADIO = 7 is not a defined value");
@@ -247,7 +247,7 @@ fn a_group_that_is_not_told_of_again_is_removed_while_the_message_goes_on() {
     }
     let wanted = [(50, "35102 green solidOn left at 0.5"), (2050, "-35101")];
     assert_eq!(removed, wanted.map(|(ms, change)| (ms, change.to_owned())));
-    assert_eq!(bench.finding(35101), "35101: not told of again");
+    assert_eq!(bench.finding(35101), "35101: not received again");
     let status = bench.reception.status("gw", &bench.buses, at_ms(2050).mono);
     assert!(!status.message.contains("35101"), "out of range is as it should be: {}", status.message);
 }
@@ -271,7 +271,7 @@ fn a_message_that_broke_off_brings_only_what_it_tells_anew() {
     assert_eq!(bench.settle(260), ["-35101"]);
     bench.frame(400, GREEN);
     assert_eq!(bench.frame(450, GREEN), ["35102 green solidOn left at 0.5"]);
-    assert_eq!(bench.finding(35101), "35101: not told of yet");
+    assert_eq!(bench.finding(35101), "35101: not received yet");
     assert_eq!(bench.frame(500, RED), ["35101 red solidOn circle"]);
 }
 

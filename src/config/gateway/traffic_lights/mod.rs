@@ -20,7 +20,6 @@ use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::flow::FlowSettings;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::core::traffic_light::scenario::Controller;
 use crate::core::traffic_light::target::StoreId;
 use faults::faults;
 pub use topics::LightsOutput;
@@ -40,8 +39,6 @@ pub struct LightTopics {
     pub inputs: Vec<(StoreId, String)>,
     /// Topic from which actions are read.
     pub command: Option<String>,
-    /// The scenario's controllers, which actions call by name.
-    pub controllers: Vec<Controller>,
     /// Parts of the scenario that have no effect.
     pub not_interpreted: Vec<NotInterpreted>,
 }
@@ -85,9 +82,8 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
     lights.one_group_per_head = one_group_per_head.unwrap_or(lights.one_group_per_head);
     lights.v2i_timeout = v2i_timeout;
     lights.topics = topics(&outputs);
-    let controllers = lights.scenario.controllers.clone();
     let flow = FlowSettings { lights, camera_faults, v2i_faults, arbiter };
-    Some((flow, LightTopics { compat, outputs, inputs, command, controllers, not_interpreted }))
+    Some((flow, LightTopics { compat, outputs, inputs, command, not_interpreted }))
 }
 
 /// The topics that the engine must make for these outputs.

@@ -1,4 +1,4 @@
-//! What is kept of both inputs, group by group. Taking a message tells which groups changed.
+//! What is kept of both inputs, group by group. Taking a message finds the groups that changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use crate::core::traffic_light::emission::GroupState;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Perceived(Vec<Arc<GroupState>>);
 
-/// The last word of the network about each group.
+/// The last report of the network about each group.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Network {
     /// Ascending by relation id, once each.
-    told: Vec<LatestGroup>,
+    latest: Vec<LatestGroup>,
     /// The oldest and the newest of their stamps.
     stamps: Option<(ArbiterStamp, ArbiterStamp)>,
 }
@@ -46,7 +46,7 @@ impl Perceived {
         }
     }
 
-    /// All that it said of a group.
+    /// All reports of a group.
     pub(super) fn of(&self, relation_id: i64) -> &[Arc<GroupState>] {
         let first = self.0.partition_point(|group| id_of(group) < relation_id);
         let from_there = self.0.get(first..).unwrap_or_default();
@@ -59,7 +59,7 @@ impl Perceived {
 }
 
 impl Network {
-    /// Group by group in place of what was told before; ids of groups that may differ go to `changed`.
+    /// Group by group in place of the report before; ids of groups that may differ go to `changed`.
     pub(super) fn take(
         &mut self,
         stamp: ArbiterStamp,
@@ -69,20 +69,22 @@ impl Network {
         let mut added = BTreeMap::new();
         for (position, group) in groups.iter().enumerate() {
             // Mostly the same groups come in the same order.
-            if let Some(told) = self.told.get_mut(position).filter(|told| Arc::ptr_eq(&told.group, group)) {
-                told.stamp = stamp;
+            if let Some(latest) =
+                self.latest.get_mut(position).filter(|latest| Arc::ptr_eq(&latest.group, group))
+            {
+                latest.stamp = stamp;
                 continue;
             }
             changed.insert(id_of(group));
-            let told = LatestGroup { stamp, group: Arc::clone(group) };
-            match self.find(id_of(group)).and_then(|place| self.told.get_mut(place)) {
-                Some(before) => *before = told,
-                None => drop(added.insert(id_of(group), told)),
+            let latest = LatestGroup { stamp, group: Arc::clone(group) };
+            match self.find(id_of(group)).and_then(|place| self.latest.get_mut(place)) {
+                Some(before) => *before = latest,
+                None => drop(added.insert(id_of(group), latest)),
             }
         }
         if !added.is_empty() {
-            self.told.extend(added.into_values());
-            self.told.sort_by_key(|told| id_of(&told.group));
+            self.latest.extend(added.into_values());
+            self.latest.sort_by_key(|latest| id_of(&latest.group));
         }
         self.look_at_stamps();
     }
@@ -99,8 +101,10 @@ impl Network {
         if self.stamps.is_none_or(|(oldest, newest)| is_near(oldest) && is_near(newest)) {
             return;
         }
-        changed.extend(self.told.iter().filter(|told| !is_near(told.stamp)).map(|told| id_of(&told.group)));
-        self.told.retain(|told| is_near(told.stamp));
+        changed.extend(
+            self.latest.iter().filter(|latest| !is_near(latest.stamp)).map(|latest| id_of(&latest.group)),
+        );
+        self.latest.retain(|latest| is_near(latest.stamp));
         self.look_at_stamps();
     }
 
@@ -109,19 +113,19 @@ impl Network {
     }
 
     pub(super) fn of(&self, relation_id: i64) -> Option<&GroupState> {
-        Some(&self.told.get(self.find(relation_id)?)?.group)
+        Some(&self.latest.get(self.find(relation_id)?)?.group)
     }
 
     pub(super) fn ids(&self) -> impl Iterator<Item = i64> + '_ {
-        self.told.iter().map(|told| id_of(&told.group))
+        self.latest.iter().map(|latest| id_of(&latest.group))
     }
 
     fn find(&self, relation_id: i64) -> Option<usize> {
-        self.told.binary_search_by_key(&relation_id, |told| id_of(&told.group)).ok()
+        self.latest.binary_search_by_key(&relation_id, |latest| id_of(&latest.group)).ok()
     }
 
     fn look_at_stamps(&mut self) {
-        let stamps = || self.told.iter().map(|told| told.stamp);
+        let stamps = || self.latest.iter().map(|latest| latest.stamp);
         self.stamps = stamps().min().zip(stamps().max());
     }
 }

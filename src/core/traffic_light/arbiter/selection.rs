@@ -77,7 +77,7 @@ fn one_for_each_shape(elements: &[Element]) -> Vec<Element> {
     pooled(elements, &[], Priority::Confidence)
 }
 
-/// For vehicles: what both sides say; where they differ, or one is silent, the shapes without a
+/// For vehicles: elements that both sides report; where they differ, or one is silent, the shapes without a
 /// colour.
 fn matched(perception: Option<&[Element]>, external: Option<&[Element]>) -> Vec<Element> {
     match (perception, external) {

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::Phase;
 
 fn controllers() -> Vec<Controller> {
@@ -66,7 +67,7 @@ fn every_command_becomes_its_action() {
 }
 
 #[test]
-fn what_is_not_ours_is_told_apart() {
+fn foreign_commands_are_distinguished() {
     for (text, name) in [
         ("", ""),
         ("EnableTrafficSignalV2IFeatureAction(1)", "EnableTrafficSignalV2IFeatureAction"),
@@ -79,7 +80,7 @@ fn what_is_not_ours_is_told_apart() {
 }
 
 #[test]
-fn a_wrong_number_of_arguments_is_told_with_the_right_one() {
+fn a_wrong_number_of_arguments_is_refused_with_the_right_one() {
     for (text, expected, actual) in [
         ("V2ITrafficSignalStateAction(34802, red solidOn circle, 20)", "2 or 3 arguments", 5),
         ("V2ITrafficSignalStateAction(34802)", "2 or 3 arguments", 1),
@@ -93,8 +94,8 @@ fn a_wrong_number_of_arguments_is_told_with_the_right_one() {
         ("exitSuccess(1)", "no arguments", 1),
     ] {
         let error = read(text).unwrap_err();
-        let CommandError::Count { expected: told, actual: counted, .. } = error else { panic!("{error}") };
-        assert_eq!((told, counted), (expected, actual), "{text}");
+        let CommandError::Count { expected: named, actual: counted, .. } = error else { panic!("{error}") };
+        assert_eq!((named, counted), (expected, actual), "{text}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! What becomes of the groups of a message: missing, unknown, of another colour, more or less sure.
+//! Faults of the groups of a message: missing, unknown, of another colour, more or less sure.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -42,15 +42,15 @@ impl GroupFaults {
     }
 
     pub(super) fn apply(&mut self, groups: &[Arc<GroupState>], message: u64) -> Vec<Arc<GroupState>> {
-        let mut seen = Vec::with_capacity(groups.len());
+        let mut arriving = Vec::with_capacity(groups.len());
         for group in groups {
             let of = group.relation_id.cast_unsigned();
             let spell = self.missing.entry(group.relation_id).or_default();
             if !spell.goes_on(self.draws, self.miss, Kind::Miss, of, message) {
-                seen.push(Arc::new(self.misread(group, of, message)));
+                arriving.push(Arc::new(self.misread(group, of, message)));
             }
         }
-        seen
+        arriving
     }
 
     fn misread(&self, group: &GroupState, of: u64, message: u64) -> GroupState {

@@ -109,7 +109,7 @@ fn draws_stay_what_they_are() {
 }
 
 #[test]
-fn messages_are_lost_as_often_as_told() {
+fn messages_are_lost_as_often_as_set() {
     for loss in [0.1, 0.5] {
         let arrived = run(FaultSettings { loss, ..FaultSettings::default() }, many());
         assert_rate("loss", MANY as usize - arrived.len(), MANY, loss);
@@ -118,7 +118,7 @@ fn messages_are_lost_as_often_as_told() {
 }
 
 #[test]
-fn groups_are_unknown_as_often_as_told_and_each_for_itself() {
+fn groups_are_unknown_as_often_as_set_and_each_for_itself() {
     let arrived = run(FaultSettings { unknown: 0.2, ..FaultSettings::default() }, many());
     let is_unknown = |group: &Arc<GroupState>| group.elements[0].bulb.status == Status::Unknown;
     let both = |groups: &[Arc<GroupState>]| groups.iter().all(is_unknown);
@@ -139,7 +139,7 @@ fn groups_are_unknown_as_often_as_told_and_each_for_itself() {
 }
 
 #[test]
-fn colors_are_confused_as_often_as_told() {
+fn colors_are_confused_as_often_as_set() {
     let confusion = |to, probability| Confusion { from: Color::Red, to, probability };
     let confusions = vec![confusion(Color::Green, 0.1), confusion(Color::Yellow, 0.3)];
     let arrived = run(FaultSettings { confusions, ..FaultSettings::default() }, many());
@@ -163,7 +163,7 @@ fn bulbs_that_look_alike_are_one() {
 }
 
 #[test]
-fn groups_are_missing_as_often_and_as_long_as_told() {
+fn groups_are_missing_as_often_and_as_long_as_set() {
     for (probability, mean_length) in [(0.2, 1.0), (0.05, 4.0)] {
         let miss = Spells { probability, mean_length };
         let arrived = run(FaultSettings { miss, ..FaultSettings::default() }, many());
@@ -204,7 +204,7 @@ fn a_frozen_sender_repeats_its_last_message() {
 }
 
 #[test]
-fn confidence_has_the_mean_and_spread_told() {
+fn confidence_has_the_set_mean_and_spread() {
     let cases = [(None, 0.05, 0.8), (Some(0.5), 0.05, 0.5), (Some(0.3), 0.0, 0.3)];
     for (confidence_mean, confidence_spread, mean) in cases {
         let settings = FaultSettings { confidence_mean, confidence_spread, ..FaultSettings::default() };
@@ -248,7 +248,7 @@ fn messages_take_their_time_in_order() {
 }
 
 #[test]
-fn stamps_are_off_by_what_is_told() {
+fn stamps_are_off_by_the_set_offset() {
     for (stamp_offset_ns, first) in [(-3_000, -3_000), (i64::MIN, i64::MIN), (5, 5)] {
         let settings = FaultSettings { stamp_offset_ns, ..FaultSettings::default() };
         let arrived = run(settings, many().take(1));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, Lamp, LightMap};
 use crate::core::traffic_light::store::Change;
 use crate::core::traffic_light::target::{Layer, StoreId, Target};
@@ -53,7 +54,7 @@ fn all<T>(items: Vec<(i64, Vec<T>)>) -> Vec<T> {
     items.into_iter().flat_map(|(_, items)| items).collect()
 }
 
-fn told(expected: &[(i64, &str)]) -> Vec<(i64, String)> {
+fn listed(expected: &[(i64, &str)]) -> Vec<(i64, String)> {
     expected.iter().map(|(id, text)| (*id, (*text).to_owned())).collect()
 }
 
@@ -63,12 +64,12 @@ fn heads_of_a_relation_are_one_group_and_the_surest_counts() {
     write(&mut stores, 1, Layer::GroundTruth, "red", 0.4);
     write(&mut stores, 2, Layer::GroundTruth, "red, green right", 0.6);
     let second = "green solidOn right 0.6, red solidOn circle 0.6";
-    assert_eq!(sent(&stores, false), told(&[(7, second), (8, second)]));
-    assert_eq!(sent(&stores, true), told(&[(7, "red solidOn circle 0.4"), (7, second), (8, second)]));
+    assert_eq!(sent(&stores, false), listed(&[(7, second), (8, second)]));
+    assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4"), (7, second), (8, second)]));
     // What is detected hides the truth of that head only, also when it is dark.
     write(&mut stores, 2, Layer::Detected, "", 0.9);
-    assert_eq!(sent(&stores, false), told(&[(7, "red solidOn circle 0.4")]));
-    assert_eq!(sent(&stores, true), told(&[(7, "red solidOn circle 0.4")]));
+    assert_eq!(sent(&stores, false), listed(&[(7, "red solidOn circle 0.4")]));
+    assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4")]));
 }
 
 #[test]
@@ -80,7 +81,7 @@ fn upstream_cuts_ids_and_misses_their_detections() {
         let mut stores = stores(compat);
         write(&mut stores, WIDE, Layer::GroundTruth, "red", 1.0);
         write(&mut stores, WIDE, Layer::Detected, "green", 1.0);
-        assert_eq!(sent(&stores, true), told(&expected), "{compat:?}");
+        assert_eq!(sent(&stores, true), listed(&expected), "{compat:?}");
         let way_id = if compat == Compat::Improved { WIDE } else { 21 };
         assert_eq!(all(lights(&stores, Channel::V2i, &heads(&stores)))[0].way_id, way_id);
     }
@@ -96,9 +97,9 @@ fn upstream_puts_a_detection_in_the_place_of_one_appended_before() {
         Compat::Upstream,
     );
     write(&mut stores, 5, Layer::Detected, "red", 1.0);
-    assert_eq!(sent(&stores, true), told(&[(5, "red solidOn circle 1")]));
+    assert_eq!(sent(&stores, true), listed(&[(5, "red solidOn circle 1")]));
     write(&mut stores, 30, Layer::Detected, "green", 1.0);
-    assert_eq!(sent(&stores, true), told(&[(5, "green solidOn circle 1")]));
+    assert_eq!(sent(&stores, true), listed(&[(5, "green solidOn circle 1")]));
 }
 
 #[test]

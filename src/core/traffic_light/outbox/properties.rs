@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::*;
+use crate::core::compat::Compat;
 use crate::core::map::light_map::{GroupEntry, Lamp, LampColor, LightMap};
 use crate::core::time::{MonoTime, Now};
 use crate::core::traffic_light::bulb_counts::BulbCounts;
@@ -26,7 +27,7 @@ const TOPICS: [LightsTopic; 4] =
 
 #[derive(Debug, Clone)]
 enum Step {
-    Told(Vec<(i64, Option<&'static str>, u8)>, StoreId),
+    States(Vec<(i64, Option<&'static str>, u8)>, StoreId),
     Done(Action),
     /// More changes than are remembered.
     Storm,
@@ -43,11 +44,11 @@ fn id() -> impl Strategy<Value = i64> {
 }
 
 fn step() -> impl Strategy<Value = Step> {
-    let told = (id(), proptest::option::of(select(&STATES[..])), 0..=4_u8);
+    let state = (id(), proptest::option::of(select(&STATES[..])), 0..=4_u8);
     let target = || (id(), store()).prop_map(|(id, store)| Target { id, store });
     let controller = (0..2_usize).prop_map(ControllerIndex);
     prop_oneof![
-        4 => (vec(told, 1..4), store()).prop_map(|(states, store)| Step::Told(states, store)),
+        4 => (vec(state, 1..4), store()).prop_map(|(states, store)| Step::States(states, store)),
         1 => target().prop_map(|target| Step::Done(Action::Clear { target })),
         1 => (target(), 0..=4_u8).prop_map(|(target, quarters)| {
             Step::Done(Action::SetConfidence { target, confidence: f64::from(quarters) / 4.0 })
@@ -102,22 +103,22 @@ fn now(millis: u64) -> Now {
     Now { mono: MonoTime::from_millis(millis), wall: WallStamp::default() }
 }
 
-fn sight(state: &str, quarters: u8) -> LightObservation {
+fn observation(state: &str, quarters: u8) -> LightObservation {
     LightObservation { bulbs: parse_bulbs(state).unwrap(), confidence: f64::from(quarters) / 4.0 }
 }
 
 fn take(lights: &mut TrafficLights, step: Step, now: Now) {
     match step {
-        Step::Told(states, store) => {
+        Step::States(states, store) => {
             let states =
-                states.into_iter().map(|(id, state, sure)| (id, state.map(|state| sight(state, sure))));
+                states.into_iter().map(|(id, state, sure)| (id, state.map(|state| observation(state, sure))));
             assert_eq!(lights.set_states(store, states, now), 0);
         }
         Step::Done(action) => lights.apply(&action, now).unwrap(),
         Step::Storm => {
             let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
             for state in ["red", "green", "red", "yellow"].repeat(2) {
-                lights.set_states(store, (0..HEADS).map(|id| (id, Some(sight(state, 4)))), now);
+                lights.set_states(store, (0..HEADS).map(|id| (id, Some(observation(state, 4)))), now);
             }
         }
     }

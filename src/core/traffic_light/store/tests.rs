@@ -1,6 +1,7 @@
 //! Rules of the stores that no numbered case tells.
 
 use super::*;
+use crate::core::compat::Compat;
 use crate::core::map::light_map::GroupEntry;
 use crate::core::traffic_light::target::StoreId;
 use crate::core::traffic_light::text::parse_bulbs;

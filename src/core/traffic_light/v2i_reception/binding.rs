@@ -1,4 +1,4 @@
-//! What a vehicle profile says of traffic-light states received over CAN, compiled.
+//! The part of a vehicle profile about traffic-light states received over CAN, compiled.
 //!
 //! Built once at start by `config`, which has checked it against the DBC.
 
@@ -34,7 +34,7 @@ impl V2iBinding {
 pub struct V2iSource {
     /// The states.
     pub states: V2iStates,
-    /// `true` = the states can be used. All of them must say so: one that is not known makes the states
+    /// `true` = the states can be used. All of them must be true: one that is not known makes the states
     /// unknown, since the unit that sends them may have failed
     /// (docs/spec/traffic-lights.md, "V2X unit on CAN").
     pub status: Vec<Role<bool>>,
@@ -45,11 +45,11 @@ pub struct V2iSource {
 pub enum V2iStates {
     /// A signal of its own for one group or head.
     Single(Group),
-    /// One message that tells of one group after another.
+    /// One message that carries one group after another.
     Cycling(Cycle),
 }
 
-/// A group or head that is told of.
+/// A group or head with a received state.
 #[derive(Debug, Clone)]
 pub struct Group {
     /// Relation id of a group, or way id of a head.
@@ -80,7 +80,7 @@ impl Confidence {
     }
 }
 
-/// A message that tells of one group after another. Its signals are in each of its frames.
+/// A message that carries one group after another. Its signals are in each of its frames.
 #[derive(Debug, Clone)]
 pub struct Cycle {
     /// Number of the intersection.
@@ -89,7 +89,7 @@ pub struct Cycle {
     pub group: SignalIndex,
     /// The mapped groups, ascending by their keys; all have the same signals.
     pub groups: Vec<(GroupKey, Group)>,
-    /// How long a group is believed that is not told of again while the message goes on for others.
+    /// How long a state holds that is not received again while the message goes on for other groups.
     pub timeout: Duration,
 }
 

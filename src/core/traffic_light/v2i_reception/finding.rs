@@ -1,4 +1,4 @@
-//! What diagnostics say of received traffic-light states.
+//! Diagnostics of received traffic-light states.
 
 use super::{InvalidReason, V2iReception, ValidState, bound};
 use crate::core::can::bus::Bus;
@@ -21,7 +21,7 @@ pub struct GroupFinding {
 }
 
 impl InvalidReason {
-    /// Away from an intersection nothing is told, and that is as it should be. A value without meaning, a
+    /// Away from an intersection nothing is received, and that is as it should be. A value without meaning, a
     /// fault and a unit that is silent are not.
     pub fn level(self) -> Level {
         match self {
@@ -40,7 +40,7 @@ impl V2iReception {
         })
     }
 
-    /// A finding in words, e.g. `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
+    /// A finding as text, e.g. `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
     pub fn finding_text(&self, finding: GroupFinding, buses: &[Bus]) -> String {
         let text = match finding.state {
             Ok(ValidState { bulbs, .. }) => bulbs.to_string(),
@@ -67,9 +67,10 @@ impl V2iReception {
             }
         };
         let messages = (0..self.binding.table.messages.len()).map(MessageIndex);
-        let frames: u64 = messages.clone().map(|message| self.seen.counts(message).frames).sum();
-        let too_short: u64 = messages.clone().map(|message| self.seen.counts(message).too_short).sum();
-        let checkers = messages.filter_map(|message| self.seen.integrity_counts(message));
+        let frames: u64 = messages.clone().map(|message| self.observations.counts(message).frames).sum();
+        let too_short: u64 =
+            messages.clone().map(|message| self.observations.counts(message).too_short).sum();
+        let checkers = messages.filter_map(|message| self.observations.integrity_counts(message));
         let newest = self.valid_states().map(|(_, state)| now.since(state.received.at)).min();
         let all: Vec<_> = findings.iter().map(|finding| self.finding_text(*finding, buses)).collect();
         Status {
@@ -98,10 +99,10 @@ impl V2iReception {
             |signal: SignalIndex, raw| format!("{} = {}", table.signals[signal.0].name, raw_text(raw));
         match reason {
             InvalidReason::Absent(signal, why) => missing_reason_text(table, buses, signal, why),
-            InvalidReason::NotReceived => "not told of yet".to_owned(),
-            InvalidReason::NotReceivedAgain => "not told of again".to_owned(),
+            InvalidReason::NotReceived => "not received yet".to_owned(),
+            InvalidReason::NotReceivedAgain => "not received again".to_owned(),
             InvalidReason::Unusable(signal, raw) => {
-                format!("{} says that states cannot be used", value(signal, raw))
+                format!("{} reports that states cannot be used", value(signal, raw))
             }
             InvalidReason::NotAvailable(signal, raw) => format!("{} means not available", value(signal, raw)),
             InvalidReason::Fault(signal, raw) => format!("{} means fault", value(signal, raw)),

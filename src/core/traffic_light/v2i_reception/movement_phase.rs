@@ -15,7 +15,7 @@ pub fn movement_phase_states(protected: Shape) -> [(i128, Meaning<BulbSet>); 10]
     let circle = Shape::Circle;
     [
         (0, Meaning::NotAvailable),
-        // Dark: what colour it is that does not shine is not told.
+        // Dark: what colour it is that does not shine is not sent.
         (1, one(Color::Unknown, Status::SolidOff, circle)),
         (2, one(Color::Red, Status::Flashing, circle)),
         (3, lit(Color::Red, circle)),

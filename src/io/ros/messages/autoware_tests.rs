@@ -35,9 +35,9 @@ fn pose() -> Pose {
 const POSE: [f64; 7] = [1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.0];
 const SEEN_POSE: plane::Pose = plane::Pose::new(1.0, 2.0, std::f64::consts::PI);
 
-fn told(kind: Kind, bytes: &[u8]) -> PlannerInput {
+fn input(kind: Kind, bytes: &[u8]) -> PlannerInput {
     match read(kind, bytes, Endian::Little) {
-        Ok(Input::Planner(told)) => told,
+        Ok(Input::Planner(input)) => input,
         other => panic!("{kind:?}: {other:?}"),
     }
 }
@@ -94,10 +94,10 @@ fn odometry_has_its_bytes_and_says_pose_and_speed() {
         },
     };
     assert_eq!(cdr(&message), odometry());
-    let odometry_told = planner_input::Odometry { pose: SEEN_POSE, speed_mps: -4.5 };
+    let expected_odometry = planner_input::Odometry { pose: SEEN_POSE, speed_mps: -4.5 };
     assert_eq!(
-        told(Kind::Odometry, &odometry()),
-        PlannerInput::Odometry { odometry: odometry_told, stamp: STAMP }
+        input(Kind::Odometry, &odometry()),
+        PlannerInput::Odometry { odometry: expected_odometry, stamp: STAMP }
     );
 }
 
@@ -126,7 +126,7 @@ fn a_route_has_its_bytes_and_says_its_lanes() {
         goal: plane::Pose::new(7.0, 8.0, 0.0),
         segments: vec![segment(10), segment(12)],
     };
-    assert_eq!(told(Kind::Route, &route()), PlannerInput::Route(Arc::new(expected)));
+    assert_eq!(input(Kind::Route, &route()), PlannerInput::Route(Arc::new(expected)));
     // Before there were uuids.
     let old = &route()[..route().len() - 17];
     assert!(matches!(read(Kind::Route, old, Endian::Little), Err(Unreadable::Layout(_))));
@@ -156,7 +156,7 @@ fn a_path_has_its_bytes_and_says_its_points() {
         planner_input::PathPoint { pose: SEEN_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
         planner_input::PathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
     ];
-    assert_eq!(told(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
+    assert_eq!(input(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn planning_factors_have_their_bytes_and_say_what_matters() {
     };
     for topic in FactorTopic::ALL {
         let expected = PlannerInput::Factors { topic, factors: [factor.clone()].into() };
-        assert_eq!(told(Kind::Factors(topic), &factors()), expected);
+        assert_eq!(input(Kind::Factors(topic), &factors()), expected);
     }
 }
 
@@ -254,10 +254,10 @@ fn the_operation_mode_has_its_bytes() {
     let bytes = with_stamp(&[2, 1, 0, 1, 1, 0, 0]);
     assert_eq!(cdr(&message), bytes);
     let mode = OperationMode { mode: 2, is_autoware_control_enabled: true, is_in_transition: false };
-    assert_eq!(told(Kind::OperationMode, &bytes), PlannerInput::OperationMode(mode));
+    assert_eq!(input(Kind::OperationMode, &bytes), PlannerInput::OperationMode(mode));
     let other_flag = with_stamp(&[2, 0, 1, 0, 0, 1, 1]);
     let mode = OperationMode { mode: 2, is_autoware_control_enabled: false, is_in_transition: true };
-    assert_eq!(told(Kind::OperationMode, &other_flag), PlannerInput::OperationMode(mode));
+    assert_eq!(input(Kind::OperationMode, &other_flag), PlannerInput::OperationMode(mode));
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn the_scenario_has_its_bytes_and_only_lane_driving_is_lane_driving() {
         let bytes = Wire::default().text(name).count(2).text("LaneDriving").text("Parking").done();
         let activating_scenarios = vec!["LaneDriving".to_owned(), "Parking".to_owned()];
         assert_eq!(cdr(&Scenario { current_scenario: name.to_owned(), activating_scenarios }), bytes);
-        assert_eq!(told(Kind::Scenario, &bytes), PlannerInput::LaneDriving(drives_lanes), "{name}");
+        assert_eq!(input(Kind::Scenario, &bytes), PlannerInput::LaneDriving(drives_lanes), "{name}");
     }
 }
 
@@ -278,7 +278,7 @@ fn every_command_has_its_bytes() {
     }
     for (command, byte) in [(Hazard::NoCommand, 0), (Hazard::Disable, 1), (Hazard::Enable, 2)] {
         assert_eq!(cdr(&HazardLightsCommand::new(command, STAMP)), with_stamp(&[byte]));
-        assert_eq!(told(Kind::HazardRequest, &with_stamp(&[byte])), PlannerInput::HazardRequest(command));
+        assert_eq!(input(Kind::HazardRequest, &with_stamp(&[byte])), PlannerInput::HazardRequest(command));
     }
     let unknown = read(Kind::HazardRequest, &with_stamp(&[3]), Endian::Little);
     assert_eq!(unknown, Err(Unreadable::Hazard(3)));
@@ -320,7 +320,7 @@ fn sequences_have_a_greatest_length() {
         (Kind::Route, cdr(&route(MAX_SEGMENTS)), cdr(&route(MAX_SEGMENTS + 1))),
     ];
     for (kind, longest, too_long) in cases {
-        told(kind, &longest);
+        input(kind, &longest);
         match read(kind, &too_long, Endian::Little) {
             Err(Unreadable::Layout(why)) => assert!(why.contains("a sequence of more than"), "{why}"),
             other => panic!("{kind:?}: {other:?}"),

@@ -31,7 +31,7 @@ pub struct DiagnosticStatus {
 }
 
 impl DiagnosticStatus {
-    /// The message that says `status` about `hardware_id`.
+    /// The message with `status` about `hardware_id`.
     pub fn new(status: &Status, hardware_id: &str) -> Self {
         let values = status.values.iter();
         Self {
@@ -56,7 +56,7 @@ pub struct DiagnosticArray {
 }
 
 impl DiagnosticArray {
-    /// The message that says `diagnostics` about `hardware_id`.
+    /// The message with `diagnostics` about `hardware_id`.
     pub fn new(diagnostics: &Diagnostics, stamp: WallStamp, hardware_id: &str) -> Self {
         Self {
             header: Header { stamp: stamp.into(), frame_id: String::new() },

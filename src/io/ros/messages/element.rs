@@ -94,7 +94,7 @@ impl TrafficLightElement {
     }
 }
 
-/// What a message says that its type has no meaning for.
+/// A number in a message that its type does not define.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// Not a colour.

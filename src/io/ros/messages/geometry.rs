@@ -93,7 +93,7 @@ const UPRIGHT: f64 = 1e-9;
 
 impl Quaternion {
     /// Heading of what is turned so, radians in (-π, π], counter-clockwise from +x. Of any length but
-    /// zero; NaN when it is not a rotation or when its heading cannot be told.
+    /// zero; NaN when it is not a rotation or when its heading is undefined.
     pub fn yaw_rad(self) -> f64 {
         let parts = [self.x, self.y, self.z, self.w];
         let longest = parts.iter().fold(0.0, |longest: f64, part| longest.max(part.abs()));
@@ -114,7 +114,7 @@ impl Quaternion {
 }
 
 impl From<Pose> for plane::Pose {
-    /// As seen from above.
+    /// Seen from above.
     fn from(pose: Pose) -> Self {
         Self::new(pose.position.x, pose.position.y, pose.orientation.yaw_rad())
     }

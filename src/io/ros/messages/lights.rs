@@ -1,4 +1,4 @@
-//! Any message that shows traffic lights: which type a topic has, and what an emission becomes in it.
+//! Messages with traffic lights: the message of each type that an emission becomes.
 
 use serde::{Serialize, Serializer};
 
@@ -50,7 +50,7 @@ impl LightsMessage {
     }
 }
 
-/// As the message itself: nothing tells the variant.
+/// Serialises the message itself, without the variant.
 impl Serialize for LightsMessage {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

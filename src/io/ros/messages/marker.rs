@@ -21,7 +21,7 @@ pub struct ColorRgba {
 /// `sensor_msgs/msg/CompressedImage`; empty here.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CompressedImage {
-    /// When and where.
+    /// Stamp and frame of the image.
     pub header: Header,
     /// `jpeg`, `png` and the like.
     pub format: String,
@@ -50,7 +50,7 @@ pub struct MeshFile {
 /// `visualization_msgs/msg/Marker`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Marker {
-    /// When, and in which frame the pose is.
+    /// Stamp, and frame of the pose.
     pub header: Header,
     /// Names the marker together with `id`.
     pub ns: String,
@@ -60,13 +60,13 @@ pub struct Marker {
     pub r#type: i32,
     /// `ADD` or `DELETEALL` here.
     pub action: i32,
-    /// Where.
+    /// Position and orientation.
     pub pose: Pose,
     /// Diameters, metres.
     pub scale: Vector3,
-    /// Of the whole marker.
+    /// Colour of the whole marker.
     pub color: ColorRgba,
-    /// Zero: until it is deleted.
+    /// Zero: it stays until it is deleted.
     pub lifetime: Duration,
     /// Whether it moves with its frame.
     pub frame_locked: bool,

@@ -15,7 +15,7 @@ use crate::core::traffic_light::emission::LampMarker;
 
 /// Frame of all markers.
 const FRAME: &str = "map";
-/// Namespace of all lamps whose number fits the field.
+/// Namespace of all lamps with a number that fits the field.
 const NAMESPACE: &str = "bulb";
 /// Diameter of a lamp.
 const DIAMETER_M: f64 = 0.3;

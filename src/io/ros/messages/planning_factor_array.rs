@@ -51,7 +51,7 @@ pub struct SafetyFactor {
     pub predicted_path: PredictedPath,
     /// Time to collision, seconds.
     pub ttc_begin: f32,
-    /// Likewise, its end.
+    /// Its end, likewise.
     pub ttc_end: f32,
     /// Where it is.
     #[serde(deserialize_with = "at_most::<_, _, MAX_OBJECT_POINTS>")]
@@ -70,7 +70,7 @@ pub struct SafetyFactorArray {
     pub factors: Vec<SafetyFactor>,
     /// All of it.
     pub is_safe: bool,
-    /// In words.
+    /// Text for people.
     pub detail: String,
 }
 
@@ -86,7 +86,7 @@ pub struct PlanningFactor {
     pub control_points: Vec<ControlPoint>,
     /// See [`planner_input::PlanningFactor::behavior`].
     pub behavior: u16,
-    /// In words.
+    /// Text for people.
     pub detail: String,
     /// What it pays attention to.
     pub safety_factors: SafetyFactorArray,
@@ -103,8 +103,8 @@ pub struct PlanningFactorArray {
 }
 
 impl PlanningFactorArray {
-    /// What it says, on a topic.
-    pub fn told(self, topic: FactorTopic) -> PlannerInput {
+    /// The decider's input when it is received on a topic.
+    pub fn into_input(self, topic: FactorTopic) -> PlannerInput {
         PlannerInput::Factors { topic, factors: self.factors.into_iter().map(Into::into).collect() }
     }
 }

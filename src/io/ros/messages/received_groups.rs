@@ -1,4 +1,4 @@
-//! What a received [`TrafficLightGroupArray`] says, in the core's words.
+//! A received [`TrafficLightGroupArray`] as the core takes it.
 
 use super::element::Unfit;
 use super::traffic_light_group_array::{TrafficLightGroup, TrafficLightGroupArray};
@@ -13,18 +13,18 @@ use crate::core::traffic_light::target::StoreId;
 pub struct ReceivedGroup {
     /// Id of the regulatory element.
     pub relation_id: i64,
-    /// What is lit; none = dark, or not reported.
+    /// Its bulbs; none = dark, or not reported.
     pub bulbs: BulbSet,
-    /// 0 to 1: that of its least certain bulb; 1 without bulbs.
+    /// Confidence of its least certain bulb, 0 to 1; 1 without bulbs.
     pub confidence: f64,
 }
 
-/// A group that was left out because of what it says.
+/// A group that was left out because of an undefined number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rejection {
     /// Id of the regulatory element.
     pub relation_id: i64,
-    /// The first thing in it that has no meaning.
+    /// The first undefined number in it.
     pub why: Unfit,
 }
 
@@ -33,9 +33,9 @@ pub struct Rejection {
 pub struct ReceivedGroups {
     /// The sender's stamp.
     pub stamp: WallStamp,
-    /// In the order of the message; an id can come more than once.
+    /// Groups in the order of the message; an id can come more than once.
     pub groups: Vec<ReceivedGroup>,
-    /// Likewise.
+    /// Groups that were left out, in the order of the message.
     pub rejected: Vec<Rejection>,
 }
 

@@ -11,7 +11,7 @@ use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 pub struct TurnIndicatorsReport {
     /// Receive time of the frame that carried the state.
     pub stamp: Time,
-    /// One of the constants below; there is no 0 and no "unknown".
+    /// One of the constants below; 0 and "unknown" do not exist.
     pub report: u8,
 }
 
@@ -23,7 +23,7 @@ impl TurnIndicatorsReport {
     /// Right.
     pub const ENABLE_RIGHT: u8 = 3;
 
-    /// The message that says `state`.
+    /// The message that reports `state`.
     pub fn new(state: TurnIndicators, stamp: WallStamp) -> Self {
         let report = match state {
             TurnIndicators::Disable => Self::DISABLE,
@@ -39,7 +39,7 @@ impl TurnIndicatorsReport {
 pub struct HazardLightsReport {
     /// Receive time of the frame that carried the state.
     pub stamp: Time,
-    /// One of the constants below; there is no 0 and no "unknown".
+    /// One of the constants below; 0 and "unknown" do not exist.
     pub report: u8,
 }
 
@@ -49,7 +49,7 @@ impl HazardLightsReport {
     /// On.
     pub const ENABLE: u8 = 2;
 
-    /// The message that says `state`.
+    /// The message that reports `state`.
     pub fn new(state: HazardLights, stamp: WallStamp) -> Self {
         let report = match state {
             HazardLights::Disable => Self::DISABLE,

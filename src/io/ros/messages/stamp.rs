@@ -1,4 +1,4 @@
-//! When and in which frame: what most messages begin with.
+//! Stamps and headers, with which most messages begin.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ impl From<WallStamp> for Time {
 }
 
 impl From<Time> for WallStamp {
-    /// Any number of nanoseconds is taken for what it says.
+    /// Nanoseconds of a second or more carry over.
     fn from(time: Time) -> Self {
         // 32 bits of seconds in nanoseconds fit 64 bits, with any number of nanoseconds.
         Self::from_nanos(i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec))
@@ -39,8 +39,8 @@ pub struct Duration {
 /// `std_msgs/msg/Header`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Header {
-    /// When.
+    /// Time of the data.
     pub stamp: Time,
-    /// In which frame of reference; empty in diagnostics.
+    /// Frame of reference; empty in diagnostics.
     pub frame_id: String,
 }

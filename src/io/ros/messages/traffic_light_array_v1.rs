@@ -11,7 +11,7 @@ use crate::core::traffic_light::emission::LightState;
 /// `traffic_simulator_msgs/msg/TrafficLightBulbV1`; numbers as in [`TrafficLightElement`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrafficLightBulbV1 {
-    /// 0.
+    /// Always 0.
     pub enum_revision: u8,
     /// As [`TrafficLightElement::color`].
     pub color: u8,
@@ -42,7 +42,7 @@ pub struct TrafficLightV1 {
 /// `traffic_simulator_msgs/msg/TrafficLightArrayV1`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrafficLightArrayV1 {
-    /// Dark heads included.
+    /// The heads, dark ones included.
     pub traffic_lights: Vec<TrafficLightV1>,
 }
 

@@ -17,9 +17,9 @@ use crate::core::traffic_light::emission::{GroupState, Prediction};
 /// `autoware_perception_msgs/msg/PredictedTrafficLightState`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PredictedTrafficLightState {
-    /// From then on.
+    /// When it begins.
     pub predicted_stamp: Time,
-    /// What is lit then.
+    /// The elements from then on.
     pub simultaneous_elements: Vec<TrafficLightElement>,
     /// 0 to 1.
     pub reliability: f32,
@@ -69,7 +69,7 @@ pub struct TrafficLightGroup {
 /// `autoware_perception_msgs/msg/TrafficLightGroupArray`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrafficLightGroupArray {
-    /// When.
+    /// Time of the states.
     pub stamp: Time,
     /// The groups.
     pub traffic_light_groups: Vec<TrafficLightGroup>,

@@ -23,7 +23,7 @@ pub struct TrafficSignal {
 /// `autoware_perception_msgs/msg/TrafficSignalArray`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrafficSignalArray {
-    /// When.
+    /// Time of the states.
     pub stamp: Time,
     /// The groups.
     pub signals: Vec<TrafficSignal>,
