@@ -4,13 +4,13 @@
 //! their place, and a message in which nothing changed differs from the last one by its stamps only. Bytes
 //! that a writer still holds never change: a copy of them is patched, and they themselves once they are free.
 
-use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::{Arc, Weak};
 
 use byteorder::LittleEndian;
 use serde::Serialize;
 
+use super::array_element::{ArrayElement, StampPlace};
 use super::cdr_bytes::CdrBytes;
 use super::marker::Marker;
 use super::marker_array::MarkerArray;
@@ -32,38 +32,6 @@ const MAX_KEPT: usize = 2;
 const MAX_ALIGNMENT: usize = 8;
 /// Length of an encoded `builtin_interfaces/msg/Time`, bytes.
 const TIME_LENGTH: usize = 8;
-
-/// Where a message carries the stamp of its emission.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StampPlace {
-    /// The message has no stamp.
-    Nowhere,
-    /// The message begins with the stamp.
-    Message,
-    /// Each element begins with the stamp.
-    Elements,
-}
-
-/// An element of the array that a message consists of.
-pub(super) trait ArrayElement: Serialize {
-    /// The item of a [`Content`] that the element shows.
-    type Item: Debug + Clone;
-    /// Where the message carries its stamp.
-    const STAMP: StampPlace;
-    /// Alignment of the first field, bytes.
-    const ALIGNMENT: usize;
-
-    /// Makes the element of an item.
-    fn new(item: &Self::Item, stamp: WallStamp, compat: Compat) -> Self;
-
-    /// Whether both items have the same element, stamps aside.
-    fn is_same(one: &Self::Item, other: &Self::Item) -> bool;
-}
-
-/// Makes the elements of all items, in order.
-pub(super) fn elements<E: ArrayElement>(items: &[E::Item], stamp: WallStamp, compat: Compat) -> Vec<E> {
-    items.iter().map(|item| E::new(item, stamp, compat)).collect()
-}
 
 /// Encodes the emissions of one topic as messages of one type.
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::array_element::{ArrayElement, StampPlace, elements};
 use super::geometry::{Pose, Vector3};
-use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use super::marker::{ColorRgba, Marker};
 use super::stamp::Header;
 use crate::core::compat::Compat;

@@ -9,6 +9,7 @@
 //! `autoware_planning_msgs` 1.12, `autoware_internal_planning_msgs` 1.12, `autoware_adapi_v1_msgs`,
 //! `traffic_simulator_msgs` 25.0.
 
+mod array_element;
 mod bounded;
 mod cdr_bytes;
 mod control_mode_report;

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::array_element::{ArrayElement, StampPlace, elements};
 use super::element::{TrafficLightElement, id};
-use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::emission::LightState;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::array_element::{ArrayElement, StampPlace, elements};
 use super::element::{TrafficLightElement, id};
-use super::lights_encoder::{ArrayElement, StampPlace, elements};
 use super::stamp::Time;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;

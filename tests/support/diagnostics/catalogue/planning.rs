@@ -134,7 +134,7 @@ pub(super) fn channel() -> Task {
         names: &["traffic_lights_conventional", "traffic_lights_v2i"],
         about: "The traffic lights of one channel. With a `[traffic_lights]` section.",
         messages: vec![
-            message(Ok, "as told", NOTHING),
+            message(Ok, "normal", NOTHING),
             message(Warn, "an input for {id} was rejected", "Correct the id or the state; shown for 10 s."),
             message(Warn, "an input that makes no sense was rejected", "Correct the sender; shown for 10 s."),
             message(
@@ -173,7 +173,7 @@ pub(super) fn scenario() -> Task {
             key(
                 "controller",
                 "s",
-                "`NAME: PHASE, N s left`, `no phase yet`, `until told` or `stands still`; the first eight, one each.",
+                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stands still`; the first eight, one each.",
             )
             .when("if the scenario has controllers"),
             key("skipped", "-", "Frames and messages left out after gaps in time."),
@@ -190,7 +190,7 @@ pub(super) fn v2i_reception() -> Task {
     messages.extend([
         message(
             Warn,
-            &told("{signal} = {raw} says that states cannot be used"),
+            &told("{signal} = {raw} reports that states cannot be used"),
             "Check the V2X unit; it does not trust its own states.",
         ),
         message(Warn, &told("{signal} = {raw} means fault"), "Have the V2X unit repaired."),
@@ -208,7 +208,7 @@ pub(super) fn v2i_reception() -> Task {
             key(
                 "groups",
                 "-",
-                "Each group with its state or why there is none; `not told of yet`, `not told of again` and `means \
+                "Each group with its state or why there is none; `not received yet`, `not received again` and `means \
                  not available` are as it should be away from an intersection.",
             ),
             key("known_groups", "-", "Groups with a state."),
