@@ -113,17 +113,8 @@ impl<'c> Reader<'c> {
 
     /// Notes the ids of an action that was read from one text.
     pub(super) fn use_ids_of(&mut self, action: &Action, location: &Location) {
-        match action {
-            Action::SetState { target, .. }
-            | Action::Clear { target }
-            | Action::SetConfidence { target, .. } => self.use_id(location, target.id),
-            Action::SetV2iState { id, .. } => self.use_id(location, *id),
-            Action::EnableV2i { ids } | Action::DisableV2i { ids } => {
-                for id in ids {
-                    self.use_id(location, *id);
-                }
-            }
-            Action::SetV2iRate { .. } | Action::EnterPhase { .. } | Action::End { .. } => {}
+        for id in action.ids() {
+            self.use_id(location, *id);
         }
     }
 

@@ -1,6 +1,7 @@
 //! What shall happen: controllers with phases, and events with triggers and actions, as a scenario
 //! file describes it (docs/spec/traffic-lights.md, "Controllers and phases"). Read by `config`, run by the engine.
 
+use std::slice;
 use std::time::Duration;
 
 use super::bulb::BulbSet;
@@ -270,4 +271,18 @@ pub enum Action {
         /// `exitSuccess` or `exitFailure`.
         success: bool,
     },
+}
+
+impl Action {
+    /// The ids of the heads and groups that it acts on.
+    pub fn ids(&self) -> &[i64] {
+        match self {
+            Self::SetState { target, .. } | Self::Clear { target } | Self::SetConfidence { target, .. } => {
+                slice::from_ref(&target.id)
+            }
+            Self::SetV2iState { id, .. } => slice::from_ref(id),
+            Self::EnableV2i { ids } | Self::DisableV2i { ids } => ids,
+            Self::SetV2iRate { .. } | Self::EnterPhase { .. } | Self::End { .. } => &[],
+        }
+    }
 }

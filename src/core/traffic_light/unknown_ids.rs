@@ -61,8 +61,8 @@ pub fn check_ids(scenario: &Scenario, map: &LightMap) -> Vec<UnknownTarget> {
         }
     }
     for action in &scenario.init {
-        for id in ids(action) {
-            check(id, Place::Init);
+        for id in action.ids() {
+            check(*id, Place::Init);
         }
     }
     let check_trigger = |trigger: &Option<Trigger>, check: &mut dyn FnMut(i64, Place)| {
@@ -77,22 +77,11 @@ pub fn check_ids(scenario: &Scenario, map: &LightMap) -> Vec<UnknownTarget> {
         check_trigger(&act.stop, &mut check);
         for event in &act.events {
             check_trigger(&event.start, &mut check);
-            for id in event.actions.iter().flat_map(ids) {
-                check(id, Place::Event(event.name.clone()));
+            for id in event.actions.iter().flat_map(Action::ids) {
+                check(*id, Place::Event(event.name.clone()));
             }
         }
     }
     check_trigger(&scenario.stop, &mut check);
     unknown
-}
-
-fn ids(action: &Action) -> Vec<i64> {
-    match action {
-        Action::SetState { target, .. } | Action::Clear { target } | Action::SetConfidence { target, .. } => {
-            vec![target.id]
-        }
-        Action::SetV2iState { id, .. } => vec![*id],
-        Action::EnableV2i { ids } | Action::DisableV2i { ids } => ids.clone(),
-        Action::SetV2iRate { .. } | Action::EnterPhase { .. } | Action::End { .. } => Vec::new(),
-    }
 }

@@ -2,7 +2,7 @@
 //!
 //! The inbox is bounded: a state that waits is replaced by a newer one of the same subscription, and so
 //! are commands for the vehicle, which their sender repeats; text commands keep their order, and when
-//! [`MAX_COMMANDS`] wait, the oldest is dropped.
+//! `MAX_COMMANDS` wait, the oldest is dropped.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
