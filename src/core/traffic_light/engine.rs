@@ -36,7 +36,7 @@ const SAME_TIME_NANOS: u64 = 1_000;
 pub struct LightsSettings {
     /// The lights.
     pub map: Arc<LightMap>,
-    /// The scenario to run; its ids were checked, see [`unknown_ids`](super::unknown_ids::check_ids).
+    /// The scenario to run; `config` has refused ids that the map does not have.
     pub scenario: Scenario,
     /// The rules of upstream to follow.
     pub quirks: UpstreamQuirks,

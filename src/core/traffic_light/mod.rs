@@ -38,5 +38,4 @@ mod sync;
 pub mod target;
 pub mod text;
 mod trigger;
-pub mod unknown_ids;
 pub mod v2i_reception;

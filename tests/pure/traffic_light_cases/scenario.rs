@@ -10,7 +10,6 @@ use signal_gateway::core::traffic_light::emission::{Content, Emission, GroupStat
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::event_log::{ActionSource, Note, ScenarioEvent, ScenarioOutcome};
 use signal_gateway::core::traffic_light::scenario::{Act, Action, Rule, Scenario};
-use signal_gateway::core::traffic_light::unknown_ids::check_ids;
 
 use super::scene::{BOTH, SECOND, controller, event, set, time_condition};
 use crate::support::clock::{EPOCH_NS, at, at_ns};
@@ -208,12 +207,9 @@ fn while_nothing_changes_the_same_content_is_sent() {
 }
 
 #[test]
-fn what_the_map_does_not_know_is_found_at_once_or_when_it_is_needed() {
+fn an_id_that_the_map_does_not_have_ends_the_scenario_when_it_is_needed() {
     let phases = [("p1", "1", "34802=green"), ("p2", "1", "1000003=red")];
     let scenario = Scenario { controllers: vec![controller("A", &phases)], ..Scenario::default() };
-    let unknown: Vec<_> = check_ids(&scenario, &map()).iter().map(ToString::to_string).collect();
-    let text = "controller \"A\", phase \"p2\": 1000003 is neither a signal head nor a group of the map";
-    assert_eq!(unknown, [text]);
     let settings = LightsSettings::new(map(), scenario, Upstream);
     let (lights, _, notes) = run(settings, 3);
     assert!(matches!(lights.verdict(), Some(ScenarioOutcome::Fault(_))));
