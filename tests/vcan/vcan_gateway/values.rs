@@ -45,7 +45,8 @@ fn what_cansend_sends_comes_out_with_the_time_the_kernel_received_it() {
         cansend(&bench.vcan, TURN, data);
         let status = reader.status(mark, "turn_indicators", 2, text);
         let mark = reader.expect_silence(&["turn"]);
-        assert!(reader.samples(mark, "hazard").len() > 1, "hazard goes on");
+        // The hazard lights go on.
+        reader.next(mark, "hazard", 2);
         status
     };
     let status =
