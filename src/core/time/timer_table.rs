@@ -27,25 +27,14 @@ impl<T: Copy + Eq> TimerTable<T> {
         }
     }
 
-    /// Stops a timer.
-    pub fn stop(&mut self, timer: T) {
-        self.set(timer, None);
-    }
-
     /// When the next timer expires; `None` while none is running.
     pub fn next_deadline(&self) -> Option<MonoTime> {
         self.timers.iter().filter_map(|(_, at)| *at).min()
     }
 
-    /// True if a timer is running and its time has come.
+    /// True if a timer is running and its time has come. It stays expired until it is set anew.
     pub fn is_expired(&self, timer: T, now: MonoTime) -> bool {
-        self.expired(now).any(|expired| expired == timer)
-    }
-
-    /// The timers whose time has come, in the order in which they were first set. They stay expired until they
-    /// are set anew or stopped.
-    pub fn expired(&self, now: MonoTime) -> impl Iterator<Item = T> {
-        self.timers.iter().filter(move |(_, at)| at.is_some_and(|at| at <= now)).map(|(timer, _)| *timer)
+        self.timers.iter().any(|(known, at)| *known == timer && at.is_some_and(|at| at <= now))
     }
 }
 
@@ -72,7 +61,7 @@ mod tests {
         assert_eq!(timers.next_deadline(), Some(at(10)));
         timers.set(Timer::Frame, at(30));
         assert_eq!(timers.next_deadline(), Some(at(20)), "a timer runs once");
-        timers.stop(Timer::Silence);
+        timers.set(Timer::Silence, None);
         assert_eq!(timers.next_deadline(), Some(at(30)));
         timers.set(Timer::Frame, None);
         assert_eq!(timers.next_deadline(), None);
@@ -83,10 +72,11 @@ mod tests {
         let mut timers = TimerTable::default();
         timers.set(Timer::Silence, at(20));
         timers.set(Timer::Frame, at(10));
-        assert!(timers.expired(MonoTime::from_nanos(9_999_999)).next().is_none());
+        let before = MonoTime::from_nanos(9_999_999);
+        assert!(!timers.is_expired(Timer::Frame, before) && !timers.is_expired(Timer::Silence, before));
         assert!(timers.is_expired(Timer::Frame, at(10)) && !timers.is_expired(Timer::Silence, at(10)));
-        assert_eq!(timers.expired(at(20)).collect::<Vec<_>>(), [Timer::Silence, Timer::Frame]);
-        timers.stop(Timer::Frame);
+        assert!(timers.is_expired(Timer::Frame, at(20)) && timers.is_expired(Timer::Silence, at(20)));
+        timers.set(Timer::Frame, None);
         assert!(!timers.is_expired(Timer::Frame, at(20)));
     }
 }
