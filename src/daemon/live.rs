@@ -67,6 +67,7 @@ impl Live {
 
     /// Queues the frames to the vehicle that are due at `read`, after the steps until then.
     pub fn settle_commands(&mut self, read: Now) {
+        self.gateway.read_wall_clock(read);
         self.gateway.settle_commands(read);
     }
 
@@ -131,7 +132,7 @@ mod tests {
         (720, 0, 725),
     ];
 
-    /// What a person would hear, with its time since the first frame, µs.
+    /// Changes as people read them, with their times since the first frame, µs.
     type Story = Vec<(u64, String)>;
 
     fn live_story() -> Story {

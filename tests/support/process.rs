@@ -139,6 +139,10 @@ impl Process {
         assert!(!timeout.timed_out(), "the log never said {part:?}");
     }
 
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     pub(crate) fn is_running(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }

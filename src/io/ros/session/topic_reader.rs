@@ -7,6 +7,7 @@ use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
 use rustdds::serialization::Error;
 use rustdds::{GUID, RepresentationIdentifier, Subscriber, Topic};
 
+use crate::core::command::origin::{SampleId, WriterId};
 use crate::core::gateway::event::Input;
 use crate::io::ros::reading::{Endian, read};
 use crate::io::ros::topics::SubscriptionKind;
@@ -24,7 +25,7 @@ pub(super) enum Taken {
 
 /// A topic of one participant.
 pub(super) struct TopicReader {
-    reader: SimpleDataReader<Input, Typed>,
+    reader: SimpleDataReader<Encoded, AsSent>,
     kind: SubscriptionKind,
 }
 
@@ -45,10 +46,15 @@ impl TopicReader {
         self.reader.set_waker(Some(waker.clone()));
         self.reader.drain_read_notifications();
         for _ in 0..MAX_AT_ONCE {
-            match self.reader.try_take_one_with(Decoder(self.kind)) {
+            match self.reader.try_take_one_with(AsSent) {
                 Ok(Some(sample)) => {
-                    let number = sample.sequence_number.into();
-                    hand_over(Taken::Sample(sample.writer_guid(), number, sample.into_value()));
+                    let (writer, number) = (sample.writer_guid(), sample.sequence_number.into());
+                    let id = SampleId { writer: WriterId(writer.to_bytes()), sequence: number };
+                    let Encoded { bytes, endian } = sample.into_value();
+                    hand_over(match read(self.kind, id, &bytes, endian) {
+                        Ok(input) => Taken::Sample(writer, number, input),
+                        Err(error) => Taken::Undecodable(error.to_string()),
+                    });
                 }
                 Ok(None) => return false,
                 Err(error) => hand_over(Taken::Undecodable(error.to_string())),
@@ -58,35 +64,38 @@ impl TopicReader {
     }
 }
 
-/// Tells RustDDS that a [`Decoder`] makes what is read.
-struct Typed;
+/// A sample's bytes without their encapsulation header.
+struct Encoded {
+    bytes: Box<[u8]>,
+    endian: Endian,
+}
 
-impl DeserializerAdapter<Input> for Typed {
+/// Takes samples from RustDDS without decoding them, since it names their writer only afterwards.
+#[derive(Clone)]
+struct AsSent;
+
+impl DeserializerAdapter<Encoded> for AsSent {
     type Error = Error;
-    type Decoded = Input;
+    type Decoded = Encoded;
 
     fn supported_encodings() -> &'static [RepresentationIdentifier] {
         &[RepresentationIdentifier::CDR_LE, RepresentationIdentifier::CDR_BE]
     }
 
-    fn transform_decoded(decoded: Input) -> Input {
+    fn transform_decoded(decoded: Encoded) -> Encoded {
         decoded
     }
 }
 
-/// Decodes a sample's bytes to the input that its topic is for.
-#[derive(Clone)]
-struct Decoder(SubscriptionKind);
-
-impl<'de> Decode<'de, Input> for Decoder {
+impl<'de> Decode<'de, Encoded> for AsSent {
     type Error = Error;
 
-    fn decode_bytes(self, bytes: &'de [u8], encoding: RepresentationIdentifier) -> Result<Input, Error> {
+    fn decode_bytes(self, bytes: &'de [u8], encoding: RepresentationIdentifier) -> Result<Encoded, Error> {
         let endian = match encoding {
             RepresentationIdentifier::CDR_LE => Endian::Little,
             RepresentationIdentifier::CDR_BE => Endian::Big,
             other => return Err(Error::Message(format!("encoded as {other:?}"))),
         };
-        read(self.0, bytes, endian).map_err(|error| Error::Message(error.to_string()))
+        Ok(Encoded { bytes: bytes.into(), endian })
     }
 }
