@@ -18,10 +18,10 @@ const LINGERS: usize = 5;
 
 /// A command as it was received; times of day, nanoseconds.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Received {
+pub(super) struct ReceivedCommand {
     stamp: i64,
     command: u8,
-    received: i64,
+    arrival: i64,
 }
 
 /// Measured values, for people.
@@ -71,7 +71,7 @@ impl<'a> Driven<'a> {
             let stamps: Vec<i64> = received.iter().map(|received| received.stamp).collect();
             self.note_gaps(&stamps, period_s);
             for one in received {
-                self.note(one.stamp, seconds(one.received - one.stamp));
+                self.note(one.stamp, seconds(one.arrival - one.stamp));
             }
         }
     }
@@ -92,16 +92,16 @@ impl<'a> Driven<'a> {
     }
 
     /// All commands received on a topic from just before the first cycle on.
-    pub(super) fn commands(&self, name: &str) -> Vec<Received> {
+    pub(super) fn commands(&self, name: &str) -> Vec<ReceivedCommand> {
         let number = |value: &Value| value.as_i64().unwrap();
-        let all: Vec<Received> = self.received[name]
+        let all: Vec<ReceivedCommand> = self.received[name]
             .as_array()
             .unwrap()
             .iter()
-            .map(|received| Received {
+            .map(|received| ReceivedCommand {
                 stamp: number(&received[0]),
                 command: u8::try_from(number(&received[1])).unwrap(),
-                received: number(&received[2]),
+                arrival: number(&received[2]),
             })
             .collect();
         let first = all.partition_point(|received| received.stamp < self.published[0]);
@@ -146,11 +146,11 @@ impl<'a> Driven<'a> {
         figures: &mut Figures,
     ) -> Vec<String> {
         let received = self.commands(topic);
-        let while_driving = |one: &&Received| {
+        let while_driving = |one: &&ReceivedCommand| {
             (self.published[0]..self.published[self.published.len() - 1]).contains(&one.stamp)
         };
         for one in received.iter().filter(while_driving) {
-            figures.latency_ms.push(seconds(one.received - self.published[self.step(one.stamp)]) * 1e3);
+            figures.latency_ms.push(seconds(one.arrival - self.published[self.step(one.stamp)]) * 1e3);
         }
         let mut objections = self.unexpected(mode, kind, &received, more_m);
         let mut planned: Vec<(usize, u8)> = self
@@ -162,7 +162,8 @@ impl<'a> Driven<'a> {
         planned.dedup_by_key(|(_, command)| *command);
         let mut shown = received;
         shown.dedup_by_key(|received| received.command);
-        let numbers = |shown: &[Received]| shown.iter().map(|received| received.command).collect::<Vec<_>>();
+        let numbers =
+            |shown: &[ReceivedCommand]| shown.iter().map(|received| received.command).collect::<Vec<_>>();
         if numbers(&shown) != planned.iter().map(|(_, command)| *command).collect::<Vec<_>>() {
             let mut text = format!("{} was", kind.name);
             for received in &shown {
@@ -194,7 +195,7 @@ impl<'a> Driven<'a> {
         &self,
         mode: usize,
         kind: &Kind<C>,
-        received: &[Received],
+        received: &[ReceivedCommand],
         more_m: f64,
     ) -> Vec<String> {
         let fits = |step: &Step, command: u8| {
@@ -208,7 +209,7 @@ impl<'a> Driven<'a> {
             let near = self.steps.iter().filter(|step| (step.at_m - at_m).abs() <= slack_m);
             !near.into_iter().any(|step| fits(step, received.command))
         });
-        let text = |wrong: &Received| {
+        let text = |wrong: &ReceivedCommand| {
             let at_m = self.at_m(wrong.stamp);
             format!("{} {} at {at_m:.2} m is not expected", kind.name, wrong.command)
         };
