@@ -3,7 +3,7 @@
 use std::fmt::{Debug, Write as _};
 
 use serde_json::Value;
-use signal_gateway::config::drive::Wanted;
+use signal_gateway::config::drive::ExpectedDecision;
 
 use crate::support::drive_script::Step;
 
@@ -46,7 +46,7 @@ pub(super) struct Driven<'a> {
 pub(super) struct Kind<C> {
     pub(super) name: &'static str,
     pub(super) decided: fn(&Step, usize) -> C,
-    pub(super) wanted: fn(&Wanted) -> Option<C>,
+    pub(super) expected: fn(&ExpectedDecision) -> Option<C>,
     pub(super) number: fn(C) -> u8,
 }
 
@@ -164,7 +164,7 @@ impl<'a> Driven<'a> {
             for heard in &shown {
                 write!(text, " {} from {:.1} m,", heard.command, self.at_m(heard.stamp)).unwrap();
             }
-            text.push_str(" wanted");
+            text.push_str(" expected");
             for (step, command) in planned {
                 write!(text, " {command} from {:.1} m,", self.steps[step].at_m).unwrap();
             }
@@ -177,7 +177,7 @@ impl<'a> Driven<'a> {
             figures.off_m.push(off_m);
             if off_m.abs() > slack_m {
                 objections.push(format!(
-                    "{} {command} at {at_m:.2} m, wanted at {planned_m:.2} m, within {slack_m:.2} m",
+                    "{} {command} at {at_m:.2} m, expected at {planned_m:.2} m, within {slack_m:.2} m",
                     kind.name
                 ));
             }
@@ -194,8 +194,8 @@ impl<'a> Driven<'a> {
         more_m: f64,
     ) -> Vec<String> {
         let fits = |step: &Step, command: u8| {
-            let wanted = step.wanted[mode].iter().filter_map(kind.wanted);
-            wanted.into_iter().all(|wanted| (kind.number)(wanted) == command)
+            let expected = step.expected[mode].iter().filter_map(kind.expected);
+            expected.into_iter().all(|expected| (kind.number)(expected) == command)
         };
         let wrong = heard.iter().find(|heard| {
             let here = self.step(heard.stamp);
