@@ -136,10 +136,10 @@ pub(super) fn channel() -> Task {
         messages: vec![
             message(Ok, "normal", NOTHING),
             message(Warn, "an input for {id} was rejected", "Correct the id or the state; shown for 10 s."),
-            message(Warn, "an input that makes no sense was rejected", "Correct the sender; shown for 10 s."),
+            message(Warn, "an unreadable input was rejected", "Correct the sender; shown for 10 s."),
             message(
                 Warn,
-                "lights are no longer renewed",
+                "lights are no longer received",
                 "Check the sender of the V2I states; the lights were removed.",
             ),
         ],
@@ -173,7 +173,7 @@ pub(super) fn scenario() -> Task {
             key(
                 "controller",
                 "s",
-                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stands still`; the first eight, one each.",
+                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stopped`; the first eight, one each.",
             )
             .when("if the scenario has controllers"),
             key("skipped", "-", "Frames and messages left out after gaps in time."),
