@@ -10,6 +10,7 @@ use crate::check;
 use crate::config::files::Disk;
 use crate::config::{Overrides, Settings, load, load_profile};
 use crate::core::can::link::BusIndex;
+use crate::io::can::formats;
 use crate::io::can::log::Log;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
@@ -29,8 +30,7 @@ const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
 
 #[derive(Debug, Args)]
 pub(super) struct RecordingArgs {
-    /// Recording, plain or gzip, - for standard input: candump -L, Vector ASC or BLF, PCAN TRC, SavvyCAN or GVRET
-    /// CSV, BUSMASTER; default: the configured recording
+    #[arg(help = log_help())]
     pub(super) log: Option<PathBuf>,
     #[command(flatten)]
     pub(super) config: ConfigArgs,
@@ -49,6 +49,11 @@ pub(super) enum Every {
     /// At every cycle or frame, and when something is different
     #[value(aliases = ["cycle", "frame"])]
     Step,
+}
+
+fn log_help() -> String {
+    let formats = formats::names().join(", ");
+    format!("Recording, plain or gzip, - for standard input: {formats}; default: the configured recording")
 }
 
 pub(super) fn speed(text: &str) -> Result<f64, String> {

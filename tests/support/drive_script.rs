@@ -31,7 +31,7 @@ pub(crate) struct Script {
     cycles: Vec<Map<String, Value>>,
 }
 
-/// A cycle.
+/// One cycle of the drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     pub(crate) at_m: f64,
@@ -74,7 +74,7 @@ impl Script {
         }
     }
 
-    /// Lines of JSON.
+    /// The script, lines of JSON.
     pub(crate) fn text(&self) -> String {
         let mut topics = json!({
             "odometry": "/localization/kinematic_state",
@@ -131,7 +131,7 @@ fn messages(cycle: &Cycle) -> Map<String, Value> {
 
 fn planner_route(cycle: &Cycle) -> Value {
     let pose = |Pose { position, yaw_rad }: Pose| json!([position.x_m, position.y_m, yaw_rad]);
-    // In the message the preferred lanelet stands in front of all of them, itself included.
+    // In the message the preferred lanelet comes in front of all of them, itself included.
     let segments = cycle.route.segments().iter().map(|segment| {
         let others = segment.lanes.iter().filter(|lane| **lane != segment.preferred);
         std::iter::once(segment.preferred).chain(others.copied()).collect::<Vec<_>>()
