@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::Failure;
 use crate::check;
@@ -38,6 +38,17 @@ pub(super) struct RecordingArgs {
     /// when both have just one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     pub(super) map: Vec<(String, String)>,
+}
+
+/// The occasions on which a command on virtual time prints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum Every {
+    /// When something is different
+    #[default]
+    Change,
+    /// At every cycle or frame, and when something is different
+    #[value(aliases = ["cycle", "frame"])]
+    Step,
 }
 
 fn log_help() -> String {
