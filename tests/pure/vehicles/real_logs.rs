@@ -180,13 +180,13 @@ fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
 }
 
 /// When the believable frames came. Their two bits of counter are one or two ahead of the frame
-/// before, at most half a second ago; after any other step that must be so twice.
+/// before, at most half a second ago; after any other step, or a longer silence, that must be so twice.
 fn trusted(frames: &[(u64, u8)]) -> Vec<u64> {
     let mut needed = 0;
     let judge = |pair: &[(u64, u8)]| {
         let [(before, old), (at, new)] = *pair else { return None };
         if at > before + 500_000 {
-            needed = 0;
+            needed = 1;
             return None;
         }
         let step = ((new >> 4) + 4 - (old >> 4 & 3)) & 3;
