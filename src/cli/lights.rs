@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::arguments::{draw, file_name, seconds};
@@ -67,7 +68,7 @@ pub(super) struct LightsArgs {
     map: Option<PathBuf>,
     /// Mode, where the simulator's rules have weaknesses
     #[arg(long, value_name = "MODE", value_enum, default_value_t)]
-    compat: CompatArg,
+    compat: Compat,
     /// Time at which to stop, from 0.001 to 86400
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
@@ -98,15 +99,6 @@ pub(super) struct LightsArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum CompatArg {
-    /// The improved rules
-    #[default]
-    Improved,
-    /// The rules of `scenario_simulator_v2` 25.0.20
-    Upstream,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Every {
     /// When something changes
     #[default]
@@ -115,29 +107,34 @@ enum Every {
     Frame,
 }
 
-impl From<CompatArg> for Compat {
-    fn from(compat: CompatArg) -> Self {
-        match compat {
-            CompatArg::Improved => Self::Improved,
-            CompatArg::Upstream => Self::Upstream,
-        }
+impl ValueEnum for Compat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Improved, Self::Upstream]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Improved => PossibleValue::new("improved").help("The improved rules"),
+            Self::Upstream => {
+                PossibleValue::new("upstream").help("The rules of `scenario_simulator_v2` 25.0.20")
+            }
+        })
     }
 }
 
 pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
-    let compat = Compat::from(args.compat);
-    let file = scenario::read(&Disk, &args.scenario, compat)?;
+    let file = scenario::read(&Disk, &args.scenario, args.compat)?;
     let map = Arc::new(light_map(args, &file)?);
-    let unknown = file.check_against(&map, compat);
+    let unknown = file.check_against(&map, args.compat);
     if !unknown.is_empty() {
         return Err(Refused(unknown).into());
     }
     file.not_interpreted.iter().for_each(|part| say(&part.to_string()));
     let span = match args.until {
-        Some(until) => Span { until, why: "as --until says" },
+        Some(until) => Span { until, why: "given by --until" },
         None => Span::of(&file.scenario),
     };
-    let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, compat);
+    let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, args.compat);
     settings.frame_rate = args.frame_rate;
     settings.first_frame = args.first_frame;
     settings.v2i_rate = args.v2i_rate;
@@ -171,7 +168,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     })
 }
 
-/// The map that is asked for, else that of the scenario.
+/// The map of `--map`, else that of the scenario.
 fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused> {
     if let Some(path) = &args.map {
         return read_map(path, "give the path of a lanelet2 map with --map FILE.osm");
@@ -183,30 +180,21 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
         let reason = "it names no map and no groups, so its lights are not known";
         let remedy =
             "give the lanelet2 map with --map FILE.osm, or in a bench file [groups] as in 100 = [11, 12]";
-        return Err(refused(&args.scenario, reason, remedy));
+        return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
     }
     Ok(LightMap::new([], &file.groups))
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
     // Positions of lamps are for viewers.
-    read_lights(&Disk, path, LampSource::Drawn).map_err(|reason| refused(path, &reason, remedy))
-}
-
-fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
-    Refused(vec![Problem {
-        file: path.to_owned(),
-        position: None,
-        key: String::new(),
-        reason: reason.to_owned(),
-        remedy: remedy.to_owned(),
-    }])
+    read_lights(&Disk, path, LampSource::Drawn)
+        .map_err(|reason| Refused(vec![Problem::whole_file(path, reason, remedy)]))
 }
 
 fn subtitle(args: &LightsArgs) -> String {
     let compat = match args.compat {
-        CompatArg::Improved => "",
-        CompatArg::Upstream => "compat upstream, ",
+        Compat::Improved => "",
+        Compat::Upstream => "compat upstream, ",
     };
     format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
 }
