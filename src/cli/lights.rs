@@ -33,16 +33,15 @@ Examples:
   signal-gateway lights drive.xosc --map lanelet2_map.osm --compat upstream --json
 
 A line of text is  seconds  where  what  for each change:
-  phase, event, act, action, end            what happened
+  phase, event, act, action, end            events of the scenario
   conventional, v2i                         ground truth of the channel, by way id
-  conventional_detected, v2i_detected       what is reported instead
+  conventional_detected, v2i_detected       states that are reported instead
   internal, external                        groups as they are sent for camera and V2I, by
-                                            relation id; external ones with what comes next
+                                            relation id; external ones with predictions
 States are short: solidOn circles are named by their colour alone. `dark` is a light without
-bulbs; `-` means that there is no entry any more. 1 is the surest; other confidences follow in
-parentheses.
+bulbs; `-` marks a removed entry. A confidence other than 1 follows in parentheses.
 
-With --json each line is one object that holds all there is at t, in seconds:
+With --json each line is one object with all states at t, in seconds:
   {\"t\": 0.033,
    \"events\": [{\"what\": \"phase\", \"controller\": NAME, \"phase\": NAME}],
    \"ground_truth\": {\"conventional\": {WAY: {\"state\": TEXT, \"confidence\": 1.0}}, \"v2i\": {…}},
@@ -66,8 +65,8 @@ pub(super) struct LightsArgs {
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "FILE.osm")]
     map: Option<PathBuf>,
-    /// Whose behaviour, where the simulator's is not the best one
-    #[arg(long, value_name = "WHOSE", value_enum, default_value_t)]
+    /// Mode, where the simulator's rules have weaknesses
+    #[arg(long, value_name = "MODE", value_enum, default_value_t)]
     compat: CompatArg,
     /// Time at which to stop, from 0.001 to 86400
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
@@ -81,16 +80,16 @@ pub(super) struct LightsArgs {
     /// Rate at which external is sent, until the scenario changes it, from 0.001 to 1000
     #[arg(long, value_name = "HZ", value_parser = rate, default_value = "10")]
     v2i_rate: Rate,
-    /// Whether enabling V2I copies what a light shows at that time; default: true, for upstream false
+    /// Copy the present state of a light when V2I is enabled; default: true, for upstream false
     #[arg(long, value_name = "BOOL")]
     copy_on_enable: Option<bool>,
-    /// Whether a group is sent once for each of its lit heads; default: false, for upstream always
+    /// Send a group once for each of its lit heads; default: false, for upstream always
     #[arg(long, value_name = "BOOL")]
     one_group_per_head: Option<bool>,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
-    /// When to print: what is different when it is, or all there is at every frame as well
+    /// When to print: changes when they happen, or all states at every frame as well
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
     /// Draw the timeline as well
@@ -100,25 +99,25 @@ pub(super) struct LightsArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum CompatArg {
-    /// Ours
+    /// The improved rules
     #[default]
     Improved,
-    /// That of `scenario_simulator_v2` 25.0.20
+    /// The rules of `scenario_simulator_v2` 25.0.20
     Upstream,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Every {
-    /// When something is different
+    /// When something changes
     #[default]
     Change,
-    /// At every frame, and between frames when something is different
+    /// At every frame, and between frames when something changes
     Frame,
 }
 
 impl From<CompatArg> for Compat {
-    fn from(whose: CompatArg) -> Self {
-        match whose {
+    fn from(compat: CompatArg) -> Self {
+        match compat {
             CompatArg::Improved => Self::Improved,
             CompatArg::Upstream => Self::Upstream,
         }
@@ -190,7 +189,7 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
-    // Places of lamps are for viewers.
+    // Positions of lamps are for viewers.
     read_lights(&Disk, path, LampSource::Drawn).map_err(|reason| refused(path, &reason, remedy))
 }
 
@@ -205,11 +204,11 @@ fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
 }
 
 fn subtitle(args: &LightsArgs) -> String {
-    let whose = match args.compat {
+    let compat = match args.compat {
         CompatArg::Improved => "",
-        CompatArg::Upstream => "behaviour of the simulator, ",
+        CompatArg::Upstream => "compat upstream, ",
     };
-    format!("{whose}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
+    format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
 }
 
 fn rate(text: &str) -> Result<Rate, String> {

@@ -27,7 +27,7 @@ pub(super) const DEMO_HELP: &str = "\
 Examples:
   signal-gateway demo                   45 s of an invented sedan, published on ROS 2
   signal-gateway demo --repeat
-  signal-gateway demo --no-ros          the view alone";
+  signal-gateway demo --no-ros          without publishing";
 
 #[derive(Debug, Args)]
 pub(super) struct DemoArgs {

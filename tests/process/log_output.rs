@@ -51,7 +51,7 @@ fn full_disk_under_the_log_does_not_end_the_gateway() {
 fn log_that_is_never_read_does_not_stop_the_gateway_nor_its_end() {
     let (mut reader, mut writer) = io::pipe().unwrap();
     // The size of a pipe: it is full from the start.
-    writer.write_all(&[b'x'; 65_536]).unwrap();
+    writer.write_all(&vec![b'x'; 65_536]).unwrap();
     runs_and_stops_with(writer.into(), &flood());
     let mut read = Vec::new();
     reader.read_to_end(&mut read).unwrap();
@@ -64,7 +64,7 @@ fn refused_configuration_is_exit_code_3_whoever_reads_the_log() {
     let (reader, gone) = io::pipe().unwrap();
     drop(reader);
     let (_reader, mut full) = io::pipe().unwrap();
-    full.write_all(&[b'x'; 65_536]).unwrap();
+    full.write_all(&vec![b'x'; 65_536]).unwrap();
     for stderr in [gone, full] {
         let mut gateway = Process::run_with(&folder, |command| {
             command.stderr(stderr);

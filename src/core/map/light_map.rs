@@ -94,6 +94,13 @@ pub struct GroupEntry {
     pub is_pedestrian: bool,
 }
 
+impl GroupEntry {
+    /// A group of these heads that is not for pedestrians.
+    pub fn new(relation_id: i64, way_ids: impl Into<Vec<i64>>) -> Self {
+        Self { relation_id, way_ids: way_ids.into(), is_pedestrian: false }
+    }
+}
+
 impl LightMap {
     /// Joins heads without a group, given with their lamps, and groups in the order of the map's
     /// regulatory-element layer. A head named by a group alone is a head without lamps.

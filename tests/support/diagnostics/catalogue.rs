@@ -10,7 +10,7 @@ use super::{Key, Message, Task};
 const NOTHING: &str = "Nothing.";
 const SEE_INTERFACE: &str = "Read the status of the interface, which names the cause.";
 
-/// Why no value of a signal is known: all flows that receive signals say it in these words.
+/// Why no value of a signal is known: all flows that receive signals use these texts.
 const MISSING: &[(&str, &str)] = &[
     ("{interface} is down", "Set the interface up."),
     ("{interface} is missing", "Plug in the adapter, or correct `interface`."),
