@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{draw, file_name, seconds};
+use super::arguments::{Every, draw, file_name, seconds};
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::read_lights;
@@ -67,7 +68,7 @@ pub(super) struct LightsArgs {
     map: Option<PathBuf>,
     /// Mode, where the simulator's rules have weaknesses
     #[arg(long, value_name = "MODE", value_enum, default_value_t)]
-    compat: CompatArg,
+    compat: Compat,
     /// Time at which to stop, from 0.001 to 86400
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
@@ -97,35 +98,23 @@ pub(super) struct LightsArgs {
     picture: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum CompatArg {
-    /// The improved rules
-    #[default]
-    Improved,
-    /// The rules of `scenario_simulator_v2` 25.0.20
-    Upstream,
-}
+impl ValueEnum for Compat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Improved, Self::Upstream]
+    }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Every {
-    /// When something changes
-    #[default]
-    Change,
-    /// At every frame, and between frames when something changes
-    Frame,
-}
-
-impl From<CompatArg> for Compat {
-    fn from(compat: CompatArg) -> Self {
-        match compat {
-            CompatArg::Improved => Self::Improved,
-            CompatArg::Upstream => Self::Upstream,
-        }
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Improved => PossibleValue::new("improved").help("The improved rules"),
+            Self::Upstream => {
+                PossibleValue::new("upstream").help("The rules of `scenario_simulator_v2` 25.0.20")
+            }
+        })
     }
 }
 
 pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
-    let compat = Compat::from(args.compat);
+    let compat = args.compat;
     let file = scenario::read(&Disk, &args.scenario, compat)?;
     let map = Arc::new(light_map(args, &file)?);
     let unknown = file.check_against(&map, compat);
@@ -151,7 +140,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let mut writer = LightsWriter::new(Form::json_if(args.json), style);
     let mut out = io::BufWriter::new(io::stdout().lock());
     while let Some(snapshot) = run.step() {
-        let lines = writer.write(&snapshot, args.every == Every::Frame && snapshot.is_frame);
+        let lines = writer.write(&snapshot, args.every == Every::Step && snapshot.is_frame);
         lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
         if let Some(chart) = &mut chart {
             chart.add(&snapshot);
@@ -205,8 +194,8 @@ fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
 
 fn subtitle(args: &LightsArgs) -> String {
     let compat = match args.compat {
-        CompatArg::Improved => "",
-        CompatArg::Upstream => "compat upstream, ",
+        Compat::Improved => "",
+        Compat::Upstream => "compat upstream, ",
     };
     format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
 }

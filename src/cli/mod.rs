@@ -10,6 +10,7 @@ mod replay;
 mod vehicle;
 
 use std::io;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -137,6 +138,13 @@ enum Failure {
     File(String, io::Error),
     #[error("{0}")]
     System(#[from] io::Error),
+}
+
+impl Failure {
+    /// Makes the failure of an error of this file.
+    fn file(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |error| Self::File(path.display().to_string(), error)
+    }
 }
 
 /// Tells the caller something on standard error.

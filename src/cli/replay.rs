@@ -58,8 +58,8 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         return replay_in_time(args, settings, &path, routes, json);
     }
     let log = open(&path)?;
-    let unreadable = |error| Failure::File(path.display().to_string(), error);
-    let mut replay = Replay::new(settings.gateway, log, routes).map_err(unreadable)?;
+    let unreadable = Failure::file(&path);
+    let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut changes = Changes::default();
     let outcome = loop {
