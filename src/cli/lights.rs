@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{draw, file_name, seconds};
+use super::arguments::{Every, draw, file_name, seconds};
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::read_lights;
@@ -98,15 +98,6 @@ pub(super) struct LightsArgs {
     picture: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Every {
-    /// When something changes
-    #[default]
-    Change,
-    /// At every frame, and between frames when something changes
-    Frame,
-}
-
 impl ValueEnum for Compat {
     fn value_variants<'a>() -> &'a [Self] {
         &[Self::Improved, Self::Upstream]
@@ -148,7 +139,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let mut writer = LightsWriter::new(Form::json_if(args.json), style);
     let mut out = io::BufWriter::new(io::stdout().lock());
     while let Some(snapshot) = run.step() {
-        let lines = writer.write(&snapshot, args.every == Every::Frame && snapshot.is_frame);
+        let lines = writer.write(&snapshot, args.every == Every::Step && snapshot.is_frame);
         lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
         if let Some(chart) = &mut chart {
             chart.add(&snapshot);

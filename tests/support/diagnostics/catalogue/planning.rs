@@ -51,7 +51,7 @@ pub(super) fn decider() -> Task {
                 Warn,
                 "{command}: planning factor of {topic}: {flaw}",
                 "Report it to the planner's maintainers; the factor is left out. It has `no start and end`, `no side`, or `a \
-                 place or an offset is not a number`.",
+                 position or an offset is not a number`.",
             ),
             message(
                 Warn,
@@ -89,7 +89,7 @@ fn decider_keys() -> Vec<Key> {
             key("command", "-", "Turn command now: `NO_COMMAND`, `DISABLE`, `LEFT` or `RIGHT`.")
                 .when(decided),
             key("hazard", "-", "Hazard command now: `NO_COMMAND`, `DISABLE` or `ENABLE`.").when(decided),
-            key("held", "-", "Why the command is not yet what is wanted, or `no`.").when(decided),
+            key("held", "-", "Reason why the command is not yet the requested one, or `no`.").when(decided),
             key("winner", "-", "Candidate that wins, or `none`.").when(decided),
             key("rule", "-", "Rule it wins by, as in `docs/spec/turn-signal-decider.md`, or `none`.")
                 .when(candidates),
