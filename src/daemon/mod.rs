@@ -164,7 +164,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut gateway_io = GatewayIo::open(&settings, view, None)?;
     let (mut receivers, transmitters) = Receivers::start(&settings, |bus| settings.gateway.relevant_ids(bus));
     let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;
-    gateway_io.keep_black_box(&settings, &links)?;
+    gateway_io.observe_process(&settings, &links);
     let inbox = gateway_io.inbox();
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());

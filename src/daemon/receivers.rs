@@ -132,7 +132,7 @@ mod tests {
             let (mut receivers, sender) = receivers();
             receivers.spawn("can0", async move {
                 let _sender = sender;
-                pending().await
+                pending::<()>().await;
             });
             receivers.spawn("can1", async move { assert!(!panics, "frame {}", 7) });
             let error = receivers.recv().await.unwrap_err();

@@ -77,11 +77,10 @@ impl Frame {
     /// A frame of this format, or without one a classic frame for up to 8 bytes of `data` and an FD frame for
     /// more; `None` for a length that the format cannot send.
     pub fn with_format(id: CanId, format: Option<FrameFormat>, data: &[u8]) -> Option<Self> {
-        match format {
-            Some(FrameFormat::Classic) => Self::classic(id, data),
-            Some(FrameFormat::Fd) => Self::fd(id, data),
-            None if data.len() > 8 => Self::fd(id, data),
-            None => Self::classic(id, data),
+        let default = if data.len() > 8 { FrameFormat::Fd } else { FrameFormat::Classic };
+        match format.unwrap_or(default) {
+            FrameFormat::Classic => Self::classic(id, data),
+            FrameFormat::Fd => Self::fd(id, data),
         }
     }
 

@@ -44,6 +44,7 @@ pub mod black_box;
 pub mod event;
 pub mod live_time;
 mod perception;
+pub mod process_status;
 mod wall_clock;
 
 /// The settings of the gateway, checked by `config`.

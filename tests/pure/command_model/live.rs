@@ -87,16 +87,14 @@ fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
         while live.step(read.mono, |_, _| ()).is_some() {}
         live.settle_commands(read);
         while let Some(output) = live.poll_output() {
-            match output {
-                Output::Command(CommandOutput::Transmit { frame, .. }) => {
-                    asked.push(asks(frame.frame().data()))
-                }
-                Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
-                    let of_clock = |name: &str| name.ends_with(": wall_clock");
-                    let statuses = diagnostics.statuses.into_iter().filter(|status| of_clock(&status.name));
-                    shown.extend(statuses.map(|status| (ms, status.message)));
-                }
-                _ => {}
+            if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
+                asked.push(asks(frame.frame().data()));
+            } else if let Output::Diagnostics { diagnostics, .. } = output
+                && !diagnostics.refresh
+            {
+                let of_clock = |name: &str| name.ends_with(": wall_clock");
+                let statuses = diagnostics.statuses.into_iter().filter(|status| of_clock(&status.name));
+                shown.extend(statuses.map(|status| (ms, status.message)));
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The list itself. `docs/diagnostics.md` is made of it.
 
 mod planning;
+mod process;
 
 use signal_gateway::core::diagnostics::Level::{self, Error, Ok, Warn};
 
@@ -61,6 +62,8 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::channel(),
         planning::scenario(),
         planning::v2i_reception(),
+        process::black_box(),
+        process::log(),
     ]
 }
 
@@ -82,7 +85,7 @@ impl Key {
     }
 }
 
-fn lights() -> Task {
+fn lights_messages() -> Vec<Message> {
     let mut messages = vec![message(Ok, "publishing", NOTHING)];
     messages.extend(missing(Error, "unknown: ", ""));
     messages.extend([
@@ -145,12 +148,16 @@ fn lights() -> Task {
             "Find out which source is wrong; the more trusted one is used.",
         ),
     ]);
+    messages
+}
+
+fn lights() -> Task {
     let guarded = "if a message of the report has a checksum, counter or E2E profile";
     Task {
         names: &["turn_indicators", "hazard_lights"],
         about: "Whether the vehicle's report is published, and if not, why. There is one status for each report of a \
                 vehicle profile. Several parts are joined by `; `; the status has the level of the worst.",
-        messages,
+        messages: lights_messages(),
         keys: vec![
             key("report", "-", "Constant of the report that is published, or `not published`."),
             key("source", "-", "Source the state comes from.").when("if the profile has sources for it"),
