@@ -13,7 +13,7 @@ use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
-use crate::io::ros::settings::{Recovery, RosSettings};
+use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
 use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
 
 /// Publishes outputs, or nothing.
@@ -119,6 +119,9 @@ impl Publisher {
                 count => format!(", {count} lost"),
             };
             let graph = self.graph();
+            if !status.network.is_up {
+                return format!("{graph}, down");
+            }
             return format!("{graph}, readers: {readers}{writers}{missing}");
         }
         self.graph()
@@ -242,6 +245,11 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),
+        isolation: if settings.ros.isolated {
+            Isolation::Process { program: "/proc/self/exe".into() }
+        } else {
+            Isolation::Thread
+        },
     })
 }
 

@@ -41,6 +41,7 @@ use perception::{Forgotten, Headlines, Perception};
 pub mod black_box;
 pub mod event;
 pub mod live_time;
+pub mod network;
 mod perception;
 
 /// The settings of the gateway, checked by `config`.
@@ -210,6 +211,7 @@ impl Gateway {
                 }
             }
             Input::Command(input) => self.handle_command(input, now),
+            Input::Network(state) => self.perception.handle_network(state),
             Input::Tick => {}
         }
         true

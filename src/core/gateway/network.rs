@@ -1,0 +1,126 @@
+//! The network side of ROS 2, as far as diagnostics tell of it.
+
+use std::fmt;
+use std::time::Duration;
+
+use crate::core::diagnostics::{Level, Status};
+
+/// Time for which a network side that replaced another counts as new.
+const RECENT: Duration = Duration::from_secs(60);
+
+/// What is known of the network side.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct NetworkState {
+    /// Whether it is a process of its own.
+    pub is_isolated: bool,
+    /// Whether it has joined the network and answers.
+    pub is_up: bool,
+    /// Whether its own samples come back to it; if not, nothing tells whether it receives.
+    pub has_echo: bool,
+    /// Times it was replaced.
+    pub restarts: u64,
+    /// Why it ended the last time.
+    pub last_failure: Option<NetworkFailure>,
+    /// Time since it joined the network; `None` while it is not up.
+    pub age: Option<Duration>,
+    /// Memory in use by its process, bytes; `None` where that is not known.
+    pub memory_bytes: Option<u64>,
+}
+
+/// Why a network side ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NetworkFailure {
+    /// It ended by itself with this exit code.
+    Exited(i32),
+    /// It was ended by this signal, which was not ours.
+    Signalled(i32),
+    /// One of its threads had a panic.
+    Panicked,
+    /// It was refused more memory than its limit allows.
+    OutOfMemory,
+    /// It did not answer in time, and was killed.
+    NoAnswer,
+    /// It broke the rules of the link in this way, and was killed.
+    Violation(String),
+    /// It could not be started, or could not join the network, for this reason.
+    NotStarted(String),
+}
+
+impl fmt::Display for NetworkFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exited(code) => write!(f, "exit code {code}"),
+            Self::Signalled(signal) => write!(f, "killed by signal {signal}"),
+            Self::Panicked => f.write_str("panic"),
+            Self::OutOfMemory => f.write_str("out of memory"),
+            Self::NoAnswer => f.write_str("no answer"),
+            Self::Violation(violation) => write!(f, "it sent {violation}"),
+            Self::NotStarted(reason) => write!(f, "not started: {reason}"),
+        }
+    }
+}
+
+/// Diagnostic status of the network side; `node` is the name before the colon.
+pub(super) fn status(state: &NetworkState, node: &str) -> Status {
+    let (level, message) = level_and_message(state);
+    let place = if state.is_isolated { "process" } else { "thread" };
+    let mut values = vec![("runs_as", place.to_owned()), ("restarts", state.restarts.to_string())];
+    values.extend(state.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
+    values.extend(state.age.map(|age| ("age_s", age.as_secs().to_string())));
+    values.extend(state.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
+    Status { name: format!("{node}: ros"), level, message, values }
+}
+
+fn level_and_message(state: &NetworkState) -> (Level, String) {
+    let failure = state.last_failure.as_ref();
+    match (state.age.filter(|_| state.is_up), failure) {
+        (None, None) => (Level::Warn, "joining the network".to_owned()),
+        (None, Some(failure)) => (Level::Warn, format!("the network side is down: {failure}")),
+        (Some(age), Some(failure)) if age < RECENT => {
+            (Level::Warn, format!("the network side was replaced: {failure}"))
+        }
+        (Some(_), _) if !state.has_echo => {
+            (Level::Warn, "joined, but its own samples do not come back".to_owned())
+        }
+        (Some(_), _) => (Level::Ok, "joined".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headline(change: impl FnOnce(&mut NetworkState)) -> (Level, String) {
+        let age = Some(Duration::from_secs(1));
+        let mut state = NetworkState { is_up: true, has_echo: true, age, ..NetworkState::default() };
+        change(&mut state);
+        let status = status(&state, "gw");
+        (status.level, status.message)
+    }
+
+    #[test]
+    fn a_failure_is_told_while_it_lasts_and_for_a_minute() {
+        let failed = |state: &mut NetworkState| state.last_failure = Some(NetworkFailure::OutOfMemory);
+        assert_eq!(headline(|_| ()), (Level::Ok, "joined".to_owned()));
+        let down = headline(|state| {
+            failed(state);
+            state.is_up = false;
+        });
+        assert_eq!(down, (Level::Warn, "the network side is down: out of memory".to_owned()));
+        assert_eq!(
+            headline(failed),
+            (Level::Warn, "the network side was replaced: out of memory".to_owned())
+        );
+        let later = headline(|state| {
+            failed(state);
+            state.age = Some(RECENT);
+        });
+        assert_eq!(later, (Level::Ok, "joined".to_owned()));
+    }
+
+    #[test]
+    fn a_network_side_that_nothing_proves_to_receive_is_a_warning() {
+        let silent = headline(|state| state.has_echo = false);
+        assert_eq!(silent, (Level::Warn, "joined, but its own samples do not come back".to_owned()));
+    }
+}
