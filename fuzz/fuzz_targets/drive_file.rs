@@ -1,4 +1,4 @@
-//! Any bytes as a drive scenario are refused in words, or make a drive whose cycles are numbers.
+//! Any bytes as a drive scenario are refused with a text, or make a drive whose cycles are numbers.
 //! The map is always the same.
 
 #![no_main]

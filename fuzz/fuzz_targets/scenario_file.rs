@@ -1,7 +1,7 @@
-//! Any bytes as a scenario in each form are refused in words, or make a scenario that holds together.
+//! Any bytes as a scenario in each form are refused with a text, or make a scenario that holds together.
 //!
-//! The first byte says the form (0 TOML, 1 YAML, 2 OpenSCENARIO XML) and, in its highest bit, whose
-//! behaviour is wanted.
+//! The first byte selects the form (0 TOML, 1 YAML, 2 OpenSCENARIO XML) and, in its highest bit, the
+//! compat mode.
 
 #![no_main]
 

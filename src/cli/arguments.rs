@@ -10,6 +10,7 @@ use crate::check;
 use crate::config::files::Disk;
 use crate::config::{Overrides, Settings, load, load_profile};
 use crate::core::can::link::BusIndex;
+use crate::io::can::formats;
 use crate::io::can::log::Log;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
@@ -29,8 +30,7 @@ const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
 
 #[derive(Debug, Args)]
 pub(super) struct RecordingArgs {
-    /// Recording, plain or gzip, - for standard input: candump -L, Vector ASC or BLF, PCAN TRC, SavvyCAN or GVRET
-    /// CSV, BUSMASTER; default: the configured recording
+    #[arg(help = log_help())]
     pub(super) log: Option<PathBuf>,
     #[command(flatten)]
     pub(super) config: ConfigArgs,
@@ -38,6 +38,11 @@ pub(super) struct RecordingArgs {
     /// when both have just one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     pub(super) map: Vec<(String, String)>,
+}
+
+fn log_help() -> String {
+    let formats = formats::names().join(", ");
+    format!("Recording, plain or gzip, - for standard input: {formats}; default: the configured recording")
 }
 
 pub(super) fn speed(text: &str) -> Result<f64, String> {

@@ -27,7 +27,7 @@ pub(super) const DEMO_HELP: &str = "\
 Examples:
   signal-gateway demo                   45 s of an invented sedan, published on ROS 2
   signal-gateway demo --repeat
-  signal-gateway demo --no-ros          the view alone";
+  signal-gateway demo --no-ros          without publishing";
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -48,7 +48,7 @@ pub(super) struct IsolationArgs {
 #[cfg(feature = "ros")]
 #[derive(Debug, Args)]
 pub(super) struct NetworkArgs {
-    /// Level of the log where RUST_LOG says nothing
+    /// Level of the log unless the environment sets one
     log_level: String,
 }
 

@@ -43,7 +43,7 @@ Exit codes:
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check found something to look at
+  4  check found warnings
   5  the scenario of lights ended in failure
 
 Start with: signal-gateway demo";
@@ -84,7 +84,7 @@ enum Command {
     Man(ManArgs),
 }
 
-/// Runs the command that the arguments ask for; errors go to standard error.
+/// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
@@ -103,7 +103,7 @@ pub fn main() -> ExitCode {
     };
     match outcome {
         Ok(code) => code,
-        // Whoever read our output has had enough: no failure of ours.
+        // The reader of our output has closed it, which is not a failure.
         Err(Failure::System(error) | Failure::Daemon(DaemonError::System(error)))
             if error.kind() == io::ErrorKind::BrokenPipe =>
         {
@@ -124,7 +124,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// The ways in which a command can fail.
+/// The reason for which a command failed.
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error("{0}")]
@@ -139,17 +139,17 @@ enum Failure {
     System(#[from] io::Error),
 }
 
-#[allow(clippy::print_stderr)] // the one place that speaks to the caller's terminal
+#[allow(clippy::print_stderr)] // the one place that writes to the caller's terminal
 fn say(text: &str) {
     eprintln!("{text}");
 }
 
 /// Log records on standard error; under systemd without time and colour, which the journal adds.
 fn start_log(default_level: &str) {
-    // DDS speaks only when RUST_LOG asks for it by name, as in RUST_LOG=debug,rustdds=debug.
+    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
     let quiet = "rustdds=off,ros2_client=off,mio_06=off";
-    let wanted = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
-    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{wanted}"))
+    let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
+    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{requested}"))
         .unwrap_or_else(|_| EnvFilter::new(format!("{default_level},{quiet}")));
     let builder =
         tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).with_target(false);

@@ -137,8 +137,8 @@ fn an_expectation_that_fails_is_named_and_ends_with_code_5() {
     let bench = Bench::new("turn.toml", &format!("{TURN}{wrong}"));
     let (text, code) = bench.out(&["--compat", "upstream"]);
     assert_eq!(code, Some(5));
-    let told = "FAILED turn.toml:7:1: expect[1]: from 35 to 116 m, upstream: LEFT wanted, DISABLE at 35.00 m (3.500 s)";
-    assert!(text.lines().any(|line| line == told), "{text}");
+    let expected = "FAILED turn.toml:7:1: expect[1]: from 35 to 116 m, upstream: LEFT wanted, DISABLE at 35.00 m (3.500 s)";
+    assert!(text.lines().any(|line| line == expected), "{text}");
     let (json, code) = bench.out(&["--json", "--compat", "upstream"]);
     assert_eq!(code, Some(5));
     assert!(json.contains("\"what\":\"LEFT wanted, DISABLE at 35.00 m (3.500 s)\""), "{json}");
@@ -179,8 +179,8 @@ tolerance_m = 0
 }
 
 #[test]
-fn what_goes_wrong_is_told_and_never_signalled() {
-    let trouble = |kind: &str, at_m: u32, more: &str| {
+fn disturbances_are_reported_and_never_signalled() {
+    let disturbance = |kind: &str, at_m: u32, more: &str| {
         format!("[[disturbance]]\nkind = \"{kind}\"\nat_m = {at_m}\n{more}\n")
     };
     let expect = |from_m: u32, to_m: u32, command: &str, finding: &str| {
@@ -191,11 +191,11 @@ fn what_goes_wrong_is_told_and_never_signalled() {
     };
     let text = [
         TURN.to_owned(),
-        trouble("odometry_gap", 40, "for_s = 1"),
-        trouble("nan_pose", 60, "for_s = 0.5"),
-        trouble("not_lane_driving", 70, "for_s = 0.5"),
-        trouble("empty_path", 80, "for_s = 0.5"),
-        trouble("time_jump", 95, "by_s = -5"),
+        disturbance("odometry_gap", 40, "for_s = 1"),
+        disturbance("nan_pose", 60, "for_s = 0.5"),
+        disturbance("not_lane_driving", 70, "for_s = 0.5"),
+        disturbance("empty_path", 80, "for_s = 0.5"),
+        disturbance("time_jump", 95, "by_s = -5"),
         // Up to 500 ms old will do, and 39 m was the last that came.
         expect(45, 49, "NO_COMMAND", "odometry is"),
         expect(60, 64, "NO_COMMAND", "odometry is not a number"),
@@ -204,7 +204,7 @@ fn what_goes_wrong_is_told_and_never_signalled() {
         expect(95, 96, "LEFT", "clock went back by 4900 ms"),
     ]
     .concat();
-    let (out, code) = Bench::new("trouble.toml", &text).out(&["--compat", "upstream"]);
+    let (out, code) = Bench::new("disturbance.toml", &text).out(&["--compat", "upstream"]);
     assert_eq!(code, Some(0), "{out}");
 }
 
@@ -233,7 +233,7 @@ fn a_picture_shows_sections_and_signals_of_each_behaviour() {
     assert_eq!(svg, picture(), "the same bytes each time");
 }
 
-/// Backing up covers the same metres as the way out: it must not be painted over.
+/// Backing up covers the same metres as driving out: it must not be painted over.
 #[test]
 fn a_picture_shows_what_came_out_while_backing_up() {
     let more = "[[manoeuvre]]
@@ -287,9 +287,9 @@ fn wrong_files_are_refused_with_place_key_and_remedy() {
     ];
     for (part, other, expected) in cases {
         let output = Bench::new("turn.toml", &TURN.replacen(part, other, 1)).run(&[]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{other}: {told}");
-        assert!(told.contains(expected), "{other}: {told}");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{other}: {error}");
+        assert!(error.contains(expected), "{other}: {error}");
     }
     let cases = [
         (
@@ -329,8 +329,8 @@ fn wrong_files_are_refused_with_place_key_and_remedy() {
     ];
     for (more, expected) in cases {
         let output = Bench::new("turn.toml", &with(more)).run(&[]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{more}: {told}");
-        assert!(told.contains(expected), "{more}: {told}");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{more}: {error}");
+        assert!(error.contains(expected), "{more}: {error}");
     }
 }

@@ -1,5 +1,5 @@
-//! A drive as a script for `tests/peer/autoware_drive.py`: what Autoware would say, cycle by cycle; and
-//! what the decider makes of the same drive without messages.
+//! A drive as a script for `tests/peer/autoware_drive.py`: what Autoware would publish, cycle by cycle; and
+//! the decisions of the same drive without messages.
 
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 use signal_gateway::desk::drive::course::{Course, Cycle};
 use signal_gateway::desk::drive::run::Run;
 
-/// Both behaviours, in the order of everything that is kept for each.
+/// Both modes, in the order of all arrays with a value for each.
 pub(crate) const MODES: [DeciderCompat; 2] = [DeciderCompat::Improved, DeciderCompat::Upstream];
 
 /// Numbers of `PlanningFactor.behavior`.
@@ -32,15 +32,15 @@ pub(crate) struct Script {
     cycles: Vec<Map<String, Value>>,
 }
 
-/// A cycle.
+/// One cycle of the drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     pub(crate) at_m: f64,
     pub(crate) speed_mps: f64,
-    /// What the decider says.
+    /// Decision of each mode.
     pub(crate) decided: [(Signal, Hazard); 2],
-    /// What the scenario expects.
-    pub(crate) wanted: [Vec<Wanted>; 2],
+    /// Expectations of the scenario for each mode.
+    pub(crate) expected: [Vec<Wanted>; 2],
 }
 
 impl Script {
@@ -53,20 +53,20 @@ impl Script {
                 let decision = run.step(&cycle);
                 (decision.turn, decision.hazard)
             });
-            let wanted = MODES.map(|mode| {
+            let expected = MODES.map(|mode| {
                 course.expected(&cycle, mode).map(|(_, expected)| expected.wanted.clone()).collect()
             });
-            script.steps.push(Step { at_m: cycle.at_m, speed_mps: cycle.speed_mps, decided, wanted });
-            let mut said = said(&cycle);
+            script.steps.push(Step { at_m: cycle.at_m, speed_mps: cycle.speed_mps, decided, expected });
+            let mut published = published(&cycle);
             if route.replace(cycle.route.id()) != Some(cycle.route.id()) {
-                said.insert("route".to_owned(), planner_route(&cycle));
+                published.insert("route".to_owned(), planner_route(&cycle));
             }
-            script.cycles.push(said);
+            script.cycles.push(published);
         }
         script
     }
 
-    /// Says something more at each cycle.
+    /// Adds a value to each cycle.
     pub(crate) fn add(&mut self, key: &str, value: impl Fn(usize, &Step) -> Option<u8>) {
         for (index, (cycle, step)) in self.cycles.iter_mut().zip(&self.steps).enumerate() {
             if let Some(value) = value(index, step) {
@@ -75,7 +75,7 @@ impl Script {
         }
     }
 
-    /// Lines of JSON.
+    /// The script, lines of JSON.
     pub(crate) fn text(&self) -> String {
         let mut topics = json!({
             "odometry": "/localization/kinematic_state",
@@ -106,7 +106,7 @@ impl Script {
     }
 }
 
-fn said(cycle: &Cycle) -> Map<String, Value> {
+fn published(cycle: &Cycle) -> Map<String, Value> {
     let odometry = cycle.odometry.map(|Odometry { pose: Pose { position, yaw_rad }, speed_mps }| {
         json!([position.x_m, position.y_m, yaw_rad, speed_mps])
     });
@@ -119,19 +119,19 @@ fn said(cycle: &Cycle) -> Map<String, Value> {
         let listed = factors.entry(module.name()).or_insert_with(|| json!([]));
         listed.as_array_mut().unwrap().push(factor);
     }
-    let said = json!({
+    let published = json!({
         "t": cycle.at_s,
         "odometry": odometry,
         "path": path,
         "factors": factors,
         "lane_driving": cycle.lane_driving,
     });
-    said.as_object().unwrap().clone()
+    published.as_object().unwrap().clone()
 }
 
 fn planner_route(cycle: &Cycle) -> Value {
     let pose = |Pose { position, yaw_rad }: Pose| json!([position.x_m, position.y_m, yaw_rad]);
-    // In the message the preferred lanelet stands in front of all of them, itself included.
+    // In the message the preferred lanelet comes in front of all of them, itself included.
     let segments = cycle.route.segments().iter().map(|segment| {
         let others = segment.lanes.iter().filter(|lane| **lane != segment.preferred);
         std::iter::once(segment.preferred).chain(others.copied()).collect::<Vec<_>>()
@@ -145,7 +145,7 @@ fn planner_route(cycle: &Cycle) -> Value {
     })
 }
 
-/// What the planner's modules publish of a manoeuvre: less than it is.
+/// The factors that the planner's modules publish of a manoeuvre; they lack some of its data.
 fn factors_of(manoeuvre: &Manoeuvre) -> Vec<(FactorTopic, Value)> {
     match manoeuvre {
         Manoeuvre::LaneChange(change) => {
@@ -175,16 +175,17 @@ fn factors_of(manoeuvre: &Manoeuvre) -> Vec<(FactorTopic, Value)> {
             vec![(FactorTopic::GoalPlanner, shift((over.start, 0.0), (over.goal, end_m), true))]
         }
         Manoeuvre::PullOver(PullOver::Undecided(Undecided { deceleration, stop, .. })) => {
-            let places = [(SLOW_DOWN, deceleration), (STOP, stop)];
-            let told = places.into_iter().filter_map(|(behavior, pose)| Some((behavior, (*pose)?)));
-            told.map(|(behavior, pose)| (FactorTopic::GoalPlanner, factor(behavior, true, &[(pose, 0.0)])))
+            let poses = [(SLOW_DOWN, deceleration), (STOP, stop)];
+            let published = poses.into_iter().filter_map(|(behavior, pose)| Some((behavior, (*pose)?)));
+            published
+                .map(|(behavior, pose)| (FactorTopic::GoalPlanner, factor(behavior, true, &[(pose, 0.0)])))
                 .collect()
         }
         Manoeuvre::SideShift => Vec::new(),
     }
 }
 
-/// By how much the offset changes between two places, metres.
+/// Change of the offset between two poses, metres.
 fn change_m(path: Option<&ShiftedPath>, from: Pose, to: Pose) -> f64 {
     path.map_or(0.0, |path| {
         path.offset_between_m(path.nearest_index(from.position), path.nearest_index(to.position))

@@ -1,4 +1,4 @@
-//! What a test needs of the machine it runs on. A test without it is skipped where everybody sees it; with
+//! Prerequisites of a test on its machine. A test without one is skipped visibly; with
 //! `tests/run --full` it fails, unless the machine is allowed to lack the thing.
 
 use std::io::Write as _;

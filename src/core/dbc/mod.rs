@@ -129,7 +129,7 @@ mod tests {
         let sender = parse(format!("BO_ 7 2nd: 8\n {GOOD}\n").as_bytes());
         assert_finding(&sender, 1, Severity::Note, "repaired");
         let glued = message(" SG_ A M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B m0: 8|8@1+ (1,0) [0|0] \"\" X", "");
-        assert_finding(&glued, 3, Severity::Note, "no blank");
+        assert_finding(&glued, 3, Severity::Note, "no space");
         assert_eq!(value(&glued, "B", &[0, 9]), Some(9));
         assert_eq!(value(&glued, "B", &[1, 9]), None);
     }

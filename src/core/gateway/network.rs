@@ -8,14 +8,14 @@ use crate::core::diagnostics::{Level, Status};
 /// Time for which a network side that replaced another counts as new.
 const RECENT: Duration = Duration::from_secs(60);
 
-/// What is known of the network side.
+/// State of the network side, as its session knows it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct NetworkState {
-    /// Whether it is a process of its own.
+    /// True for a process of its own, false for a thread of the gateway.
     pub is_isolated: bool,
-    /// Whether it has joined the network and answers.
+    /// True while it has joined the network and answers.
     pub is_up: bool,
-    /// Whether its own samples come back to it; if not, nothing tells whether it receives.
+    /// True while its own samples come back to it; if they do not, only its thread is known to work.
     pub has_echo: bool,
     /// Times it was replaced.
     pub restarts: u64,
@@ -67,6 +67,8 @@ pub(super) fn status(state: &NetworkState, node: &str) -> Status {
     let mut values = vec![("runs_as", place.to_owned()), ("restarts", state.restarts.to_string())];
     values.extend(state.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
     values.extend(state.age.map(|age| ("age_s", age.as_secs().to_string())));
+    let own_samples = if state.has_echo { "come back" } else { "do not come back" };
+    values.extend(state.age.map(|_| ("own_samples", own_samples.to_owned())));
     values.extend(state.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
     Status { name: format!("{node}: ros"), level, message, values }
 }
@@ -78,9 +80,6 @@ fn level_and_message(state: &NetworkState) -> (Level, String) {
         (None, Some(failure)) => (Level::Warn, format!("the network side is down: {failure}")),
         (Some(age), Some(failure)) if age < RECENT => {
             (Level::Warn, format!("the network side was replaced: {failure}"))
-        }
-        (Some(_), _) if !state.has_echo => {
-            (Level::Warn, "joined, but its own samples do not come back".to_owned())
         }
         (Some(_), _) => (Level::Ok, "joined".to_owned()),
     }
@@ -116,11 +115,5 @@ mod tests {
             state.age = Some(RECENT);
         });
         assert_eq!(later, (Level::Ok, "joined".to_owned()));
-    }
-
-    #[test]
-    fn a_network_side_that_nothing_proves_to_receive_is_a_warning() {
-        let silent = headline(|state| state.has_echo = false);
-        assert_eq!(silent, (Level::Warn, "joined, but its own samples do not come back".to_owned()));
     }
 }

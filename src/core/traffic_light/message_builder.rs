@@ -12,7 +12,7 @@ use super::store::Stores;
 use super::target::Channel;
 use crate::core::map::light_map::{Group, Head, HeadIndex, Lamp, LampColor};
 
-/// `PredictedTrafficLightState::INFORMATION_SOURCE_SIMULATION`
+/// `INFORMATION_SOURCE_SIMULATION` of `autoware_perception_msgs/msg/PredictedTrafficLightState`.
 const SOURCE: &str = "SIMULATION";
 
 /// The report of one head.

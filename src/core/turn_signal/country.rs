@@ -15,7 +15,8 @@ pub struct Country {
     pub traffic: Side,
     /// Distance at which a turn is announced at the latest, metres; `None` = "in good time".
     pub turn_distance_m: Option<f64>,
-    /// Time before a change of lane, seconds; `None` = "in good time".
+    /// Time before a lane change, seconds; `None` = "in good time". It is the time part of every manoeuvre's search
+    /// distance (`turn_signal_search_time`): turns, roundabouts and shifts are announced earlier with it too.
     pub lane_change_time_s: Option<f64>,
     /// The side signalled on entering a roundabout.
     pub roundabout_on_entry: Option<Side>,

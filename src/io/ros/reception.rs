@@ -1,4 +1,4 @@
-//! What becomes of the network side's messages: samples become inputs, and its state a status. Nothing of them is
+//! The reception of the network side's messages: samples become inputs, its state becomes a status. Nothing in them is
 //! trusted.
 
 use std::sync::Arc;
@@ -33,7 +33,7 @@ pub enum Signal {
     Ready,
     /// The network cannot be joined, for this reason.
     Failed(String),
-    /// What the network side sees has changed; the counts of the topics that are read are noted already.
+    /// The state of the network side has changed; the counts of the topics that are read are noted already.
     Status(NetworkStatus),
     /// The answer to the ping of this number, and whether a sample came back for it.
     Pong(u64, bool),

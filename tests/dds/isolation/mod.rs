@@ -155,7 +155,7 @@ pub(crate) fn mutated_packets(count: u32) {
             2 => Attack::Gap.packet(number),
             _ => Attack::Fragment.packet(number),
         };
-        for _ in 0..1 + below(8) {
+        for _ in 0..=below(8) {
             let at = 8 + below(packet.len() - 8);
             packet[at] = u8::try_from(below(256)).unwrap();
         }

@@ -29,7 +29,10 @@ pub(super) fn drive_all(said: &mut Said) {
 
 /// The network side of ROS 2 comes up, hangs, is replaced, and loses its network.
 fn network(said: &mut Said) {
-    let mut desk = Desk::vehicle("", "", "", said);
+    let map = include_str!("../../maps/crossroads.osm");
+    let files =
+        MemoryFiles::new([("gateway.toml", "[traffic_lights]\nmap = \"map.osm\"\n")]).with("map.osm", map);
+    let mut desk = Desk::of(&files, said);
     let joined = |state: &NetworkState, age: u64| NetworkState {
         is_isolated: true,
         is_up: true,

@@ -9,7 +9,7 @@ use super::{Key, Message, Task};
 const NOTHING: &str = "Nothing.";
 const SEE_INTERFACE: &str = "Read the status of the interface, which names the cause.";
 
-/// Why no value of a signal is known: all flows that receive signals say it in these words.
+/// Why no value of a signal is known: all flows that receive signals use these texts.
 const MISSING: &[(&str, &str)] = &[
     ("{interface} is down", "Set the interface up."),
     ("{interface} is missing", "Plug in the adapter, or correct `interface`."),
@@ -378,11 +378,6 @@ fn ros() -> Task {
                 "the network side was replaced: {failure}",
                 "Nothing; it is told for a minute. If it comes again, look for who sends what DDS cannot bear.",
             ),
-            message(
-                Warn,
-                "joined, but its own samples do not come back",
-                "Check the network and the firewall; nothing tells whether DDS receives.",
-            ),
         ],
         keys: vec![
             key("runs_as", "-", "`process`, or `thread` with `--no-isolation`."),
@@ -395,6 +390,13 @@ fn ros() -> Task {
             )
             .when("if it has ended"),
             key("age_s", "s", "Time since it joined the network.").when("while it is joined"),
+            key(
+                "own_samples",
+                "-",
+                "`come back`, or `do not come back`: without a network, behind a firewall, and on a loopback without \
+                 multicast alone. Then nothing proves that it receives.",
+            )
+            .when("while it is joined"),
             key("memory_kb", "kB", "Memory its process has in use.").when("while it is a process"),
         ],
     }

@@ -112,8 +112,8 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     vehicle.stop("TERM");
     bus.finish();
 
-    let decided = changes(&line["heard"]["turn"]);
-    let reported = changes(&line["heard"]["report"]);
+    let decided = changes(&line["received"]["turn"]);
+    let reported = changes(&line["received"]["report"]);
     let (commands, reports) =
         (bus.since(BusTime::START, PACMOD.command), bus.since(BusTime::START, PACMOD.report));
     assert_eq!(values(&reported), values(&decided), "{name}: what is reported is what was decided");

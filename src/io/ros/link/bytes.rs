@@ -1,6 +1,6 @@
 //! Reads numbers and texts of a message in turn; what is cut off or left over is a violation.
 
-use super::message::Violation;
+use super::violation::Violation;
 
 /// The bytes of a message that were not read yet.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,6 @@
 //! Frames of a byte stream: a length of four bytes, little-endian, and as many bytes.
 
-use super::message::Violation;
+use super::violation::Violation;
 
 /// Bytes of the length before each frame.
 const PREFIX: usize = size_of::<u32>();

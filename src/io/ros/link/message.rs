@@ -2,6 +2,7 @@
 
 use super::bytes::Bytes;
 use super::settings::NetworkSettings;
+use super::violation::Violation;
 use crate::io::ros::messages::CdrBytes;
 
 /// The longest text, bytes.
@@ -9,12 +10,12 @@ const MAX_TEXT: usize = 1024;
 /// The largest sample that is handed on, bytes.
 pub const MAX_SAMPLE: usize = 8 * 1024 * 1024;
 
-/// What a topic is to do.
+/// An instruction for the writer of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Order {
-    /// Say this.
+    /// Publish these samples.
     Publish(Vec<CdrBytes>),
-    /// Say nothing, not even to readers that come later.
+    /// Publish nothing, not even to readers that come later.
     Withdraw,
 }
 
@@ -42,13 +43,13 @@ pub enum FromNetwork<'a> {
     Sample(Sample<'a>),
     /// A sample of this subscription could not be read, for this reason.
     Unreadable(u16, &'a str),
-    /// What the network side sees has changed.
+    /// The state of the network side has changed.
     Status(NetworkStatus),
     /// The answer to a ping, with its number.
     Pong {
         /// The number of the ping.
         number: u64,
-        /// Whether a sample came back. It may fail to without a network, or where none ever did.
+        /// True if a sample came back. It may fail to without a network, or where none ever did.
         has_echo: bool,
     },
 }
@@ -77,7 +78,7 @@ pub enum SampleEncoding {
     Little,
 }
 
-/// What the network side sees.
+/// State and counts of the network side.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct NetworkStatus {
     /// Matched readers of each topic that is written.
@@ -86,47 +87,12 @@ pub struct NetworkStatus {
     pub writers: Vec<u32>,
     /// Participants whose lease ran out and that were not found again yet.
     pub missing_peers: u32,
-    /// Whether a second participant listens for them.
+    /// True while a second participant listens for them.
     pub has_probe: bool,
     /// Times the participant was replaced.
     pub rebuilds: u32,
     /// Samples that RustDDS did not take.
     pub write_errors: u64,
-}
-
-/// A message that breaks the rules of the link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Violation {
-    /// No frame has this length.
-    #[error("a frame of {0} bytes")]
-    Length(usize),
-    /// No message is of this kind.
-    #[error("a message of the unknown kind {0}")]
-    Kind(u8),
-    /// The message ends too early.
-    #[error("a message that is cut off")]
-    CutOff,
-    /// Bytes follow the message.
-    #[error("{0} bytes after a message")]
-    Leftover(usize),
-    /// A flag is neither 0 nor 1.
-    #[error("a flag of {0}")]
-    Flag(u8),
-    /// A text is too long, or not UTF-8.
-    #[error("a text that is too long or not UTF-8")]
-    Text,
-    /// The settings cannot be read.
-    #[error("settings that cannot be read")]
-    Settings,
-    /// The topic or subscription does not exist, or the number of topics is another.
-    #[error("topic {0}, which does not exist")]
-    Topic(usize),
-    /// The sample is too large.
-    #[error("a sample of {0} bytes")]
-    Sample(usize),
-    /// The message is not due: none may come before the first, which may come once, nor a pong without its ping.
-    #[error("a message out of turn")]
-    OutOfTurn,
 }
 
 const START: u8 = 1;
@@ -224,7 +190,7 @@ impl<'a> FromNetwork<'a> {
                 bytes.push(STATUS);
                 for counts in [&status.readers, &status.writers] {
                     bytes.extend(u16::try_from(counts.len()).unwrap_or(u16::MAX).to_le_bytes());
-                    counts.iter().for_each(|count| bytes.extend(count.to_le_bytes()));
+                    bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
                 }
                 bytes.extend(status.missing_peers.to_le_bytes());
                 bytes.push(status.has_probe.into());

@@ -9,10 +9,10 @@ mod frame;
 mod message;
 mod settings;
 mod stream;
+mod violation;
 
 pub use frame::FrameBuffer;
-pub use message::{
-    FromNetwork, MAX_SAMPLE, NetworkStatus, Order, Sample, SampleEncoding, ToNetwork, Violation,
-};
+pub use message::{FromNetwork, MAX_SAMPLE, NetworkStatus, Order, Sample, SampleEncoding, ToNetwork};
 pub use settings::{Delivery, NetworkSettings, ReadTopic, WrittenTopic};
 pub use stream::Link;
+pub use violation::Violation;

@@ -1,4 +1,4 @@
-//! What the network side is told before all else.
+//! The settings of the network side, which are the first message to it.
 
 use std::net::IpAddr;
 
@@ -24,7 +24,7 @@ pub struct NetworkSettings {
     pub read: Vec<ReadTopic>,
     /// Intervals at which lost peers and new addresses are acted on.
     pub recovery: Recovery,
-    /// Whether a sample of our own has ever come back on this computer. Where none has, it is not a sign of life.
+    /// True once a sample of our own has come back on this computer. Where none has, it is not a sign of life.
     pub echo_is_proven: bool,
 }
 
@@ -39,7 +39,7 @@ pub struct WrittenTopic {
     pub durability: Durability,
     /// Number of samples offered to readers.
     pub depth: i32,
-    /// How its messages reach readers.
+    /// The delivery of its messages to readers.
     pub delivery: Delivery,
 }
 
@@ -58,13 +58,13 @@ pub struct ReadTopic {
     pub depth: i32,
 }
 
-/// How a topic's messages reach readers.
+/// The delivery of a topic's messages to readers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Delivery {
     /// The newest counts, changes are rare, and it can be withdrawn.
     Report,
     /// The newest counts, and there are many a second.
     Stream,
-    /// Said to whoever reads then, and not again.
+    /// Sent to the readers of that moment, and not again.
     Once,
 }

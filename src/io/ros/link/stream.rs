@@ -7,7 +7,8 @@ use tokio::io::Interest;
 use tokio::net::UnixStream;
 
 use super::frame::{self, FrameBuffer};
-use super::message::{FromNetwork, ToNetwork, Violation};
+use super::message::{FromNetwork, ToNetwork};
+use super::violation::Violation;
 
 /// Bytes read at once.
 const READ_SIZE: usize = 64 * 1024;

@@ -9,7 +9,7 @@ use crate::core::time::WallStamp;
 /// `autoware_vehicle_msgs/msg/HazardLightsCommand`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct HazardLightsCommand {
-    /// When it was given.
+    /// Time at which the command was given.
     pub stamp: Time,
     /// `NO_COMMAND` 0, `DISABLE` 1, `ENABLE` 2.
     pub command: u8,

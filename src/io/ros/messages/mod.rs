@@ -26,7 +26,6 @@ mod odometry;
 mod operation_mode_state;
 mod path_with_lane_id;
 mod planning_factor_array;
-mod received_groups;
 mod reports;
 mod scenario;
 mod stamp;
@@ -39,7 +38,7 @@ mod turn_indicators_command;
 pub use cdr_bytes::CdrBytes;
 pub use control_mode_report::ControlModeReport;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
-pub use element::{TrafficLightElement, Unfit};
+pub use element::TrafficLightElement;
 pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
 pub use hazard_lights_command::HazardLightsCommand;
 pub use lanelet_route::{LaneletPrimitive, LaneletRoute, LaneletSegment, Uuid};
@@ -53,7 +52,6 @@ pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
 pub use planning_factor_array::{
     ControlPoint, PlanningFactor, PlanningFactorArray, PredictedPath, SafetyFactor, SafetyFactorArray,
 };
-pub use received_groups::{ReceivedGroup, ReceivedGroups, Rejection};
 pub use reports::{HazardLightsReport, TurnIndicatorsReport};
 pub use scenario::Scenario;
 pub use stamp::{Duration, Header, Time};

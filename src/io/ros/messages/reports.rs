@@ -11,24 +11,17 @@ use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 pub struct TurnIndicatorsReport {
     /// Receive time of the frame that carried the state.
     pub stamp: Time,
-    /// One of the constants below; 0 and "unknown" do not exist.
+    /// `DISABLE` 1, `ENABLE_LEFT` 2, `ENABLE_RIGHT` 3; 0 and "unknown" do not exist.
     pub report: u8,
 }
 
 impl TurnIndicatorsReport {
-    /// No side.
-    pub const DISABLE: u8 = 1;
-    /// Left.
-    pub const ENABLE_LEFT: u8 = 2;
-    /// Right.
-    pub const ENABLE_RIGHT: u8 = 3;
-
     /// The message that reports `state`.
     pub fn new(state: TurnIndicators, stamp: WallStamp) -> Self {
         let report = match state {
-            TurnIndicators::Disable => Self::DISABLE,
-            TurnIndicators::EnableLeft => Self::ENABLE_LEFT,
-            TurnIndicators::EnableRight => Self::ENABLE_RIGHT,
+            TurnIndicators::Disable => 1,
+            TurnIndicators::EnableLeft => 2,
+            TurnIndicators::EnableRight => 3,
         };
         Self { stamp: stamp.into(), report }
     }
@@ -39,21 +32,16 @@ impl TurnIndicatorsReport {
 pub struct HazardLightsReport {
     /// Receive time of the frame that carried the state.
     pub stamp: Time,
-    /// One of the constants below; 0 and "unknown" do not exist.
+    /// `DISABLE` 1, `ENABLE` 2; 0 and "unknown" do not exist.
     pub report: u8,
 }
 
 impl HazardLightsReport {
-    /// Off.
-    pub const DISABLE: u8 = 1;
-    /// On.
-    pub const ENABLE: u8 = 2;
-
     /// The message that reports `state`.
     pub fn new(state: HazardLights, stamp: WallStamp) -> Self {
         let report = match state {
-            HazardLights::Disable => Self::DISABLE,
-            HazardLights::Enable => Self::ENABLE,
+            HazardLights::Disable => 1,
+            HazardLights::Enable => 2,
         };
         Self { stamp: stamp.into(), report }
     }

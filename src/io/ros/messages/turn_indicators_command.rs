@@ -9,7 +9,7 @@ use crate::core::time::WallStamp;
 /// `autoware_vehicle_msgs/msg/TurnIndicatorsCommand`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct TurnIndicatorsCommand {
-    /// When it was given.
+    /// Time at which the command was given.
     pub stamp: Time,
     /// `NO_COMMAND` 0, `DISABLE` 1, `ENABLE_LEFT` 2, `ENABLE_RIGHT` 3.
     pub command: u8,

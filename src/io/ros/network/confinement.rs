@@ -1,4 +1,4 @@
-//! What the network process gives up before it meets the network, so that whoever takes it over gains little.
+//! The confinement of the network process before it meets the network, so that whoever takes it over gains little.
 //!
 //! - It dies with its parent, is the first that the kernel takes when memory is short, and leaves no core dump.
 //! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`), since

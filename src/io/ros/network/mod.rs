@@ -14,7 +14,7 @@
 //! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
 //! `topic_writer.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
 //!
-//! Fast DDS 2.9 does not understand RustDDS's goodbyes, which lack the key hash it looks for: it keeps
+//! Fast DDS 2.9 ignores RustDDS's dispose messages, which lack the key hash that it needs: it keeps
 //! each replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
 //!
 //! # Outages
@@ -27,7 +27,7 @@
 //!
 //! * A peer that leaves orderly, or that we never met, needs nothing.
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
-//!   `DiscoveryProbe`. It has never heard of the peer, so it can find it.
+//!   `DiscoveryProbe`. The peer is new to it, so it can find it.
 //! * When it does, and only then, the probe becomes our participant: it gets writers with what is
 //!   current on them, and readers, and the old participant leaves when all its peers have found the
 //!   new one. Nobody else misses a sample; some get one twice. What we receive twice is recognised by its
@@ -50,6 +50,7 @@ mod graph;
 mod history;
 mod interfaces;
 mod participant;
+mod pings;
 pub mod process;
 mod sample;
 mod topic_reader;
@@ -87,9 +88,9 @@ pub fn serve(socket: UnixStream) -> io::Result<()> {
             }
             link.read()?;
         };
-        match Worker::new(settings, link) {
-            Ok(worker) => worker.run().await,
-            Err((reason, link)) => refuse(&reason, link).await,
+        match worker::join(&settings) {
+            Ok(joined) => Worker::new(settings, joined, link).run().await,
+            Err(reason) => refuse(&reason, link).await,
         }
     })
 }

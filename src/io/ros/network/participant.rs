@@ -14,7 +14,7 @@ use rustdds::{
 };
 
 use super::discovery_probe::{Missing, Prefix, prefix};
-use super::echo::Echo;
+use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
 use super::topic_reader::{Taken, TopicReader};
 use super::topic_writer::TopicWriter;
@@ -44,7 +44,7 @@ pub(super) struct Participant {
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     events: DomainParticipantStatusListener,
-    /// Last: RustDDS wants endpoints to go before their participant.
+    /// The last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
 }
 
@@ -67,14 +67,14 @@ impl Participant {
         let topic_readers = settings
             .read
             .iter()
-            .map(|wanted| {
-                let qos = qos(wanted.reliability, wanted.durability, wanted.depth);
-                let topic = topic(&domain, &node, &wanted.name, &wanted.type_name, &qos)?;
+            .map(|read| {
+                let qos = qos(read.reliability, read.durability, read.depth);
+                let topic = topic(&domain, &node, &read.name, &read.type_name, &qos)?;
                 TopicReader::new(&subscriber, &topic).map_err(dds)
             })
             .collect::<Result<Vec<_>, String>>()?;
         let written = settings.written.iter().map(|written| written.name.clone());
-        let read = settings.read.iter().map(|wanted| wanted.name.clone());
+        let read = settings.read.iter().map(|read| read.name.clone());
         let participant = Self {
             topic_writers,
             topic_readers,
@@ -89,7 +89,7 @@ impl Participant {
         Ok(participant)
     }
 
-    /// Its identity.
+    /// The prefix of the participant's identity.
     pub(super) fn prefix(&self) -> Prefix {
         prefix(&self.domain.guid().to_bytes())
     }
@@ -99,8 +99,8 @@ impl Participant {
         self.echo.send(number)
     }
 
-    /// The highest number that came back since the last call; has `waker` called when one does.
-    pub(super) fn take_echo(&self, waker: &Waker) -> Option<u64> {
+    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    pub(super) fn take_signs_of_life(&self, waker: &Waker) -> SignsOfLife {
         self.echo.take(waker)
     }
 
@@ -143,11 +143,11 @@ impl Participant {
         outcome
     }
 
-    /// Whether every reader has acknowledged everything at some moment since the last call; waits some
+    /// True if each writer had everything acknowledged at some moment since the last call; waits some
     /// milliseconds for it.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         let mut is_acknowledged = true;
-        // Each is asked, since asking begins a new interval.
+        // Called for each, since the call begins a new interval.
         for topic_writer in &mut self.topic_writers {
             is_acknowledged &= topic_writer.is_acknowledged();
         }
@@ -164,7 +164,7 @@ impl Participant {
         self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
     }
 
-    /// Whether all remote endpoints that are matched with `other` are matched with this one too.
+    /// True if all remote endpoints that are matched with `other` are matched with this one too.
     pub(super) fn serves_all_of(&self, other: &Self) -> bool {
         let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
         other.matched.values().flatten().all(|peer| served.contains(peer))
@@ -203,14 +203,14 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::RemoteReaderQosIncompatible { local_writer, .. } => {
                     tracing::warn!(
-                        "a reader of {} wants more than this writer offers, e.g. transient_local from volatile; \
-                         it gets nothing",
+                        "a reader of {} requests more than this writer offers, e.g. transient_local from volatile; \
+                         it receives nothing",
                         self.topic_of(local_writer)
                     );
                 }
                 DomainParticipantStatusEvent::RemoteWriterQosIncompatible { local_reader, .. } => {
                     tracing::warn!(
-                        "a writer of {} offers less than this reader wants, e.g. best effort instead of \
+                        "a writer of {} offers less than this reader requests, e.g. best effort instead of \
                          reliable; it is not read",
                         self.topic_of(local_reader)
                     );

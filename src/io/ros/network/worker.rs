@@ -11,16 +11,17 @@ use rustdds::RTPSEntity;
 use tokio::time::sleep;
 
 use super::ack_timeout::AckTimeout;
-use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, Sighting, prefix};
+use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, ProbeResult, prefix};
 use super::interfaces::Interfaces;
 use super::participant::{Participant, participant};
+use super::pings::{Answer, Pings};
 use super::topic_reader::Taken;
 use super::wakeup::Wakeup;
 use crate::io::ros::link::{
     Delivery, FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork,
 };
 
-/// Longest sleep between two looks at the events of DDS.
+/// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
 /// Shortest time that a replaced participant stays beside its successor.
 const OVERLAP: Duration = Duration::from_secs(1);
@@ -34,8 +35,6 @@ const STANDSTILL: Duration = Duration::from_secs(2);
 const MAX_OWN: usize = 32;
 /// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's depth.
 const MAX_WAITING: usize = 256 * 1024;
-/// How long an echo may take before it counts that there may be no network for it.
-const ECHO_PATIENCE: Duration = Duration::from_millis(300);
 
 /// The network side's state.
 pub(super) struct Worker {
@@ -63,10 +62,7 @@ pub(super) struct Worker {
     write_failed: bool,
     /// The current order of each topic that is written, but for those delivered once.
     current: Vec<Order>,
-    /// The newest ping without an answer, and the time of the oldest.
-    ping: Option<(u64, Instant)>,
-    /// A sample of our own has come back.
-    echo_is_proven: bool,
+    pings: Pings,
     rebuilds: u32,
     write_errors: u64,
     /// As the gateway was told.
@@ -75,19 +71,23 @@ pub(super) struct Worker {
     link: Link,
 }
 
+/// Joins the graph; gives the participant and the interfaces that it was made with. The error is a text for people.
+pub(super) fn join(settings: &NetworkSettings) -> Result<(Participant, Interfaces), String> {
+    let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
+    let domain = participant(settings).map_err(|error| error.to_string())?;
+    Ok((Participant::new(settings, domain)?, interfaces))
+}
+
 impl Worker {
-    /// Joins the graph. The error is a text for people.
-    pub(super) fn new(settings: NetworkSettings, link: Link) -> Result<Self, (String, Link)> {
-        let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
-        let made = participant(&settings).map_err(|error| error.to_string());
-        let made = made.and_then(|participant| Participant::new(&settings, participant));
-        let participant = match made {
-            Ok(participant) => participant,
-            Err(error) => return Err((error, link)),
-        };
+    /// A network side that has joined the graph with this participant.
+    pub(super) fn new(
+        settings: NetworkSettings,
+        (participant, interfaces): (Participant, Interfaces),
+        link: Link,
+    ) -> Self {
         let wakeup = Arc::new(Wakeup::default());
         let now = Instant::now();
-        Ok(Self {
+        Self {
             link,
             waker: Waker::from(Arc::clone(&wakeup)),
             wakeup,
@@ -105,13 +105,12 @@ impl Worker {
             stood_still: false,
             write_failed: false,
             current: settings.written.iter().map(|_| Order::Withdraw).collect(),
-            ping: None,
-            echo_is_proven: settings.echo_is_proven,
+            pings: Pings::new(settings.echo_is_proven),
             rebuilds: 0,
             write_errors: 0,
             status: NetworkStatus::default(),
             settings,
-        })
+        }
     }
 
     /// Works until the gateway says stop; an error is that of the link, whose other end is gone.
@@ -158,8 +157,7 @@ impl Worker {
             match message {
                 ToNetwork::Order(topic, order) => add(&mut orders, topic, order, self.is_once(topic)),
                 ToNetwork::Ping(number) => {
-                    let since = self.ping.map_or(self.last_round, |(_, since)| since);
-                    self.ping = Some((number, since));
+                    self.pings.asked(number, self.last_round);
                     let sent = self.participant.send_echo(number);
                     self.count_write_error(sent);
                 }
@@ -222,23 +220,15 @@ impl Worker {
         }
     }
 
-    /// Answers a ping when its echo is there, or when there can be none.
+    /// Answers pings when there are signs of life.
     fn answer_ping(&mut self) {
-        if let Some(number) = self.participant.take_echo(&self.waker) {
-            self.echo_is_proven = true;
-            self.link.answer(&FromNetwork::Pong { number, has_echo: true });
-            self.ping =
-                self.ping.filter(|(newest, _)| *newest > number).map(|(newest, _)| (newest, self.last_round));
-        }
-        let Some((number, since)) = self.ping else { return };
-        if since.elapsed() < ECHO_PATIENCE {
-            return;
-        }
-        let now = Interfaces::now(&self.settings.only_networks);
-        let has_network = now.is_none_or(|now| now.still_serves(&self.interfaces));
-        if !has_network || !self.echo_is_proven {
-            self.link.answer(&FromNetwork::Pong { number, has_echo: false });
-            self.ping = None;
+        let signs = self.participant.take_signs_of_life(&self.waker);
+        let has_network = || {
+            let now = Interfaces::now(&self.settings.only_networks);
+            now.is_none_or(|now| now.still_serves(&self.interfaces))
+        };
+        if let Some(Answer { number, has_echo }) = self.pings.answer(signs, self.last_round, has_network) {
+            self.link.answer(&FromNetwork::Pong { number, has_echo });
         }
     }
 
@@ -265,10 +255,10 @@ impl Worker {
     /// Looks for missing peers, and moves to the probe when it has found one.
     fn probe_discovery(&mut self) {
         let Some((probe, _)) = &self.probe else { return };
-        match probe.look(&self.missing) {
-            Sighting::Nobody => {}
-            Sighting::Blind => self.probe = None,
-            Sighting::Found => {
+        match probe.poll(&self.missing) {
+            ProbeResult::NoneFound => {}
+            ProbeResult::PeerLost => self.probe = None,
+            ProbeResult::PeerFound => {
                 if let Some((probe, interfaces)) = self.probe.take() {
                     tracing::info!("a DDS peer is back after an outage: continuing with a new participant");
                     self.replace(probe.into_participant(), interfaces);
@@ -292,15 +282,15 @@ impl Worker {
         if self.last_made.elapsed() < self.settings.recovery.min_rebuild_interval {
             return;
         }
-        let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
+        let new_address = settled && self.last_interfaces.has_new_address_since(&self.interfaces);
         let readers = self.participant.readers().sum();
         let unacknowledged =
             self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
         let (write_failed, stood_still) = (self.write_failed, self.stood_still);
-        if new_place || unacknowledged || write_failed || stood_still {
+        if new_address || unacknowledged || write_failed || stood_still {
             if let Some(participant) = self.make() {
                 tracing::info!(
-                    new_place,
+                    new_address,
                     unacknowledged,
                     write_failed,
                     stood_still,

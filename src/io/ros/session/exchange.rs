@@ -13,7 +13,6 @@ use super::host::Host;
 use super::liveness::{Liveness, RestartDelay};
 use super::mailbox::{Mailbox, OutgoingMessages};
 use super::outgoing::{LightsEncoders, Outgoing, orders, table};
-use super::status::OutgoingStatus;
 use crate::core::gateway::event::Input;
 use crate::core::gateway::network::{NetworkFailure, NetworkState};
 use crate::io::ros::inbox::Inbox;
@@ -29,7 +28,7 @@ const TICK: Duration = Duration::from_millis(100);
 const END_TICK: Duration = Duration::from_millis(5);
 /// Time after which a killed network side that has not ended is left to itself.
 const END_PATIENCE: Duration = Duration::from_secs(1);
-/// How long the network side may take to say goodbye.
+/// Longest time that the network side has for leaving the graph.
 const GOODBYE: Duration = Duration::from_millis(400);
 /// Time between two notes to the diagnostics while nothing changes.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
@@ -113,7 +112,7 @@ impl Exchange {
         let reception = Reception::new(&settings.subscriptions, table.len(), inbox);
         mailbox.update_status(|status| {
             status.running = true;
-            status.outgoing = table.iter().map(OutgoingStatus::new).collect();
+            status.outgoing = table.iter().map(Outgoing::status).collect();
             status.incoming = reception.statuses().cloned().collect();
         });
         Self {
@@ -442,7 +441,7 @@ impl Drop for Exchange {
     }
 }
 
-/// What the network side has to know of the settings.
+/// The settings of the network side among those of a session.
 fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettings {
     let read = settings.subscriptions.iter().map(|subscription| {
         let (package, message) = subscription.kind.type_name();

@@ -1,4 +1,4 @@
-//! What the network side runs in: a process, or a thread of this one.
+//! The host of a network side: a process, or a thread of this one.
 
 use std::fs;
 use std::io;
@@ -43,7 +43,7 @@ impl Host {
         Ok((host, ours))
     }
 
-    /// Whether it is a process of its own.
+    /// True for a process of its own.
     pub(super) fn is_isolated(&self) -> bool {
         matches!(self, Self::Process(_))
     }
@@ -56,7 +56,7 @@ impl Host {
         }
     }
 
-    /// How it ended; `None` while it has not, or cannot be waited for.
+    /// The cause of its end; `None` while it has not ended, or cannot be waited for.
     pub(super) fn end(&mut self) -> Option<NetworkFailure> {
         match self {
             Self::Process(child) => child.try_wait().ok().flatten().map(failure),

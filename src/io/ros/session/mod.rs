@@ -41,9 +41,9 @@ use exchange::Exchange;
 use mailbox::{Mailbox, OutgoingMessage, Publication};
 pub use status::{OutgoingStatus, RosStatus};
 
-/// How long [`RosSession::stop`] waits for DDS to say goodbye.
+/// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
 const STOP_PATIENCE: Duration = Duration::from_millis(450);
-/// How long a start waits for the network side. One that takes longer is waited for in the background.
+/// Longest time that a start waits for the network side; after it, the session goes on without one for now.
 const START_PATIENCE: Duration = Duration::from_secs(5);
 /// The highest domain whose ports exist.
 const LAST_DOMAIN: u16 = 232;
@@ -56,19 +56,19 @@ pub enum RosError {
         "node `{node}` in namespace `{namespace}`: {why}; use letters, digits and `_`, and a namespace like `/` or `/vehicle`"
     )]
     Node {
-        /// The name asked for.
+        /// The configured node name.
         node: String,
-        /// The namespace asked for.
+        /// The configured namespace.
         namespace: String,
-        /// What is wrong.
+        /// The rule that the name breaks.
         why: NameError,
     },
     /// The topic name is not allowed by ROS 2.
     #[error("topic `{topic}`: {why}; use an absolute name like `/diagnostics`")]
     Topic {
-        /// The name asked for.
+        /// The configured topic name.
         topic: String,
-        /// What is wrong.
+        /// The rule that the name breaks, as text.
         why: String,
     },
     /// The subscription would keep no sample.
@@ -76,7 +76,7 @@ pub enum RosError {
     Depth {
         /// The topic's name.
         topic: String,
-        /// The depth asked for.
+        /// The configured depth, samples.
         depth: i32,
     },
     /// The domain has no UDP ports.
@@ -172,7 +172,7 @@ impl RosSession {
     /// takes longer, it is left to end by itself.
     pub fn stop(self) {
         self.mailbox.put(OutgoingMessage::Stop);
-        // Over either way: the thread has ended, or the time is up.
+        // Ends when the thread has ended, or when the time is up.
         let _ = self.ended.recv_timeout(STOP_PATIENCE);
     }
 }

@@ -1,10 +1,11 @@
-//! The table of topics we write: name, type, quality of service, and what goes there.
+//! The table of topics we write: name, type, quality of service, and source of the messages.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
 use super::mailbox::{OutgoingMessages, Publication};
+use super::status::OutgoingStatus;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::io::ros::link::{Delivery, Order, WrittenTopic};
@@ -15,7 +16,7 @@ use crate::io::ros::topics::{
     REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
 };
 
-/// What goes to a topic.
+/// The source of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Source {
     Turn,
@@ -29,22 +30,22 @@ pub(super) enum Source {
 /// A topic we write.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Outgoing {
-    /// Its name.
+    /// Absolute name of the topic.
     pub(super) name: String,
-    /// Its type.
+    /// Message type of the topic.
     pub(super) type_name: TypeName,
-    /// Offered to readers.
+    /// Durability offered to readers.
     pub(super) durability: Durability,
-    /// Offered to readers.
+    /// Samples that the writer keeps.
     pub(super) depth: i32,
-    /// How its messages reach readers.
+    /// Delivery of the messages to readers.
     pub(super) delivery: Delivery,
-    /// What goes there.
+    /// Source of the messages.
     pub(super) source: Source,
 }
 
 impl Outgoing {
-    /// What the network side has to know of it.
+    /// Its part of the settings of the network side.
     pub(super) fn written(&self) -> WrittenTopic {
         let (package, message) = self.type_name;
         WrittenTopic {
@@ -56,7 +57,12 @@ impl Outgoing {
         }
     }
 
-    /// In a word, for people.
+    /// Its status while nobody reads it.
+    pub(super) fn status(&self) -> OutgoingStatus {
+        OutgoingStatus { label: self.label(), name: self.name.as_str().into(), readers: 0 }
+    }
+
+    /// Short name for people.
     pub(super) fn label(&self) -> &'static str {
         match self.source {
             Source::Turn => "turn",
@@ -107,7 +113,7 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Stream,
         source: Source::Lights(lights_topic.topic, lights_topic.lights, lights_topic.compat),
     }));
-    // A command is not repeated: to whoever comes later it is of the past.
+    // A command is not repeated: for a late joiner it is outdated.
     let command = |name: &String, type_name, source| Outgoing {
         name: name.clone(),
         type_name,
@@ -127,7 +133,7 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
 /// The encoders of traffic lights. Topics with the same source share one.
 pub(super) type LightsEncoders = HashMap<Source, LightsEncoder>;
 
-/// What the messages mean for each topic of the table: the topic's position, and what it is to do.
+/// The orders that follow from the messages, each with the position of its topic in the table.
 /// A message that several topics send is encoded once. An error is the text of the encoder.
 pub(super) fn orders(
     table: &[Outgoing],
@@ -218,13 +224,13 @@ mod tests {
     #[test]
     fn each_topic_has_its_durability_depth_and_delivery() {
         let table = table(&settings());
-        let seen: Vec<_> = table
+        let actual: Vec<_> = table
             .iter()
             .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
             .collect();
         let (kept, volatile) = (Durability::TransientLocal, Durability::Volatile);
         assert_eq!(
-            seen,
+            actual,
             [
                 ("turn", volatile, 1, Delivery::Report),
                 ("hazard", volatile, 1, Delivery::Report),

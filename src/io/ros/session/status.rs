@@ -1,8 +1,7 @@
-//! What a session shows of itself.
+//! State and counts of a session.
 
 use std::sync::Arc;
 
-use super::outgoing::Outgoing;
 use crate::core::gateway::network::NetworkState;
 use crate::io::ros::reception::IncomingStatus;
 
@@ -18,7 +17,7 @@ pub struct RosStatus {
     pub incoming: Vec<IncomingStatus>,
     /// Participants of the network whose lease ran out and that were not found again yet.
     pub missing_peers: usize,
-    /// Whether a second participant listens for them.
+    /// True while a second participant listens for them.
     pub has_probe: bool,
     /// Times our own participant was replaced.
     pub rebuilds: u32,
@@ -26,7 +25,7 @@ pub struct RosStatus {
     pub overtaken_lights: u64,
     /// Samples that RustDDS did not take, or that could not be sent to it.
     pub write_errors: u64,
-    /// How the network side is.
+    /// State of the network side.
     pub network: NetworkState,
 }
 
@@ -39,11 +38,4 @@ pub struct OutgoingStatus {
     pub name: Arc<str>,
     /// Readers that are matched now.
     pub readers: usize,
-}
-
-impl OutgoingStatus {
-    /// A topic that nobody reads yet.
-    pub(super) fn new(outgoing: &Outgoing) -> Self {
-        Self { label: outgoing.label(), name: outgoing.name.as_str().into(), readers: 0 }
-    }
 }

@@ -1,4 +1,4 @@
-//! What the turn signal decider and the traffic lights say.
+//! Statuses of the turn signal decider and the traffic lights.
 
 use signal_gateway::core::diagnostics::Level::{Error, Ok, Warn};
 
@@ -184,19 +184,19 @@ pub(super) fn scenario() -> Task {
 
 pub(super) fn v2i_reception() -> Task {
     let more = "[ (and {others} more)]";
-    let told = |text: &str| format!("{{group}}: {text}{more}");
+    let message_of = |text: &str| format!("{{group}}: {text}{more}");
     let mut messages = vec![message(Ok, "{known} of {groups} known", NOTHING)];
     messages.extend(missing(Warn, "{group}: ", more));
     messages.extend([
         message(
             Warn,
-            &told("{signal} = {raw} reports that states cannot be used"),
+            &message_of("{signal} = {raw} reports that states cannot be used"),
             "Check the V2X unit; it does not trust its own states.",
         ),
-        message(Warn, &told("{signal} = {raw} means fault"), "Have the V2X unit repaired."),
+        message(Warn, &message_of("{signal} = {raw} means fault"), "Have the V2X unit repaired."),
         message(
             Warn,
-            &told("{signal} = {raw} is not a defined value"),
+            &message_of("{signal} = {raw} is not a defined value"),
             "Find out what the value means and name it in the profile.",
         ),
     ]);
