@@ -23,7 +23,7 @@ use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::route::Route;
+use signal_gateway::core::turn_signal::route::{Route, Segment};
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
 /// Crossings on a side: about 500, 5,000 and 50,000 lanelets, and 1, 10 and 100 MB of text.
@@ -121,7 +121,8 @@ impl<'a> Drive<'a> {
             lanelets.iter().flat_map(|id| road.lane(*id).unwrap().centerline.iter().copied()).collect();
         let at = |cycle| at_arc(&line, FIRST_M + CYCLE_M * f64::from(cycle)).unwrap();
         let points: Vec<_> = (0..CYCLES).map(at).collect();
-        let route = Route::single_file(1, headed(&line)[0], lanelets).unwrap().checked(road).unwrap();
+        let segments = lanelets.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] });
+        let route = Route::new(1, headed(&line)[0], segments.collect()).unwrap().checked(road).unwrap();
         Self { road, route, lanelets: lanelets.len(), poses: headed(&points) }
     }
 

@@ -46,7 +46,6 @@ fuzz_target!(|bytes: &[u8]| {
         | Input::TrafficLight(TrafficLightInput::Command(_))
         | Input::Command(_)
         | Input::Can(_)
-        | Input::Network(_)
         | Input::Tick => 0,
     };
     assert!(elements <= bytes.len() / 4, "{elements} elements in {} bytes", bytes.len());

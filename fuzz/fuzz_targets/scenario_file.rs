@@ -39,7 +39,7 @@ fuzz_target!(|bytes: &[u8]| {
             let references = controllers.iter().filter_map(|controller| controller.reference);
             assert!(references.into_iter().all(|reference| reference.controller.0 < controllers.len()));
             for event in file.scenario.acts.iter().flat_map(|act| &act.events) {
-                assert!(event.most_executions > 0 && event.actions.len() == event.action_names.len());
+                assert!(event.max_executions > 0 && event.actions.len() == event.action_names.len());
             }
             for part in &file.not_interpreted {
                 assert!(!part.what.is_empty() && !part.to_string().contains('\n'));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::Failure;
 use crate::check;
@@ -38,6 +38,17 @@ pub(super) struct RecordingArgs {
     /// when both have just one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     pub(super) map: Vec<(String, String)>,
+}
+
+/// The occasions on which a command on virtual time prints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum Every {
+    /// When something is different
+    #[default]
+    Change,
+    /// At every cycle or frame, and when something is different
+    #[value(aliases = ["cycle", "frame"])]
+    Step,
 }
 
 fn log_help() -> String {
@@ -75,12 +86,12 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
 
 /// Opens a recording.
 pub(super) fn open(path: &Path) -> Result<Log, Failure> {
-    Log::open(path).map_err(|error| Failure::File(path.display().to_string(), error))
+    Log::open(path).map_err(Failure::file(path))
 }
 
 /// Writes a chart to a file.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
-    std::fs::write(path, chart.to_svg()).map_err(|error| Failure::File(path.display().to_string(), error))
+    std::fs::write(path, chart.to_svg()).map_err(Failure::file(path))
 }
 
 /// The title of a chart that has none of its own.

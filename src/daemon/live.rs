@@ -36,11 +36,7 @@ impl Live {
         for input in inputs {
             match input.into() {
                 Input::Command(input) => self.gateway.handle_command(input, read),
-                input @ (Input::Can(_)
-                | Input::TrafficLight(_)
-                | Input::Planner(_)
-                | Input::Network(_)
-                | Input::Tick) => {
+                input @ (Input::Can(_) | Input::TrafficLight(_) | Input::Planner(_) | Input::Tick) => {
                     let at = self.time.arrival(input.stamp().unwrap_or(read.wall), read);
                     self.waiting.push_back((input, at));
                 }

@@ -9,6 +9,7 @@ use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::gateway::event::Output;
+use crate::core::gateway::network::NetworkState;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 #[cfg(feature = "ros")]
@@ -125,6 +126,15 @@ impl Publisher {
             return format!("{graph}, readers: {readers}{writers}{missing}");
         }
         self.graph()
+    }
+
+    /// State of the network side; `None` without a session.
+    pub fn network(&self) -> Option<NetworkState> {
+        #[cfg(feature = "ros")]
+        let network = self.session.as_ref().map(|session| session.status().network);
+        #[cfg(not(feature = "ros"))]
+        let network = None;
+        network
     }
 
     /// The inbox of received messages; `None` without a session.

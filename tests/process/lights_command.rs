@@ -253,7 +253,7 @@ fn every_frame_is_printed_on_request_and_else_the_changes() {
         cycling().json(&args).len()
     };
     // Time zero, 20 frames, the first message over V2I with one of them.
-    assert_eq!(frames(&["--every", "frame"]), 21);
+    assert_eq!(frames(&["--every", "step"]), 21);
     assert_eq!(frames(&[]), 3);
 }
 

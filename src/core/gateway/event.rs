@@ -7,7 +7,6 @@ use crate::core::can::input::CanInput;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::diagnostics::Diagnostics;
-use crate::core::gateway::network::NetworkState;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::core::traffic_light::output::TrafficLightOutput;
@@ -26,8 +25,6 @@ pub enum Input {
     Planner(PlannerInput),
     /// For the command machine.
     Command(CommandInput),
-    /// For the diagnostics: how the network side of ROS 2 is.
-    Network(NetworkState),
     /// Nothing has happened, but a deadline has come.
     Tick,
 }
@@ -57,9 +54,7 @@ impl Input {
     pub fn stamp(&self) -> Option<WallStamp> {
         match self {
             Self::Can(input) => input.stamp(),
-            Self::TrafficLight(_) | Self::Planner(_) | Self::Command(_) | Self::Network(_) | Self::Tick => {
-                None
-            }
+            Self::TrafficLight(_) | Self::Planner(_) | Self::Command(_) | Self::Tick => None,
         }
     }
 }

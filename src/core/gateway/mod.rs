@@ -43,6 +43,7 @@ pub mod event;
 pub mod live_time;
 pub mod network;
 mod perception;
+pub mod process_status;
 
 /// The settings of the gateway, checked by `config`.
 #[derive(Debug, Clone)]
@@ -211,7 +212,6 @@ impl Gateway {
                 }
             }
             Input::Command(input) => self.handle_command(input, now),
-            Input::Network(state) => self.perception.handle_network(state),
             Input::Tick => {}
         }
         true

@@ -60,17 +60,19 @@ impl fmt::Display for NetworkFailure {
     }
 }
 
-/// Diagnostic status of the network side; `node` is the name before the colon.
-pub(super) fn status(state: &NetworkState, node: &str) -> Status {
-    let (level, message) = level_and_message(state);
-    let place = if state.is_isolated { "process" } else { "thread" };
-    let mut values = vec![("runs_as", place.to_owned()), ("restarts", state.restarts.to_string())];
-    values.extend(state.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
-    values.extend(state.age.map(|age| ("age_s", age.as_secs().to_string())));
-    let own_samples = if state.has_echo { "come back" } else { "do not come back" };
-    values.extend(state.age.map(|_| ("own_samples", own_samples.to_owned())));
-    values.extend(state.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
-    Status { name: format!("{node}: ros"), level, message, values }
+impl NetworkState {
+    /// The status of a node's network side.
+    pub fn status(&self, node: &str) -> Status {
+        let (level, message) = level_and_message(self);
+        let place = if self.is_isolated { "process" } else { "thread" };
+        let mut values = vec![("runs_as", place.to_owned()), ("restarts", self.restarts.to_string())];
+        values.extend(self.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
+        values.extend(self.age.map(|age| ("age_s", age.as_secs().to_string())));
+        let own_samples = if self.has_echo { "come back" } else { "do not come back" };
+        values.extend(self.age.map(|_| ("own_samples", own_samples.to_owned())));
+        values.extend(self.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
+        Status { name: format!("{node}: ros"), level, message, values }
+    }
 }
 
 fn level_and_message(state: &NetworkState) -> (Level, String) {
@@ -93,7 +95,7 @@ mod tests {
         let age = Some(Duration::from_secs(1));
         let mut state = NetworkState { is_up: true, has_echo: true, age, ..NetworkState::default() };
         change(&mut state);
-        let status = status(&state, "gw");
+        let status = state.status("gw");
         (status.level, status.message)
     }
 

@@ -5,7 +5,6 @@
 use std::time::Duration;
 
 use super::GatewaySettings;
-use super::network::{self, NetworkState};
 use crate::core::can::bus::{Bus, BusFinding};
 use crate::core::can::bus_status;
 use crate::core::can::frame::{CanId, Frame};
@@ -33,10 +32,6 @@ pub(super) struct Perception {
     pub(super) traffic_lights: Option<TrafficLightFlow>,
     traffic_light_headlines: Headlines,
     pub(super) turn_signal: Option<TurnSignalFlow>,
-    /// `None` where nothing tells of it, as in a replay.
-    network: Option<NetworkState>,
-    network_has_news: bool,
-    network_headline: Headlines,
     diagnostics_period: Duration,
     timers: TimerTable<Timer>,
 }
@@ -105,9 +100,6 @@ impl Perception {
                 .map(|flow| TrafficLightFlow::new(flow, settings.v2i, now)),
             traffic_light_headlines: Headlines::default(),
             turn_signal: settings.turn_signal.map(|flow| TurnSignalFlow::new(flow, now)),
-            network: None,
-            network_has_news: false,
-            network_headline: Headlines::default(),
             diagnostics_period: settings.diagnostics_period,
             timers,
         }
@@ -140,11 +132,6 @@ impl Perception {
             CanInput::BadRecords { count, .. } => known.bad_records(count, now.mono),
         }
         Some(Forgotten::Nothing)
-    }
-
-    /// Takes how the network side of ROS 2 is.
-    pub(super) fn handle_network(&mut self, state: NetworkState) {
-        (self.network, self.network_has_news) = (Some(state), true);
     }
 
     /// `None` when the frame is not relevant, or from before the link was lost.
@@ -211,9 +198,6 @@ impl Perception {
         }
         let buses = self.buses.iter().filter_map(|bus| bus.next_deadline(now.mono));
         self.timers.set(Timer::Buses, buses.min());
-        if let (true, Some(state)) = (std::mem::take(&mut self.network_has_news), &self.network) {
-            changed.extend(self.network_headline.changed(vec![network::status(state, &self.node)]));
-        }
         changed
     }
 
@@ -249,7 +233,6 @@ impl Perception {
             statuses.extend(flow.statuses(&self.node, &self.buses, now));
         }
         statuses.extend(self.turn_signal.as_ref().map(|flow| flow.status(&self.node, now)));
-        statuses.extend(self.network.as_ref().map(|state| network::status(state, &self.node)));
         statuses
     }
 

@@ -14,10 +14,10 @@ use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
-use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, Reader};
-use crate::support::drive_script::{MODES, Script};
+use crate::support::drive_script::{COMPATS, Script};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::{Missing, require};
@@ -134,13 +134,13 @@ fn file(name: &str) -> DriveFile {
     read(&Disk, &drives().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"))
 }
 
-fn course(file: DriveFile) -> Course {
-    Course::new(file).unwrap_or_else(|refused| panic!("{refused}"))
+fn simulation(file: DriveFile) -> DriveSimulation {
+    DriveSimulation::new(file).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
 /// A drive up to a position.
-fn first_part(name: &str, until_m: f64) -> Course {
-    course(DriveFile { until_m: Some(until_m), ..file(name) })
+fn first_part(name: &str, until_m: f64) -> DriveSimulation {
+    simulation(DriveFile { until_m: Some(until_m), ..file(name) })
 }
 
 /// A gateway that decides as a scenario has it, with these keys of `[turn_signal]`.
@@ -218,11 +218,11 @@ struct Report {
 
 /// A scenario in both modes at once, each with a gateway of its own.
 fn scenario(bench: &Bench, name: &str) -> Report {
-    let course = course(file(name));
+    let simulation = simulation(file(name));
     let mut gateways = Vec::new();
     let mut topics = Vec::new();
     // Inputs that a busy machine delays are not too old, unless the drive is about age.
-    let (ages, pace) = if course.file().disturbances.is_empty() {
+    let (ages, pace) = if simulation.file().disturbances.is_empty() {
         (LONG_AGE_LIMITS, Pace::Paced)
     } else {
         ("", Pace::Timed)
@@ -232,14 +232,14 @@ fn scenario(bench: &Bench, name: &str) -> Report {
         let outputs = format!(
             "{ages}[turn_signal.outputs]\nturn_command = \"/{compat}/turn\"\nhazard_command = \"/{compat}/hazard\"\n"
         );
-        gateways.push(gateway(bench, course.file(), &keys, &outputs));
+        gateways.push(gateway(bench, simulation.file(), &keys, &outputs));
         topics.extend(["turn", "hazard"].map(|kind| format!("{kind}{mode}=/{compat}/{kind}")));
     }
-    let script = Script::new(&course);
+    let script = Script::new(&simulation);
     let line = bench.drive(&script, 2, pace, &topics);
-    let driven = Driven::new(&script.steps, &line, 1.0 / course.file().planning_hz);
+    let driven = Driven::new(&script.steps, &line, 1.0 / simulation.file().planning_hz);
     let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
-    for (index, mode) in MODES.into_iter().enumerate() {
+    for (index, mode) in COMPATS.into_iter().enumerate() {
         let deviation =
             DEVIATIONS.iter().find(|deviation| deviation.name == name && deviation.modes.contains(&mode));
         let more_m = deviation.and_then(|deviation| deviation.within_m).unwrap_or_default();
@@ -290,7 +290,7 @@ pub(crate) fn shipped() -> Vec<String> {
     let mut names: Vec<String> =
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.retain(|name| name != "README.md");
-    names.sort_by_cached_key(|name| course(file(name)).cycles().count());
+    names.sort_by_cached_key(|name| simulation(file(name)).cycles().count());
     for Deviation { name, .. } in DEVIATIONS {
         assert!(names.iter().any(|shipped| shipped == name), "{name} is not shipped");
     }
@@ -328,8 +328,8 @@ pub(crate) fn drive_through(names: Vec<String>, abreast: usize) {
 #[test]
 fn the_systems_hazard_request_is_joined_with_the_planners() {
     let bench = require!(Bench::new());
-    let course = first_part("crossing_left.toml", 45.0);
-    let mut script = Script::new(&course);
+    let simulation = first_part("crossing_left.toml", 45.0);
+    let mut script = Script::new(&simulation);
     let is_requested = |index: usize| (10..25).contains(&index);
     script.add("hazard_request", |index, _| Some(if is_requested(index) { 2 } else { 1 }));
     let mut steps = script.steps.clone();
@@ -338,7 +338,7 @@ fn the_systems_hazard_request_is_joined_with_the_planners() {
     }
     let topics = ["turn=/planning/turn_indicators_cmd", "hazard=/planning/hazard_lights_cmd"];
     let report = undisturbed("the system's request", || {
-        let _gateway = gateway(&bench, course.file(), "enabled = true\n", LONG_AGE_LIMITS);
+        let _gateway = gateway(&bench, simulation.file(), "enabled = true\n", LONG_AGE_LIMITS);
         let line = bench.drive(&script, 1, Pace::Paced, &topics.map(str::to_owned));
         let driven = Driven::new(&steps, &line, 0.1);
         let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
@@ -355,10 +355,10 @@ fn the_systems_hazard_request_is_joined_with_the_planners() {
 #[test]
 fn a_shadow_publishes_nothing_and_reports_its_agreement() {
     let bench = require!(Bench::new());
-    let course = first_part("crossing_left.toml", 80.0);
-    let (_folder, mut process) = gateway(&bench, course.file(), "shadow = true\n", LONG_AGE_LIMITS);
+    let simulation = first_part("crossing_left.toml", 80.0);
+    let (_folder, mut process) = gateway(&bench, simulation.file(), "shadow = true\n", LONG_AGE_LIMITS);
     let reader = Reader::start(&bench.cyclone, bench.domain, &[DIAGNOSTICS, ENDPOINTS]);
-    let mut script = Script::new(&course);
+    let mut script = Script::new(&simulation);
     script.add("own_turn", |index, step| {
         Some(if (50..70).contains(&index) { Signal::Right as u8 } else { step.decided[0].0 as u8 })
     });

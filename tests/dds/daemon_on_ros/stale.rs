@@ -31,7 +31,7 @@ fn v2i_states_that_are_not_renewed_are_removed_and_others_stay() {
         let mark = reader.mark();
         reader.wait_for_state(mark, "v2i", "");
         let status = reader.status(mark, "traffic_lights_v2i", "stale", is_stale);
-        assert_eq!(status["message"], "lights are no longer renewed");
+        assert_eq!(status["message"], "lights are no longer received");
         let mark = reader.mark();
         reader.wait_for_state(mark, "camera", RED);
     }

@@ -54,9 +54,7 @@ pub(crate) fn shown(input: &Input) -> Value {
         Input::Command(CommandInput::ControlMode { mode, stamp }) => {
             json!({"mode": number(*mode, |mode| mode as u8), "sec": stamp.sec()})
         }
-        Input::Command(_) | Input::TrafficLight(_) | Input::Can(_) | Input::Network(_) | Input::Tick => {
-            Value::Null
-        }
+        Input::Command(_) | Input::TrafficLight(_) | Input::Can(_) | Input::Tick => Value::Null,
     }
 }
 

@@ -127,9 +127,7 @@ pub(crate) fn tell_arrivals(inbox: &Inbox) {
     runtime.block_on(async {
         while let Some((subscription, input)) = inbox.take().await {
             let at = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64();
-            if !matches!(input, Input::Network(_)) {
-                println!("{}", shown(subscription, &input, at));
-            }
+            println!("{}", shown(subscription, &input, at));
         }
     });
 }
@@ -148,9 +146,7 @@ fn shown(subscription: usize, input: &Input, at: f64) -> Value {
             });
             json!({"sec": stamp.sec(), "groups": listed.collect::<Vec<_>>(), "rejected": rejected})
         }
-        Input::Planner(_) | Input::Command(_) | Input::Can(_) | Input::Network(_) | Input::Tick => {
-            autoware_topics::shown(input)
-        }
+        Input::Planner(_) | Input::Command(_) | Input::Can(_) | Input::Tick => autoware_topics::shown(input),
     };
     json!({"event": "arrived", "at": at, "subscription": subscription, "what": what})
 }

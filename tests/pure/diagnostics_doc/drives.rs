@@ -3,15 +3,13 @@
 mod commands;
 mod lights;
 mod planner;
+mod process;
 mod traffic_lights;
-
-use std::time::Duration;
 
 use signal_gateway::core::can::frame::CanId;
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::gateway::event::Input;
-use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState};
 
 use super::Said;
 use crate::support::files::MemoryFiles;
@@ -24,30 +22,7 @@ pub(super) fn drive_all(said: &mut Said) {
     commands::drive(said);
     planner::drive(said);
     traffic_lights::drive(said);
-    network(said);
-}
-
-/// The network side of ROS 2 comes up, hangs, is replaced, and loses its network.
-fn network(said: &mut Said) {
-    let map = include_str!("../../maps/crossroads.osm");
-    let files =
-        MemoryFiles::new([("gateway.toml", "[traffic_lights]\nmap = \"map.osm\"\n")]).with("map.osm", map);
-    let mut desk = Desk::of(&files, said);
-    let joined = |state: &NetworkState, age: u64| NetworkState {
-        is_isolated: true,
-        is_up: true,
-        has_echo: true,
-        age: Some(Duration::from_secs(age)),
-        memory_bytes: Some(10_000_000),
-        ..state.clone()
-    };
-    let start = NetworkState::default();
-    let failed =
-        NetworkState { last_failure: Some(NetworkFailure::NoAnswer), restarts: 1, ..NetworkState::default() };
-    let deaf = NetworkState { has_echo: false, ..joined(&start, 100) };
-    for state in [joined(&start, 1), joined(&failed, 1), start, failed, deaf] {
-        desk.input(Input::Network(state));
-    }
+    process::drive(said);
 }
 
 /// A gateway whose statuses are looked at after each input and each while.

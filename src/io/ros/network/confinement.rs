@@ -15,7 +15,7 @@ use std::fs;
 use rustix::process::{Resource, Rlimit, Signal, set_parent_process_death_signal, setrlimit};
 use seccompiler::{
     BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
-    apply_filter,
+    apply_filter_all_threads,
 };
 
 /// Private writable memory, bytes; see docs/reliability.md for what a process needs.
@@ -56,7 +56,7 @@ fn refuse_system_calls() -> Result<(), String> {
         let arch = std::env::consts::ARCH.try_into().map_err(text)?;
         let filter = SeccompFilter::new(calls, SeccompAction::Allow, errno, arch).map_err(text)?;
         let program: BpfProgram = filter.try_into().map_err(text)?;
-        apply_filter(&program).map_err(text)?;
+        apply_filter_all_threads(&program).map_err(text)?;
     }
     Ok(())
 }

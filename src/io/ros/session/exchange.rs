@@ -13,7 +13,6 @@ use super::host::Host;
 use super::liveness::{Liveness, RestartDelay};
 use super::mailbox::{Mailbox, OutgoingMessages};
 use super::outgoing::{LightsEncoders, Outgoing, orders, table};
-use crate::core::gateway::event::Input;
 use crate::core::gateway::network::{NetworkFailure, NetworkState};
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::link::{
@@ -30,10 +29,8 @@ const END_TICK: Duration = Duration::from_millis(5);
 const END_PATIENCE: Duration = Duration::from_secs(1);
 /// Longest time that the network side has for leaving the graph.
 const GOODBYE: Duration = Duration::from_millis(400);
-/// Time between two notes to the diagnostics while nothing changes.
+/// Time after which age and memory are noted again.
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
-/// Where these notes wait in the inbox, as if it were a subscription.
-const NOTES: usize = usize::MAX;
 /// Network sides killed in a row without any echo, after which an echo is no sign of life any more.
 const MAX_SILENT: u32 = 5;
 
@@ -354,7 +351,7 @@ impl Exchange {
         }
     }
 
-    /// Shows the status to the caller, and notes the state for the diagnostics when it has changed or is due.
+    /// Shows the status to the caller, with the state when it has changed or is due.
     fn show(&mut self, now: Instant) {
         self.unended.retain_mut(|host| host.end().is_none());
         let none = NetworkStatus::default();
@@ -374,7 +371,6 @@ impl Exchange {
                 Phase::Active(active) => active.host.memory_bytes(),
                 Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
             };
-            self.reception.inbox().put(NOTES, Input::Network(self.state.clone()));
             self.noted = Some((self.state.clone(), now));
         }
         let count = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);

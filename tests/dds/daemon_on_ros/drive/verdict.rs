@@ -3,7 +3,7 @@
 use std::fmt::{Debug, Write as _};
 
 use serde_json::Value;
-use signal_gateway::config::drive::Wanted;
+use signal_gateway::config::drive::ExpectedDecision;
 
 use crate::support::drive_script::Step;
 
@@ -46,7 +46,7 @@ pub(super) struct Driven<'a> {
 pub(super) struct Kind<C> {
     pub(super) name: &'static str,
     pub(super) decided: fn(&Step, usize) -> C,
-    pub(super) expected: fn(&Wanted) -> Option<C>,
+    pub(super) expected: fn(&ExpectedDecision) -> Option<C>,
     pub(super) number: fn(C) -> u8,
 }
 

@@ -51,7 +51,7 @@ pub(super) fn decider() -> Task {
                 Warn,
                 "{command}: planning factor of {topic}: {flaw}",
                 "Report it to the planner's maintainers; the factor is left out. It has `no start and end`, `no side`, or `a \
-                 place or an offset is not a number`.",
+                 position or an offset is not a number`.",
             ),
             message(
                 Warn,
@@ -89,7 +89,7 @@ fn decider_keys() -> Vec<Key> {
             key("command", "-", "Turn command now: `NO_COMMAND`, `DISABLE`, `LEFT` or `RIGHT`.")
                 .when(decided),
             key("hazard", "-", "Hazard command now: `NO_COMMAND`, `DISABLE` or `ENABLE`.").when(decided),
-            key("held", "-", "Why the command is not yet what is wanted, or `no`.").when(decided),
+            key("held", "-", "Reason why the command is not yet the requested one, or `no`.").when(decided),
             key("winner", "-", "Candidate that wins, or `none`.").when(decided),
             key("rule", "-", "Rule it wins by, as in `docs/spec/turn-signal-decider.md`, or `none`.")
                 .when(candidates),
@@ -136,10 +136,10 @@ pub(super) fn channel() -> Task {
         messages: vec![
             message(Ok, "normal", NOTHING),
             message(Warn, "an input for {id} was rejected", "Correct the id or the state; shown for 10 s."),
-            message(Warn, "an input that makes no sense was rejected", "Correct the sender; shown for 10 s."),
+            message(Warn, "an unreadable input was rejected", "Correct the sender; shown for 10 s."),
             message(
                 Warn,
-                "lights are no longer renewed",
+                "lights are no longer received",
                 "Check the sender of the V2I states; the lights were removed.",
             ),
         ],
@@ -173,7 +173,7 @@ pub(super) fn scenario() -> Task {
             key(
                 "controller",
                 "s",
-                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stands still`; the first eight, one each.",
+                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stopped`; the first eight, one each.",
             )
             .when("if the scenario has controllers"),
             key("skipped", "-", "Frames and messages left out after gaps in time."),
