@@ -86,12 +86,12 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
 
 /// Opens a recording.
 pub(super) fn open(path: &Path) -> Result<Log, Failure> {
-    Log::open(path).map_err(|error| Failure::File(path.display().to_string(), error))
+    Log::open(path).map_err(Failure::file(path))
 }
 
 /// Writes a chart to a file.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
-    std::fs::write(path, chart.to_svg()).map_err(|error| Failure::File(path.display().to_string(), error))
+    std::fs::write(path, chart.to_svg()).map_err(Failure::file(path))
 }
 
 /// The title of a chart that has none of its own.

@@ -10,7 +10,9 @@ mod replay;
 mod vehicle;
 
 use std::io;
+use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
@@ -18,6 +20,7 @@ use tracing_subscriber::EnvFilter;
 use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
+use crate::io::process_log;
 use arguments::ConfigArgs;
 use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};
@@ -79,6 +82,9 @@ enum Command {
     Man(ManArgs),
 }
 
+/// Longest time that the end waits for a reader of standard error.
+const LAST_LINES: Duration = Duration::from_millis(300);
+
 /// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -94,7 +100,7 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => Ok(manual::completions(&args)),
         Command::Man(args) => manual::man(&args),
     };
-    match outcome {
+    let code = match outcome {
         Ok(code) => code,
         // The reader of our output has closed it, which is not a failure.
         Err(Failure::System(error) | Failure::Daemon(DaemonError::System(error)))
@@ -114,7 +120,9 @@ pub fn main() -> ExitCode {
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,
             })
         }
-    }
+    };
+    process_log::flush(LAST_LINES);
+    code
 }
 
 /// The reason for which a command failed.
@@ -132,25 +140,26 @@ enum Failure {
     System(#[from] io::Error),
 }
 
-#[allow(clippy::print_stderr)] // the one place that writes to the caller's terminal
-fn say(text: &str) {
-    eprintln!("{text}");
+impl Failure {
+    /// Makes the failure of an error of this file.
+    fn file(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |error| Self::File(path.display().to_string(), error)
+    }
 }
 
-/// Log records on standard error; under systemd without time and colour, which the journal adds.
+/// Tells the caller something on standard error.
+fn say(text: &str) {
+    process_log::line(text);
+}
+
+/// Starts the log of messages from `default_level` on, or as `RUST_LOG` asks for.
 fn start_log(default_level: &str) {
     // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
     let quiet = "rustdds=off,ros2_client=off,mio_06=off";
     let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
     let filter = EnvFilter::try_new(format!("{default_level},{quiet},{requested}"))
         .unwrap_or_else(|_| EnvFilter::new(format!("{default_level},{quiet}")));
-    let builder =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).with_target(false);
-    let started = if std::env::var_os("JOURNAL_STREAM").is_some() {
-        builder.without_time().with_ansi(false).try_init()
-    } else {
-        builder.with_ansi(io::IsTerminal::is_terminal(&io::stderr())).try_init()
-    };
-    // Already started: nothing to do.
-    drop(started);
+    if let Err(error) = process_log::start(filter) {
+        say(&format!("signal-gateway: no log: {error}"));
+    }
 }

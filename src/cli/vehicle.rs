@@ -198,8 +198,7 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
 
 /// Requests without a time are for the start.
 fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
-    let failed = |error| Failure::File(path.display().to_string(), error);
-    let text = std::fs::read_to_string(path).map_err(failed)?;
+    let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
     let mut script = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {
         let wrong = |error| Failure::Usage(format!("{}:{number}: {error}", path.display()));

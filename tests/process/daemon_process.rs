@@ -111,6 +111,22 @@ fn a_missing_interface_is_named_once_for_each_topic_and_waited_for() {
 }
 
 #[test]
+fn black_box_that_cannot_be_written_is_told_and_the_gateway_goes_on() {
+    let keys = |folder: &str| format!("[black_box]\nfolder = \"{folder}\"\n[ros]\nenabled = false\n");
+    for (place, why) in
+        [("gateway.toml", "File exists"), ("gateway.toml/box", "Not a directory"), ("/proc/box", "")]
+    {
+        let folder = Folder::with_demo_vehicle("no-such-can", &keys(place));
+        let mut gateway = Process::run(&folder);
+        gateway.wait_for_log(&format!("black_box: recordings cannot be written: {why}"));
+        gateway.wait_for_log("no-such-can: no-such-can is missing");
+        gateway.stop("TERM");
+        let told = gateway.log().into_iter().filter(|line| line.contains("black box not written in")).count();
+        assert_eq!(told, 1, "{:?}", gateway.log());
+    }
+}
+
+#[test]
 fn errors_of_the_configuration_are_reported_with_their_position_and_exit_code_3() {
     let spoilt = [
         ("profile = 3\n", "gateway.toml:1:11: profile: "),
@@ -146,7 +162,7 @@ fn dds_logs_only_when_rust_log_names_it() {
         gateway.wait_for_log("no-such-can: no-such-can is missing");
         gateway.stop("TERM");
         let strange = |line: &String| {
-            !["turn_indicators: ", "hazard_lights: ", "no-such-can", "Demo vehicle", "stopped"]
+            !["turn_indicators: ", "hazard_lights: ", "log: ", "no-such-can", "Demo vehicle", "stopped"]
                 .iter()
                 .any(|ours| line.contains(ours))
         };

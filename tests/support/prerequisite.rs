@@ -20,6 +20,8 @@ pub(crate) enum Prerequisite {
     NetworkNamespaces,
     /// Recordings and DBC files of real vehicles, which are not the project's to publish.
     SharedData,
+    /// The right to mount a `tmpfs`.
+    Tmpfs,
     /// A `systemd-analyze` that can judge a unit file.
     SystemdAnalyze,
 }
@@ -34,6 +36,7 @@ impl Prerequisite {
             Self::FastDds => "fast-dds",
             Self::NetworkNamespaces => "network-namespaces",
             Self::SharedData => "shared-data",
+            Self::Tmpfs => "tmpfs",
             Self::SystemdAnalyze => "systemd-analyze",
         }
     }

@@ -107,16 +107,18 @@ impl Process {
         change(&mut command);
         let started = Instant::now();
         let mut child = command.spawn().unwrap();
-        let lines = BufReader::new(child.stderr.take().unwrap()).lines();
         let log = Arc::<(Mutex<Vec<String>>, Condvar)>::default();
         let writer = Arc::clone(&log);
-        let reader = std::thread::spawn(move || {
-            for line in lines.map_while(Result::ok) {
-                writer.0.lock().unwrap().push(line);
-                writer.1.notify_all();
-            }
+        // None where the test has given it another standard error.
+        let reader = child.stderr.take().map(|stderr| {
+            std::thread::spawn(move || {
+                for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                    writer.0.lock().unwrap().push(line);
+                    writer.1.notify_all();
+                }
+            })
         });
-        Self { child, started, log, reader: Some(reader) }
+        Self { child, started, log, reader }
     }
 
     /// Time of the start.
@@ -132,11 +134,16 @@ impl Process {
 
     /// Waits until a line of the log contains `part`.
     pub(crate) fn wait_for_log(&mut self, part: &str) {
-        let lacks = |lines: &mut Vec<String>| !lines.iter().any(|line| line.contains(part));
+        self.wait_for_logs(part, 1);
+    }
+
+    /// Waits until so many lines of the log contain `part`.
+    pub(crate) fn wait_for_logs(&mut self, part: &str, count: usize) {
+        let lacks = |lines: &mut Vec<String>| lines.iter().filter(|line| line.contains(part)).count() < count;
         let (log, timeout) =
             self.log.1.wait_timeout_while(self.log.0.lock().unwrap(), DEADLINE, lacks).unwrap();
         drop(log);
-        assert!(!timeout.timed_out(), "the log never contained {part:?}");
+        assert!(!timeout.timed_out(), "the log did not say {part:?} {count} times");
     }
 
     pub(crate) fn is_running(&mut self) -> bool {

@@ -1,6 +1,7 @@
 //! The list itself. `docs/diagnostics.md` is made of it.
 
 mod planning;
+mod process;
 
 use signal_gateway::core::diagnostics::Level::{self, Error, Ok, Warn};
 
@@ -52,6 +53,8 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::channel(),
         planning::scenario(),
         planning::v2i_reception(),
+        process::black_box(),
+        process::log(),
     ]
 }
 

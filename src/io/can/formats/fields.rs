@@ -24,7 +24,7 @@ pub(super) fn fields(line: &str, radix: u32) -> SpacedFields<'_> {
 
 /// The fields of a line that are separated by commas, from the one at `column` on; data is hexadecimal.
 pub(super) fn columns(line: &str, column: usize) -> Fields<impl Iterator<Item = &str>> {
-    Fields { fields: line.split(',').map(str::trim).skip(column), radix: 16 }
+    Fields { fields: line.split(',').skip(column).map(str::trim), radix: 16 }
 }
 
 impl<'a, I: Iterator<Item = &'a str>> Iterator for Fields<I> {

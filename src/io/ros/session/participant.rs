@@ -43,6 +43,8 @@ pub(super) struct Participant {
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     events: DomainParticipantStatusListener,
+    /// Number of writers that were replaced by new ones.
+    replaced_writers: u32,
     /// The last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
 }
@@ -85,6 +87,7 @@ impl Participant {
             matched: BTreeMap::new(),
             names: written.chain(read).collect(),
             events,
+            replaced_writers: 0,
             domain,
         };
         participant.announce();
@@ -105,9 +108,16 @@ impl Participant {
             Order::Withdraw => topic_writer.withdraw(),
         }?;
         if is_new {
+            self.replaced_writers += 1;
             self.announce();
         }
         Ok(())
+    }
+
+    /// Number of its writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as
+    /// the participant lives.
+    pub(super) fn replaced_writers(&self) -> u32 {
+        self.replaced_writers
     }
 
     /// Takes received samples, each with the position of its subscription. True when there are more.
@@ -121,14 +131,15 @@ impl Participant {
 
     /// Publishes what is current to new readers, and forgets its history when none is left.
     pub(super) fn settle(&mut self) -> Result<(), String> {
-        let (mut is_new, mut outcome) = (false, Ok(()));
+        let (mut replaced, mut outcome) = (0, Ok(()));
         for topic_writer in &mut self.topic_writers {
             match topic_writer.settle(matches(&self.matched, topic_writer.guid())) {
-                Ok(is_new_writer) => is_new |= is_new_writer,
+                Ok(is_new_writer) => replaced += u32::from(is_new_writer),
                 Err(error) => outcome = Err(error),
             }
         }
-        if is_new {
+        if replaced > 0 {
+            self.replaced_writers += replaced;
             self.announce();
         }
         outcome

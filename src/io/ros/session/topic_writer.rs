@@ -98,7 +98,8 @@ impl TopicWriter {
 
     /// Publishes nothing from now on, not even to readers that come later. True when that made a new writer.
     pub(super) fn withdraw(&mut self) -> Result<bool, String> {
-        if std::mem::take(&mut self.current).is_empty() || self.durability == Durability::Volatile {
+        let is_empty = std::mem::take(&mut self.current).is_empty() || !self.used;
+        if is_empty || self.durability == Durability::Volatile {
             return Ok(false);
         }
         // Readers that do not acknowledge in time are taken for gone.

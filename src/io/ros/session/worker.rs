@@ -26,6 +26,8 @@ const OVERLAP: Duration = Duration::from_secs(1);
 /// Longest such time, when some of its readers have not found the successor: without multicast Cyclone
 /// asks a port that was silent every 30 s.
 const MAX_OVERLAP: Duration = Duration::from_secs(35);
+/// Writers that a participant replaces before it is itself replaced, see [`Participant::replaced_writers`].
+const MAX_REPLACED_WRITERS: u32 = 1000;
 /// A round that takes longer means that the process was stopped. Peers may have given its participant up, and it does
 /// not find them again.
 const STANDSTILL: Duration = Duration::from_secs(2);
@@ -252,13 +254,15 @@ impl Worker {
         let unacknowledged =
             self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
         let (write_failed, stood_still) = (self.write_failed, self.stood_still);
-        if new_address || unacknowledged || write_failed || stood_still {
+        let worn_out = self.participant.replaced_writers() >= MAX_REPLACED_WRITERS;
+        if new_address || unacknowledged || write_failed || stood_still || worn_out {
             if let Some(participant) = self.make() {
                 tracing::info!(
                     new_address,
                     unacknowledged,
                     write_failed,
                     stood_still,
+                    worn_out,
                     "continuing with a new DDS participant"
                 );
                 self.replace(participant, self.last_interfaces.clone());
