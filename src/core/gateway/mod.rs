@@ -43,6 +43,7 @@ use wall_clock::WallClock;
 pub mod black_box;
 pub mod event;
 pub mod live_time;
+pub mod network;
 mod perception;
 pub mod process_status;
 mod wall_clock;
