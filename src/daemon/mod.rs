@@ -40,15 +40,15 @@ pub enum DaemonError {
     /// The recording cannot be read.
     #[error("{file}: {error}")]
     Recording {
-        /// Its path.
+        /// Path of the recording.
         file: String,
-        /// What the system says.
+        /// The error of the operating system.
         error: io::Error,
     },
     /// `source = "recording"` needs one.
     #[error("the configuration names no recording; add [recording] file = \"….log\"")]
     NoRecording,
-    /// ROS 2 cannot be joined.
+    /// The ROS 2 graph cannot be joined.
     #[error(transparent)]
     Publisher(#[from] PublisherError),
     /// The ROS session ended by itself.
@@ -70,26 +70,26 @@ pub enum DaemonError {
     System(#[from] io::Error),
 }
 
-/// How a recording is played.
+/// The manner in which a recording is played.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
     /// Factor on the original timing.
     pub speed: f64,
-    /// Start again at the end.
+    /// True to start again at the end.
     pub repeat: bool,
-    /// Which time goes into stamps.
+    /// Time that goes into message stamps.
     pub stamps: Stamps,
-    /// At the end: go on and say that nothing comes any more, instead of leaving.
+    /// True to go on at the end, with buses that have become silent, instead of leaving.
     pub stay: bool,
 }
 
 /// Opens the recording again; the first call opens it.
 pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
 
-/// How long the last frames to the vehicle may take, over a bus whose queue is full.
+/// Longest wait for the last frames to the vehicle, over a bus whose queue is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 
-/// How long a recording that is behind its time is played without looking for a stop.
+/// Longest time for which a late recording is played without a check for a stop.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
 /// Runs on the source that the configuration names until SIGTERM or SIGINT.
@@ -225,7 +225,7 @@ async fn play_on(
     };
     let mut replay = replay.map_err(unreadable)?;
     gateway_io.supervisor.ready("playing a recording");
-    let mut heard = Instant::now();
+    let mut polled = Instant::now();
     loop {
         let now = replay.now();
         gateway_io.emit(|| replay.poll_output(), now)?;
@@ -245,11 +245,11 @@ async fn play_on(
         let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
         let wake = clock.instant(real);
         // Frames are µs apart: only what lies ahead is waited for.
-        if wake > Instant::now() || heard.elapsed() > MAX_SIGNAL_POLL {
+        if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
             if gateway_io.stopped_before(wake).await {
                 return Ok(());
             }
-            heard = Instant::now();
+            polled = Instant::now();
         }
         replay.step().map_err(unreadable)?;
     }

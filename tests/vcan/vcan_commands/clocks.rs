@@ -1,7 +1,7 @@
 //! Two senders of commands, one of them with its clock 11 days ahead: neither locks the other out.
 
 use super::commander::{Commander, Durability};
-use super::recording::{BusTime, Recording, Seen};
+use super::recording::{BusTime, RecordedFrame, Recording};
 use super::vehicles::{Change, PACMOD, PATIENT};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
@@ -21,16 +21,17 @@ fn a_sender_whose_clock_is_ahead_does_not_lock_out_the_true_one() {
     for commander in [&ahead, &sender] {
         commander.wait_for_readers(Mark::START, true);
     }
-    let asks =
-        |frames: &[&Seen], lights: &str| frames.iter().any(|frame| (PACMOD.asks)(&frame.data) == lights);
-    ahead.say("hazard stamps 950400; hazard 1 1.25; mode 1 10; turn 1 10");
-    recording.wait(BusTime::START, PACMOD.command, "off", |frames| asks(frames, "off"));
+    let requests = |frames: &[&RecordedFrame], lights: &str| {
+        frames.iter().any(|frame| (PACMOD.request)(&frame.data) == lights)
+    };
+    ahead.send("hazard stamps 950400; hazard 1 1.25; mode 1 10; turn 1 10");
+    recording.wait(BusTime::START, PACMOD.command, "off", |frames| requests(frames, "off"));
     let mut mark = BusTime::now();
-    sender.say("hazard 2 10");
+    sender.send("hazard 2 10");
     for _ in 0..3 {
         // Each sender has its turn.
         for lights in ["hazard", "off"] {
-            recording.wait(mark, PACMOD.command, lights, |frames| asks(frames, lights));
+            recording.wait(mark, PACMOD.command, lights, |frames| requests(frames, lights));
             mark = BusTime::now();
         }
     }
