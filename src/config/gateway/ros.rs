@@ -7,11 +7,13 @@ use crate::config::reading::fields::Fields;
 
 const DEFAULT_NODE: &str = "signal_gateway";
 
-/// Settings of ROS 2.
+/// Settings of the ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RosConfig {
-    /// Whether `run` and `demo` publish at all.
+    /// False if `run` and `demo` publish nothing.
     pub enabled: bool,
+    /// Whether DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
+    pub isolated: bool,
     /// Namespace, `/` or `/name`.
     pub namespace: String,
     /// Domain, when the configuration overrides `ROS_DOMAIN_ID`.
@@ -43,6 +45,7 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
     let topics = fields.section("topics");
     let config = RosConfig {
         enabled: fields.flag("enabled").unwrap_or(true),
+        isolated: true,
         namespace,
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),
