@@ -146,6 +146,12 @@ impl Process {
         assert!(!timeout.timed_out(), "the log did not say {part:?} {count} times");
     }
 
+    /// The id of the process.
+    #[allow(dead_code)] // not every test looks at it
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     pub(crate) fn is_running(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }

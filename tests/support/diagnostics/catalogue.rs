@@ -55,6 +55,7 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::v2i_reception(),
         process::black_box(),
         process::log(),
+        ros(),
     ]
 }
 
@@ -358,6 +359,48 @@ fn command_transmission() -> Task {
             key("refused", "-", "Not sent: the kernel refused them."),
             key("echoed", "-", "Own frames received again by loopback."),
             key("foreign", "-", "Frames of these messages from another sender."),
+        ],
+    }
+}
+
+fn ros() -> Task {
+    Task {
+        names: &["ros"],
+        about: "The network side of ROS 2, which alone speaks DDS: a process of its own, replaced when it ends, hangs or \
+                breaks the rules; see [reliability](reliability.md). Not in a replay.",
+        messages: vec![
+            message(Ok, "joined", NOTHING),
+            message(Warn, "joining the network", "Wait."),
+            message(
+                Warn,
+                "the network side is down: {failure}",
+                "Wait; if it stays, read the log, and look for who sends what DDS cannot bear.",
+            ),
+            message(
+                Warn,
+                "the network side was replaced: {failure}",
+                "Nothing; it is told for a minute. If it comes again, look for who sends what DDS cannot bear.",
+            ),
+        ],
+        keys: vec![
+            key("runs_as", "-", "`process`, or `thread` with `--no-isolation`."),
+            key("restarts", "-", "Times it was replaced since start."),
+            key(
+                "last_failure",
+                "-",
+                "Why it ended the last time: `exit code N`, `killed by signal N`, `panic`, `out of memory`, \
+                 `no answer`, `it sent …`, or `not started: …`.",
+            )
+            .when("if it has ended"),
+            key("age_s", "s", "Time since it joined the network.").when("while it is joined"),
+            key(
+                "own_samples",
+                "-",
+                "`come back`, or `do not come back`: without a network, behind a firewall, and on a loopback without \
+                 multicast alone. Then nothing proves that it receives.",
+            )
+            .when("while it is joined"),
+            key("memory_kb", "kB", "Memory its process has in use.").when("while it is a process"),
         ],
     }
 }
