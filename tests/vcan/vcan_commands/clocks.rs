@@ -1,5 +1,6 @@
 //! Two senders of commands, one of them with its clock 11 days ahead: neither locks the other out.
 
+use super::car::Car;
 use super::commander::{Commander, Durability};
 use super::recording::{BusTime, RecordedFrame, Recording};
 use super::vehicles::{Change, PACMOD, PATIENT};
@@ -17,6 +18,7 @@ fn a_sender_whose_clock_is_ahead_does_not_lock_out_the_true_one() {
     let folder = PACMOD.folder(vcan.name, &format!("{PATIENT}{}", process::ros_in(domain)), &Change::NONE);
     let recording = Recording::of(vcan.name);
     let [ahead, sender] = [(); 2].map(|()| Commander::start(&cyclone, domain, Durability::Volatile));
+    let _car = Car::start(&folder, vcan.name, &[]);
     let _gateway = Process::run(&folder);
     for commander in [&ahead, &sender] {
         commander.wait_for_readers(Mark::START, true);
