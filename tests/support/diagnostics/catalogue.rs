@@ -132,7 +132,7 @@ fn lights() -> Task {
         message(
             Warn,
             "fallback {source}: {reason}",
-            "The report goes on from the named source; do what the reason asks for.",
+            "The report goes on from the named source; act on the reason.",
         ),
         message(
             Warn,
@@ -235,14 +235,14 @@ fn interface() -> Task {
             key("rx_errors", "-", "Receive error counter, 0 to 255, or `unknown`.").when(has_controller),
             key("bus_off_count", "-", "Times the controller went bus-off since start.").when(has_controller),
             key("restart_ms", "ms", "Time until the kernel restarts the controller; 0 = never.")
-                .when("if the kernel tells it"),
+                .when("if the kernel reports it"),
             key("frames", "-", "Frames of the profile since start."),
             key("rate_hz", "Hz", "The same over the last 5 s."),
             key("silence_ms", "ms", "Time since the last frame, or `never` before the first."),
             key("drops", "-", "Frames that the kernel dropped because its queue was full."),
             key("error_frames", "-", "Error frames since start."),
             key("error_classes", "-", "The same by class.").when("after an error frame"),
-            key("last_error", "-", "Last error frame in words, with its age, `… (12 s ago)`.")
+            key("last_error", "-", "Last error frame as text, with its age, `… (12 s ago)`.")
                 .when("after an error frame"),
             key("link_losses", "-", "Times the link was lost since start."),
             key("bad_lines", "-", "Lines of the recording that could not be read.").when("if there were any"),
@@ -292,7 +292,7 @@ fn command() -> Task {
             message(
                 Error,
                 "no response to the hazard button",
-                "Check the button's message; the attempts begin anew with the next command.",
+                "Check the button's message; the attempts start again with the next command.",
             ),
         ],
         keys: vec![
