@@ -21,6 +21,10 @@ mod campaign {
     pub(crate) mod wire;
 }
 
+#[path = "support/docs_section.rs"]
+mod docs_section;
+
+use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -70,7 +74,9 @@ fn main() -> ExitCode {
         workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect()
     });
     outcomes.sort_by_key(|outcome| outcome.recording);
-    print_table(&outcomes, &subjects);
+    let table = table(&outcomes, &subjects);
+    print!("{table}");
+    docs_section::update("campaign", &table);
     let mut failed = false;
     for outcome in outcomes.iter().filter(|outcome| outcome.verdict.wrong.is_some()) {
         failed = true;
@@ -136,30 +142,32 @@ fn outcomes(numbers: impl Iterator<Item = usize>, seed: u64, subjects: &[Subject
     outcomes
 }
 
+const HEAD: &str = "\
+| fault | recordings | reports | instants without one | wrong publications | wrong withholdings |
+|---|---|---|---|---|---|
+";
+
 /// By fault, since a recording may have several, and all in all.
-fn print_table(outcomes: &[Outcome], subjects: &[Subject]) {
-    println!(
-        "| fault | recordings | reports | instants without one | wrong publications | wrong withholdings |"
-    );
-    println!("|---|---|---|---|---|---|");
-    let row = |name: &str, of: &[&Outcome]| {
+fn table(outcomes: &[Outcome], subjects: &[Subject]) -> String {
+    let mut table = HEAD.to_owned();
+    let mut row = |name: &str, keep: &dyn Fn(&Outcome) -> bool| {
+        let chosen = || outcomes.iter().filter(|outcome| keep(outcome)).map(|outcome| &outcome.verdict);
         let wrong = |kind| {
-            of.iter()
-                .filter(|outcome| outcome.verdict.wrong.as_ref().is_some_and(|wrong| wrong.kind == kind))
-                .count()
+            chosen().filter_map(|verdict| verdict.wrong.as_ref()).filter(|wrong| wrong.kind == kind).count()
         };
-        let reports: u64 = of.iter().map(|outcome| outcome.verdict.reports).sum();
-        let withheld: u64 = of.iter().map(|outcome| outcome.verdict.withheld).sum();
         let (published, withholdings) = (wrong(Kind::Publication), wrong(Kind::Withholding));
-        println!("| {name} | {} | {reports} | {withheld} | {published} | {withholdings} |", of.len());
+        let reports: u64 = chosen().map(|verdict| verdict.reports).sum();
+        let withheld: u64 = chosen().map(|verdict| verdict.withheld).sum();
+        let recordings = chosen().count();
+        writeln!(table, "| {name} | {recordings} | {reports} | {withheld} | {published} | {withholdings} |")
+            .unwrap();
     };
-    let chosen =
-        |keep: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|outcome| keep(outcome)).collect::<Vec<_>>();
-    row("none", &chosen(&|outcome| outcome.faults.is_empty()));
+    row("none", &|outcome| outcome.faults.is_empty());
     for (index, (name, _)) in FAULTS.iter().enumerate() {
-        row(name, &chosen(&|outcome| outcome.faults.contains(&index)));
+        row(name, &|outcome| outcome.faults.contains(&index));
     }
-    row(&format!("**all, {} vehicles**", subjects.len()), &chosen(&|_| true));
+    row(&format!("**all, {} vehicles**", subjects.len()), &|_| true);
+    table
 }
 
 /// How to repeat a wrong recording, and the shortest one like it.
