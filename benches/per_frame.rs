@@ -1,6 +1,6 @@
-//! What one frame costs: filter, decode, state, decision, and taking the outputs away.
+//! The cost of one frame: filter, decode, state, decision, and taking the outputs away.
 //!
-//! `cargo bench --bench per_frame`. Time stands still, so that neither the rhythm of reports nor
+//! `cargo bench --bench per_frame`. Time stands still, so that neither the period of reports nor
 //! the refresh of diagnostics hides in the mean; the refresh has a line of its own. Afterwards
 //! cantools decodes the same frames with the same DBC, if `SIGNAL_GATEWAY_PEER_PYTHON` has it. The
 //! one limit: the gateway must be well ahead of it, which holds on any machine.
@@ -38,7 +38,7 @@ const RIGHT: (u16, [u8; 8]) = (0x2A5, [2, 0, 0b0100, 0, 0, 0, 0x20, 0]);
 const HAZARD: (u16, [u8; 8]) = (0x2C1, [0; 8]);
 /// A message that keeps the bus alive and is not decoded.
 const WHEEL_SPEEDS: (u16, [u8; 8]) = (0x0B2, [0x07, 0xA9, 0x07, 0xF9, 0x07, 0xBD, 0x07, 0xE5]);
-/// A message nobody asked for, should it come past the kernel's filter.
+/// A message that is not bound, should it pass the kernel's filter.
 const UNBOUND: (u16, [u8; 8]) = (0x0F0, [0x3B, 0x11, 0x0A, 0, 0, 0, 0, 0]);
 
 const NOW: Now = Now { mono: MonoTime::from_millis(1), wall: WallStamp::from_nanos(0) };
@@ -78,7 +78,7 @@ fn main() -> ExitCode {
 
 /// Feeds the two frames in turn; each must lead to as many `outputs`. What a tenth of the samples stay
 /// below, ns: the machine's other work adds to the rest; `None` when there are next to none, as in `--test` or when
-/// another benchmark was asked for.
+/// another benchmark was requested.
 fn time_of_a_frame(
     criterion: &mut Criterion,
     name: &str,
@@ -106,7 +106,7 @@ fn time_of_a_frame(
     (samples.len() >= 10).then(|| samples[samples.len() / 10])
 }
 
-/// The whole way of the Civic's frames, which have a checksum and a counter, checked or taken as
+/// The whole handling of the Civic's frames, which have a checksum and a counter, checked or taken as
 /// they are.
 fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
     let profile =
@@ -135,12 +135,12 @@ fn time_with_checks(criterion: &mut Criterion, name: &str, checked: bool) {
     criterion.bench_function(name, |bencher| {
         bencher.iter(|| take(&mut gateway, *round.next().unwrap(), NOW));
     });
-    let seen = gateway.lights().observations();
-    let rejected = seen.integrity_counts(MessageIndex(0)).map(|counts| counts.rejected());
+    let observations = gateway.lights().observations();
+    let rejected = observations.integrity_counts(MessageIndex(0)).map(|counts| counts.rejected());
     assert_eq!(rejected, checked.then_some(1), "all frames but the first are good");
 }
 
-/// What the guard of a message costs, by what the message proves.
+/// The cost of the integrity check of a message, by kind of check.
 fn time_of_a_check(criterion: &mut Criterion) {
     let id = CanId::Standard(0x318);
     let field = |start, length| {
@@ -199,7 +199,7 @@ fn time_of_a_check(criterion: &mut Criterion) {
     }
 }
 
-/// The whole way of an input: in, and all that follows from it out.
+/// The whole handling of an input: in, and all resulting outputs out.
 fn take(gateway: &mut Gateway, input: impl Into<Input>, now: Now) -> u32 {
     gateway.handle(black_box(input.into()), now);
     let mut outputs = 0;
@@ -210,7 +210,7 @@ fn take(gateway: &mut Gateway, input: impl Into<Input>, now: Now) -> u32 {
     outputs
 }
 
-/// The demo vehicle's, with all links up and every message seen.
+/// The demo vehicle's, with all links up and every message received.
 fn gateway() -> Gateway {
     let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
     let mut gateway = Gateway::new(settings.gateway, LinkState::Up, NOW);

@@ -81,7 +81,7 @@ fn write_frames(out: &mut impl Write, frames: u32) -> io::Result<()> {
     Ok(())
 }
 
-/// How long the replay took, and its peak resident memory, KiB.
+/// Duration of the replay, and its peak resident memory, KiB.
 fn replay(log: &Path) -> (Duration, i64) {
     let start = Instant::now();
     #[allow(clippy::zombie_processes)] // `wait` below reaps it

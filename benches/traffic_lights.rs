@@ -1,8 +1,8 @@
-//! What many traffic lights cost: from 10 to 100,000 of them, all kinds of messages on.
+//! The cost of many traffic lights: from 10 to 100,000 of them, with all kinds of messages.
 //!
-//! `cargo bench --bench traffic_lights`. Ten lights hang at each crossing, each light in a group of its
-//! own, known to V2I with all that is predicted. Times are what this thread worked. The limits compare
-//! figures of the same run: what is for a few lights must not cost more because there are many others.
+//! `cargo bench --bench traffic_lights`. Each crossing has ten lights, each light has a group of its
+//! own, with V2I and predictions. Times are processor times of this thread. The limits compare
+//! figures of the same run: a change of a few lights must not cost more because there are many others.
 
 #![allow(clippy::unwrap_used, clippy::cast_precision_loss)] // a program for developers, numbers far below 2^52
 
@@ -33,20 +33,20 @@ use signal_gateway::core::traffic_light::scenario::{
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
 use signal_gateway::io::ros::messages::{CdrBytes, LightsEncoder, LightsMessage, LightsType};
 
-/// What is for a few lights may take so much longer among 100,000 lights than among 10.
+/// The largest ratio of the times for a few lights among 100,000 lights and among 10.
 const MAX_GROWTH: f64 = 20.0;
-/// Share of a core that 10,000 lights may cost with the bytes of all messages, per cent.
+/// The largest share of a core for 10,000 lights with the bytes of all messages, per cent.
 const MAX_SHARE: f64 = 10.0;
 
 const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
 const LIGHTS_PER_CROSSING: usize = 10;
-/// Each figure is the median of so many.
+/// The number of samples of which each figure is the median.
 const SAMPLES: usize = 9;
-/// Relation ids begin here.
+/// The first relation id.
 const GROUPS: usize = 1_000_000;
 /// Green, yellow, red; the cycle of each crossing begins a little after that of the one before.
 const PHASES: [(&str, u64); 3] = [("green", 17), ("yellow", 3), ("red", 10)];
-/// So long all phases take together: each light changes three times.
+/// The duration of all phases together: each light changes three times.
 const CYCLE: Duration = Duration::from_secs(30);
 const TRUTH: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
 
@@ -54,8 +54,8 @@ const TRUTH: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::G
 struct Row {
     name: &'static str,
     ns: Vec<f64>,
-    /// What 100,000 lights may cost more than 10; none = it is for all lights.
-    most: Option<f64>,
+    /// The largest ratio of 100,000 lights to 10; `None` for work on all lights.
+    max_ratio: Option<f64>,
 }
 
 fn main() -> ExitCode {
@@ -65,7 +65,7 @@ fn main() -> ExitCode {
         ("emissions of a frame after it", None),
         ("diagnostics", Some(MAX_GROWTH)),
     ]
-    .map(|(name, most)| Row { name, ns: Vec::new(), most });
+    .map(|(name, max_ratio)| Row { name, ns: Vec::new(), max_ratio });
     for lights in SIZES {
         for (row, ns) in rows.iter_mut().zip(times(lights)) {
             row.ns.push(ns);
@@ -78,7 +78,7 @@ fn main() -> ExitCode {
     }
     let usual = Load { slower: 1, arbiter: false, encoding: None };
     let with_cdr = |slower, encoding| Load { slower, encoding: Some(encoding), ..usual };
-    for (lights, with, load, most) in [
+    for (lights, with, load, max_share) in [
         (1_000, "", usual, None),
         (10_000, "", usual, None),
         (10_000, ", with arbiter", Load { arbiter: true, ..usual }, None),
@@ -91,26 +91,26 @@ fn main() -> ExitCode {
     ] {
         let share = share_of_a_core(lights, load);
         println!("traffic lights, {lights} at 30 Hz{with}: {share:.2} % of a core");
-        if most.is_some_and(|most| share > most) {
-            println!("traffic lights, {lights} at 30 Hz{with}: {MAX_SHARE} % is the most");
+        if max_share.is_some_and(|max| share > max) {
+            println!("traffic lights, {lights} at 30 Hz{with}: the limit is {MAX_SHARE} %");
             good = false;
         }
     }
     encoding(10_000);
     events(10_000);
-    println!("traffic lights, all of this: {:.1} s", worked().as_secs_f64());
+    println!("traffic lights, all of this: {:.1} s", processor_time().as_secs_f64());
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 impl Row {
-    /// Whether it grows no more than it may.
+    /// Prints the row. Returns false when its ratio exceeds the limit.
     fn print(&self) -> bool {
         let figures: String = self.ns.iter().map(|ns| format!("{ns:>11.0}")).collect();
         let grown = self.ns.last().unwrap() / self.ns.first().unwrap();
         println!("{:<32}{figures} ns, {:.1} times for ten times the lights", self.name, growth(&self.ns));
-        match self.most {
-            Some(most) if grown > most => {
-                println!("{}: {grown:.0} times as long among 100,000 lights; {most} is the most", self.name);
+        match self.max_ratio {
+            Some(max) if grown > max => {
+                println!("{}: {grown:.0} times as long among 100,000 lights; the limit is {max}", self.name);
                 false
             }
             Some(_) | None => true,
@@ -118,7 +118,7 @@ impl Row {
     }
 }
 
-/// Factor from one size to the next, as fits all of them best (least squares of the logarithms).
+/// The factor from one size to the next that fits all of them best (least squares of the logarithms).
 fn growth(ns: &[f64]) -> f64 {
     let logs: Vec<_> = ns.iter().map(|ns| ns.log10()).collect();
     let middle = (logs.len() - 1) as f64 / 2.0;
@@ -128,7 +128,7 @@ fn growth(ns: &[f64]) -> f64 {
     10_f64.powf(slope)
 }
 
-/// A second, a change, what follows, a status: nanoseconds of each, for the rows.
+/// The times of a second, a change, the messages after it, and a status, nanoseconds, for the rows.
 fn times(lights: usize) -> [f64; 4] {
     let hour = Duration::from_secs(3_600);
     let mut drive = Drive::new(settings(lights, [hour; 3], Duration::ZERO));
@@ -179,7 +179,7 @@ impl Drive {
         Self { engine: TrafficLights::new(settings, now), now }
     }
 
-    /// Takes away what is sent, time after time; how much it was.
+    /// Advances by a time and takes all messages. Returns their number.
     fn passes(&mut self, time: Duration) -> usize {
         let end = self.now.mono.after(time);
         let mut count = 0;
@@ -190,17 +190,17 @@ impl Drive {
                 black_box(&emission);
                 count += 1;
             }
-            while self.engine.poll_note().is_some() {}
+            while self.engine.poll_event().is_some() {}
         }
         self.now = at(end);
         count
     }
 }
 
-/// What the gateway has to do beside messages and diagnostics.
+/// The work of the gateway beside messages and diagnostics.
 #[derive(Debug, Clone, Copy)]
 struct Load {
-    /// Phases are so many times as long as usual, when a tenth of the lights changes each second.
+    /// The factor by which phases are longer than usual, when a tenth of the lights changes each second.
     slower: u32,
     arbiter: bool,
     encoding: Option<Encoding>,
@@ -208,28 +208,28 @@ struct Load {
 
 #[derive(Debug, Clone, Copy)]
 enum Encoding {
-    /// Each message is made and encoded from nothing.
+    /// Each message is made and encoded anew.
     Anew,
-    /// By a [`LightsEncoder`]; writers keep so many of the last messages of each topic.
+    /// A [`LightsEncoder`] encodes; writers keep this number of the last messages of each topic.
     Kept(usize),
 }
 
-/// How much of the time of the lights the whole gateway works, per cent.
-fn share_of_a_core(lights: usize, wanted: Load) -> f64 {
-    let phases = PHASES.map(|(_, seconds)| Duration::from_secs(seconds) * wanted.slower);
-    let cycle = CYCLE * wanted.slower.min(10);
+/// The share of a core that the whole gateway uses, per cent.
+fn share_of_a_core(lights: usize, load_of: Load) -> f64 {
+    let phases = PHASES.map(|(_, seconds)| Duration::from_secs(seconds) * load_of.slower);
+    let cycle = CYCLE * load_of.slower.min(10);
     let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap().gateway;
     settings.traffic_lights = Some(FlowSettings {
         lights: self::settings(lights, phases, cycle / u32::try_from(lights / LIGHTS_PER_CROSSING).unwrap()),
         camera_faults: None,
         v2i_faults: None,
-        arbiter: wanted.arbiter.then(ArbiterSettings::default),
+        arbiter: load_of.arbiter.then(ArbiterSettings::default),
     });
     let mut gateway = Gateway::new(settings, LinkState::Up, at(MonoTime::ZERO));
     let mut due = MonoTime::ZERO;
     let mut encoders = Encoders::default();
     let mut work = |until: MonoTime, encoding: Option<Encoding>| {
-        let start = worked();
+        let start = processor_time();
         while gateway.next_deadline() <= until {
             due = gateway.next_deadline();
             gateway.handle(Input::Tick, at(due));
@@ -244,14 +244,14 @@ fn share_of_a_core(lights: usize, wanted: Load) -> f64 {
                 black_box(output);
             }
         }
-        worked().saturating_sub(start)
+        processor_time().saturating_sub(start)
     };
     // Within a cycle all crossings have begun.
     let begun = MonoTime::ZERO.after(cycle + Duration::from_secs(1));
     work(begun, None);
     let (first, span) = (begun.after(Duration::from_secs(1)), Duration::from_secs(2));
-    work(first, wanted.encoding);
-    work(first.after(span), wanted.encoding).as_secs_f64() / span.as_secs_f64() * 100.0
+    work(first, load_of.encoding);
+    work(first.after(span), load_of.encoding).as_secs_f64() / span.as_secs_f64() * 100.0
 }
 
 /// An encoder for each topic, and the messages that its writer keeps.
@@ -269,7 +269,7 @@ impl Encoders {
     }
 }
 
-/// What the messages of the lights are made of on their way out, beside the gateway.
+/// Measures the encoding of messages beside the gateway.
 fn encoding(lights: usize) {
     let phases = [Duration::from_secs(3_600); 3];
     let mut drive = Drive::new(settings(lights, phases, Duration::ZERO));
@@ -301,7 +301,7 @@ fn encoding(lights: usize) {
     }
 }
 
-/// A scenario with so many events, one after the other, for a hundred seconds.
+/// Measures a scenario with a number of events, one after the other, for a hundred seconds.
 fn events(count: usize) {
     let span = Duration::from_secs(100);
     let event = |number: usize| {
@@ -312,7 +312,7 @@ fn events(count: usize) {
         Event {
             name: format!("event {number}"),
             start: Some(Trigger { groups: vec![vec![condition]] }),
-            most_executions: 1,
+            max_executions: 1,
             action_names: vec![String::new()],
             actions: vec![Action::SetState { target: target(number % LIGHTS_PER_CROSSING), state }],
         }
@@ -325,7 +325,7 @@ fn events(count: usize) {
     println!("traffic lights, {count} events in {} s: {:.0} ms", span.as_secs(), time / 1e6);
 }
 
-/// Made from nothing.
+/// The bytes of a message that is made and encoded anew.
 fn bytes(emission: &Emission) -> Vec<CdrBytes> {
     let messages = LightsMessage::of(emission, lights_type(emission.topic), Compat::Improved);
     messages.iter().map(cdr).collect()
@@ -343,7 +343,7 @@ fn lights_type(topic: LightsTopic) -> LightsType {
     }
 }
 
-/// Crossings whose lights all go through the phases, each crossing a while after the one before.
+/// Crossings whose lights all go through the phases, each crossing `apart` after the one before.
 fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSettings {
     let way_ids =
         |crossing: usize| (0..LIGHTS_PER_CROSSING).map(move |light| crossing * LIGHTS_PER_CROSSING + light);
@@ -351,13 +351,8 @@ fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSett
         let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
         (id(way_id), LampColor::ALL.map(lamp).to_vec())
     });
-    let groups: Vec<_> = (0..lights)
-        .map(|way_id| GroupEntry {
-            relation_id: id(GROUPS + way_id),
-            way_ids: vec![id(way_id)],
-            is_pedestrian: false,
-        })
-        .collect();
+    let groups: Vec<_> =
+        (0..lights).map(|way_id| GroupEntry::new(id(GROUPS + way_id), [id(way_id)])).collect();
     let phase = |crossing: usize, (state, _): (&str, u64), duration| Phase {
         name: state.to_owned(),
         duration: Some(duration),
@@ -374,7 +369,7 @@ fn settings(lights: usize, phases: [Duration; 3], apart: Duration) -> LightsSett
         phases: PHASES
             .into_iter()
             .zip(phases)
-            .map(|(told, duration)| phase(crossing, told, duration))
+            .map(|(state, duration)| phase(crossing, state, duration))
             .collect(),
     });
     let scenario = Scenario {
@@ -401,20 +396,20 @@ fn at(mono: MonoTime) -> Now {
     Now { mono, wall: WallStamp::from_nanos(i64::try_from(mono.as_nanos()).unwrap()) }
 }
 
-/// Nanoseconds for each of what was done, which says how many they were.
+/// Processor time of an action, nanoseconds for each of the items that it returns the number of.
 fn timed(action: impl FnOnce() -> usize) -> f64 {
-    let start = worked();
+    let start = processor_time();
     let count = action();
-    worked().saturating_sub(start).as_secs_f64() * 1e9 / count as f64
+    processor_time().saturating_sub(start).as_secs_f64() * 1e9 / count as f64
 }
 
-/// Time that this thread has worked: who else is busy does not count.
-fn worked() -> Duration {
+/// Processor time of this thread, which other threads do not change.
+fn processor_time() -> Duration {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is to a live value of the right type.
     #[allow(unsafe_code)]
-    let told = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
-    assert_eq!(told, 0);
+    let result = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    assert_eq!(result, 0);
     Duration::new(u64::try_from(time.tv_sec).unwrap(), u32::try_from(time.tv_nsec).unwrap())
 }
 

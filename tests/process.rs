@@ -9,6 +9,7 @@ mod process {
     mod daemon_process;
     mod decide_command;
     mod lights_command;
+    mod log_output;
     mod pictures;
     mod systemd_units;
 }

@@ -13,17 +13,17 @@ const LANE_WIDTH_M: f64 = 3.5;
 const STREET_POINTS: u32 = 9;
 const TURN_POINTS: u32 = 7;
 
-/// Where one drives to: east, north, west, south.
+/// Directions of driving: east, north, west, south.
 const HEADINGS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
 pub(crate) const EAST: usize = 0;
 pub(crate) const NORTH: usize = 1;
 
-/// What a lanelet is to the crossing it is named by.
+/// The role of a lanelet at the crossing that names it.
 #[derive(Clone, Copy)]
 pub(crate) enum Part {
     /// The street that leaves it in a direction.
     Street = 0,
-    /// The ways over it for those who come in a direction.
+    /// The lanelets over it from a direction.
     Left = 1,
     Straight = 2,
     Right = 3,
@@ -46,7 +46,7 @@ impl City {
         i64::try_from(number).unwrap() + 1
     }
 
-    /// The lanelets of a way that turns left and right in turn, from the south-west, over so many steps.
+    /// The lanelets of a route that turns left and right in turn, from the south-west, over so many steps.
     pub(crate) fn staircase(self, steps: usize) -> Vec<i64> {
         let step = |at: usize| {
             [
@@ -125,10 +125,10 @@ fn bend([from, corner, to]: [[f64; 2]; 3], points: u32) -> Vec<[f64; 2]> {
     (0..points).map(|point| at(f64::from(point) / f64::from(points - 1))).collect()
 }
 
-/// What is drawn so far. Equal places are one node, equal lines one way.
+/// The map drawn so far. Equal points are one node, equal lines one way.
 #[derive(Default)]
 struct Sheet {
-    /// By place in millimetres.
+    /// Nodes by position in millimetres.
     nodes: HashMap<[i64; 2], usize>,
     ways: HashMap<Vec<usize>, usize>,
     nodes_text: String,
@@ -170,14 +170,14 @@ impl Sheet {
         id
     }
 
-    fn node(&mut self, place: [f64; 2]) -> usize {
+    fn node(&mut self, point: [f64; 2]) -> usize {
         let next = self.nodes.len() + 1;
         #[allow(clippy::cast_possible_truncation)] // a city is far smaller than 2^53 mm
-        let node = self.nodes.entry(place.map(|axis| (axis * 1000.0).round() as i64));
+        let node = self.nodes.entry(point.map(|axis| (axis * 1000.0).round() as i64));
         *node.or_insert_with(|| {
             let out = &mut self.nodes_text;
             writeln!(out, "<node id=\"{next}\" lat=\"35.00000000\" lon=\"139.00000000\">").unwrap();
-            let [x, y] = place.map(|axis| format!("{axis:.3}"));
+            let [x, y] = point.map(|axis| format!("{axis:.3}"));
             for (key, value) in [("ele", "0.0"), ("local_x", &x), ("local_y", &y)] {
                 tag(out, key, value);
             }

@@ -1,4 +1,4 @@
-//! What the turn signal decider costs: a decision, loading a map, and how that grows from 500 lanelets to 50,000.
+//! The cost of the turn signal decider: a decision, loading a map, and how that grows from 500 lanelets to 50,000.
 //!
 //! `cargo bench --bench turn_signal`. The limits compare figures of the same run: a decision must not
 //! cost much more because the map is large, and a megabyte of a large map not much more than one of a small map.
@@ -23,18 +23,18 @@ use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::route::Route;
+use signal_gateway::core::turn_signal::route::{Route, Segment};
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
 /// Crossings on a side: about 500, 5,000 and 50,000 lanelets, and 1, 10 and 100 MB of text.
 const SIDES: [usize; 3] = [6, 18, 56];
 /// The route that all cities have, in steps of two blocks.
 const STEPS: usize = 5;
-/// What a decision may cost more among a hundred times the lanelets.
+/// Largest growth of the cost of a decision among a hundred times the lanelets.
 const MAX_GROWTH: f64 = 10.0;
-/// What a byte of a map may cost more when there are a hundred times as many.
+/// Largest growth of the cost of a byte of a map when there are a hundred times as many.
 const MAX_GROWTH_EACH: f64 = 5.0;
-/// What a decision may cost more on a route of eleven times the lanelets.
+/// Largest growth of the cost of a decision on a route of eleven times the lanelets.
 const MAX_GROWTH_WITH_ROUTE: f64 = 8.0;
 
 /// Each figure is the median of so many.
@@ -46,9 +46,9 @@ const CYCLE_M: f64 = 1.0;
 const FIRST_M: f64 = 150.0;
 const SPEED_MPS: f64 = 10.0;
 
-/// What one size costs.
+/// The costs at one size.
 struct Figures {
-    /// Nanoseconds a decision: default behaviour, upstream's, default with a lane change.
+    /// Nanoseconds a decision: improved mode, upstream's, improved with a lane change.
     decision_ns: [f64; 3],
     read_ns_per_byte: f64,
     /// Nanoseconds a decision on a route through the whole city.
@@ -111,7 +111,7 @@ struct Drive<'a> {
     road: &'a LaneNetwork,
     route: Route,
     lanelets: usize,
-    /// Where the vehicle is, cycle by cycle.
+    /// Poses of the vehicle, cycle by cycle.
     poses: Vec<Pose>,
 }
 
@@ -120,12 +120,13 @@ impl<'a> Drive<'a> {
         let line: Vec<_> =
             lanelets.iter().flat_map(|id| road.lane(*id).unwrap().centerline.iter().copied()).collect();
         let at = |cycle| at_arc(&line, FIRST_M + CYCLE_M * f64::from(cycle)).unwrap();
-        let places: Vec<_> = (0..CYCLES).map(at).collect();
-        let route = Route::single_file(1, headed(&line)[0], lanelets).unwrap().checked(road).unwrap();
-        Self { road, route, lanelets: lanelets.len(), poses: headed(&places) }
+        let points: Vec<_> = (0..CYCLES).map(at).collect();
+        let segments = lanelets.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] });
+        let route = Route::new(1, headed(&line)[0], segments.collect()).unwrap().checked(road).unwrap();
+        Self { road, route, lanelets: lanelets.len(), poses: headed(&points) }
     }
 
-    /// One that begins and ends on the way.
+    /// A lane change that begins and ends on the route.
     fn lane_change(&self) -> [Manoeuvre; 1] {
         let at = |share: usize| Some(self.poses[self.poses.len() * share / 4]);
         [Manoeuvre::LaneChange(LaneChange {
@@ -180,8 +181,8 @@ fn worked() -> Duration {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is to a live value of the right type.
     #[allow(unsafe_code)]
-    let told = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
-    assert_eq!(told, 0);
+    let result = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    assert_eq!(result, 0);
     Duration::new(u64::try_from(time.tv_sec).unwrap(), u32::try_from(time.tv_nsec).unwrap())
 }
 

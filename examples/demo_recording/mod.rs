@@ -21,15 +21,15 @@ const NOT_AVAILABLE: u8 = 7;
 /// A stretch of the story in which nothing changes; it lasts until the next one begins.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene {
-    /// When it begins, ms after the start.
+    /// Begin of the scene, ms after the start.
     pub(crate) from_ms: u64,
-    /// What the vehicle does, for people.
+    /// Actions of the vehicle, for people.
     pub(crate) text: &'static str,
     /// Raw turn state; `None` when the message is not sent at all.
     pub(crate) turn: Option<u8>,
-    /// Whether the lamp fault bit is set.
+    /// True if the lamp fault bit is set.
     pub(crate) lamp_fault: bool,
-    /// Whether the hazard lights are on.
+    /// True if the hazard lights are on.
     pub(crate) hazard: bool,
 }
 
@@ -98,12 +98,12 @@ struct DueFrame {
     data: [u8; 8],
 }
 
-/// What a payload depends on.
+/// The state on which a payload depends.
 #[derive(Clone, Copy)]
 struct Moment {
     id: u32,
     ms: u64,
-    /// How often the message was due before.
+    /// Number of times that the message was due before.
     count: u64,
     scene: Scene,
 }
@@ -184,7 +184,7 @@ impl Moment {
         (self.count % 16) << 52
     }
 
-    /// How long the scene has lasted, ms.
+    /// Time since the begin of the scene, ms.
     fn into_scene_ms(self) -> u64 {
         self.ms - self.scene.from_ms
     }
@@ -194,7 +194,7 @@ impl Moment {
         self.into_scene_ms() % 667 < 333
     }
 
-    /// In 0.01 km/h.
+    /// Speed in 0.01 km/h.
     fn speed(self) -> i64 {
         self.wave(30_000, 2_000, 5_500)
     }
@@ -316,9 +316,9 @@ struct Noise(u64);
 impl Noise {
     fn below(&mut self, limit: u64) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut word = self.0;
-        word = (word ^ (word >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (word ^ (word >> 31)) % limit
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (bits ^ (bits >> 31)) % limit
     }
 }

@@ -1,14 +1,14 @@
 //! One lane with a bay on either side from 100 to 160 m (hard shoulders 151 left, 152 right), and a left
 //! turn at 250 m: 101 to 104, then 111 and 112.
 
-use super::curve::{Place, arc, pose, straight};
+use super::curve::{Point, arc, pose, straight};
 use super::drawing::{Drawing, HALF_WIDTH_M, Lane, Marking};
 
-/// How deep a bay is, metres.
+/// Depth of a bay, metres.
 const BAY_M: f64 = 3.0;
-/// Where the bay begins and ends, metres.
+/// Begin and end of the bay, metres.
 const BAY: [f64; 2] = [100.0, 160.0];
-/// How long its mouths are, metres.
+/// Length of its mouths, metres.
 const MOUTH_M: f64 = 12.0;
 
 pub(crate) fn draw(drawing: &mut Drawing) {
@@ -24,11 +24,11 @@ pub(crate) fn draw(drawing: &mut Drawing) {
     drawing.lane(Lane::new(112, &straight(turn.end(), 80.0), Marking::Border, Marking::Border));
 
     let [begin, end] = BAY;
-    let edge: [Place; 2] = [[begin, HALF_WIDTH_M], [end, HALF_WIDTH_M]];
+    let edge: [Point; 2] = [[begin, HALF_WIDTH_M], [end, HALF_WIDTH_M]];
     let (mouth, deep) = (HALF_WIDTH_M + 0.2, HALF_WIDTH_M + BAY_M);
     let curb = [[begin, mouth], [begin + MOUTH_M, deep], [end - MOUTH_M, deep], [end, mouth]];
     drawing.shoulder(151, (&curb, Marking::Border), (&edge, Marking::Dashed));
-    let mirrored = |[x, y]: Place| [x, -y];
+    let mirrored = |[x, y]: Point| [x, -y];
     let (edge, curb) = (edge.map(mirrored), curb.map(mirrored));
     drawing.shoulder(152, (&edge, Marking::Dashed), (&curb, Marking::Border));
 }

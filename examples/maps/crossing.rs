@@ -23,12 +23,12 @@ pub(crate) fn draw(drawing: &mut Drawing) {
         let outgoing = straight(pose(-BOX_M, -HALF_WIDTH_M, 180.0), ARM_M).quarters(quarters);
         drawing.lane(Lane::new(base + IN, &incoming, Marking::Border, Marking::Solid));
         drawing.lane(Lane::new(base + OUT, &outgoing, Marking::Border, Marking::Solid));
-        let ways = [
+        let lanelets = [
             (LEFT, arc(at_box, BOX_M - HALF_WIDTH_M, 90.0), "left"),
             (STRAIGHT, straight(at_box, 2.0 * BOX_M), "straight"),
             (RIGHT, arc(at_box, BOX_M + HALF_WIDTH_M, -90.0), "right"),
         ];
-        for (role, middle, direction) in ways {
+        for (role, middle, direction) in lanelets {
             let middle = middle.quarters(quarters);
             let mut lane =
                 Lane { elements: vec![base + LIGHT], ..Lane::turning(base + role, &middle, direction) };
@@ -37,7 +37,7 @@ pub(crate) fn draw(drawing: &mut Drawing) {
             }
             drawing.lane(lane);
         }
-        // The light hangs beyond the box, seen from the arm.
+        // The light hangs beyond the box, as viewed from the arm.
         let beyond = at_box.moved(2.0 * BOX_M, 0.0);
         let head = [beyond.moved(0.0, 0.6), beyond.moved(0.0, -0.6)];
         let stop = at_box.moved(-1.0, 0.0);

@@ -1,12 +1,12 @@
 //! The middle of a lane as poses along it, and lines beside it.
 
 /// x to the east, y to the north, metres.
-pub(crate) type Place = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
-/// A place on a lane, and where the lane leads from there.
+/// A point on a lane, and the direction of the lane there.
 #[derive(Clone, Copy)]
 pub(crate) struct Pose {
-    pub(crate) at: Place,
+    pub(crate) at: Point,
     pub(crate) yaw_deg: f64,
 }
 
@@ -24,7 +24,7 @@ pub(crate) const fn pose(x: f64, y: f64, yaw_deg: f64) -> Pose {
 }
 
 impl Pose {
-    fn unit(self) -> Place {
+    fn unit(self) -> Point {
         let (sin, cos) = self.yaw_deg.to_radians().sin_cos();
         [cos, sin]
     }
@@ -71,10 +71,10 @@ pub(crate) fn bend(from: Pose, to: Pose) -> Curve {
         let mixed = |weights: [f64; 4], axis: usize| {
             handles.iter().zip(weights).map(|(handle, weight)| handle[axis] * weight).sum::<f64>()
         };
-        let places = [rest.powi(3), 3.0 * rest * rest * share, 3.0 * rest * share * share, share.powi(3)];
+        let weights = [rest.powi(3), 3.0 * rest * rest * share, 3.0 * rest * share * share, share.powi(3)];
         let slopes = [-rest * rest, rest * (rest - 2.0 * share), share * (2.0 * rest - share), share * share];
         let yaw_deg = mixed(slopes, 1).atan2(mixed(slopes, 0)).to_degrees();
-        Pose { at: [0, 1].map(|axis| mixed(places, axis)), yaw_deg }
+        Pose { at: [0, 1].map(|axis| mixed(weights, axis)), yaw_deg }
     };
     let inner = (1..BEND_STEPS).map(|step| at(f64::from(step) / f64::from(BEND_STEPS)));
     Curve(std::iter::once(from).chain(inner).chain([to]).collect())
@@ -93,7 +93,7 @@ impl Curve {
     }
 
     /// The line `left_m` to the left of it.
-    pub(crate) fn beside(&self, left_m: f64) -> Vec<Place> {
+    pub(crate) fn beside(&self, left_m: f64) -> Vec<Point> {
         self.0.iter().map(|pose| pose.moved(0.0, left_m).at).collect()
     }
 

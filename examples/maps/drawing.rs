@@ -1,37 +1,37 @@
-//! A lanelet2 map in the making, and its text. Equal places are one node, equal lines one way: so
+//! A lanelet2 map in the making, and its text. Equal points are one node, equal lines one way: so
 //! lanelets that touch share what they should.
 
 use std::collections::BTreeMap;
 
-use super::curve::{Curve, Place};
+use super::curve::{Curve, Point};
 
 /// Half the width of a lane, metres.
 pub(crate) const HALF_WIDTH_M: f64 = 1.75;
 
-/// Where `local_x` and `local_y` are 0; only for viewers that know nothing of them.
+/// The origin of `local_x` and `local_y`; only for viewers that know nothing of them.
 const ORIGIN_DEG: [f64; 2] = [35.0, 139.0];
 const METRES_PER_DEGREE: f64 = 111_195.0;
 
-/// What is painted on a line.
+/// The marking of a line.
 #[derive(Clone, Copy)]
 pub(crate) enum Marking {
     /// The edge of the road.
     Border,
     /// Not to be crossed.
     Solid,
-    /// To be crossed.
+    /// Dashed: may be crossed.
     Dashed,
-    /// Nothing.
+    /// No marking at all.
     Virtual,
 }
 
-/// A tag.
+/// A tag: key and value.
 pub(crate) type Tag = (&'static str, String);
 
 /// A map. Ids of lanelets and elements are given, those of nodes and ways counted.
 #[derive(Default)]
 pub(crate) struct Drawing {
-    /// By place in millimetres.
+    /// Nodes by position in millimetres.
     nodes: BTreeMap<[i64; 2], i64>,
     ways: Vec<Way>,
     relations: Vec<Relation>,
@@ -96,7 +96,7 @@ impl Drawing {
     }
 
     /// A hard shoulder between two lines in the direction of traffic.
-    pub(crate) fn shoulder(&mut self, id: i64, left: (&[Place], Marking), right: (&[Place], Marking)) {
+    pub(crate) fn shoulder(&mut self, id: i64, left: (&[Point], Marking), right: (&[Point], Marking)) {
         let sides = [left, right].map(|(line, marking)| self.line(line, marked(marking)));
         let tags = vec![tag("subtype", "road_shoulder"), tag("location", "urban"), tag("one_way", "yes")];
         self.lanelet(id, sides, &[], tags);
@@ -116,7 +116,7 @@ impl Drawing {
     }
 
     /// A traffic light for lanelets that refer to it: its head from left to right, and the stop line.
-    pub(crate) fn traffic_light(&mut self, id: i64, head: [Place; 2], stop_line: [Place; 2]) {
+    pub(crate) fn traffic_light(&mut self, id: i64, head: [Point; 2], stop_line: [Point; 2]) {
         let (type_of, subtype) = (tag("type", "traffic_light"), tag("subtype", "red_yellow_green"));
         let head = self.line(&head, vec![type_of, subtype, tag("height", "0.45")]);
         let stop_line = self.line(&stop_line, vec![tag("type", "stop_line")]);
@@ -129,13 +129,13 @@ impl Drawing {
     }
 
     /// A hatched area; it touches lanes where it has their points.
-    pub(crate) fn hatched(&mut self, ring: &[Place]) {
+    pub(crate) fn hatched(&mut self, ring: &[Point]) {
         self.line(ring, vec![tag("type", "hatched_road_markings"), tag("area", "yes")]);
     }
 
-    /// A way, or one drawn before through the same places in either direction.
-    fn line(&mut self, places: &[Place], tags: Vec<Tag>) -> i64 {
-        let nodes: Vec<i64> = places.iter().map(|place| self.node(*place)).collect();
+    /// A way, or one drawn before through the same points in either direction.
+    fn line(&mut self, points: &[Point], tags: Vec<Tag>) -> i64 {
+        let nodes: Vec<i64> = points.iter().map(|point| self.node(*point)).collect();
         let backwards: Vec<i64> = nodes.iter().rev().copied().collect();
         let drawn = self.ways.iter().find(|way| way.nodes == nodes || way.nodes == backwards);
         if let Some(way) = drawn {
@@ -146,9 +146,9 @@ impl Drawing {
         id
     }
 
-    fn node(&mut self, place: Place) -> i64 {
+    fn node(&mut self, point: Point) -> i64 {
         let next = next_id(10_001, self.nodes.len());
-        *self.nodes.entry(place.map(millimetres)).or_insert(next)
+        *self.nodes.entry(point.map(millimetres)).or_insert(next)
     }
 
     /// The text of the file.

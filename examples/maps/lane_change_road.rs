@@ -8,23 +8,23 @@ use super::drawing::{Drawing, Lane, Marking};
 const WIDTH_M: f64 = 3.5;
 const PART_M: f64 = 100.0;
 
-/// A way on from a pose.
-type Way = fn(Pose) -> Curve;
+/// Makes a curve that continues from a pose.
+type Continuation = fn(Pose) -> Curve;
 
 pub(crate) fn draw(drawing: &mut Drawing) {
-    let lanes: [(i64, f64, [Marking; 2], &str, Way); 3] = [
+    let lanes: [(i64, f64, [Marking; 2], &str, Continuation); 3] = [
         (100, WIDTH_M, [Marking::Border, Marking::Dashed], "left", |from| arc(from, 12.0, 90.0)),
         (200, 0.0, [Marking::Dashed, Marking::Dashed], "straight", |from| straight(from, 24.0)),
         (300, -WIDTH_M, [Marking::Dashed, Marking::Border], "right", |from| arc(from, 12.0, -90.0)),
     ];
-    for (base, y, [left, right], direction, way) in lanes {
+    for (base, y, [left, right], direction, continuation) in lanes {
         let mut from = pose(0.0, y, 0.0);
         for part in 1..=3 {
             let middle = straight(from, PART_M);
             from = middle.end();
             drawing.lane(Lane::new(base + part, &middle, left, right));
         }
-        let middle = way(from);
+        let middle = continuation(from);
         drawing.lane(Lane::turning(base + 11, &middle, direction));
         drawing.lane(Lane::new(base + 12, &straight(middle.end(), 60.0), Marking::Border, Marking::Border));
     }

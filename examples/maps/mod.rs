@@ -15,19 +15,19 @@ use drawing::Drawing;
 
 /// The file with the lanelets, in the folder of a map.
 pub(crate) const MAP_FILE: &str = "lanelet2_map.osm";
-/// The file that says how to read coordinates.
+/// The file that defines the projection of coordinates.
 pub(crate) const PROJECTOR_FILE: &str = "map_projector_info.yaml";
 /// Its text: `local_x` and `local_y` are the coordinates.
 pub(crate) const PROJECTOR: &str = "projector_type: Local\n";
 
-/// A map to make.
+/// A map, and the drawing of it.
 pub(crate) struct Map {
-    /// Its folder.
+    /// Name of the folder of the map.
     pub(crate) name: &'static str,
     draw: fn(&mut Drawing),
 }
 
-/// All of them.
+/// All maps to make.
 pub(crate) const ALL: [Map; 8] = [
     Map { name: "bus_bay", draw: bus_bay::draw },
     Map { name: "consecutive_turns", draw: turns::draw },

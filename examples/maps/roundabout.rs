@@ -1,4 +1,4 @@
-//! A roundabout with four arms, driven clockwise: a ring of 20 m radius, arms of 75 m with curved ways
+//! A roundabout with four arms, driven clockwise: a ring of 20 m radius, arms of 75 m with curved lanes
 //! in and out. Arm 1 comes from the west, 2 from the north, 3 from the east, 4 from the south, as they
 //! are passed; ids are arm and role. One map has the tags for signals, one has none.
 
@@ -18,7 +18,7 @@ const ELEMENT: i64 = 900;
 const RING_M: f64 = 20.0;
 const ARM_M: f64 = 75.0;
 const MOUTH_M: f64 = 45.0;
-/// Ways in and out meet the ring this far beside the middle of an arm, degrees.
+/// Lanes in and out meet the ring this far beside the middle of an arm, degrees.
 const ASIDE_DEG: f64 = 25.0;
 
 pub(crate) fn draw_tagged(drawing: &mut Drawing) {
@@ -33,7 +33,7 @@ fn draw(drawing: &mut Drawing, is_tagged: bool) {
     for (quarters, arm) in [(0, 1), (3, 2), (2, 3), (1, 4)] {
         let [enters, leaves] = [180.0 - ASIDE_DEG, 180.0 + ASIDE_DEG].map(on_ring);
         let mouth = pose(-MOUTH_M, HALF_WIDTH_M, 0.0);
-        let ways: [(i64, Curve, Vec<Tag>); 6] = [
+        let lanelets: [(i64, Curve, Vec<Tag>); 6] = [
             (IN, straight(mouth.moved(-ARM_M, 0.0), ARM_M), vec![]),
             (ENTRY, bend(mouth, enters), entry_tags(arm)),
             (EXIT, bend(leaves, pose(-MOUTH_M, -HALF_WIDTH_M, 180.0)), vec![]),
@@ -45,7 +45,7 @@ fn draw(drawing: &mut Drawing, is_tagged: bool) {
             ),
             (PAST, arc(leaves, RING_M, -2.0 * ASIDE_DEG), vec![]),
         ];
-        for (role, middle, tags) in ways {
+        for (role, middle, tags) in lanelets {
             let middle = middle.quarters(quarters);
             let is_arm = role == IN || role == OUT;
             let right = if is_arm { Marking::Solid } else { Marking::Virtual };

@@ -4,11 +4,11 @@
 use super::curve::{Curve, Pose, arc, pose, straight};
 use super::drawing::{Drawing, Lane, Marking, tag};
 
-/// A way on from a pose.
-type Way = fn(Pose) -> Curve;
+/// Makes a curve that continues from a pose.
+type Continuation = fn(Pose) -> Curve;
 
 pub(crate) fn draw(drawing: &mut Drawing) {
-    let ways: [(i64, &str, Way); 12] = [
+    let lanelets: [(i64, &str, Continuation); 12] = [
         (101, "", |from| straight(from, 100.0)),
         (102, "left", |from| arc(from, 10.0, 90.0)),
         (103, "", |from| straight(from, 12.0)),
@@ -23,8 +23,8 @@ pub(crate) fn draw(drawing: &mut Drawing) {
         (112, "straight", |from| straight(from, 24.0)),
     ];
     let mut from = pose(0.0, 0.0, 0.0);
-    for (id, direction, way) in ways {
-        let middle = way(from);
+    for (id, direction, continuation) in lanelets {
+        let middle = continuation(from);
         from = middle.end();
         let lane = Lane::new(id, &middle, Marking::Border, Marking::Border);
         let turns = (!direction.is_empty()).then(|| tag("turn_direction", direction));

@@ -7,7 +7,8 @@ use std::io::Cursor;
 
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::simulated_vehicle::request;
-use signal_gateway::io::can::candump::{Content, parse_line};
+use signal_gateway::io::can::formats::Content;
+use signal_gateway::io::can::formats::candump::parse_line;
 use signal_gateway::io::can::log::Log;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -15,17 +16,18 @@ fuzz_target!(|bytes: &[u8]| {
         assert!(!error.to_string().is_empty());
     }
     if let Ok(line) = parse_line(bytes) {
-        assert!(!line.interface.is_empty() && !line.interface.contains(' '));
+        let interface = line.interface.to_string();
+        assert!(!interface.is_empty() && !interface.contains(' '));
         let nanos = line.stamp.as_nanos();
         assert!(nanos >= 0);
         if let Content::Data(frame) = line.content {
             let (sec, fraction) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
-            let again = format!("({sec}.{fraction:09}) {} {frame}", line.interface);
+            let again = format!("({sec}.{fraction:09}) {interface} {frame}");
             assert_eq!(parse_line(again.as_bytes()), Ok(line));
         }
     }
     let lines = bytes.split(|byte| *byte == b'\n').count() as u64;
-    // Packed: what comes out may be much more. BLF, MF4: no lines, and they may end within a record.
+    // Packed: the content may be much larger. BLF, MF4: no lines, and they may end within a record.
     if [&[0x1F, 0x8B][..], b"LOGG", b"MDF ", b"UnFinMF "].iter().any(|mark| bytes.starts_with(mark)) {
         return;
     }

@@ -1,6 +1,6 @@
-//! Any text for one of the three files is refused in words, or makes a gateway that runs.
+//! Any text for one of the three files is refused with a text, or makes a gateway that runs.
 //!
-//! The first byte says which file the rest is: 0 the gateway's, 1 the profile, 2 the DBC.
+//! The first byte selects the file that the rest is: 0 the gateway's, 1 the profile, 2 the DBC.
 
 #![no_main]
 
@@ -64,7 +64,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-/// What a gateway can be configured for can be simulated, or there is nothing to simulate.
+/// Any configured vehicle can be simulated, or there is nothing to simulate.
 fn simulate(settings: &Settings) {
     let Ok(plan) = settings.vehicle_plan() else { return };
     let mut now = MonoTime::ZERO;

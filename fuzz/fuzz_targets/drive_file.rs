@@ -1,4 +1,4 @@
-//! Any bytes as a drive scenario are refused in words, or make a drive whose cycles are numbers.
+//! Any bytes as a drive scenario are refused with a text, or make a drive whose cycles are numbers.
 //! The map is always the same.
 
 #![no_main]
@@ -9,7 +9,7 @@ use std::path::Path;
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::config::drive::read;
 use signal_gateway::config::files::Files;
-use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 const MAP: &[u8] = include_bytes!("../corpus/map_text/crossroads.osm");
 
@@ -26,15 +26,15 @@ impl Files for Only<'_> {
 }
 
 fuzz_target!(|bytes: &[u8]| {
-    match read(&Only(bytes), Path::new("s.toml")).and_then(Course::new) {
+    match read(&Only(bytes), Path::new("s.toml")).and_then(DriveSimulation::new) {
         Err(refused) => {
             assert!(!refused.0.is_empty());
             for problem in refused.0 {
                 assert!(!problem.reason.is_empty() && !problem.to_string().contains('\n'));
             }
         }
-        Ok(course) => {
-            for cycle in course.cycles().take(20) {
+        Ok(simulation) => {
+            for cycle in simulation.cycles().take(20) {
                 assert!(cycle.pose.is_finite() && cycle.at_m.is_finite() && cycle.speed_mps.is_finite());
                 assert!(cycle.path.iter().all(|point| point.pose.is_finite()));
             }

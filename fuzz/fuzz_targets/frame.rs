@@ -1,4 +1,4 @@
-//! Any inputs at any times: no panic, deadlines move forward, nothing is published in doubt.
+//! Any inputs at any times: no panic, deadlines move forward, nothing is published while it is unknown.
 //!
 //! The first byte picks a vehicle, the rest are inputs: kind, pause, and what the kind needs.
 
@@ -124,7 +124,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-/// Takes all outputs, a handful at most, and looks whether what is shown may be.
+/// Takes all outputs, a handful at most, and checks whether they may be published.
 fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     let mut count = 0;
     while let Some(output) = gateway.poll_output() {
@@ -146,11 +146,11 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     }
     assert!(count <= 6, "{count} outputs of one input");
     for (task, shown) in [Task::TurnIndicators, Task::HazardLights].into_iter().zip(shown) {
-        let (trouble, published) = gateway.lights().failure(task);
+        let (fault, published) = gateway.lights().failure(task);
         assert_eq!(published, *shown, "{task:?}");
-        if matches!(trouble, Some(FaultKind::Unknown | FaultKind::Invalid)) {
-            assert!(!published, "{task:?} in doubt");
+        if matches!(fault, Some(FaultKind::Unknown | FaultKind::Invalid)) {
+            assert!(!published, "{task:?} while unknown");
         }
-        assert!(published || trouble.is_some(), "{task:?} is withheld for no reason");
+        assert!(published || fault.is_some(), "{task:?} is withheld for no reason");
     }
 }

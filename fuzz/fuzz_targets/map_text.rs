@@ -1,4 +1,4 @@
-//! Any bytes are read as a lanelet2 map, or refused, and every lanelet of a map can be asked for.
+//! Any bytes are read as a lanelet2 map, or refused, and every lanelet of a map can be queried.
 
 #![no_main]
 

@@ -1,7 +1,7 @@
-//! Any bytes as a scenario in each form are refused in words, or make a scenario that holds together.
+//! Any bytes as a scenario in each form are refused with a text, or make a scenario that holds together.
 //!
-//! The first byte says the form (0 TOML, 1 YAML, 2 OpenSCENARIO XML) and, in its highest bit, whose
-//! behaviour is wanted.
+//! The first byte selects the form (0 TOML, 1 YAML, 2 OpenSCENARIO XML) and, in its highest bit, the
+//! compat mode.
 
 #![no_main]
 
@@ -39,7 +39,7 @@ fuzz_target!(|bytes: &[u8]| {
             let references = controllers.iter().filter_map(|controller| controller.reference);
             assert!(references.into_iter().all(|reference| reference.controller.0 < controllers.len()));
             for event in file.scenario.acts.iter().flat_map(|act| &act.events) {
-                assert!(event.most_executions > 0 && event.actions.len() == event.action_names.len());
+                assert!(event.max_executions > 0 && event.actions.len() == event.action_names.len());
             }
             for part in &file.not_interpreted {
                 assert!(!part.what.is_empty() && !part.to_string().contains('\n'));

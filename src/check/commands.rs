@@ -1,4 +1,4 @@
-//! The part of a check on commands to the vehicle: whether any are sent, and the frames that can be.
+//! The part of a check on commands to the vehicle: dry run or not, and the frames that can be sent.
 
 use super::Report;
 use crate::config::Settings;
@@ -31,11 +31,11 @@ pub(super) fn commands(settings: &Settings, report: &mut Report) {
         let bus = settings.gateway.buses.get(usize::from(message.permission.bus().0));
         let bus = bus.map_or("?", |bus| bus.name.as_str());
         let (name, id, period) = (&message.name, message.permission.id(), message.timing.period.as_millis());
-        report.line("", &format!("{name} ({id}) on {bus}: {}, every {period} ms", asks_for(message)));
+        report.line("", &format!("{name} ({id}) on {bus}: {}, every {period} ms", lights_of(message)));
     }
 }
 
-fn asks_for(message: &CommandMessage) -> &'static str {
+fn lights_of(message: &CommandMessage) -> &'static str {
     let turn = message.turn.as_ref();
     let hazard = message.hazard.is_some() || turn.is_some_and(|part| part.hazard.is_some());
     match (turn.is_some(), hazard) {

@@ -59,7 +59,8 @@ impl Decoder {
             if self.changes_only && before == Some(raw) {
                 continue;
             }
-            let texts: Vec<_> = texts(&self.binding, index, raw).into_iter().map(|word| word.text).collect();
+            let texts: Vec<_> =
+                texts(&self.binding, index, raw).into_iter().map(|meaning| meaning.text).collect();
             let stamp = stamp_text(*stamp);
             let (id, name, texts) = (frame.id(), &signal.name, texts.join(", "));
             writeln!(out, "({stamp}) {interface} {id} {name} = {raw} (0x{raw:X}) {texts}")?;

@@ -22,7 +22,7 @@ pub use survey::recording;
 /// The result of a check.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Report {
-    /// The text.
+    /// The report, lines of text.
     pub text: String,
     /// Number of warnings, which an integrator should look at before the drive.
     pub concerns: u32,
@@ -97,11 +97,11 @@ pub fn binding(settings: &Settings) -> Report {
 
 /// Notes for an integrator on a configuration that is accepted.
 pub fn notes(settings: &Settings) -> Vec<String> {
-    let unseen = flashes_unseen(&settings.gateway.lights);
-    unseen.into_iter().chain(traffic_lights::notes(settings)).collect()
+    let missed = missed_flashes(&settings.gateway.lights);
+    missed.into_iter().chain(traffic_lights::notes(settings)).collect()
 }
 
-fn flashes_unseen(lights: &LightsBinding) -> Vec<String> {
+fn missed_flashes(lights: &LightsBinding) -> Vec<String> {
     let note = |named: &NamedSource<TurnSource>| match &named.source {
         TurnSource::Lamps { pair, resolution: Resolution::ShortFlashesMayFallBetween, .. } => {
             let [left, right] =

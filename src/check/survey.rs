@@ -56,7 +56,7 @@ struct Survey {
     faults: BTreeMap<(usize, FaultKind), FaultSurvey>,
     /// State of each report since the last step: its fault, and whether it is published.
     current: [(Option<FaultKind>, bool); 2],
-    /// Of the first frame on a configured interface.
+    /// Time of the first frame on a configured interface.
     start: MonoTime,
     published: [Duration; 2],
 }
@@ -95,15 +95,15 @@ impl Survey {
                 values.entry(raw).or_insert((0, at)).0 += 1;
             }
         }
-        let is_it = |message: &BoundMessage| message.bus == *bus && message.id == frame.id();
-        let Some(position) = lights.table.messages.iter().position(is_it) else { return };
-        let seen = &mut self.messages[position];
-        seen.frames += 1;
-        if let Some(last) = seen.last.replace(at) {
+        let is_bound = |message: &BoundMessage| message.bus == *bus && message.id == frame.id();
+        let Some(position) = lights.table.messages.iter().position(is_bound) else { return };
+        let survey = &mut self.messages[position];
+        survey.frames += 1;
+        if let Some(last) = survey.last.replace(at) {
             let gap = at.since(last);
-            seen.longest_gap = seen.longest_gap.max(gap);
+            survey.longest_gap = survey.longest_gap.max(gap);
             if let Some(timeout) = lights.table.messages[position].timing.timeout() {
-                seen.too_long += u64::from(gap > timeout);
+                survey.too_long += u64::from(gap > timeout);
             }
         }
     }
@@ -157,20 +157,22 @@ impl Survey {
 
     fn report_messages(&self, settings: &Settings, replay: &Replay, report: &mut Report) {
         let checkers = replay.gateway().lights().observations();
-        for (index, (message, seen)) in
+        for (index, (message, survey)) in
             settings.gateway.lights.table.messages.iter().zip(&self.messages).enumerate()
         {
             let interface = &settings.gateway.buses[usize::from(message.bus.0)].interface;
             let (name, id) = (&message.name, message.id);
-            if seen.frames == 0 {
+            if survey.frames == 0 {
                 report.concern(&format!("{name} ({id}) was never received on {interface}"));
                 continue;
             }
-            let gap = seen.longest_gap.as_millis();
-            report.line("message", &format!("{name} ({id}): {} frames, longest gap {gap} ms", seen.frames));
-            if seen.too_long > 0 {
-                report
-                    .concern(&format!("{name} was silent for longer than its limit {} times", seen.too_long));
+            let gap = survey.longest_gap.as_millis();
+            report.line("message", &format!("{name} ({id}): {} frames, longest gap {gap} ms", survey.frames));
+            if survey.too_long > 0 {
+                report.concern(&format!(
+                    "{name} was silent for longer than its limit {} times",
+                    survey.too_long
+                ));
             }
             if let Some(counts) = checkers.integrity_counts(MessageIndex(index)) {
                 report_integrity(name, counts, report);
@@ -184,13 +186,13 @@ impl Survey {
             let name = &lights.table.signals[index].name;
             for (raw, (count, first)) in values {
                 let texts = texts(lights, SignalIndex(index), *raw);
-                let text: Vec<_> = texts.iter().map(|word| word.text.as_str()).collect();
+                let text: Vec<_> = texts.iter().map(|meaning| meaning.text.as_str()).collect();
                 let first = seconds_text(*first);
                 let line = format!(
                     "{name} = {raw} (0x{raw:X}) {}: {count} times, first at {first}",
                     text.join(", ")
                 );
-                if texts.iter().all(|word| word.defined) {
+                if texts.iter().all(|meaning| meaning.defined) {
                     report.line("value", &line);
                 } else {
                     report.concern(&line);

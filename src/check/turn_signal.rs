@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_decider_would_use_is_listed() {
+    fn settings_and_topics_of_the_decider_are_listed() {
         let text = "[turn_signal]\nmap = \"map.osm\"\nshadow = true\ncountry = \"DE\"\ncompat = \"upstream\"\n\
                     parameters.turn_signal_search_time = 2.5\ninputs.scenario = \"\"\n";
         let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::Failure;
 use crate::check;
 use crate::config::files::Disk;
 use crate::config::{Overrides, Settings, load, load_profile};
 use crate::core::can::link::BusIndex;
+use crate::io::can::formats;
 use crate::io::can::log::Log;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
@@ -29,8 +30,7 @@ const DEFAULT_CONFIG: &str = "/etc/signal-gateway/gateway.toml";
 
 #[derive(Debug, Args)]
 pub(super) struct RecordingArgs {
-    /// Recording, plain or gzip, - for standard input: candump -L, Vector ASC or BLF, PCAN TRC, SavvyCAN or GVRET
-    /// CSV, BUSMASTER; default: the configured recording
+    #[arg(help = log_help())]
     pub(super) log: Option<PathBuf>,
     #[command(flatten)]
     pub(super) config: ConfigArgs,
@@ -38,6 +38,22 @@ pub(super) struct RecordingArgs {
     /// when both have just one
     #[arg(long, value_name = "INTERFACE=BUS", value_parser = mapping)]
     pub(super) map: Vec<(String, String)>,
+}
+
+/// The occasions on which a command on virtual time prints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(super) enum Every {
+    /// When something is different
+    #[default]
+    Change,
+    /// At every cycle or frame, and when something is different
+    #[value(aliases = ["cycle", "frame"])]
+    Step,
+}
+
+fn log_help() -> String {
+    let formats = formats::names().join(", ");
+    format!("Recording, plain or gzip, - for standard input: {formats}; default: the configured recording")
 }
 
 pub(super) fn speed(text: &str) -> Result<f64, String> {
@@ -70,12 +86,12 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
 
 /// Opens a recording.
 pub(super) fn open(path: &Path) -> Result<Log, Failure> {
-    Log::open(path).map_err(|error| Failure::File(path.display().to_string(), error))
+    Log::open(path).map_err(Failure::file(path))
 }
 
 /// Writes a chart to a file.
 pub(super) fn draw(path: &Path, chart: &Chart) -> Result<(), Failure> {
-    std::fs::write(path, chart.to_svg()).map_err(|error| Failure::File(path.display().to_string(), error))
+    std::fs::write(path, chart.to_svg()).map_err(Failure::file(path))
 }
 
 /// The title of a chart that has none of its own.

@@ -4,15 +4,16 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 use super::Failure;
-use super::arguments::{draw, file_name};
+use super::arguments::{Every, draw, file_name};
 use crate::config::drive;
 use crate::config::files::Disk;
 use crate::core::turn_signal::compat::DeciderCompat;
-use crate::desk::drive::course::Course;
 use crate::desk::drive::run::Run;
+use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::drive::verdict::Verdicts;
 use crate::report::Form;
 use crate::report::drive::DriveWriter;
@@ -25,9 +26,9 @@ Examples:
   signal-gateway decide crossing.toml --picture crossing.svg
 
 For each change of the decision a line of text is  seconds  metres  m/s  command  basis, with every
-reason below it: what became of each candidate, with its four distances in metres (ds, de: front to
+reason below it: the outcome of each candidate, with its four distances in metres (ds, de: front to
 the desired start, rear axle to the desired end; rs, re: the same for the required section; negative
-is behind), then what each manoeuvre came to and what is wrong with the inputs.
+is behind), then the outcome of each manoeuvre and what is wrong with the inputs.
 
 With --json each line is one object:
   {\"compat\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
@@ -35,9 +36,9 @@ With --json each line is one object:
    \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
    \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
    \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
-From \"turn\" on it is the form that a replay has; what there is none of is null. With --compat
+From \"turn\" on it is the form that a replay has; what does not apply is null. With --compat
 path_generator the basis is \"path_generator\", without candidates, and a key more, \"lanelet\": TEXT,
-names the tagged lanelet that decided. The last line of each behaviour is
+names the tagged lanelet that decided. The last line of each compat is
   {\"compat\", \"expectations\": {\"met\": 5, \"failed\": [{\"expectation\": PLACE, \"what\": TEXT}]}}
 
 The exit code is 5 when an expectation failed.";
@@ -46,62 +47,52 @@ The exit code is 5 when an expectation failed.";
 pub(super) struct DecideArgs {
     /// Drive scenario (.toml)
     scenario: PathBuf,
-    /// Behaviour of the decider; default: those that the scenario is for
+    /// The decider of Autoware that is followed; default: those that the scenario is for
     #[arg(long, value_name = "COMPAT", value_enum)]
-    compat: Option<CompatArg>,
+    compat: Option<DeciderCompat>,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
-    /// When to print
+    /// When to print: changes of the decision, distances apart, or every cycle
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
-    /// Draw the way with all sections and signals as well
+    /// Draw the route with all sections and signals as well
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum CompatArg {
-    /// Autoware's behavior path planner without its weaknesses
-    Improved,
-    /// Autoware's behavior path planner
-    Upstream,
-    /// Autoware's core path generator
-    #[value(name = "path_generator")]
-    PathGenerator,
-}
+impl ValueEnum for DeciderCompat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Every {
-    /// When the decision is another one, distances apart
-    #[default]
-    Change,
-    /// At every cycle
-    Cycle,
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let help = match self {
+            Self::Improved => "Autoware's behavior path planner without its weaknesses",
+            Self::Upstream => "Autoware's behavior path planner",
+            Self::PathGenerator => "Autoware's core path generator",
+        };
+        Some(PossibleValue::new(self.name()).help(help))
+    }
 }
 
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
-    let course = Course::new(drive::read(&Disk, &args.scenario)?)?;
-    let modes = match args.compat {
-        None => course.file().modes.clone(),
-        Some(CompatArg::Improved) => vec![DeciderCompat::Improved],
-        Some(CompatArg::Upstream) => vec![DeciderCompat::Upstream],
-        Some(CompatArg::PathGenerator) => vec![DeciderCompat::PathGenerator],
-    };
+    let simulation = DriveSimulation::new(drive::read(&Disk, &args.scenario)?)?;
+    let compats = args.compat.map_or_else(|| simulation.file().compats.clone(), |compat| vec![compat]);
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut writer = DriveWriter::new(Form::json_if(args.json));
-    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(course.file()));
+    let mut chart = args.picture.as_ref().map(|_| DriveChart::new(simulation.file()));
     let mut has_failed = false;
-    for mode in modes {
-        let (mut run, mut verdicts) = (Run::new(&course, mode), Verdicts::new(&course, mode));
-        if let Some(heading) = writer.begin(mode) {
+    for compat in compats {
+        let (mut run, mut verdicts) = (Run::new(&simulation, compat), Verdicts::new(&simulation, compat));
+        if let Some(heading) = writer.begin(compat) {
             writeln!(out, "{heading}")?;
         }
-        for cycle in course.cycles() {
+        for cycle in simulation.cycles() {
             let decision = run.step(&cycle);
             verdicts.take(&cycle, &decision);
-            let snapshot = cycle.snapshot(mode, &decision);
-            if let Some(lines) = writer.write(&snapshot, args.every == Every::Cycle) {
+            let snapshot = cycle.snapshot(compat, &decision);
+            if let Some(lines) = writer.write(&snapshot, args.every == Every::Step) {
                 writeln!(out, "{lines}")?;
             }
             if let Some(chart) = &mut chart {
@@ -114,7 +105,7 @@ pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
-        let title = course.file().name.clone().unwrap_or_else(|| file_name(&args.scenario));
+        let title = simulation.file().name.clone().unwrap_or_else(|| file_name(&args.scenario));
         draw(path, &chart.chart(title))?;
     }
     Ok(if has_failed { ExitCode::from(5) } else { ExitCode::SUCCESS })

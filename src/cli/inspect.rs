@@ -51,12 +51,12 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let mut concerns = bound.concerns;
     if args.log.is_some() || settings.recording.is_some() {
         let (path, routes) = recording(args, &settings)?;
-        let unreadable = |error| Failure::File(path.display().to_string(), error);
-        let replay = Replay::new(settings.gateway.clone(), open(&path)?, routes).map_err(unreadable)?;
+        let unreadable = Failure::file(&path);
+        let replay = Replay::new(settings.gateway.clone(), open(&path)?, routes).map_err(&unreadable)?;
         let (report, outcome) = check::recording(&settings, replay);
         out.write_all(report.text.as_bytes())?;
         concerns += report.concerns;
-        outcome.map_err(unreadable)?;
+        outcome.map_err(&unreadable)?;
     }
     writeln!(out, "{concerns} warnings")?;
     Ok(if concerns == 0 { ExitCode::SUCCESS } else { ExitCode::from(4) })
@@ -72,8 +72,8 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     let (path, routes) = recording(&args.recording, &settings)?;
-    let unreadable = |error| Failure::File(path.display().to_string(), error);
-    let mut replay = Replay::new(settings.gateway, open(&path)?, routes).map_err(unreadable)?;
+    let unreadable = Failure::file(&path);
+    let mut replay = Replay::new(settings.gateway, open(&path)?, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {

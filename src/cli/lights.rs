@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
-use super::arguments::{draw, file_name, seconds};
+use super::arguments::{Every, draw, file_name, seconds};
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::read_lights;
@@ -33,16 +34,15 @@ Examples:
   signal-gateway lights drive.xosc --map lanelet2_map.osm --compat upstream --json
 
 A line of text is  seconds  where  what  for each change:
-  phase, event, act, action, end            what happened
+  phase, event, act, action, end            events of the scenario
   conventional, v2i                         ground truth of the channel, by way id
-  conventional_detected, v2i_detected       what is reported instead
+  conventional_detected, v2i_detected       states that are reported instead
   internal, external                        groups as they are sent for camera and V2I, by
-                                            relation id; external ones with what comes next
+                                            relation id; external ones with predictions
 States are short: solidOn circles are named by their colour alone. `dark` is a light without
-bulbs; `-` means that there is no entry any more. 1 is the surest; other confidences follow in
-parentheses.
+bulbs; `-` marks a removed entry. A confidence other than 1 follows in parentheses.
 
-With --json each line is one object that holds all there is at t, in seconds:
+With --json each line is one object with all states at t, in seconds:
   {\"t\": 0.033,
    \"events\": [{\"what\": \"phase\", \"controller\": NAME, \"phase\": NAME}],
    \"ground_truth\": {\"conventional\": {WAY: {\"state\": TEXT, \"confidence\": 1.0}}, \"v2i\": {…}},
@@ -66,9 +66,9 @@ pub(super) struct LightsArgs {
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "FILE.osm")]
     map: Option<PathBuf>,
-    /// Whose behaviour, where the simulator's is not the best one
-    #[arg(long, value_name = "WHOSE", value_enum, default_value_t)]
-    compat: CompatArg,
+    /// Mode, where the simulator's rules have weaknesses
+    #[arg(long, value_name = "MODE", value_enum, default_value_t)]
+    compat: Compat,
     /// Time at which to stop, from 0.001 to 86400
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
@@ -81,16 +81,16 @@ pub(super) struct LightsArgs {
     /// Rate at which external is sent, until the scenario changes it, from 0.001 to 1000
     #[arg(long, value_name = "HZ", value_parser = rate, default_value = "10")]
     v2i_rate: Rate,
-    /// Whether enabling V2I copies what a light shows at that time; default: true, for upstream false
+    /// Copy the present state of a light when V2I is enabled; default: true, for upstream false
     #[arg(long, value_name = "BOOL")]
     copy_on_enable: Option<bool>,
-    /// Whether a group is sent once for each of its lit heads; default: false, for upstream always
+    /// Send a group once for each of its lit heads; default: false, for upstream always
     #[arg(long, value_name = "BOOL")]
     one_group_per_head: Option<bool>,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
-    /// When to print: what is different when it is, or all there is at every frame as well
+    /// When to print: changes when they happen, or all states at every frame as well
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     every: Every,
     /// Draw the timeline as well
@@ -98,35 +98,23 @@ pub(super) struct LightsArgs {
     picture: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum CompatArg {
-    /// Ours
-    #[default]
-    Improved,
-    /// That of `scenario_simulator_v2` 25.0.20
-    Upstream,
-}
+impl ValueEnum for Compat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Improved, Self::Upstream]
+    }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Every {
-    /// When something is different
-    #[default]
-    Change,
-    /// At every frame, and between frames when something is different
-    Frame,
-}
-
-impl From<CompatArg> for Compat {
-    fn from(whose: CompatArg) -> Self {
-        match whose {
-            CompatArg::Improved => Self::Improved,
-            CompatArg::Upstream => Self::Upstream,
-        }
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Improved => PossibleValue::new("improved").help("The improved rules"),
+            Self::Upstream => {
+                PossibleValue::new("upstream").help("The rules of `scenario_simulator_v2` 25.0.20")
+            }
+        })
     }
 }
 
 pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
-    let compat = Compat::from(args.compat);
+    let compat = args.compat;
     let file = scenario::read(&Disk, &args.scenario, compat)?;
     let map = Arc::new(light_map(args, &file)?);
     let unknown = file.check_against(&map, compat);
@@ -152,7 +140,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let mut writer = LightsWriter::new(Form::json_if(args.json), style);
     let mut out = io::BufWriter::new(io::stdout().lock());
     while let Some(snapshot) = run.step() {
-        let lines = writer.write(&snapshot, args.every == Every::Frame && snapshot.is_frame);
+        let lines = writer.write(&snapshot, args.every == Every::Step && snapshot.is_frame);
         lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
         if let Some(chart) = &mut chart {
             chart.add(&snapshot);
@@ -190,7 +178,7 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
-    // Places of lamps are for viewers.
+    // Positions of lamps are for viewers.
     read_lights(&Disk, path, LampSource::Drawn).map_err(|reason| refused(path, &reason, remedy))
 }
 
@@ -205,11 +193,11 @@ fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
 }
 
 fn subtitle(args: &LightsArgs) -> String {
-    let whose = match args.compat {
-        CompatArg::Improved => "",
-        CompatArg::Upstream => "behaviour of the simulator, ",
+    let compat = match args.compat {
+        Compat::Improved => "",
+        Compat::Upstream => "compat upstream, ",
     };
-    format!("{whose}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
+    format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
 }
 
 fn rate(text: &str) -> Result<Rate, String> {

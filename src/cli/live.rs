@@ -27,7 +27,7 @@ pub(super) const DEMO_HELP: &str = "\
 Examples:
   signal-gateway demo                   45 s of an invented sedan, published on ROS 2
   signal-gateway demo --repeat
-  signal-gateway demo --no-ros          the view alone";
+  signal-gateway demo --no-ros          without publishing";
 
 #[derive(Debug, Args)]
 pub(super) struct DemoArgs {
@@ -45,7 +45,7 @@ pub(super) struct DemoArgs {
 pub(super) fn run(args: &ConfigArgs) -> Result<ExitCode, Failure> {
     start_log("info");
     let settings = settings(args)?;
-    let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone());
+    let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
     daemon::run(settings, view)?;
     Ok(ExitCode::SUCCESS)
 }
@@ -59,7 +59,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
         None => return Err(DaemonError::NoRecording.into()),
     };
     let title = format!("{}, built-in recording, Ctrl-C ends", settings.vehicle);
-    let view = View::new(Style::choose(Style::Panel, Style::Lines), title);
+    let view = View::new(Style::choose(Style::Panel, Style::Lines), title)?;
     let reopen = || Log::new(Box::new(io::Cursor::new(Embedded.read(&file)?)));
     let routes = Routes::by_interface(&settings.gateway);
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };

@@ -10,7 +10,9 @@ mod replay;
 mod vehicle;
 
 use std::io;
+use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
@@ -18,6 +20,7 @@ use tracing_subscriber::EnvFilter;
 use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
+use crate::io::process_log;
 use arguments::ConfigArgs;
 use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};
@@ -42,7 +45,7 @@ Exit codes:
   1  failed while running
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
-  4  check found something to look at
+  4  check found warnings
   5  the scenario of lights ended in failure
 
 Start with: signal-gateway demo";
@@ -79,7 +82,10 @@ enum Command {
     Man(ManArgs),
 }
 
-/// Runs the command that the arguments ask for; errors go to standard error.
+/// Longest time that the end waits for a reader of standard error.
+const LAST_LINES: Duration = Duration::from_millis(300);
+
+/// Runs the command of the arguments; errors go to standard error.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
@@ -94,9 +100,9 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => Ok(manual::completions(&args)),
         Command::Man(args) => manual::man(&args),
     };
-    match outcome {
+    let code = match outcome {
         Ok(code) => code,
-        // Whoever read our output has had enough: no failure of ours.
+        // The reader of our output has closed it, which is not a failure.
         Err(Failure::System(error) | Failure::Daemon(DaemonError::System(error)))
             if error.kind() == io::ErrorKind::BrokenPipe =>
         {
@@ -114,10 +120,12 @@ pub fn main() -> ExitCode {
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,
             })
         }
-    }
+    };
+    process_log::flush(LAST_LINES);
+    code
 }
 
-/// The ways in which a command can fail.
+/// The reason for which a command failed.
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error("{0}")]
@@ -132,25 +140,26 @@ enum Failure {
     System(#[from] io::Error),
 }
 
-#[allow(clippy::print_stderr)] // the one place that speaks to the caller's terminal
-fn say(text: &str) {
-    eprintln!("{text}");
+impl Failure {
+    /// Makes the failure of an error of this file.
+    fn file(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |error| Self::File(path.display().to_string(), error)
+    }
 }
 
-/// Log records on standard error; under systemd without time and colour, which the journal adds.
+/// Tells the caller something on standard error.
+fn say(text: &str) {
+    process_log::line(text);
+}
+
+/// Starts the log of messages from `default_level` on, or as `RUST_LOG` asks for.
 fn start_log(default_level: &str) {
-    // DDS speaks only when RUST_LOG asks for it by name, as in RUST_LOG=debug,rustdds=debug.
+    // DDS logs only when RUST_LOG names it, as in RUST_LOG=debug,rustdds=debug.
     let quiet = "rustdds=off,ros2_client=off,mio_06=off";
-    let wanted = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
-    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{wanted}"))
+    let requested = std::env::var(EnvFilter::DEFAULT_ENV).unwrap_or_default();
+    let filter = EnvFilter::try_new(format!("{default_level},{quiet},{requested}"))
         .unwrap_or_else(|_| EnvFilter::new(format!("{default_level},{quiet}")));
-    let builder =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).with_target(false);
-    let started = if std::env::var_os("JOURNAL_STREAM").is_some() {
-        builder.without_time().with_ansi(false).try_init()
-    } else {
-        builder.with_ansi(io::IsTerminal::is_terminal(&io::stderr())).try_init()
-    };
-    // Already started: nothing to do.
-    drop(started);
+    if let Err(error) = process_log::start(filter) {
+        say(&format!("signal-gateway: no log: {error}"));
+    }
 }

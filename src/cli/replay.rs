@@ -58,8 +58,8 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         return replay_in_time(args, settings, &path, routes, json);
     }
     let log = open(&path)?;
-    let unreadable = |error| Failure::File(path.display().to_string(), error);
-    let mut replay = Replay::new(settings.gateway, log, routes).map_err(unreadable)?;
+    let unreadable = Failure::file(&path);
+    let mut replay = Replay::new(settings.gateway, log, routes).map_err(&unreadable)?;
     let mut out = io::BufWriter::new(io::stdout().lock());
     let mut changes = Changes::default();
     let outcome = loop {
@@ -122,7 +122,7 @@ fn replay_in_time(
     let configured = settings.recording.as_ref().filter(|_| args.ros);
     let stamps = configured.map(|recording| recording.stamps).unwrap_or_default();
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
-    let view = View::new(Style::choose(Style::StatusLine, Style::Lines), settings.vehicle.clone());
+    let view = View::new(Style::choose(Style::StatusLine, Style::Lines), settings.vehicle.clone())?;
     let reopen = || Log::open(path);
     daemon::play(settings, view, json, (&path.display().to_string(), &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)

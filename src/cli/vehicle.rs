@@ -39,17 +39,17 @@ in seconds since the start, # begins a comment:
   fault corrupt [P] [MESSAGE]          a random bit is wrong
   fault freeze-counter [MESSAGE]       the counter stops
   fault freeze-contents [MESSAGE]      the contents stand still, counter and checksum go on
-  fault false-report off|left|right|hazard  reports say that, whatever the lamps do
-  fault report not_available|fault|undefined   reports say nothing that can be used
-  fault bulb left|right      the side flashes twice as fast, fault signals tell it
+  fault false-report off|left|right|hazard  reports have this state, whatever the lamps do
+  fault report not_available|fault|undefined   reports have such a value instead of a state
+  fault bulb left|right      the side flashes twice as fast, fault signals report it
   fault ignore-commands      commands are ignored
   fault bus-off SECONDS      an error frame with bus-off; silence; another with restarted
   fault silent               nothing is sent or received
-  clear                      all is whole again
+  clear                      all faults end
 Without MESSAGE a fault is of all messages. The end of standard input does not end the vehicle.
 
 A line of text is  seconds  what  how. With --json each line is one object {\"t\": SECONDS, \"what\": …}:
-  commanded          turn (left, right, off or null: nothing asked), hazard (true, false or null)
+  commanded          turn (left, right, off or null: nothing requested), hazard (true, false or null)
   command_timed_out  message
   command_rejected   message, why
   lights             lights (off, left, right, hazard), who (nobody, command, driver)
@@ -73,7 +73,7 @@ pub(super) struct VehicleArgs {
     /// Time at which to end; default: with SIGTERM or SIGINT, of a log 10
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<Duration>,
-    /// From a command to the lights
+    /// Time from a command to the lights
     #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(0..=60_000))]
     reaction_ms: u64,
     /// Time for which a command holds after its last frame; default: five periods of its message
@@ -82,7 +82,7 @@ pub(super) struct VehicleArgs {
     /// Flashes a minute
     #[arg(long, value_name = "RATE", default_value_t = 90, value_parser = clap::value_parser!(u64).range(30..=240))]
     flashes: u64,
-    /// Another seed, other random faults
+    /// Seed of the random faults
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Print JSON lines
@@ -178,10 +178,10 @@ fn refuse_controller(interface: &str) -> Result<(), Failure> {
 fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), Failure> {
     let buses = &mut settings.gateway.buses;
     for given in &args.interface {
-        let (wanted, interface) =
-            given.split_once('=').map_or((None, given.as_str()), |(bus, name)| (Some(bus), name));
+        let (name, interface) =
+            given.split_once('=').map_or((None, given.as_str()), |(name, interface)| (Some(name), interface));
         let only = buses.len() == 1;
-        let found = buses.iter_mut().find(|bus| wanted.map_or(only, |wanted| bus.name == wanted));
+        let found = buses.iter_mut().find(|bus| name.map_or(only, |name| bus.name == name));
         match found {
             Some(bus) => interface.clone_into(&mut bus.interface),
             None => {
@@ -198,8 +198,7 @@ fn choose_interfaces(args: &VehicleArgs, settings: &mut Settings) -> Result<(), 
 
 /// Requests without a time are for the start.
 fn read_script(path: &Path) -> Result<Vec<(Duration, Request)>, Failure> {
-    let failed = |error| Failure::File(path.display().to_string(), error);
-    let text = std::fs::read_to_string(path).map_err(failed)?;
+    let text = std::fs::read_to_string(path).map_err(Failure::file(path))?;
     let mut script = Vec::new();
     for (number, line) in (1_u32..).zip(text.lines()) {
         let wrong = |error| Failure::Usage(format!("{}:{number}: {error}", path.display()));
@@ -216,7 +215,7 @@ fn lines_of_stdin() -> UnboundedReceiver<String> {
     let (sender, lines) = unbounded_channel();
     std::thread::spawn(move || {
         for line in io::stdin().lock().split(b'\n') {
-            // Not to be read: no more lines. What is not text is not a request, and will be said so.
+            // An error ends the input. A line that is not text is reported as not a request.
             let line = line.map(|line| String::from_utf8_lossy(&line).into_owned());
             if line.ok().is_none_or(|line| sender.send(line).is_err()) {
                 break;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::files::{Embedded, Files};
+use super::files::{Embedded, Files, countries};
 use super::reading::checker::{Checker, Keywords, LocatedText};
 use super::reading::fields::Fields;
 use super::reading::location::Text;
@@ -10,9 +10,6 @@ use super::reading::problem::Problem;
 use super::reading::toml_text::from_toml;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::signal::Side;
-
-/// Codes of the countries whose rules are built into the binary, from `config/countries`.
-pub const BUILT_IN: [&str; 7] = ["JP", "DE", "KR", "AT", "CH", "GB", "US-CA"];
 
 /// An example of a file of rules, which shows every key.
 const SEE: &str = "config/countries/JP.toml";
@@ -26,13 +23,18 @@ const SIDES_OR_NONE: Keywords<Option<Side>> =
 pub enum NoCountry {
     /// The name is unknown, or its file cannot be read.
     Nowhere {
-        /// The problem in words.
+        /// The problem as text.
         reason: String,
-        /// The remedy in words.
+        /// The remedy as text.
         remedy: String,
     },
     /// Its file is refused.
     Refused(Vec<Problem>),
+}
+
+/// Codes of the countries whose rules are built into the binary, the files of `config/countries`.
+pub fn built_in() -> Vec<&'static str> {
+    countries().filter_map(|path| path.file_stem()?.to_str()).collect()
 }
 
 /// The country with a code, or of the `.toml` file with this path, relative to `folder`.
@@ -43,10 +45,11 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
     if Path::new(given).extension().is_some_and(|extension| extension == "toml") {
         return read(files, &folder.join(given));
     }
-    if !BUILT_IN.contains(&given) {
+    let codes = built_in();
+    if !codes.contains(&given) {
         return Err(NoCountry::Nowhere {
             reason: format!("there are no rules for {given:?}"),
-            remedy: format!("give {}, the path of a file like {SEE}, or leave it out", BUILT_IN.join(", ")),
+            remedy: format!("give {}, the path of a file like {SEE}, or leave it out", codes.join(", ")),
         });
     }
     read(&Embedded, Path::new(&format!("config/countries/{given}.toml")))
@@ -68,7 +71,7 @@ fn read(files: &dyn Files, path: &Path) -> Result<Country, NoCountry> {
         reason: format!("{}: cannot read it: {error}", path.display()),
         remedy: format!(
             "give the path of a country's rules, relative to this file, or {}",
-            BUILT_IN.join(", ")
+            built_in().join(", ")
         ),
     })?;
     let text = Text::new(path, bytes).map_err(one)?;

@@ -42,24 +42,25 @@ pub struct Embedded;
 /// Path of the embedded demo configuration.
 pub const DEMO_CONFIG: &str = "config/demo.toml";
 
-const EMBEDDED: [(&str, &[u8]); 11] = [
+const EMBEDDED: [(&str, &[u8]); 4] = [
     (DEMO_CONFIG, include_bytes!("../../config/demo.toml")),
     ("config/demo.log.gz", include_bytes!("../../config/demo.log.gz")),
     ("config/vehicles/demo_vehicle.toml", include_bytes!("../../config/vehicles/demo_vehicle.toml")),
     ("dbc/demo_vehicle.dbc", include_bytes!("../../dbc/demo_vehicle.dbc")),
-    ("config/countries/JP.toml", include_bytes!("../../config/countries/JP.toml")),
-    ("config/countries/DE.toml", include_bytes!("../../config/countries/DE.toml")),
-    ("config/countries/KR.toml", include_bytes!("../../config/countries/KR.toml")),
-    ("config/countries/AT.toml", include_bytes!("../../config/countries/AT.toml")),
-    ("config/countries/CH.toml", include_bytes!("../../config/countries/CH.toml")),
-    ("config/countries/GB.toml", include_bytes!("../../config/countries/GB.toml")),
-    ("config/countries/US-CA.toml", include_bytes!("../../config/countries/US-CA.toml")),
 ];
+
+/// The rules of countries by path, ascending; `build.rs` lists them.
+const COUNTRIES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/countries.rs"));
+
+/// Paths of the rules of countries, ascending.
+pub(super) fn countries() -> impl Iterator<Item = &'static Path> {
+    COUNTRIES.iter().map(|(path, _)| Path::new(path))
+}
 
 impl Files for Embedded {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let wanted = without_dots(path);
-        let found = EMBEDDED.iter().find(|(name, _)| Path::new(name) == wanted);
+        let path = without_dots(path);
+        let found = EMBEDDED.iter().chain(COUNTRIES).find(|(name, _)| Path::new(name) == path);
         found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 }

@@ -12,7 +12,7 @@ use crate::core::map::projector::Projector;
 /// The lights of a map in a file.
 ///
 /// # Errors
-/// The reason in words.
+/// The reason as text.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<LightMap, String> {
     let osm = osm::read(&read(files, path)?).map_err(|error| error.to_string())?;
     // Points are for viewers only: a map without them has its lights all the same.
@@ -23,7 +23,7 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// The lanelets of a map in a file.
 ///
 /// # Errors
-/// The reason in words.
+/// The reason as text.
 pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
     LaneNetwork::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
 }

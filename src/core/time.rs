@@ -76,6 +76,23 @@ impl WallStamp {
     pub const fn nanosec(self) -> u32 {
         self.0.rem_euclid(1_000_000_000) as u32
     }
+
+    /// Date and time in UTC, to the second, as ISO 8601 writes them in file names: `20260101T000000Z`.
+    pub fn utc_text(self) -> String {
+        let seconds = self.0.div_euclid(1_000_000_000);
+        let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
+        // Days since 0000-03-01, in eras of 400 years that begin with a March: leap days end a year.
+        let shifted = days + 719_468;
+        let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+        let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+        let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+        let months = (5 * day_of_year + 2) / 153;
+        let day = day_of_year - (153 * months + 2) / 5 + 1;
+        let month = if months < 10 { months + 3 } else { months - 9 };
+        let year = year_of_era + era * 400 + i64::from(month <= 2);
+        let (hours, minutes) = (second / 3600, second / 60 % 60);
+        format!("{year:04}{month:02}{day:02}T{hours:02}{minutes:02}{:02}Z", second % 60)
+    }
 }
 
 /// Time of a call on both clocks.
@@ -105,6 +122,21 @@ mod tests {
     #[test]
     fn stamps_beyond_int32_saturate() {
         assert_eq!(WallStamp::from_nanos(i64::MAX).sec(), i32::MAX);
+    }
+
+    #[test]
+    fn stamps_are_written_as_utc_dates() {
+        let dates = [
+            (0, "19700101T000000Z"),
+            (951_782_399, "20000228T235959Z"),
+            (951_782_400, "20000229T000000Z"),
+            (1_767_225_600, "20260101T000000Z"),
+            (4_107_542_400, "21000301T000000Z"),
+            (-1, "19691231T235959Z"),
+        ];
+        for (seconds, text) in dates {
+            assert_eq!(WallStamp::from_nanos(seconds * 1_000_000_000).utc_text(), text);
+        }
     }
 
     #[test]

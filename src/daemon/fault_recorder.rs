@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::io;
 use std::path::PathBuf;
-
-use tokio::task::spawn_blocking;
+use std::time::Duration;
 
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
-use crate::core::diagnostics::Level;
-use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings, Recording};
+use crate::core::diagnostics::{Level, Status};
+use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
 use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now};
 use crate::io::recorder::Recorder;
@@ -20,6 +18,9 @@ use crate::report::view::time_text;
 
 /// Most inputs in memory, about 10 MB.
 const MAX_INPUTS: usize = 100_000;
+
+/// Longest time that a stop waits for the disk.
+const STOP_PATIENCE: Duration = Duration::from_secs(2);
 
 /// A black box and where its recordings go.
 pub(super) struct FaultRecorder {
@@ -30,27 +31,23 @@ pub(super) struct FaultRecorder {
 }
 
 impl FaultRecorder {
-    /// A recorder into the configured folder, or into systemd's `STATE_DIRECTORY`; none without.
-    pub(super) fn start(settings: &Settings, links: &[LinkState]) -> io::Result<Option<Self>> {
+    /// A recorder into the configured folder, or into systemd's `STATE_DIRECTORY`; `None` without either, or without
+    /// a thread. A folder that cannot be written is told in the log and in the diagnostics.
+    pub(super) fn start(settings: &Settings, links: &[LinkState]) -> Option<Self> {
         let config = &settings.black_box;
-        let Some(folder) =
-            config.folder.clone().or_else(|| state_folder(std::env::var_os("STATE_DIRECTORY")))
-        else {
-            return Ok(None);
-        };
-        let unusable = |error: io::Error| {
-            let text = format!("black box in {}: {error}; change [black_box] folder", folder.display());
-            io::Error::new(error.kind(), text)
-        };
-        let recorder = Recorder::new(&folder, config.keep).map_err(unusable)?;
+        let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));
+        let folder = config.folder.clone().or_else(from_systemd)?;
+        let recorder = Recorder::start(&folder, config.keep, time_and_text)
+            .inspect_err(|error| tracing::warn!("no black box: {error}"))
+            .ok()?;
         let limits = BlackBoxSettings { before: config.before, after: config.after, most_inputs: MAX_INPUTS };
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
-        Ok(Some(Self {
+        Some(Self {
             black_box: BlackBox::new(limits, interfaces, links.to_vec()),
             recorder,
             changes: Changes::default(),
             levels: BTreeMap::new(),
-        }))
+        })
     }
 
     /// Keeps an input at the time it is handled.
@@ -60,12 +57,26 @@ impl FaultRecorder {
 
     /// Writes the recording whose time is over, if there is one.
     pub(super) fn save_if_over(&mut self, at: Now) {
-        let line = |at: MonoTime, text: &str| format!("{} {text}", time_text(at));
-        if let Some(recording) = self.black_box.take(at, line) {
-            let recorder = self.recorder.clone();
-            // Off the loop: a slow disk must not hold up frames.
-            drop(spawn_blocking(move || save(&recorder, &recording)));
+        if let Some(recording) = self.black_box.take(at) {
+            self.recorder.save(recording);
         }
+    }
+
+    /// Writes what an open window has so far.
+    pub(super) fn save_open(&mut self) {
+        if let Some(recording) = self.black_box.flush() {
+            self.recorder.save(recording);
+        }
+    }
+
+    /// Waits for the disk, at most for [`STOP_PATIENCE`].
+    pub(super) fn stop(&mut self) {
+        self.recorder.stop(STOP_PATIENCE);
+    }
+
+    /// The status of the recordings.
+    pub(super) fn status(&self, node: &str) -> Status {
+        self.recorder.state().status(node)
     }
 
     /// Keeps what was decided.
@@ -90,11 +101,6 @@ fn state_folder(variable: Option<OsString>) -> Option<PathBuf> {
     (!first.is_empty()).then(|| PathBuf::from(first).join("black-box"))
 }
 
-fn save(recorder: &Recorder, recording: &Recording) {
-    let name =
-        format!("{:010}.{:03}", recording.fault.wall.sec(), recording.fault.wall.nanosec() / 1_000_000);
-    match recorder.save(&name, &recording.log, &recording.decisions) {
-        Ok(path) => tracing::info!("black box written: {}", path.display()),
-        Err(error) => tracing::error!("black box not written: {error}"),
-    }
+fn time_and_text(at: MonoTime, text: &str) -> String {
+    format!("{} {text}", time_text(at))
 }

@@ -18,11 +18,13 @@ use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
+use crate::core::diagnostics::Status;
 use crate::core::gateway::event::{Input, Output};
 use crate::core::time::Now;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::io::can::transmit::Transmitter;
 use crate::io::clock::Clock;
+use crate::io::process_log;
 use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
 use crate::report::gateway::JsonTimeline;
@@ -37,6 +39,8 @@ pub(super) struct GatewayIo {
     pub(super) watchdog: Watchdog,
     pub(super) stop: StopSignals,
     faults: Option<FaultRecorder>,
+    /// The node's name for statuses of the process itself; `None` leaves them out.
+    node: Option<String>,
 }
 
 impl GatewayIo {
@@ -51,13 +55,14 @@ impl GatewayIo {
         let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
         tracing::info!("{}: {}", settings.vehicle, publisher.graph());
-        Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None })
+        Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None, node: None })
     }
 
-    /// Keeps a black box from now on, if the configuration says where.
-    pub(super) fn keep_black_box(&mut self, settings: &Settings, links: &[LinkState]) -> io::Result<()> {
-        self.faults = FaultRecorder::start(settings, links)?;
-        Ok(())
+    /// From now on keeps a black box, if the configuration says where, and adds the statuses of the process itself to
+    /// the diagnostics.
+    pub(super) fn observe_process(&mut self, settings: &Settings, links: &[LinkState]) {
+        self.faults = FaultRecorder::start(settings, links);
+        self.node = Some(settings.gateway.node.clone());
     }
 
     /// Where what is received over ROS 2 waits.
@@ -103,7 +108,7 @@ impl GatewayIo {
                 let result = transmit(frame, transmitters);
                 live.take([result], clock.now());
             }
-            self.emit_output(&output, now)?;
+            self.emit_output(output, now)?;
         }
         self.refresh(now)
     }
@@ -114,19 +119,26 @@ impl GatewayIo {
         now: Now,
     ) -> Result<(), DaemonError> {
         while let Some(output) = poll() {
-            self.emit_output(&output, now)?;
+            self.emit_output(output, now)?;
         }
         self.refresh(now)
     }
 
-    fn emit_output(&mut self, output: &Output, now: Now) -> Result<(), DaemonError> {
-        self.publisher.send(output);
-        if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = output {
+    fn emit_output(&mut self, mut output: Output, now: Now) -> Result<(), DaemonError> {
+        if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
             tracing::warn!("a command was not understood: {error}");
         }
+        // Before the statuses of the process, which a replay of the recording has not.
         if let Some(faults) = &mut self.faults {
-            faults.decided(output, now);
+            faults.decided(&output, now);
         }
+        if let Output::Diagnostics { diagnostics, .. } = &mut output
+            && diagnostics.refresh
+        {
+            diagnostics.statuses.extend(self.process_statuses());
+        }
+        let output = &output;
+        self.publisher.send(output);
         match &self.json {
             Some(json) => {
                 if let Some(line) = json.line(output, now.mono) {
@@ -136,6 +148,14 @@ impl GatewayIo {
             None => self.view.show(output, now.mono)?,
         }
         Ok(())
+    }
+
+    fn process_statuses(&self) -> Vec<Status> {
+        // Asked for in any case, since it writes what is due.
+        let log = process_log::state();
+        let Some(node) = &self.node else { return Vec::new() };
+        let recordings = self.faults.as_ref().map(|faults| faults.status(node));
+        recordings.into_iter().chain(log.map(|log| log.status(node))).collect()
     }
 
     fn refresh(&mut self, now: Now) -> Result<(), DaemonError> {
@@ -164,7 +184,11 @@ impl GatewayIo {
 
     pub(super) fn close(mut self) {
         self.supervisor.stopping();
+        let mut faults = self.faults;
+        // The disk works while the network says goodbye.
+        faults.iter_mut().for_each(FaultRecorder::save_open);
         self.publisher.stop();
+        faults.iter_mut().for_each(FaultRecorder::stop);
         tracing::info!("stopped");
     }
 }

@@ -165,7 +165,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let (mut inputs, transmitters) = receive_all(&settings, |bus| settings.gateway.relevant_ids(bus));
     let buses = settings.gateway.buses.len();
     let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
-    gateway_io.keep_black_box(&settings, &links)?;
+    gateway_io.observe_process(&settings, &links);
     let inbox = gateway_io.inbox();
     let clock = Clock::start();
     let mut live = Live::new(settings.gateway, &links, clock.now());

@@ -1,97 +1,271 @@
-//! Black-box files on disk: few, and written whole or not at all.
+//! Black-box files on disk: few, each written whole or not at all, by a thread of their own.
+//!
+//! A recording is `fault-<counter>-<boot>-<time>.log` with its `.decisions` beside it. The counter goes on from the
+//! files in the folder, so that it orders them whatever the clock says; a vehicle computer without a battery-backed
+//! clock begins each boot in the past. The boot and the time are for people. A `.draft` is a file being written.
 
-use std::fs;
-use std::io;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
-/// A folder of black-box files.
-#[derive(Debug, Clone)]
-pub struct Recorder {
-    folder: PathBuf,
-    keep: usize,
-}
+use crate::core::gateway::black_box::Recording;
+use crate::core::gateway::process_status::RecorderState;
+use crate::core::time::MonoTime;
+
+/// Recordings that wait for a slow disk, beside the one being written; each needs about 10 MB.
+const MAX_WAITING: usize = 1;
+/// Interval at which a folder that could not be written is tried again.
+const RETRY: Duration = Duration::from_secs(10);
 
 const PREFIX: &str = "fault-";
 
+/// Writes one decision with its time.
+pub type DecisionLine = fn(MonoTime, &str) -> String;
+
+/// The black-box files of a folder, and the thread that writes them.
+#[derive(Debug)]
+pub struct Recorder {
+    /// `None` once it was stopped.
+    recordings: Option<SyncSender<Recording>>,
+    state: Arc<Mutex<RecorderState>>,
+    ended: Receiver<()>,
+}
+
 impl Recorder {
-    /// A recorder that keeps the newest `keep` recordings in `folder`, which it creates if necessary.
+    /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tries at once whether it can write
+    /// there. A folder that cannot be written is told in the log and in the state, and tried again.
     ///
     /// # Errors
-    /// A folder that cannot be created.
-    pub fn new(folder: &Path, keep: usize) -> io::Result<Self> {
-        fs::create_dir_all(folder)?;
-        Ok(Self { folder: folder.to_owned(), keep })
+    /// A thread that cannot be started.
+    pub fn start(folder: &Path, keep: usize, line: DecisionLine) -> io::Result<Self> {
+        let state = RecorderState { folder: folder.display().to_string(), ..RecorderState::default() };
+        let state = Arc::new(Mutex::new(state));
+        let (sender, recordings) = sync_channel(MAX_WAITING);
+        let (end, ended) = channel();
+        let mut writer = Writer {
+            folder: Folder { path: folder.to_owned(), keep, boot: boot(), last_counter: 0 },
+            line,
+            state: Arc::clone(&state),
+        };
+        thread::Builder::new().name("black-box".to_owned()).spawn(move || {
+            // Dropped at the end, which ends the wait of `stop`.
+            let _end: std::sync::mpsc::Sender<()> = end;
+            writer.run(&recordings);
+        })?;
+        Ok(Self { recordings: Some(sender), state, ended })
     }
 
-    /// Writes `fault-<name>.log` and `fault-<name>.decisions`, and removes the oldest recordings
-    /// beyond those to keep. `name` must grow with time. Returns the path of the log.
-    ///
-    /// # Errors
-    /// A file that cannot be written; existing files stay as they were.
-    pub fn save(&self, name: &str, log: &str, decisions: &str) -> io::Result<PathBuf> {
-        let path = self.folder.join(format!("{PREFIX}{name}.log"));
-        // The log last: where it exists, its decisions exist.
-        write_whole(&path.with_extension("decisions"), decisions)?;
-        write_whole(&path, log)?;
-        self.prune()?;
-        Ok(path)
+    /// Hands a recording to the thread. Never blocks: a recording that finds the queue full is lost and counted.
+    pub fn save(&self, recording: Recording) {
+        let Some(recordings) = &self.recordings else { return };
+        let error = match recordings.try_send(recording) {
+            Ok(()) => return,
+            Err(TrySendError::Full(_)) => "the disk is too slow",
+            Err(TrySendError::Disconnected(_)) => "the thread has ended",
+        };
+        tracing::warn!("black box not written: {error}");
+        fail(&self.state, error.to_owned());
     }
 
-    fn prune(&self) -> io::Result<()> {
-        let mut logs: Vec<_> = fs::read_dir(&self.folder)?
-            .filter_map(|entry| Some(entry.ok()?.path()))
-            .filter(|path| {
-                let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-                name.starts_with(PREFIX) && path.extension().is_some_and(|extension| extension == "log")
-            })
-            .collect();
-        logs.sort();
-        for old in logs.iter().take(logs.len().saturating_sub(self.keep)) {
-            fs::remove_file(old)?;
-            fs::remove_file(old.with_extension("decisions"))?;
+    /// The present state.
+    pub fn state(&self) -> RecorderState {
+        lock(&self.state).clone()
+    }
+
+    /// Waits until what was handed over is written, at most for `patience`.
+    pub fn stop(&mut self, patience: Duration) {
+        self.recordings = None;
+        if self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+            tracing::warn!("black box not written: the disk is too slow");
         }
-        Ok(())
     }
 }
 
-fn write_whole(path: &Path, text: &str) -> io::Result<()> {
-    let draft = path.with_extension("draft");
-    fs::write(&draft, text)?;
-    fs::rename(&draft, path)
+/// The thread's part.
+struct Writer {
+    folder: Folder,
+    line: DecisionLine,
+    state: Arc<Mutex<RecorderState>>,
+}
+
+impl Writer {
+    /// Writes what comes until the sender is gone.
+    fn run(&mut self, recordings: &Receiver<Recording>) {
+        self.prepare();
+        loop {
+            match recordings.recv_timeout(RETRY) {
+                Ok(recording) => self.save(&recording),
+                Err(RecvTimeoutError::Timeout) if lock(&self.state).is_failing => self.prepare(),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    /// Tries whether the folder can be written, and removes what an earlier end left there.
+    fn prepare(&mut self) {
+        match self.folder.prepare().and_then(|()| self.folder.prune()) {
+            Ok(kept) => {
+                let mut state = lock(&self.state);
+                (state.newest, state.recordings, state.is_failing) = (kept.newest, kept.recordings, false);
+            }
+            Err(error) => self.note_failure(&error),
+        }
+    }
+
+    fn save(&mut self, recording: &Recording) {
+        let time = recording.fault.wall.utc_text();
+        let saved = self.folder.save(&time, &recording.log(), &recording.decisions(self.line));
+        let pruned = saved.and_then(|path| Ok((path, self.folder.prune()?)));
+        match pruned {
+            Ok((path, kept)) => {
+                tracing::info!("black box written: {}", path.display());
+                let mut state = lock(&self.state);
+                state.written += 1;
+                (state.newest, state.recordings, state.is_failing) = (kept.newest, kept.recordings, false);
+            }
+            Err(error) => self.note_failure(&error),
+        }
+    }
+
+    /// Each failure is counted; one that repeats is logged once.
+    fn note_failure(&self, error: &io::Error) {
+        let text = error.to_string();
+        let is_news = {
+            let state = lock(&self.state);
+            !state.is_failing || state.last_error.as_ref() != Some(&text)
+        };
+        if is_news {
+            let folder = self.folder.path.display();
+            tracing::warn!("black box not written in {folder}: {text}; change [black_box] folder");
+        }
+        fail(&self.state, text);
+    }
+}
+
+fn lock(state: &Mutex<RecorderState>) -> MutexGuard<'_, RecorderState> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn fail(state: &Mutex<RecorderState>, error: String) {
+    let mut state = lock(state);
+    state.failures += 1;
+    state.is_failing = true;
+    state.last_error = Some(error);
+}
+
+/// The first eight digits of the boot's identity: `BOOT_ID` of the environment, since a unit that hides `/proc` from
+/// its service still knows it, else the kernel's.
+fn boot() -> String {
+    let kernel = || fs::read_to_string("/proc/sys/kernel/random/boot_id").ok();
+    let id = std::env::var("BOOT_ID").ok().or_else(kernel).unwrap_or_default();
+    let digits: String = id.chars().filter(char::is_ascii_hexdigit).take(8).collect();
+    if digits.len() == 8 { digits } else { "00000000".to_owned() }
+}
+
+/// A folder of recordings.
+#[derive(Debug)]
+struct Folder {
+    path: PathBuf,
+    /// Number of recordings kept, at least 1.
+    keep: usize,
+    boot: String,
+    /// The highest counter that was used, even if the folder has lost its file since.
+    last_counter: u64,
+}
+
+/// The recordings left in a folder.
+#[derive(Debug, PartialEq, Eq)]
+struct Kept {
+    newest: Option<String>,
+    recordings: usize,
+}
+
+/// The files of one recording.
+#[derive(Debug, Default)]
+struct Files {
+    paths: Vec<PathBuf>,
+    /// False for what a failure or a power cut left.
+    is_whole: bool,
+}
+
+impl Folder {
+    /// Makes the folder if it is missing, and writes and removes a small file there.
+    fn prepare(&self) -> io::Result<()> {
+        fs::create_dir_all(&self.path)?;
+        let draft = self.path.join(format!("{PREFIX}test.draft"));
+        let written = write_whole(&draft, &draft, "test");
+        let removed = fs::remove_file(&draft);
+        written.and(removed)
+    }
+
+    /// Writes a recording as the newest of the folder, which is made if it is missing; gives the path of its log. On
+    /// an error nothing of it is left.
+    fn save(&mut self, time: &str, log: &str, decisions: &str) -> io::Result<PathBuf> {
+        fs::create_dir_all(&self.path)?;
+        let counters = self.recordings()?.into_keys().filter_map(|(counter, _)| counter);
+        let counter = counters.chain([self.last_counter]).max().unwrap_or(0).saturating_add(1);
+        self.last_counter = counter;
+        let path = self.path.join(format!("{PREFIX}{counter:06}-{}-{time}.log", self.boot));
+        let (draft, beside) = (path.with_extension("draft"), path.with_extension("decisions"));
+        // The log last: where it exists, its decisions exist.
+        let written = write_whole(&draft, &beside, decisions).and_then(|()| write_whole(&draft, &path, log));
+        if written.is_err() {
+            // What cannot be removed either is removed before the next recording is written.
+            for left in [&draft, &beside, &path] {
+                let _ = fs::remove_file(left);
+            }
+        }
+        written.map(|()| path)
+    }
+
+    /// Removes the recordings beyond those to keep, the oldest first, and files without their log.
+    fn prune(&self) -> io::Result<Kept> {
+        let (whole, left): (Vec<_>, Vec<_>) =
+            self.recordings()?.into_iter().partition(|(_, files)| files.is_whole);
+        let beyond = whole.len().saturating_sub(self.keep.max(1));
+        for (_, files) in left.iter().chain(whole.iter().take(beyond)) {
+            files.paths.iter().try_for_each(fs::remove_file)?;
+        }
+        let newest = whole.last().map(|((_, stem), _)| format!("{stem}.log"));
+        Ok(Kept { newest, recordings: whole.len() - beyond })
+    }
+
+    /// The files of each recording by its counter and name; those without a counter are the oldest.
+    fn recordings(&self) -> io::Result<BTreeMap<(Option<u64>, String), Files>> {
+        let mut recordings = BTreeMap::<_, Files>::new();
+        for entry in fs::read_dir(&self.path)? {
+            let path = entry?.path();
+            let part =
+                |part: Option<&std::ffi::OsStr>| part.and_then(|part| part.to_str()).map(str::to_owned);
+            let (Some(stem), Some(extension)) = (part(path.file_stem()), part(path.extension())) else {
+                continue;
+            };
+            let Some(name) = stem.strip_prefix(PREFIX) else { continue };
+            if !["log", "decisions", "draft"].contains(&extension.as_str()) {
+                continue;
+            }
+            let counter = name.split('-').next().and_then(|digits| digits.parse().ok());
+            let files = recordings.entry((counter, stem)).or_default();
+            files.is_whole |= extension == "log";
+            files.paths.push(path);
+        }
+        Ok(recordings)
+    }
+}
+
+/// Writes a file so that `path` has it whole, even after a power cut, or does not exist.
+fn write_whole(draft: &Path, path: &Path, text: &str) -> io::Result<()> {
+    let mut file = File::create(draft)?;
+    file.write_all(text.as_bytes())?;
+    file.sync_all()?;
+    fs::rename(draft, path)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_newest_recordings_are_kept_and_other_files_left_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("notes.log"), "mine").unwrap();
-        let recorder = Recorder::new(&folder.path().join("box"), 2).unwrap();
-        fs::write(folder.path().join("box/notes.log"), "mine").unwrap();
-        for name in ["1001.5", "1002.0", "1003.0"] {
-            recorder.save(name, "log", "decisions").unwrap();
-        }
-        let mut names: Vec<_> = fs::read_dir(folder.path().join("box"))
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        assert_eq!(
-            names,
-            [
-                "fault-1002.0.decisions",
-                "fault-1002.0.log",
-                "fault-1003.0.decisions",
-                "fault-1003.0.log",
-                "notes.log"
-            ]
-        );
-    }
-
-    #[test]
-    fn a_folder_that_cannot_be_written_is_an_error() {
-        assert!(Recorder::new(Path::new("/proc/nowhere"), 2).is_err());
-    }
-}
+mod tests;

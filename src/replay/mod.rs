@@ -38,7 +38,7 @@ impl Replay {
         Self::begin(settings, Tape::new(log, routes))
     }
 
-    /// Likewise, with all stamps moved by a constant, so that the first is `start`.
+    /// As [`new`](Self::new), with all stamps moved by a constant, so that the first is `start`.
     ///
     /// # Errors
     /// When the recording cannot be read.
@@ -121,7 +121,7 @@ impl Replay {
         self.now
     }
 
-    /// The gateway.
+    /// The gateway that the recording is played to.
     pub fn gateway(&self) -> &Gateway {
         &self.gateway
     }
@@ -148,12 +148,12 @@ impl Replay {
         self.tape.length()
     }
 
-    /// Counts of what was read so far.
+    /// Counts of the entries read so far.
     pub fn counts(&self) -> Counts {
         self.tape.counts
     }
 
-    /// The log.
+    /// The recording, with its interfaces and bad lines.
     pub fn log(&self) -> &Log {
         &self.tape.log
     }

@@ -1,4 +1,4 @@
-//! Which bus the frames of a recording belong to.
+//! The assignment of a recording's interfaces to buses.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::core::can::link::BusIndex;
 use crate::core::gateway::GatewaySettings;
 use crate::io::can::log::Log;
 
-/// Which bus each interface name of a log belongs to.
+/// The bus of each interface name of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Routes(pub Vec<(String, BusIndex)>);
 

@@ -7,7 +7,7 @@ use super::routes::Routes;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::io::can::candump::Content;
+use crate::io::can::formats::Content;
 use crate::io::can::log::{Log, Record};
 
 /// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
@@ -18,7 +18,7 @@ pub const MAX_SILENCE: Duration = Duration::from_secs(3600);
 /// clock was set back.
 const LATE_LINE: Duration = Duration::from_secs(1);
 
-/// Counts of what was read of a recording.
+/// Counts of the entries read of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Entries of any kind.
@@ -39,15 +39,15 @@ pub(super) struct Tape {
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
     shift: i64,
-    /// What the next record's stamp becomes, when the recording begins or begins again.
+    /// Stamp for the next record, when the recording begins or begins again.
     pub(super) start: Option<WallStamp>,
-    /// Comes after the bad lines that stood before it.
+    /// An input that follows the bad lines before it.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
     pub(super) counts: Counts,
 }
 
-/// Virtual time, and the newest stamp that was seen by then.
+/// Virtual time, and the newest stamp that was read by then.
 #[derive(Debug, Clone, Copy)]
 struct TapeClock {
     mono: MonoTime,
@@ -109,7 +109,7 @@ impl Tape {
         }
     }
 
-    /// The record's stamp after shifting, and the virtual time it comes at.
+    /// The record's stamp after shifting, and its virtual time.
     fn advance(&mut self, recorded: WallStamp) -> (WallStamp, Now) {
         if let Some(start) = self.start.take() {
             self.shift = start.as_nanos().saturating_sub(recorded.as_nanos());

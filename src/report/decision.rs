@@ -9,7 +9,7 @@ use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::intersection::TurnAhead;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
-use crate::core::turn_signal::resolve::{CandidateOutcome, Case, EvaluatedCandidate, Resolution, Source};
+use crate::core::turn_signal::resolve::{CandidateOutcome, EvaluatedCandidate};
 use crate::core::turn_signal::section::Distances;
 
 /// The commands, the candidate that won by which rule, and why each other one lost, as an object that
@@ -22,7 +22,7 @@ pub fn fields(decision: &Decision) -> Value {
         Basis::PathGenerator(_) => "path_generator",
         Basis::Candidates(_) => "candidates",
     };
-    let intersection = decision.intersection.turn.map(|TurnAhead { side, active, distance_m, .. }| {
+    let intersection = decision.intersection.map(|TurnAhead { side, active, distance_m, .. }| {
         json!({
             "side": side.to_string(), "active": active, "distance_m": to_the_micrometre(distance_m)
         })
@@ -32,11 +32,11 @@ pub fn fields(decision: &Decision) -> Value {
         "turn": decision.turn.to_string(),
         "hazard": decision.hazard.to_string(),
         "basis": basis,
-        "winner": text(winner(decision)),
-        "case": text(case(decision)),
+        "winner": text(decision.winner()),
+        "case": text(decision.case()),
         "held": text(decision.held),
         "intersection": intersection,
-        "candidates": evaluated(decision).iter().map(candidate).collect::<Vec<_>>(),
+        "candidates": decision.evaluated().iter().map(candidate).collect::<Vec<_>>(),
         "manoeuvres": decision.remarks.iter().map(manoeuvre).collect::<Vec<_>>(),
         "findings": decision.findings.iter().map(Finding::to_string).collect::<Vec<_>>(),
     });
@@ -86,31 +86,7 @@ fn to_the_micrometre(metres: f64) -> f64 {
     (metres * 1e6).round() / 1e6 + 0.0
 }
 
-/// The candidates, if they were evaluated.
-const fn resolution(decision: &Decision) -> Option<&Resolution> {
-    match &decision.basis {
-        Basis::Candidates(resolution) => Some(resolution),
-        Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => None,
-    }
-}
-
-/// Each candidate with what became of it, in the order that settles equal starts; empty unless candidates were
-/// evaluated.
-pub fn evaluated(decision: &Decision) -> &[EvaluatedCandidate] {
-    resolution(decision).map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
-}
-
-/// The candidate that is signalled.
-pub fn winner(decision: &Decision) -> Option<Source> {
-    resolution(decision)?.winner.map(|winner| winner.source)
-}
-
-/// The branch of the prior rule that decided last; `None` when nothing was compared.
-pub fn case(decision: &Decision) -> Option<Case> {
-    resolution(decision)?.case
-}
-
-/// The basis of the decision in short words.
+/// The basis of the decision as text.
 pub(super) fn basis(decision: &Decision) -> String {
     match &decision.basis {
         Basis::NoInputs => "no inputs".to_owned(),
@@ -126,8 +102,8 @@ pub(super) fn basis(decision: &Decision) -> String {
 }
 
 /// Every reason, one a line: candidates, hold, manoeuvres, findings.
-pub(super) fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
-    let candidates = evaluated(decision).iter().map(EvaluatedCandidate::to_string);
+pub fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
+    let candidates = decision.evaluated().iter().map(EvaluatedCandidate::to_string);
     let held = decision.held.map(|held| format!("held: {held}"));
     let manoeuvres = decision.remarks.iter().map(ManoeuvreOutcome::to_string);
     let findings = decision.findings.iter().map(|finding| format!("finding: {finding}"));
@@ -139,7 +115,6 @@ mod tests {
     use super::*;
     use crate::core::map::geometry::Pose;
     use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
-    use crate::core::turn_signal::intersection::IntersectionInfo;
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
     use crate::core::turn_signal::min_duration::Held;
     use crate::core::turn_signal::path_generator::TaggedLanelet;
@@ -154,7 +129,7 @@ mod tests {
             hazard: Hazard::Disable,
             basis,
             held: None,
-            intersection: IntersectionInfo::default(),
+            intersection: None,
             remarks: Vec::new(),
             findings: Vec::new(),
             next_deadline: None,
@@ -175,7 +150,7 @@ mod tests {
             manoeuvre: Some(record(Side::Right, 5.0, 70.0)),
         };
         let path_frame = PathFrame::new(&path, at(12.250_001), 2.0, limits);
-        let resolution = resolve(&path_frame, &candidates, Rules::default());
+        let resolution = resolve(&path_frame, &candidates, &Rules::default());
         let remarks = vec![ManoeuvreOutcome {
             kind: ManoeuvreKind::Avoidance,
             why: SignalReason::Shift(ShiftVerdict::TooSmall),

@@ -1,12 +1,13 @@
 //! The live view of `run` and `demo`: log lines, and on a terminal the present state.
 
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::time::Duration;
 
 use crate::core::diagnostics::{Level, Status};
 use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
+use crate::io::output_queue::{Loss, Losses, OutputQueue};
 use crate::report::gateway::{Changes, Event, task_of};
 
 /// Parts of the view beside the events.
@@ -34,6 +35,8 @@ impl Style {
 pub struct View {
     style: Style,
     title: String,
+    /// Standard output; `None` where every event is a log record.
+    out: Option<OutputQueue>,
     changes: Changes,
     statuses: Vec<Status>,
     /// Lines of the live part on the screen.
@@ -44,14 +47,21 @@ pub struct View {
 
 /// Least time between two drawings of the live part.
 const FRAME_TIME: Duration = Duration::from_millis(100);
+/// Longest time that the end waits for the reader of standard output.
+const LAST_TEXT: Duration = Duration::from_millis(300);
 const RESET: &str = "\x1b[0m";
 const DIM: &str = "\x1b[2m";
 
 impl View {
     /// An empty view with a heading for the panel.
-    pub fn new(style: Style, title: String) -> Self {
-        let changes = Changes::default();
-        Self { style, title, changes, statuses: vec![], drawn: 0, drawn_at: None, footer: String::new() }
+    ///
+    /// # Errors
+    /// When standard output cannot be used.
+    pub fn new(style: Style, title: String) -> io::Result<Self> {
+        let is_log = style == Style::Journal;
+        let out = if is_log { None } else { Some(OutputQueue::start("view", &io::stdout())?) };
+        let (changes, footer) = (Changes::default(), String::new());
+        Ok(Self { style, title, out, changes, statuses: vec![], drawn: 0, drawn_at: None, footer })
     }
 
     /// Prints the changes in an output.
@@ -75,7 +85,6 @@ impl View {
             events.iter().for_each(log);
             return Ok(());
         }
-        let mut out = io::stdout().lock();
         let mut text = self.erase();
         for event in &events {
             let (begin, end) = if self.is_coloured() { (colour(event.level), RESET) } else { ("", "") };
@@ -83,8 +92,7 @@ impl View {
             let _ = writeln!(text, "{begin}{} {event}{end}", time_text(at));
         }
         self.drawn_at = None;
-        out.write_all(text.as_bytes())?;
-        out.flush()
+        self.write(&text)
     }
 
     /// Draws the live part again when it is due; `footer` is its last line.
@@ -106,9 +114,17 @@ impl View {
             text += "\n";
         }
         self.drawn = lines.len();
-        let mut out = io::stdout().lock();
-        out.write_all(text.as_bytes())?;
-        out.flush()
+        self.write(&text)
+    }
+
+    /// Writes without waiting for the reader; an error is that of an earlier text.
+    fn write(&self, text: &str) -> io::Result<()> {
+        let Some(out) = &self.out else { return Ok(()) };
+        out.push(text.as_bytes());
+        match out.losses() {
+            Losses { last: Some(Loss::Error(kind)), is_losing: true, .. } => Err(kind.into()),
+            _ => Ok(()),
+        }
     }
 
     fn is_coloured(&self) -> bool {
@@ -181,7 +197,7 @@ impl View {
 impl Drop for View {
     fn drop(&mut self) {
         // The last panel stays on the screen; a shell prompt follows below it.
-        let _ = io::stdout().flush();
+        self.out.iter().for_each(|out| _ = out.flush(LAST_TEXT));
     }
 }
 

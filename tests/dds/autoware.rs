@@ -1,4 +1,4 @@
-//! What Autoware and the gateway tell each other: every message with an independent peer, large paths,
+//! Messages between Autoware and the gateway: every message with an independent peer, large paths,
 //! and bytes that are not messages.
 
 use std::sync::Arc;
@@ -39,7 +39,7 @@ fn is_arrival(line: &Value, subscription: usize) -> bool {
     line["event"] == "arrived" && line["subscription"] == subscription
 }
 
-/// What each topic's sample says, in the order of [`KINDS`].
+/// The input that each topic's sample becomes, in the order of [`KINDS`].
 fn expected() -> [Value; 12] {
     let pose = Pose::new(1.0, 2.0, std::f64::consts::PI);
     let stamp = WallStamp::from_nanos(7_000_000_001);
@@ -53,17 +53,17 @@ fn expected() -> [Value; 12] {
         control_points: vec![control],
     };
     let mode = OperationMode { mode: 2, is_autoware_control_enabled: true, is_in_transition: false };
-    let told = |told: PlannerInput| json!({"told": format!("{told:?}")});
+    let planner = |input: PlannerInput| json!({"input": format!("{input:?}")});
     [
-        told(PlannerInput::Odometry { odometry: Odometry { pose, speed_mps: -4.5 }, stamp }),
-        told(PlannerInput::Route(Arc::new(PlannerRoute { id, start: pose, goal: pose, segments }))),
-        told(PlannerInput::PlannedPath([PathPoint { pose, speed_mps: 4.5, lanes: vec![100, -7] }].into())),
-        told(PlannerInput::Factors { topic: FactorTopic::GoalPlanner, factors: [factor].into() }),
-        told(PlannerInput::OperationMode(mode)),
-        told(PlannerInput::LaneDriving(true)),
-        told(PlannerInput::HazardRequest(Hazard::Enable)),
-        told(PlannerInput::OwnTurnCommand(3)),
-        told(PlannerInput::OwnHazardCommand(1)),
+        planner(PlannerInput::Odometry { odometry: Odometry { pose, speed_mps: -4.5 }, stamp }),
+        planner(PlannerInput::Route(Arc::new(PlannerRoute { id, start: pose, goal: pose, segments }))),
+        planner(PlannerInput::PlannedPath([PathPoint { pose, speed_mps: 4.5, lanes: vec![100, -7] }].into())),
+        planner(PlannerInput::Factors { topic: FactorTopic::GoalPlanner, factors: [factor].into() }),
+        planner(PlannerInput::OperationMode(mode)),
+        planner(PlannerInput::LaneDriving(true)),
+        planner(PlannerInput::HazardRequest(Hazard::Enable)),
+        planner(PlannerInput::OwnTurnCommand(3)),
+        planner(PlannerInput::OwnHazardCommand(1)),
         json!({"turn": 9, "sec": 7}),
         json!({"hazard": 2, "sec": 7}),
         json!({"mode": 4, "sec": 7}),
@@ -78,7 +78,7 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
     let peer = cyclone.start("autoware.py", domain, &[]);
     // Before the gateway is there: what changes seldom is handed over to it, what is old is not.
     for topic in ["route", "operation_mode", "scenario"] {
-        peer.send(&format!("say {topic}"));
+        peer.send(&format!("publish {topic}"));
     }
     let gateway = Role::new(domain).with_autoware().start();
     // In whichever order their writers are discovered.
@@ -92,7 +92,7 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
 
     for round in 1..=2 {
         for (subscription, expected) in expected().iter().enumerate() {
-            peer.send(&format!("say {}", KINDS[subscription].0));
+            peer.send(&format!("publish {}", KINDS[subscription].0));
             assert_eq!(arrival(&gateway, subscription), *expected, "{}", KINDS[subscription].0);
             // In the second round after nonsense.
             for length in [3, 70_000] {
@@ -106,15 +106,15 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
 
     // The peer's readers may know the writers a little later than these know them: volatile commands are lost until then.
     for command in ["left", "hazard"] {
-        let heard = |peer: &JsonProcess| {
-            peer.next_during(Duration::from_millis(500)).iter().any(|line| line["event"] == "heard")
+        let received = |peer: &JsonProcess| {
+            peer.next_during(Duration::from_millis(500)).iter().any(|line| line["event"] == "received")
         };
         let sent = std::iter::repeat_with(|| {
             gateway.send(&format!("command {command} 4"));
-            heard(&peer)
+            received(&peer)
         });
-        assert!(sent.take(60).any(|heard| heard), "{command} is never received");
-        while heard(&peer) {}
+        assert!(sent.take(60).any(|received| received), "{command} is never received");
+        while received(&peer) {}
     }
     for (command, topic, number) in [
         ("left", "commanded_turn", 2),
@@ -125,9 +125,9 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
         ("no_hazard", "commanded_hazard", 1),
     ] {
         gateway.send(&format!("command {command} 5"));
-        let heard = peer.next(command, |line| line["event"] == "heard");
+        let received = peer.next(command, |line| line["event"] == "received");
         let data = json!({"stamp": {"sec": 5, "nanosec": 1}, "command": number});
-        assert_eq!((&heard["topic"], &heard["data"]), (&json!(topic), &data), "{command}");
+        assert_eq!((&received["topic"], &received["data"]), (&json!(topic), &data), "{command}");
     }
 }
 
@@ -150,7 +150,7 @@ fn large_paths_ten_times_a_second_arrive_without_a_loss() {
         assert_eq!(status["incoming"][PATH]["received"], all, "{status}");
         assert_eq!(status["incoming"][PATH]["undecodable"], 0, "{status}");
         assert_eq!(status["rebuilds"], 0, "{status}");
-        // Asking for the status passes over arrivals: once more to see what a path says.
+        // The request for the status skips arrivals: one more path, to check its input.
         peer.send(&format!("path {points} {bound} 1"));
         gateway.next("a path", |line| line["what"]["points"] == points);
         all += 1;

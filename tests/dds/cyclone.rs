@@ -1,4 +1,4 @@
-//! What Cyclone DDS alone can show: quality of service, and a gateway that stood still.
+//! Cases that need Cyclone DDS: quality of service, and a gateway that stood still.
 
 use std::thread;
 use std::time::Duration;

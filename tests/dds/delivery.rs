@@ -1,4 +1,4 @@
-//! What arrives, with which quality of service, and what late joiners get: from each peer the same.
+//! Delivered messages, their quality of service, and those that late joiners get: the same with each peer.
 
 use std::thread;
 use std::time::Duration;
@@ -23,7 +23,7 @@ pub(crate) trait Peer {
     /// Starts a reader in a process of its own, and waits until it reads.
     fn reader(&self, domain: u16, kind: &str, topic: &str, durability: &str) -> JsonProcess;
 
-    /// Whether it understands how a writer of RustDDS leaves.
+    /// True if the peer understands how a writer of RustDDS leaves.
     fn understands_goodbyes(&self) -> bool;
 }
 
@@ -60,7 +60,7 @@ with_both_peers!(
     a_report_right_after_a_withdrawal_reaches_every_matched_reader,
     a_reader_that_is_killed_gets_data_again_when_it_is_restarted,
     a_reader_gets_data_of_the_next_gateway_at_once,
-    a_reader_that_says_goodbye_is_gone_at_once_and_not_missed,
+    a_reader_that_leaves_orderly_is_gone_at_once_and_not_missed,
     the_graph_shows_the_node_and_its_writers_with_identifiers_of_the_distributions_length,
 );
 
@@ -88,9 +88,9 @@ fn values_stamps_and_texts_arrive_as_sent(peer: &dyn Peer) {
     gateway.wait_until("three readers", |status| status["readers"] == json!([1, 1, 1]));
     diagnostics.next("a match", is_match);
 
-    for (word, report, sec) in [("left", 2, 5), ("right", 3, -6), ("off", 1, 7)] {
-        gateway.send(&format!("turn {word} {sec}"));
-        turn.next(word, is_report(report, sec));
+    for (state, report, sec) in [("left", 2, 5), ("right", 3, -6), ("off", 1, 7)] {
+        gateway.send(&format!("turn {state} {sec}"));
+        turn.next(state, is_report(report, sec));
     }
     gateway.send("hazard on 8");
     hazard.next("hazard on", is_report(2, 8));
@@ -227,16 +227,16 @@ fn a_reader_that_is_killed_gets_data_again_when_it_is_restarted(peer: &dyn Peer)
 fn a_reader_gets_data_of_the_next_gateway_at_once(peer: &dyn Peer) {
     let domain = domain();
     let turn = peer.reader(domain, "turn", TURN, "transient_local");
-    for (word, report) in [("left", 2), ("right", 3)] {
+    for (state, report) in [("left", 2), ("right", 3)] {
         let gateway = Role::new(domain).start();
-        gateway.send(&format!("turn {word} 1"));
+        gateway.send(&format!("turn {state} 1"));
         turn.next("a report", is_report(report, 1));
         gateway.stop();
     }
     assert!(turn.next_during(Duration::ZERO).iter().all(|line| line["event"] != "garbled"));
 }
 
-fn a_reader_that_says_goodbye_is_gone_at_once_and_not_missed(peer: &dyn Peer) {
+fn a_reader_that_leaves_orderly_is_gone_at_once_and_not_missed(peer: &dyn Peer) {
     let domain = domain();
     let gateway = Role::new(domain).start();
     let turn = peer.reader(domain, "turn", TURN, "transient_local");

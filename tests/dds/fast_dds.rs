@@ -46,7 +46,7 @@ impl Peer for FastDds {
     }
 }
 
-/// Whether there is a compiler that finds the headers.
+/// True if there is a compiler that finds the headers.
 fn has_fast_dds() -> bool {
     let mut compiler = Command::new("c++");
     compiler.args(["-E", "-x", "c++", "-"]).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
@@ -64,7 +64,7 @@ fn compile() -> PathBuf {
     if changed(&program).is_ok_and(|compiled| compiled > changed(&source).unwrap()) {
         return program;
     }
-    // Not in place: another run may be executing it.
+    // Not over the old file: another run may be executing it.
     let fresh = program.with_extension(std::process::id().to_string());
     let mut compiler = Command::new("c++");
     compiler.args(["-std=c++17", "-Wall", "-Wextra", "-Werror", "-o"]).arg(&fresh).arg(source);

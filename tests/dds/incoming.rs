@@ -1,4 +1,4 @@
-//! What others write to our subscriptions, and that nothing they write does harm.
+//! Messages of others for our subscriptions, among them harmful ones.
 
 use std::time::Duration;
 
@@ -24,7 +24,7 @@ fn writer(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, qos: [&str; 2
 
 const RELIABLE: [&str; 2] = ["reliable", "volatile"];
 
-/// The only writer of a subscription, known on both sides: what a volatile writer says before the reader
+/// The only writer of a subscription, known on both sides: what a volatile writer publishes before the reader
 /// knows of it is lost.
 fn known_writer(
     gateway: &Gateway,
@@ -53,28 +53,28 @@ fn groups_and_commands_arrive_with_their_contents_and_are_counted() {
     let groups = known_writer(&gateway, 0, &cyclone, domain, "groups", GROUPS);
     let commands = known_writer(&gateway, 1, &cyclone, domain, "text", COMMANDS);
     groups.send("5 34806 1 5 3 0.25");
-    let seen = arrived(&gateway, "groups", |what| what["sec"] == 5);
-    assert_eq!(seen["subscription"], 0);
-    assert_eq!(seen["what"]["groups"], json!([[34806, "red flashing upperLeft", 0.25]]));
+    let arrived_line = arrived(&gateway, "groups", |what| what["sec"] == 5);
+    assert_eq!(arrived_line["subscription"], 0);
+    assert_eq!(arrived_line["what"]["groups"], json!([[34806, "red flashing upperLeft", 0.25]]));
     // A colour that does not exist: the group is left out, and the next one is read.
     groups.send("6 1 9 1 2 1.0");
-    let seen = arrived(&gateway, "a rejection", |what| what["sec"] == 6);
-    assert_eq!((&seen["what"]["groups"], &seen["what"]["rejected"]), (&json!([]), &json!(1)));
+    let arrived_line = arrived(&gateway, "a rejection", |what| what["sec"] == 6);
+    assert_eq!((&arrived_line["what"]["groups"], &arrived_line["what"]["rejected"]), (&json!([]), &json!(1)));
     let mut latencies = vec![];
     for number in 0..20 {
         let text = format!("grün {number}");
         commands.send(&text);
         let wrote = commands.next("its end", |line| line["event"] == "wrote");
-        let seen = gateway.next("a command", |line| line["event"] == "arrived");
-        assert_eq!((&seen["subscription"], &seen["what"]["text"]), (&json!(1), &json!(text)));
-        latencies.push((seen["at"].as_f64().unwrap() - wrote["before"].as_f64().unwrap()) * 1000.0);
+        let arrived_line = gateway.next("a command", |line| line["event"] == "arrived");
+        assert_eq!((&arrived_line["subscription"], &arrived_line["what"]["text"]), (&json!(1), &json!(text)));
+        latencies.push((arrived_line["at"].as_f64().unwrap() - wrote["before"].as_f64().unwrap()) * 1000.0);
     }
     for number in 20..40 {
         commands.send(&number.to_string());
     }
     for number in 20..40 {
-        let seen = gateway.next("a command", |line| line["event"] == "arrived");
-        assert_eq!(seen["what"]["text"], number.to_string(), "in order");
+        let arrived_line = gateway.next("a command", |line| line["event"] == "arrived");
+        assert_eq!(arrived_line["what"]["text"], number.to_string(), "in order");
     }
     latencies.sort_by(f64::total_cmp);
     println!("latency in ms: median {:.2}, worst {:.2}", latencies[10], latencies[19]);
@@ -99,7 +99,7 @@ fn a_sample_of_half_a_megabyte_arrives_whole() {
 }
 
 #[test]
-fn a_writer_that_is_not_reliable_is_read_where_best_effort_was_asked_for_and_only_there() {
+fn a_writer_that_is_not_reliable_is_read_where_best_effort_was_requested_and_only_there() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
@@ -108,33 +108,36 @@ fn a_writer_that_is_not_reliable_is_read_where_best_effort_was_asked_for_and_onl
         let groups = writer(&cyclone, domain, "groups", "rt/lossy_groups", qos);
         gateway.wait_until("a writer", |status| status["incoming"][LOSSY]["writers"] == 1);
         groups.send(&format!("{sec} 1 1 1 2 1.0"));
-        let seen = arrived(&gateway, "groups", |what| what["sec"] == sec);
-        assert_eq!(seen["subscription"], LOSSY);
+        let arrived_line = arrived(&gateway, "groups", |what| what["sec"] == sec);
+        assert_eq!(arrived_line["subscription"], LOSSY);
         drop(groups);
         gateway.wait_until("its leave", |status| status["incoming"][LOSSY]["writers"] == 0);
     }
 }
 
 #[test]
-fn a_transient_local_writer_hands_over_what_it_said_before_and_nothing_twice() {
+fn a_transient_local_writer_hands_over_earlier_samples_and_nothing_twice() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let first = Role::new(domain).with_lights().start();
     let kept = ["reliable", "transient_local"];
     let commands = writer(&cyclone, domain, "text", "rt/kept_commands", kept);
-    for word in ["one", "two"] {
-        commands.send(word);
-        arrived(&first, word, |what| what["text"] == word);
+    for text in ["one", "two"] {
+        commands.send(text);
+        arrived(&first, text, |what| what["text"] == text);
     }
     drop(first);
     let second = Role::new(domain).with_lights().start();
-    for word in ["one", "two"] {
-        let seen = second.next(word, |line| line["event"] == "arrived");
-        assert_eq!((&seen["subscription"], &seen["what"]["text"]), (&json!(KEPT), &json!(word)));
+    for text in ["one", "two"] {
+        let arrived_line = second.next(text, |line| line["event"] == "arrived");
+        assert_eq!(
+            (&arrived_line["subscription"], &arrived_line["what"]["text"]),
+            (&json!(KEPT), &json!(text))
+        );
     }
     commands.send("three");
-    let seen = second.next("three", |line| line["event"] == "arrived");
-    assert_eq!(seen["what"]["text"], "three");
+    let arrived_line = second.next("three", |line| line["event"] == "arrived");
+    assert_eq!(arrived_line["what"]["text"], "three");
 }
 
 #[test]
@@ -182,6 +185,6 @@ fn without_anything_to_read_nothing_arrives() {
     let domain = domain();
     let gateway = Role::new(domain).with_lights().start();
     let _commands = known_writer(&gateway, 1, &cyclone, domain, "text", COMMANDS);
-    let seen = gateway.next_during(Duration::from_millis(500));
-    assert!(seen.iter().all(|line| line["event"] != "arrived"), "{seen:?}");
+    let arrived_line = gateway.next_during(Duration::from_millis(500));
+    assert!(arrived_line.iter().all(|line| line["event"] != "arrived"), "{arrived_line:?}");
 }

@@ -44,7 +44,7 @@ pub(crate) fn turn_reader(cyclone: &Cyclone, domain: u16, durability: &str) -> J
     cyclone.reader(domain, &[Reading { kind: "turn", topic: TURN, durability }])
 }
 
-/// Whether so many peers are missed, and looked for.
+/// True if so many peers are missed, and a probe looks for them.
 fn looks_for(missing: u32) -> impl Fn(&Value) -> bool {
     move |status| status["missing"] == missing && status["probe"] == true
 }
@@ -68,7 +68,7 @@ pub(crate) fn recover_from_outages(net: &Net, cyclone: &Cyclone) {
     near.next("a match", is_match);
     let mut number = 0;
     // The near reader misses nothing.
-    let mut speak = || {
+    let mut publish = || {
         number += 1;
         gateway.send(&format!("turn left {number}"));
         gateway.send(&format!("diagnostics {number}"));
@@ -76,30 +76,30 @@ pub(crate) fn recover_from_outages(net: &Net, cyclone: &Cyclone) {
         thread::sleep(PACE);
         number
     };
-    let first = speak();
+    let first = publish();
     far.next("a report before the outage", has_report(2, first));
 
-    // The first outage is seen by the gateway's host, the second happens elsewhere.
+    // The first outage affects the gateway's host, the second happens elsewhere.
     for (outage, port) in [(1, "port0"), (2, "port1")] {
         net.ip(2, &format!("link set {port} down"));
         let down = Instant::now();
         gateway.wait_while_doing("the loss of the far readers", looks_for(2), || {
-            speak();
+            publish();
         });
-        let last = speak();
+        let last = publish();
         net.ip(2, &format!("link set {port} up"));
         let up = Instant::now();
         far.next("the current report after the outage", has_report(2, last));
         println!("outage at {port}: {:?} long, recovered in {:?}", up - down, up.elapsed());
-        let following = speak();
+        let following = publish();
         far.next("the next report", has_report(2, following));
         for _ in 0..AFTERWARDS {
-            speak();
+            publish();
         }
         let status = gateway.status();
         assert_eq!((&status["rebuilds"], &status["missing"]), (&json!(outage), &json!(0)), "{status}");
         assert_eq!(status["write_errors"], 0);
-        let newest = speak().to_string();
+        let newest = publish().to_string();
         far_diagnostics.next("diagnostics", |line| line["data"]["status"][0]["message"] == newest);
     }
 }
@@ -119,28 +119,28 @@ fn after_an_outage_commands_are_received_again_and_none_twice() {
     };
     let far = writer(1, "text", "rt/commands", "volatile");
     let far_groups = writer(1, "groups", "rt/groups", "volatile");
-    // A new reader of this one is handed all it said before.
+    // A new reader of this one is handed all its earlier samples.
     let near = writer(0, "text", "rt/kept_commands", "transient_local");
     let has_writers =
         |status: &Value| [0, 1, 3].iter().all(|position| status["incoming"][*position]["writers"] == 1);
     gateway.wait_until("the writers", has_writers);
-    let mut said = 0;
-    let mut say = || {
-        said += 1;
-        near.send(&said.to_string());
+    let mut sent = 0;
+    let mut send = || {
+        sent += 1;
+        near.send(&sent.to_string());
         thread::sleep(PACE);
     };
     far.send("before");
-    say();
+    send();
     gateway.next("a command before the outage", |line| line["what"]["text"] == "before");
     net.ip(2, "link set port1 down");
-    gateway.wait_while_doing("the loss of the far writers", looks_for(2), &mut say);
+    gateway.wait_while_doing("the loss of the far writers", looks_for(2), &mut send);
     net.ip(2, "link set port1 up");
     let up = Instant::now();
-    gateway.wait_while_doing("a new participant", |status| status["rebuilds"] == 1, &mut say);
+    gateway.wait_while_doing("a new participant", |status| status["rebuilds"] == 1, &mut send);
     println!("commands: recovered in {:?}", up.elapsed());
     for _ in 0..AFTERWARDS {
-        say();
+        send();
     }
     gateway.wait_until("the far writers", has_writers);
     // The new reader must be known there as well: nothing volatile is kept for it.
@@ -158,7 +158,7 @@ fn after_an_outage_commands_are_received_again_and_none_twice() {
         end |= line["what"]["text"] == "end";
     }
     let total = gateway.status()["incoming"][3]["received"].clone();
-    assert_eq!(total, said + 1, "each command of the near writer counts once");
+    assert_eq!(total, sent + 1, "each command of the near writer counts once");
 }
 
 /// A volatile writer hands nothing to a reader it has just met; here the reader is an old acquaintance.
@@ -190,7 +190,7 @@ fn a_killed_peer_is_looked_for_without_disturbing_anybody() {
     gateway.wait_until("three readers", |status| status["readers"][0] == 3);
     drop(leaver);
     gateway.wait_until("two readers", |status| status["readers"][0] == 2);
-    assert_eq!(gateway.status()["missing"], 0, "who says goodbye is not missed");
+    assert_eq!(gateway.status()["missing"], 0, "who leaves orderly is not missed");
     victim.kill();
     gateway.wait_until("one reader", |status| status["readers"][0] == 1);
     gateway.wait_until("the loss of the victim", looks_for(1));
@@ -235,8 +235,8 @@ fn networks_that_were_not_named_are_not_used() {
     let gateway = gateway_on("127.0.0.1");
     gateway.send("turn left 1");
     near.next("a report on the named network", has_report(2, 1));
-    let seen = far.next_during(Duration::from_secs(3));
-    assert!(seen.is_empty(), "{seen:?}");
+    let received = far.next_during(Duration::from_secs(3));
+    assert!(received.is_empty(), "{received:?}");
     drop(gateway);
     let gateway = gateway_on("10.77.0.1");
     gateway.send("turn right 2");

@@ -1,4 +1,4 @@
-//! Traffic lights on their way out: types, contents, quality of service, late joiners, large messages.
+//! Published traffic lights: types, contents, quality of service, late joiners, large messages.
 
 use std::thread;
 use std::time::Duration;
@@ -107,10 +107,10 @@ fn a_late_joiner_of_a_busy_stream_is_soon_up_to_date_and_others_miss_nothing() {
     gateway.next("the end of the stream", |line| line["event"] == "sent");
     let (mut newest, mut missed) = (0, 0);
     while newest < 90 {
-        let seen = sec(&early.next("the stream", is_sample));
-        assert!(seen > newest, "{seen} came after {newest}");
-        missed += seen - newest - 1;
-        newest = seen;
+        let received = sec(&early.next("the stream", is_sample));
+        assert!(received > newest, "{received} came after {newest}");
+        missed += received - newest - 1;
+        newest = received;
     }
     // A machine too slow for the stream leaves some out on purpose.
     assert_eq!(gateway.status()["overtaken"], missed, "the early reader missed something");

@@ -1,9 +1,9 @@
-"""An independent Autoware (Cyclone DDS) for the tests: says what the gateway reads, reads what it says.
+"""An independent Autoware (Cyclone DDS) for the tests: publishes what the gateway reads, reads what it publishes.
 
 Usage: autoware.py DOMAIN
 Prints a line of JSON for each event: `ready`, `matched` once each of its writers is read and each of its
-readers has a writer, `heard` with what it read, `sent`. Each line of standard input is a command:
-`say TOPIC` sends the sample of that topic; `nonsense TOPIC LENGTH` bytes that are not a message;
+readers has a writer, `received` with what it read, `sent`. Each line of standard input is a command:
+`publish TOPIC` sends the sample of that topic; `nonsense TOPIC LENGTH` bytes that are not a message;
 `path POINTS BOUND TIMES` large paths, ten a second, stamped 1 s, 2 s and so on. Ends when standard
 input does.
 """
@@ -23,10 +23,10 @@ from cyclonedds.util import duration
 
 from autoware_messages import KEPT, SAMPLES, HazardCommand, TurnCommand, large_path, nonsense_type
 
-HEARD = {"commanded_turn": TurnCommand, "commanded_hazard": HazardCommand}
+RECEIVED = {"commanded_turn": TurnCommand, "commanded_hazard": HazardCommand}
 
 
-def say(event, **fields):
+def emit(event, **fields):
     print(json.dumps({"event": event, **fields}, default=list), flush=True)
 
 
@@ -46,7 +46,7 @@ def open_writer(participant, name, message):
 
 def open_reader(participant, name):
     qos = quality(False)
-    return DataReader(participant, Topic(participant, f"rt/{name}", HEARD[name], qos=qos), qos=qos)
+    return DataReader(participant, Topic(participant, f"rt/{name}", RECEIVED[name], qos=qos), qos=qos)
 
 
 def watch(writers, readers, ended):
@@ -57,11 +57,11 @@ def watch(writers, readers, ended):
                 reader.get_matched_publications() for reader in readers.values()
             )
             if matched:
-                say("matched")
+                emit("matched")
         for name, reader in readers.items():
             for sample in reader.take(N=100):
                 if sample.sample_info.valid_data:
-                    say("heard", topic=name, data=asdict(sample))
+                    emit("received", topic=name, data=asdict(sample))
         time.sleep(0.005)
 
 
@@ -71,13 +71,13 @@ def send_paths(writer, points, bound, times):
     begin = time.monotonic()
     for number in range(1, times + 1):
         data[4:8] = number.to_bytes(4, "little")
-        # Making the bytes anew would take longer than the time there is.
+        # Making the bytes again would take longer than the time there is.
         sample.serialize = lambda **_: bytes(data)
         writer.write(sample)
         # A machine that is too slow for ten a second takes its time, rather than lose some.
         writer.wait_for_acks(duration(seconds=60))
         time.sleep(max(0.0, begin + number / 10 - time.monotonic()))
-    say("sent", bytes=len(data), seconds=time.monotonic() - begin)
+    emit("sent", bytes=len(data), seconds=time.monotonic() - begin)
 
 
 def main():
@@ -85,24 +85,24 @@ def main():
     writers = {name: open_writer(participant, name, type(SAMPLES[name])) for name in SAMPLES}
     # Two types of one name need two participants.
     other = DomainParticipant(int(sys.argv[1]))
-    liars = {name: open_writer(other, name, nonsense_type(name)) for name in SAMPLES}
-    readers = {name: open_reader(participant, name) for name in HEARD}
-    say("ready")
+    foreign = {name: open_writer(other, name, nonsense_type(name)) for name in SAMPLES}
+    readers = {name: open_reader(participant, name) for name in RECEIVED}
+    emit("ready")
     ended = threading.Event()
-    watcher = threading.Thread(target=watch, args=[[*writers.values(), *liars.values()], readers, ended])
+    watcher = threading.Thread(target=watch, args=[[*writers.values(), *foreign.values()], readers, ended])
     watcher.start()
     for line in sys.stdin:
-        command, *words = line.split()
-        if command == "say":
-            writers[words[0]].write(SAMPLES[words[0]])
+        command, *arguments = line.split()
+        if command == "publish":
+            writers[arguments[0]].write(SAMPLES[arguments[0]])
         elif command == "nonsense":
-            nonsense = nonsense_type(words[0])([255 - number % 7 for number in range(int(words[1]))])
-            liars[words[0]].write(nonsense)
+            nonsense = nonsense_type(arguments[0])([255 - number % 7 for number in range(int(arguments[1]))])
+            foreign[arguments[0]].write(nonsense)
         else:
-            send_paths(writers["path"], *map(int, words))
+            send_paths(writers["path"], *map(int, arguments))
     ended.set()
     watcher.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, and that announces its end to the network.
 
 
 main()

@@ -1,15 +1,15 @@
-"""An independent Autoware (Cyclone DDS) that drives as a script says, in real time, and reads commands.
+"""An independent Autoware (Cyclone DDS) that drives by a script, in real time, and reads commands.
 
 Usage: autoware_drive.py DOMAIN SCRIPT GATEWAYS PACE [NAME=TOPIC]...
-So many gateways must read what is said. PACE is `timed`, where each cycle comes at its time; or `paced`, where
+So many gateways must read what is published. PACE is `timed`, where each cycle comes at its time; or `paced`, where
 a cycle also waits until commands follow the last but one, and one that is late holds up those after it, so
 that a busy machine makes a drive longer and no different. NAME begins with `turn` or `hazard`: commands to read there; or with
 `report`: reports of the turn indicators.
 SCRIPT has a JSON object a line: first the topics by name, then a cycle each with `t` in seconds, `odometry`
 (x, y, yaw, speed), `path` (x, y, yaw, speed, lanelet), `factors` by module, `lane_driving`, and
 `route`, `hazard_request`, `own_turn`, `own_hazard`, `control_mode` where there are any. The first cycle is repeated until
-a command comes on every topic that is read. Prints one line of JSON: `cycles`, when each was said, and
-`heard`, by name: the stamp of each command, its number, when it was heard; times of day in nanoseconds.
+a command comes on every topic that is read. Prints one line of JSON: `cycles`, when each was published, and
+`received`, by name: the stamp of each command, its number, when it was received; times of day in nanoseconds.
 """
 
 import json
@@ -56,7 +56,7 @@ from messages import Header, Pose, Quaternion, Time, Turn, Vector
 NOTHING = Vector(0.0, 0.0, 0.0)
 # Nobody waits longer for the other side.
 PATIENCE_S = 40
-# The first cycle is said so often once commands come, so that all of it is known.
+# The first cycle is published so often once commands come, so that all of it is known.
 REPEATS = 5
 
 
@@ -117,11 +117,11 @@ def factors(header, module, listed):
     )
 
 
-def route(header, told):
-    lanes = [[LaneletPrimitive(lane, "lane") for lane in lanes] for lanes in told["segments"]]
+def route(header, planned):
+    lanes = [[LaneletPrimitive(lane, "lane") for lane in lanes] for lanes in planned["segments"]]
     segments = [LaneletSegment(segment[0], segment) for segment in lanes]
-    id_bytes = list(int(told["id"]).to_bytes(16, "big"))
-    return LaneletRoute(header, pose(*told["start"]), pose(*told["goal"]), segments, Uuid(id_bytes), False)
+    id_bytes = list(int(planned["id"]).to_bytes(16, "big"))
+    return LaneletRoute(header, pose(*planned["start"]), pose(*planned["goal"]), segments, Uuid(id_bytes), False)
 
 
 class Autoware:
@@ -138,14 +138,14 @@ class Autoware:
     def write(self, name, message):
         self.writers[name].write(message)
 
-    def say(self, cycle):
+    def publish(self, cycle):
         """Everything of a cycle, the odometry last."""
         _, stamp = now_stamp()
         header = Header(stamp, "map")
-        told = cycle.get("route", self.route)
-        if told != self.route:
-            self.route = told
-            self.write("route", route(header, told))
+        planned = cycle.get("route", self.route)
+        if planned != self.route:
+            self.route = planned
+            self.write("route", route(header, planned))
             self.write("operation_mode", OperationModeState(stamp, 2, True, False, True, True, True, True))
         self.write("scenario", Scenario("LaneDriving" if cycle["lane_driving"] else "Parking", []))
         self.write_path(cycle["path"], stamp)
@@ -191,42 +191,42 @@ def open_reader(participant, name, topic):
     return DataReader(participant, Topic(participant, f"rt{topic}", message, qos=qos), qos=qos)
 
 
-def listen(readers, heard, ended):
+def listen(readers, received, ended):
     while not ended.is_set():
         for name, reader in readers.items():
             for sample in reader.take(N=100):
                 if sample.sample_info.valid_data:
                     stamp = sample.stamp.sec * 1_000_000_000 + sample.stamp.nanosec
                     value = sample.report if isinstance(sample, Turn) else sample.command
-                    heard[name].append([stamp, value, time.time_ns()])
+                    received[name].append([stamp, value, time.time_ns()])
         time.sleep(0.005)
 
 
-def keep_up(heard, said):
-    """Whether commands on every topic follow the last but one of the cycles that were said."""
-    return len(said) < 2 or all(commands[-1][0] > said[-2] for commands in heard.values())
+def keep_up(received, published):
+    """Whether commands on every topic follow the last but one of the cycles that were published."""
+    return len(published) < 2 or all(commands[-1][0] > published[-2] for commands in received.values())
 
 
 def wait_until(is_it, what, meanwhile=lambda: None, pause=0.1):
     end = time.monotonic() + PATIENCE_S
     while not is_it():
         if time.monotonic() > end:
-            sys.exit(f"waited in vain for {what}")
+            sys.exit(f"timed out waiting for {what}")
         meanwhile()
         time.sleep(pause)
 
 
 def main():
-    domain, script, gateways, pace, *wanted = sys.argv[1:]
+    domain, script, gateways, pace, *pairs = sys.argv[1:]
     with open(script, encoding="utf-8") as lines:
         topics, *cycles = map(json.loads, lines)
     some = next(cycle["path"] for cycle in cycles if cycle["path"])
     assert path(some).serialize() == bytes(path_bytes(some)), "not the bytes that Cyclone makes"
     participant = DomainParticipant(int(domain))
     autoware = Autoware(participant, topics)
-    names = dict(pair.split("=") for pair in wanted)
+    names = dict(pair.split("=") for pair in pairs)
     readers = {name: open_reader(participant, name, topic) for name, topic in names.items()}
-    heard = {name: [] for name in readers}
+    received = {name: [] for name in readers}
     wait_until(
         lambda: all(
             len(writer.get_matched_subscriptions()) >= int(gateways) for writer in autoware.writers.values()
@@ -235,30 +235,30 @@ def main():
         "the gateways",
     )
     ended = threading.Event()
-    listener = threading.Thread(target=listen, args=[readers, heard, ended], daemon=True)
+    listener = threading.Thread(target=listen, args=[readers, received, ended], daemon=True)
     listener.start()
     wait_until(
-        lambda: all(any(command for _, command, _ in commands) for commands in heard.values()),
+        lambda: all(any(command for _, command, _ in commands) for commands in received.values()),
         "commands",
-        lambda: autoware.say(cycles[0]),
+        lambda: autoware.publish(cycles[0]),
     )
     for _ in range(REPEATS):
-        autoware.say(cycles[0])
+        autoware.publish(cycles[0])
         time.sleep(0.1)
-    said = []
+    published = []
     begin = time.monotonic() - cycles[0]["t"]
     for cycle in cycles:
         time.sleep(max(0.0, begin + cycle["t"] - time.monotonic()))
         if pace == "paced":
-            wait_until(lambda: keep_up(heard, said), "commands of the last but one cycle", pause=0.005)
+            wait_until(lambda: keep_up(received, published), "commands of the last but one cycle", pause=0.005)
             begin = max(begin, time.monotonic() - cycle["t"])
-        said.append(time.time_ns())
-        autoware.say(cycle)
+        published.append(time.time_ns())
+        autoware.publish(cycle)
     # What follows from the last cycle.
     time.sleep(0.4)
     ended.set()
     listener.join()
-    print(json.dumps({"cycles": said, "heard": heard}), flush=True)
+    print(json.dumps({"cycles": published, "received": received}), flush=True)
 
 
 main()

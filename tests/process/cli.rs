@@ -45,7 +45,7 @@ fn the_man_pages_and_completions_name_every_option_that_help_names() {
             std::fs::read_to_string(folder.path().join(format!("signal-gateway-{command}.1"))).unwrap();
         let page = page.replace("\\-", "-");
         let help = out(&[command, "--help"]);
-        let options: Vec<_> = help.split_whitespace().filter(|word| word.starts_with("--")).collect();
+        let options: Vec<_> = help.split_whitespace().filter(|option| option.starts_with("--")).collect();
         assert!(!options.is_empty());
         for option in options {
             let option = option.trim_end_matches([',', '.', ']', ';']);
@@ -201,9 +201,9 @@ fn a_recording_can_come_through_a_pipe_and_the_output_may_be_cut_off() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// The simulated vehicle as a log: what the guide says can be done with it.
+/// The simulated vehicle as a log: its uses according to the guide.
 #[test]
-fn a_simulated_vehicle_writes_the_same_log_each_time_and_its_replay_shows_what_it_was_asked_to_do() {
+fn a_simulated_vehicle_writes_the_same_log_each_time_and_its_replay_shows_its_requests() {
     let (folder, script) =
         file("day.txt", "2 stalk left  # signal\n\n5 stalk off\n6 fault bulb left\n7 hazard on\n");
     let profile = "config/vehicles/subaru_global.toml";
@@ -221,7 +221,7 @@ fn a_simulated_vehicle_writes_the_same_log_each_time_and_its_replay_shows_what_i
 }
 
 #[test]
-fn a_vehicle_that_cannot_be_simulated_or_asked_for_is_refused() {
+fn a_vehicle_or_request_that_cannot_be_simulated_is_refused() {
     let (folder, script) = file("day.txt", "1 stalk left\n2 stalk up\n");
     let pacmod = "config/vehicles/pacmod.toml";
     let vehicle = |args: &[&str]| refused(2, &[&["vehicle", "--profile"], args].concat());
@@ -253,7 +253,7 @@ fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 #[test]
-fn a_request_without_effect_is_said_beside_the_log_of_a_simulated_vehicle() {
+fn a_request_without_effect_is_reported_beside_the_log_of_a_simulated_vehicle() {
     let mut script = tempfile::NamedTempFile::new().unwrap();
     write!(script, "0.1 fault drop NO_SUCH_MESSAGE\n0.2 stalk left\n").unwrap();
     let path = script.path().to_str().unwrap();

@@ -1,4 +1,4 @@
-//! The daemon as a process: how it starts, what it tells the service manager, how it ends. Runs
+//! The daemon as a process: how it starts, its messages to the service manager, how it ends. Runs
 //! anywhere: frames come from a recording, or from an interface that is not there.
 
 use std::io::ErrorKind;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::support::process::{self, DEADLINE, Folder, Process, assert_in_time};
 
-/// The demo recording as fast as asked for, without ROS.
+/// The demo recording at the configured speed, without ROS.
 fn recording(keys: &str) -> Folder {
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
     Folder::with_demo_vehicle(
@@ -20,7 +20,7 @@ fn recording(keys: &str) -> Folder {
 }
 
 #[test]
-fn the_service_manager_hears_of_the_start_of_every_watchdog_period_and_of_the_end() {
+fn the_service_manager_is_notified_of_start_watchdog_periods_and_end() {
     // Diagnostics every 500 ms, and a second of the recording takes 100 s: neither feeds the watchdog.
     for (folder, status) in [
         (recording("speed = 0.01"), "playing a recording"),
@@ -32,20 +32,20 @@ fn the_service_manager_hears_of_the_start_of_every_watchdog_period_and_of_the_en
         let mut gateway = Process::run_with(&folder, |command| {
             command.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "100000");
         });
-        assert_eq!(heard(&manager), format!("READY=1\nSTATUS={status}"));
+        assert_eq!(next_message(&manager), format!("READY=1\nSTATUS={status}"));
         let fed = std::time::Instant::now();
         for _ in 0..20 {
-            assert_eq!(heard(&manager), "WATCHDOG=1");
+            assert_eq!(next_message(&manager), "WATCHDOG=1");
         }
         // 20 meals 50 ms apart; without a clock of its own the watchdog would wait for 5 s and more.
         assert_in_time("feeding", fed.elapsed(), Duration::from_secs(4));
         gateway.stop("TERM");
-        let last = std::iter::repeat_with(|| heard(&manager)).find(|message| message != "WATCHDOG=1");
+        let last = std::iter::repeat_with(|| next_message(&manager)).find(|message| message != "WATCHDOG=1");
         assert_eq!(last.unwrap(), "STOPPING=1");
     }
 }
 
-fn heard(manager: &UnixDatagram) -> String {
+fn next_message(manager: &UnixDatagram) -> String {
     let mut buffer = [0; 512];
     // A process that was stopped for a moment finds its wait interrupted.
     let received = std::iter::repeat_with(|| manager.recv(&mut buffer))
@@ -111,7 +111,23 @@ fn a_missing_interface_is_named_once_for_each_topic_and_waited_for() {
 }
 
 #[test]
-fn what_is_wrong_with_the_configuration_is_said_with_its_place_and_exit_code_3() {
+fn black_box_that_cannot_be_written_is_told_and_the_gateway_goes_on() {
+    let keys = |folder: &str| format!("[black_box]\nfolder = \"{folder}\"\n[ros]\nenabled = false\n");
+    for (place, why) in
+        [("gateway.toml", "File exists"), ("gateway.toml/box", "Not a directory"), ("/proc/box", "")]
+    {
+        let folder = Folder::with_demo_vehicle("no-such-can", &keys(place));
+        let mut gateway = Process::run(&folder);
+        gateway.wait_for_log(&format!("black_box: recordings cannot be written: {why}"));
+        gateway.wait_for_log("no-such-can: no-such-can is missing");
+        gateway.stop("TERM");
+        let told = gateway.log().into_iter().filter(|line| line.contains("black box not written in")).count();
+        assert_eq!(told, 1, "{:?}", gateway.log());
+    }
+}
+
+#[test]
+fn errors_of_the_configuration_are_reported_with_their_position_and_exit_code_3() {
     let spoilt = [
         ("profile = 3\n", "gateway.toml:1:11: profile: "),
         ("profile = \"demo_vehicle.toml\"\n[can.body]\ninterface = \"can/0\"\n", "gateway.toml:3:13: "),
@@ -119,7 +135,7 @@ fn what_is_wrong_with_the_configuration_is_said_with_its_place_and_exit_code_3()
         ("profile = \"none.toml\"\n[can.body]\ninterface = \"can0\"\n", "gateway.toml:1:11: "),
         ("profile = \"no_dbc.toml\"\n[can.body]\ninterface = \"can0\"\n", "no_dbc.toml:3:7: "),
     ];
-    for (text, place) in spoilt {
+    for (text, position) in spoilt {
         let folder = Folder::with_demo_vehicle("can0", "");
         folder.write("gateway.toml", text);
         let profile = "name = \"x\"\n[bus.body]\ndbc = \"none.dbc\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n";
@@ -127,7 +143,7 @@ fn what_is_wrong_with_the_configuration_is_said_with_its_place_and_exit_code_3()
         let mut gateway = Process::run(&folder);
         assert_eq!(gateway.ended().code(), Some(3), "{text}");
         let log = gateway.log();
-        assert!(log.iter().any(|line| line.contains(place)), "{place} is not in {log:?}");
+        assert!(log.iter().any(|line| line.contains(position)), "{position} is not in {log:?}");
     }
     let mut gateway = Process::start(Path::new("/"), |command| {
         command.arg("fly");
@@ -137,20 +153,20 @@ fn what_is_wrong_with_the_configuration_is_said_with_its_place_and_exit_code_3()
 
 #[test]
 #[cfg(feature = "ros")]
-fn dds_keeps_its_own_log_to_itself_unless_it_is_asked_for_by_name() {
+fn dds_logs_only_when_rust_log_names_it() {
     let folder = Folder::with_demo_vehicle("no-such-can", &process::ros());
-    for (wanted, noisy) in [(None, false), (Some("debug"), false), (Some("rustdds=debug"), true)] {
+    for (rust_log, noisy) in [(None, false), (Some("debug"), false), (Some("rustdds=debug"), true)] {
         let mut gateway = Process::run_with(&folder, |command| {
-            command.envs(wanted.map(|level| ("RUST_LOG", level)));
+            command.envs(rust_log.map(|level| ("RUST_LOG", level)));
         });
         gateway.wait_for_log("no-such-can: no-such-can is missing");
         gateway.stop("TERM");
         let strange = |line: &String| {
-            !["turn_indicators: ", "hazard_lights: ", "no-such-can", "Demo vehicle", "stopped"]
+            !["turn_indicators: ", "hazard_lights: ", "log: ", "no-such-can", "Demo vehicle", "stopped"]
                 .iter()
                 .any(|ours| line.contains(ours))
         };
         let strangers: Vec<_> = gateway.log().into_iter().filter(strange).collect();
-        assert_eq!(!strangers.is_empty(), noisy, "{wanted:?}: {strangers:?}");
+        assert_eq!(!strangers.is_empty(), noisy, "{rust_log:?}: {strangers:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! `signal-gateway decide` as a user meets it: text, JSON, picture, refusals, exit codes.
+//! `signal-gateway decide` as a user sees it: text, JSON, picture, refusals, exit codes.
 //!
 //! The road is the line of the worked cases (docs/spec/turn-signal-decider.md, "Labels of test cases"):
 //! a left turn from 100 to 116 m, straight so that the whole of it is required.
@@ -128,7 +128,7 @@ fn json_holds_every_cycle_with_its_reasons() {
     assert_eq!((&at["basis"], &at["candidates"][1]["distances"]), (&"candidates".into(), &Value::Null));
     assert_eq!(changes[3]["expectations"]["met"], 1);
     // 0 to 130 m, a metre a cycle, and the summary.
-    assert_eq!(lines(&["--every", "cycle"]).len(), 132);
+    assert_eq!(lines(&["--every", "step"]).len(), 132);
 }
 
 #[test]
@@ -137,11 +137,11 @@ fn an_expectation_that_fails_is_named_and_ends_with_code_5() {
     let bench = Bench::new("turn.toml", &format!("{TURN}{wrong}"));
     let (text, code) = bench.out(&["--compat", "upstream"]);
     assert_eq!(code, Some(5));
-    let told = "FAILED turn.toml:7:1: expect[1]: from 35 to 116 m, upstream: LEFT wanted, DISABLE at 35.00 m (3.500 s)";
-    assert!(text.lines().any(|line| line == told), "{text}");
+    let failed = "FAILED turn.toml:7:1: expect[1]: from 35 to 116 m, upstream: expected LEFT, found DISABLE at 35.00 m (3.500 s)";
+    assert!(text.lines().any(|line| line == failed), "{text}");
     let (json, code) = bench.out(&["--json", "--compat", "upstream"]);
     assert_eq!(code, Some(5));
-    assert!(json.contains("\"what\":\"LEFT wanted, DISABLE at 35.00 m (3.500 s)\""), "{json}");
+    assert!(json.contains("\"what\":\"expected LEFT, found DISABLE at 35.00 m (3.500 s)\""), "{json}");
 
     let nowhere = "[[expect]]\nfrom_m = 140\nto_m = 150\ncommand = \"LEFT\"\n";
     let (text, code) = Bench::new("turn.toml", &format!("{TURN}{nowhere}")).out(&[]);
@@ -170,7 +170,7 @@ tolerance_m = 0
     let bench = Bench::new("avoid.toml", &text);
     let (out, code) = bench.out(&["--compat", "upstream"]);
     assert_eq!(code, Some(0), "{out}");
-    let (json, _) = bench.out(&["--json", "--every", "cycle", "--compat", "upstream"]);
+    let (json, _) = bench.out(&["--json", "--every", "step", "--compat", "upstream"]);
     let ys: Vec<f64> = json
         .lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).unwrap()["y_m"].as_f64())
@@ -179,8 +179,8 @@ tolerance_m = 0
 }
 
 #[test]
-fn what_goes_wrong_is_told_and_never_signalled() {
-    let trouble = |kind: &str, at_m: u32, more: &str| {
+fn disturbances_are_findings_and_never_signalled() {
+    let disturbance = |kind: &str, at_m: u32, more: &str| {
         format!("[[disturbance]]\nkind = \"{kind}\"\nat_m = {at_m}\n{more}\n")
     };
     let expect = |from_m: u32, to_m: u32, command: &str, finding: &str| {
@@ -191,12 +191,12 @@ fn what_goes_wrong_is_told_and_never_signalled() {
     };
     let text = [
         TURN.to_owned(),
-        trouble("odometry_gap", 40, "for_s = 1"),
-        trouble("nan_pose", 60, "for_s = 0.5"),
-        trouble("not_lane_driving", 70, "for_s = 0.5"),
-        trouble("empty_path", 80, "for_s = 0.5"),
-        trouble("time_jump", 95, "by_s = -5"),
-        // Up to 500 ms old will do, and 39 m was the last that came.
+        disturbance("odometry_gap", 40, "for_s = 1"),
+        disturbance("nan_pose", 60, "for_s = 0.5"),
+        disturbance("not_lane_driving", 70, "for_s = 0.5"),
+        disturbance("empty_path", 80, "for_s = 0.5"),
+        disturbance("time_jump", 95, "by_s = -5"),
+        // Up to 500 ms old is accepted, and the last one came at 39 m.
         expect(45, 49, "NO_COMMAND", "odometry is"),
         expect(60, 64, "NO_COMMAND", "odometry is not a number"),
         expect(70, 74, "NO_COMMAND", "not lane driving"),
@@ -204,12 +204,12 @@ fn what_goes_wrong_is_told_and_never_signalled() {
         expect(95, 96, "LEFT", "clock went back by 4900 ms"),
     ]
     .concat();
-    let (out, code) = Bench::new("trouble.toml", &text).out(&["--compat", "upstream"]);
+    let (out, code) = Bench::new("disturbances.toml", &text).out(&["--compat", "upstream"]);
     assert_eq!(code, Some(0), "{out}");
 }
 
 #[test]
-fn a_picture_shows_sections_and_signals_of_each_behaviour() {
+fn a_picture_shows_sections_and_signals_of_each_compat() {
     let bench = Bench::new("turn.toml", &format!("name = \"I1 <left>\"\n{TURN}{EXPECTED}"));
     let picture = || {
         bench.out(&["--picture", "turn.svg"]);
@@ -223,19 +223,19 @@ fn a_picture_shows_sections_and_signals_of_each_behaviour() {
         "37.00 m to 117.00 m: signal: LEFT",
         "117.00 m to 130.00 m: signal: DISABLE",
         "37.00 m to 116.00 m: expected: LEFT",
-        "way [m]",
+        "distance [m]",
     ];
     for title in titles {
         assert!(svg.contains(title), "{title}\n{svg}");
     }
-    assert_eq!(svg.matches("class=\"group\"").count(), 3, "way, improved, upstream");
+    assert_eq!(svg.matches("class=\"lane\"").count(), 3, "route, improved, upstream");
     roxmltree::Document::parse(&svg).unwrap();
     assert_eq!(svg, picture(), "the same bytes each time");
 }
 
-/// Backing up covers the same metres as the way out: it must not be painted over.
+/// Backing up covers the same metres as driving out: it must not be painted over.
 #[test]
-fn a_picture_shows_what_came_out_while_backing_up() {
+fn a_picture_shows_the_signals_while_backing_up() {
     let more = "[[manoeuvre]]
 kind = \"pull_out\"
 from_m = 20
@@ -263,7 +263,7 @@ lines = [{ from_m = 110, to_m = 120, offset_m = 1 }]
 }
 
 #[test]
-fn wrong_files_are_refused_with_place_key_and_remedy() {
+fn wrong_files_are_refused_with_location_key_and_remedy() {
     let with = |more: &str| format!("{TURN}{more}");
     let cases = [
         ("map.osm", "no.osm", "turn.toml:1:7: map: no.osm: cannot read it"),
@@ -282,14 +282,14 @@ fn wrong_files_are_refused_with_place_key_and_remedy() {
             "mps = \"x\"",
             "drive.speed[1].mps: expected a number, found the text \"x\"; give 0 to 100 m/s",
         ),
-        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"; give JP, DE,"),
+        ("until_m = 130", "country = \"XX\"", "country: there are no rules for \"XX\"; give AT, CH,"),
         ("until_m = 130", "until_m =", "turn.toml:2:"),
     ];
     for (part, other, expected) in cases {
         let output = Bench::new("turn.toml", &TURN.replacen(part, other, 1)).run(&[]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{other}: {told}");
-        assert!(told.contains(expected), "{other}: {told}");
+        let refusal = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{other}: {refusal}");
+        assert!(refusal.contains(expected), "{other}: {refusal}");
     }
     let cases = [
         (
@@ -312,7 +312,7 @@ fn wrong_files_are_refused_with_place_key_and_remedy() {
         ),
         (
             "[[disturbance]]\nkind = \"nan_pose\"\nfor_s = 1\n",
-            "disturbance[1]: neither at_m nor at_s; give a place or a time",
+            "disturbance[1]: neither at_m nor at_s; give a position or a time",
         ),
         (
             "[[disturbance]]\nkind = \"reroute\"\nat_m = 5\nsegments = [[3]]\n",
@@ -329,8 +329,8 @@ fn wrong_files_are_refused_with_place_key_and_remedy() {
     ];
     for (more, expected) in cases {
         let output = Bench::new("turn.toml", &with(more)).run(&[]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(3), "{more}: {told}");
-        assert!(told.contains(expected), "{more}: {told}");
+        let refusal = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{more}: {refusal}");
+        assert!(refusal.contains(expected), "{more}: {refusal}");
     }
 }

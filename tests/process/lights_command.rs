@@ -200,24 +200,24 @@ fn t14_predictions_in_json() {
     ];
     let bench = Bench::of_phases(&phases, "");
     let lines = bench.json(&[&BY_THE_SECOND[..], &["--until", "6", "--json"]].concat());
-    let told = |line: &Value| {
+    let predicted = |line: &Value| {
         let predictions = line["external"][0]["predictions"].as_array().unwrap();
-        let told = predictions.iter().map(|prediction| {
+        let predicted = predictions.iter().map(|prediction| {
             assert_eq!(
                 (&prediction["reliability"], &prediction["source"]),
                 (&json!(1.0), &json!("SIMULATION"))
             );
             format!("{} {}", prediction["at"], prediction["elements"][0]["color"].as_str().unwrap())
         });
-        told.collect::<Vec<_>>().join(", ")
+        predicted.collect::<Vec<_>>().join(", ")
     };
     let times: Vec<_> = lines.iter().map(|line| line["t"].as_f64().unwrap()).collect();
     assert_eq!(times, [0.0, 1.0, 4.0, 6.0]);
     assert_eq!(lines[0]["external"], Value::Null, "nothing was sent yet");
     let from_4 = "12.0 green, 16.0 yellow, 18.0 red, 24.0 green";
-    assert_eq!(told(&lines[1]), format!("4.0 yellow, 6.0 red, {from_4}"));
-    assert_eq!(told(&lines[2]), format!("6.0 red, {from_4}, 28.0 yellow"));
-    assert_eq!(told(&lines[3]), format!("{from_4}, 28.0 yellow, 30.0 red"));
+    assert_eq!(predicted(&lines[1]), format!("4.0 yellow, 6.0 red, {from_4}"));
+    assert_eq!(predicted(&lines[2]), format!("6.0 red, {from_4}, 28.0 yellow"));
+    assert_eq!(predicted(&lines[3]), format!("{from_4}, 28.0 yellow, 30.0 red"));
 }
 
 #[test]
@@ -247,18 +247,18 @@ fn a_json_line_holds_all_there_is() {
 }
 
 #[test]
-fn every_frame_is_printed_when_asked_for_and_else_what_changes() {
+fn every_frame_is_printed_on_request_and_else_the_changes() {
     let frames = |args: &[&str]| {
         let args = [&["--frame-rate", "10", "--until", "2.0", "--json"], args].concat();
         cycling().json(&args).len()
     };
     // Time zero, 20 frames, the first message over V2I with one of them.
-    assert_eq!(frames(&["--every", "frame"]), 21);
+    assert_eq!(frames(&["--every", "step"]), 21);
     assert_eq!(frames(&[]), 3);
 }
 
 #[test]
-fn the_scenario_says_how_long_it_is_shown() {
+fn the_scenario_determines_how_long_it_is_shown() {
     let last = |bench: &Bench| bench.out(&BY_THE_SECOND).lines().last().unwrap().trim().to_owned();
     assert_eq!(last(&cycling()), "12.000  until                  twice the longest cycle");
     let stopped = format!("stop_at_s = 4\n{}", fs::read_to_string(cycling().file).unwrap());
@@ -270,8 +270,8 @@ fn the_scenario_says_how_long_it_is_shown() {
 
 #[test]
 fn a_scenario_that_fails_ends_with_5() {
-    let ending = |word: &str| {
-        let event = format!("[[event]]\nname = \"over\"\nat_s = 2\ndo = {{ end = \"{word}\" }}\n");
+    let ending = |result: &str| {
+        let event = format!("[[event]]\nname = \"over\"\nat_s = 2\ndo = {{ end = \"{result}\" }}\n");
         Bench::of_phases(&[("p1", 3.0, "\"21\" = \"green\"")], &event)
     };
     assert!(ending("success").out(&[]).ends_with("end                    success\n"));
@@ -341,7 +341,7 @@ fn q7_upper_diagonals_are_sent_as_each_behaviour_can() {
 }
 
 #[test]
-fn the_example_of_the_documentation_runs_as_it_says() {
+fn the_example_of_the_documentation_runs_as_documented() {
     let guide = include_str!("../../docs/traffic-lights.md");
     let block = |language: &str| {
         let (_, rest) = guide.split_once(&format!("```{language}\n")).unwrap();

@@ -14,7 +14,7 @@ fn systemd_accepts_the_unit_without_a_word() {
     let dir = tempfile::tempdir().unwrap();
     let unit = unit_with_an_executable(dir.path());
     let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
-    assert!(output.status.success() && said(&output).is_empty(), "{}", said(&output));
+    assert!(output.status.success() && output_of(&output).is_empty(), "{}", output_of(&output));
 }
 
 #[test]
@@ -24,17 +24,17 @@ fn systemd_complains_about_a_spoilt_unit() {
     let spoilt = fs::read_to_string(&unit).unwrap().replace("WatchdogSec=", "WatchDogSeconds=");
     fs::write(&unit, spoilt).unwrap();
     let output = require!(run("systemd-analyze", &["verify", "--man=no", text(&unit)]));
-    assert!(said(&output).contains("WatchDogSeconds"), "{}", said(&output));
+    assert!(output_of(&output).contains("WatchDogSeconds"), "{}", output_of(&output));
 }
 
 #[test]
-fn the_unit_is_exposed_no_more_than_its_network_asks_for() {
+fn the_unit_is_exposed_no_more_than_its_network_requires() {
     let dir = tempfile::tempdir().unwrap();
     let unit = unit_with_an_executable(dir.path());
     let threshold = format!("--threshold={HIGHEST_EXPOSURE}");
     let arguments = ["security", "--offline=true", "--no-pager", &threshold, text(&unit)];
     let output = require!(run("systemd-analyze", &arguments));
-    let table = said(&output);
+    let table = output_of(&output);
     println!("{}", table.lines().last().unwrap_or_default());
     assert!(output.status.success(), "{table}");
     assert!(exposure_in_tenths(&table).unwrap() <= HIGHEST_EXPOSURE, "{table}");
@@ -58,8 +58,8 @@ fn the_unit_keeps_what_the_gateway_lives_on() {
 fn the_user_can_be_made() {
     let file = project_file("signal-gateway.sysusers");
     let output = require!(run("systemd-sysusers", &["--dry-run", text(&file)]));
-    assert!(output.status.success(), "{}", said(&output));
-    assert!(!said(&output).contains("ignoring"), "{}", said(&output));
+    assert!(output.status.success(), "{}", output_of(&output));
+    assert!(!output_of(&output).contains("ignoring"), "{}", output_of(&output));
 }
 
 /// networkd has no verifier: sections and keys are held against `systemd.network(5)` (v252).
@@ -108,11 +108,11 @@ fn unit_with_an_executable(dir: &Path) -> PathBuf {
     copy
 }
 
-/// What `program` makes of `arguments`.
+/// Runs `program` with `arguments`.
 fn run(program: &str, arguments: &[&str]) -> Result<Output, Missing> {
     let missing = |why| Err(Prerequisite::SystemdAnalyze.missing(why));
     match Command::new(program).args(arguments).env("SYSTEMD_COLORS", "0").output() {
-        Ok(output) if said(&output).contains("unrecognized option") => {
+        Ok(output) if output_of(&output).contains("unrecognized option") => {
             missing(format!("this {program} is too old for {arguments:?}"))
         }
         Ok(output) => Ok(output),
@@ -130,7 +130,7 @@ fn exposure_in_tenths(table: &str) -> Option<u32> {
     Some(whole.parse::<u32>().ok()? * 10 + tenths.parse::<u32>().ok()?)
 }
 
-fn said(output: &Output) -> String {
+fn output_of(output: &Output) -> String {
     String::from_utf8_lossy(&[output.stdout.as_slice(), &output.stderr].concat()).into_owned()
 }
 

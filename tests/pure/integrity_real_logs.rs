@@ -12,7 +12,7 @@ use signal_gateway::core::validation::integrity::counter::{Counter, CounterRule}
 use signal_gateway::core::validation::integrity::{
     IntegrityChecker, IntegrityCounts, IntegrityVerdict, MessageIntegrity, Protection,
 };
-use signal_gateway::io::can::candump::Content;
+use signal_gateway::io::can::formats::Content;
 use signal_gateway::io::can::log::Log;
 
 use crate::support::prerequisite::{require, shared_data};

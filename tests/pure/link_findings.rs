@@ -227,7 +227,7 @@ fn a_storm_of_bus_errors_is_counted_and_told_once() {
     }
     assert_eq!(desk.heard("can0"), ["WARN receiving, with recent drops, error frames or bad lines"]);
     assert_eq!(desk.value("can0", "error_classes"), "protocol 10000, bus-error 10000");
-    assert_eq!(desk.value("can0", "last_error"), "protocol (bit stuffing at data), bus-error (0 s ago)");
+    assert_eq!(desk.value("can0", "last_error"), "protocol (stuff error at data), bus-error (0 s ago)");
 }
 
 #[test]

@@ -208,7 +208,7 @@ fn flashing_lamps_of_several_sources_allocate_nothing() {
 
 /// A controller for each ten lights, all copied to V2I with what is predicted.
 fn ten_thousand_lights() -> LightsSettings {
-    let group = |id| GroupEntry { relation_id: 1_000_000 + id, way_ids: vec![id], is_pedestrian: false };
+    let group = |id| GroupEntry::new(1_000_000 + id, [id]);
     let groups: Vec<_> = (0..10_000).map(group).collect();
     let store = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
     let entry = |id| PhaseEntry { target: Target { id, store }, state: StateText::new("red") };

@@ -1,4 +1,4 @@
-//! An invented vehicle that takes commands: its profile, its DBC, and what a frame asks of it.
+//! An invented vehicle that takes commands: its profile, its DBC, and the request of a frame.
 
 /// Sent every 100 ms, three times 20 ms apart after a change, never closer than 10 ms.
 pub(crate) const PROFILE: &str = r#"name = "Bench"
@@ -65,7 +65,7 @@ BO_ 306 TURN_ONLY: 1 X
  SG_ TURN_ONLY_REQ : 0|2@1+ (1,0) [0|3] "" X
 "#;
 
-/// What a frame of `CMD` asks for, read by hand: `-` = it has no authority.
+/// The request of a frame of `CMD`, decoded by hand: `-` = it has no authority.
 pub(crate) fn asks(data: &[u8]) -> &'static str {
     assert_eq!((data[0] & 0xFE, data[2], data[6] >> 4), (0xFC, 0xFF, 0xF), "background and constants");
     match (data[0] & 1, data[1] & 7, data[1] >> 4 & 3) {

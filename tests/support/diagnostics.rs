@@ -1,4 +1,4 @@
-//! What diagnostics may say: every status with its messages and keys, as `docs/diagnostics.md` lists them, and the
+//! Possible diagnostics: every status with its messages and keys, as `docs/diagnostics.md` lists them, and the
 //! check of a status against that list.
 
 mod catalogue;
@@ -14,7 +14,7 @@ pub(crate) static TASKS: LazyLock<Vec<Task>> = LazyLock::new(catalogue::tasks);
 pub(crate) struct Task {
     /// The names after `<node>: `; `{interface}` stands for any name.
     pub(crate) names: &'static [&'static str],
-    /// What it is about, and when there is one.
+    /// Subject of the status, and when it exists.
     pub(crate) about: &'static str,
     pub(crate) messages: Vec<Message>,
     pub(crate) keys: Vec<Key>,
@@ -25,7 +25,7 @@ pub(crate) struct Message {
     pub(crate) level: Level,
     /// `{name}` stands for any text, `[…]` for text that may be absent.
     pub(crate) pattern: String,
-    /// What an operator does.
+    /// Action of an operator.
     pub(crate) action: &'static str,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Key {
     /// The unit, or `-`.
     pub(crate) unit: &'static str,
     pub(crate) meaning: &'static str,
-    /// When it is there; empty = always.
+    /// Condition under which it exists; empty = always.
     pub(crate) when: &'static str,
 }
 
@@ -77,7 +77,7 @@ impl Task {
             let at = self.keys.iter().position(|key| key.name == *name);
             let at = at.ok_or_else(|| format!("the key `{name}` is not listed"))?;
             if listed.last().is_some_and(|last| *last > at) {
-                return Err(format!("the key `{name}` is listed at another place"));
+                return Err(format!("the key `{name}` is listed at another position"));
             }
             listed.push(at);
         }
@@ -103,7 +103,7 @@ impl Message {
     }
 }
 
-/// Whether a text is the pattern with something in the place of each `{name}`.
+/// True if a text is the pattern with something for each `{name}`.
 fn fits(pattern: &str, text: &str) -> bool {
     let Some((before, rest)) = pattern.split_once('{') else { return pattern == text };
     let (_, after) = rest.split_once('}').unwrap();

@@ -1,24 +1,23 @@
-//! A drive as a script for `tests/peer/autoware_drive.py`: what Autoware would say, cycle by cycle; and
-//! what the decider makes of the same drive without messages.
+//! A drive as a script for `tests/peer/autoware_drive.py`: what Autoware would publish, cycle by cycle; and
+//! the decisions on the same drive without messages.
 
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use signal_gateway::config::drive::Wanted;
+use signal_gateway::config::drive::ExpectedDecision;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::avoidance::AvoidanceLine;
 use signal_gateway::core::turn_signal::manoeuvre::pull_over::{PullOver, Undecided};
-use signal_gateway::core::turn_signal::planner_input::FactorTopic;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::planner_input::{FactorTopic, Odometry};
 use signal_gateway::core::turn_signal::shift::ShiftedPath;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
-use signal_gateway::desk::drive::course::{Course, Cycle};
 use signal_gateway::desk::drive::run::Run;
+use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
 
-/// Both behaviours, in the order of everything that is kept for each.
-pub(crate) const MODES: [DeciderCompat; 2] = [DeciderCompat::Improved, DeciderCompat::Upstream];
+/// Improved and upstream, in the order of everything that is kept for each.
+pub(crate) const COMPATS: [DeciderCompat; 2] = [DeciderCompat::Improved, DeciderCompat::Upstream];
 
 /// Numbers of `PlanningFactor.behavior`.
 const SLOW_DOWN: u8 = 2;
@@ -32,41 +31,41 @@ pub(crate) struct Script {
     cycles: Vec<Map<String, Value>>,
 }
 
-/// A cycle.
+/// One cycle of the drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     pub(crate) at_m: f64,
     pub(crate) speed_mps: f64,
-    /// What the decider says.
+    /// The decider's commands.
     pub(crate) decided: [(Signal, Hazard); 2],
-    /// What the scenario expects.
-    pub(crate) wanted: [Vec<Wanted>; 2],
+    /// The decisions that the scenario expects.
+    pub(crate) expected: [Vec<ExpectedDecision>; 2],
 }
 
 impl Script {
-    pub(crate) fn new(course: &Course) -> Self {
-        let mut runs = MODES.map(|mode| Run::new(course, mode));
+    pub(crate) fn new(simulation: &DriveSimulation) -> Self {
+        let mut runs = COMPATS.map(|compat| Run::new(simulation, compat));
         let mut script = Self { steps: Vec::new(), cycles: Vec::new() };
         let mut route = None;
-        for cycle in course.cycles() {
+        for cycle in simulation.cycles() {
             let decided = runs.each_mut().map(|run| {
                 let decision = run.step(&cycle);
                 (decision.turn, decision.hazard)
             });
-            let wanted = MODES.map(|mode| {
-                course.expected(&cycle, mode).map(|(_, expected)| expected.wanted.clone()).collect()
+            let expected = COMPATS.map(|compat| {
+                simulation.expected(&cycle, compat).map(|(_, expected)| expected.decision.clone()).collect()
             });
-            script.steps.push(Step { at_m: cycle.at_m, speed_mps: cycle.speed_mps, decided, wanted });
-            let mut said = said(&cycle);
+            script.steps.push(Step { at_m: cycle.at_m, speed_mps: cycle.speed_mps, decided, expected });
+            let mut messages = messages(&cycle);
             if route.replace(cycle.route.id()) != Some(cycle.route.id()) {
-                said.insert("route".to_owned(), planner_route(&cycle));
+                messages.insert("route".to_owned(), planner_route(&cycle));
             }
-            script.cycles.push(said);
+            script.cycles.push(messages);
         }
         script
     }
 
-    /// Says something more at each cycle.
+    /// Adds a message to each cycle.
     pub(crate) fn add(&mut self, key: &str, value: impl Fn(usize, &Step) -> Option<u8>) {
         for (index, (cycle, step)) in self.cycles.iter_mut().zip(&self.steps).enumerate() {
             if let Some(value) = value(index, step) {
@@ -75,7 +74,7 @@ impl Script {
         }
     }
 
-    /// Lines of JSON.
+    /// The script, lines of JSON.
     pub(crate) fn text(&self) -> String {
         let mut topics = json!({
             "odometry": "/localization/kinematic_state",
@@ -106,32 +105,33 @@ impl Script {
     }
 }
 
-fn said(cycle: &Cycle) -> Map<String, Value> {
+/// The messages of Autoware at a cycle.
+fn messages(cycle: &Cycle) -> Map<String, Value> {
     let odometry = cycle.odometry.map(|Odometry { pose: Pose { position, yaw_rad }, speed_mps }| {
         json!([position.x_m, position.y_m, yaw_rad, speed_mps])
     });
     let speed_mps = cycle.speed_mps;
     let point =
         |pose: Pose, lane| json!([pose.position.x_m, pose.position.y_m, pose.yaw_rad, speed_mps, lane]);
-    let path: Vec<_> = cycle.path.iter().map(|there| point(there.pose, there.lane)).collect();
+    let path: Vec<_> = cycle.path.iter().map(|planned| point(planned.pose, planned.lane)).collect();
     let mut factors = Map::new();
     for (module, factor) in cycle.manoeuvres.iter().flat_map(factors_of) {
         let listed = factors.entry(module.name()).or_insert_with(|| json!([]));
         listed.as_array_mut().unwrap().push(factor);
     }
-    let said = json!({
+    let messages = json!({
         "t": cycle.at_s,
         "odometry": odometry,
         "path": path,
         "factors": factors,
         "lane_driving": cycle.lane_driving,
     });
-    said.as_object().unwrap().clone()
+    messages.as_object().unwrap().clone()
 }
 
 fn planner_route(cycle: &Cycle) -> Value {
     let pose = |Pose { position, yaw_rad }: Pose| json!([position.x_m, position.y_m, yaw_rad]);
-    // In the message the preferred lanelet stands in front of all of them, itself included.
+    // In the message the preferred lanelet comes in front of all of them, itself included.
     let segments = cycle.route.segments().iter().map(|segment| {
         let others = segment.lanes.iter().filter(|lane| **lane != segment.preferred);
         std::iter::once(segment.preferred).chain(others.copied()).collect::<Vec<_>>()
@@ -145,7 +145,7 @@ fn planner_route(cycle: &Cycle) -> Value {
     })
 }
 
-/// What the planner's modules publish of a manoeuvre: less than it is.
+/// The planning factors that the planner's modules publish of a manoeuvre: less than it is.
 fn factors_of(manoeuvre: &Manoeuvre) -> Vec<(FactorTopic, Value)> {
     match manoeuvre {
         Manoeuvre::LaneChange(change) => {
@@ -175,16 +175,17 @@ fn factors_of(manoeuvre: &Manoeuvre) -> Vec<(FactorTopic, Value)> {
             vec![(FactorTopic::GoalPlanner, shift((over.start, 0.0), (over.goal, end_m), true))]
         }
         Manoeuvre::PullOver(PullOver::Undecided(Undecided { deceleration, stop, .. })) => {
-            let places = [(SLOW_DOWN, deceleration), (STOP, stop)];
-            let told = places.into_iter().filter_map(|(behavior, pose)| Some((behavior, (*pose)?)));
-            told.map(|(behavior, pose)| (FactorTopic::GoalPlanner, factor(behavior, true, &[(pose, 0.0)])))
+            let poses = [(SLOW_DOWN, deceleration), (STOP, stop)];
+            let known = poses.into_iter().filter_map(|(behavior, pose)| Some((behavior, (*pose)?)));
+            known
+                .map(|(behavior, pose)| (FactorTopic::GoalPlanner, factor(behavior, true, &[(pose, 0.0)])))
                 .collect()
         }
         Manoeuvre::SideShift => Vec::new(),
     }
 }
 
-/// By how much the offset changes between two places, metres.
+/// Change of the offset between two poses, metres.
 fn change_m(path: Option<&ShiftedPath>, from: Pose, to: Pose) -> f64 {
     path.map_or(0.0, |path| {
         path.offset_between_m(path.nearest_index(from.position), path.nearest_index(to.position))

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// How long a test waits for what must come: longer than the longest lease of a DDS participant.
+/// Longest wait of a test for an expected event: longer than the longest lease of a DDS participant.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
 
-/// How long a process may take to end by itself once its standard input is closed.
+/// Time in which a process must end by itself once its standard input is closed.
 const GRACE: Duration = Duration::from_secs(5);
 
 /// A line, and when it was read.
@@ -131,7 +131,7 @@ impl JsonProcess {
         found
     }
 
-    /// What comes in that time after what [`next`](Self::next) returned, which passes these lines too.
+    /// The lines that come in that time after those that [`next`](Self::next) returned, which passes these lines too.
     ///
     /// # Panics
     /// If the process ends meanwhile.
@@ -144,7 +144,7 @@ impl JsonProcess {
         output.lines.get(passed..).unwrap_or_default().iter().map(|(_, line)| line.clone()).collect()
     }
 
-    /// Kills the process without a chance to say goodbye.
+    /// Kills the process without a chance to leave orderly.
     pub(crate) fn kill(mut self) {
         self.child.kill().unwrap();
     }

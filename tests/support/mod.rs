@@ -1,4 +1,4 @@
-//! What the tests of all four programs share: peers, processes, interfaces, files in memory.
+//! Shared by the tests of all four programs: peers, processes, interfaces, files in memory.
 
 #![allow(dead_code)] // each program uses its part
 

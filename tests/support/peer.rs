@@ -60,7 +60,7 @@ pub(crate) struct Writing<'a> {
     pub(crate) durability: &'a str,
 }
 
-/// Where and how processes of Cyclone DDS run.
+/// Environment in which processes of Cyclone DDS run.
 #[derive(Debug, Clone)]
 pub(crate) struct Cyclone {
     python: PathBuf,

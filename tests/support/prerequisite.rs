@@ -1,4 +1,4 @@
-//! What a test needs of the machine it runs on. A test without it is skipped where everybody sees it; with
+//! Prerequisites of a test on its machine. A test without one is skipped visibly; with
 //! `tests/run --full` it fails, unless the machine is allowed to lack the thing.
 
 use std::io::Write as _;
@@ -20,6 +20,8 @@ pub(crate) enum Prerequisite {
     NetworkNamespaces,
     /// Recordings and DBC files of real vehicles, which are not the project's to publish.
     SharedData,
+    /// The right to mount a `tmpfs`.
+    Tmpfs,
     /// A `systemd-analyze` that can judge a unit file.
     SystemdAnalyze,
 }
@@ -34,6 +36,7 @@ impl Prerequisite {
             Self::FastDds => "fast-dds",
             Self::NetworkNamespaces => "network-namespaces",
             Self::SharedData => "shared-data",
+            Self::Tmpfs => "tmpfs",
             Self::SystemdAnalyze => "systemd-analyze",
         }
     }

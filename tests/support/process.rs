@@ -7,10 +7,10 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What no wait should ever come near.
+/// Longest wait for anything; no wait should come near it.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
-/// How long an orderly end may take.
+/// Longest time of an orderly end.
 const STOP_LIMIT: Duration = Duration::from_secs(1);
 
 /// A folder with a configuration; it goes when the test ends.
@@ -31,7 +31,7 @@ impl Folder {
     }
 
     /// Nothing but a configuration.
-    #[allow(dead_code)] // most tests want a vehicle
+    #[allow(dead_code)] // most tests need a vehicle
     pub(crate) fn with_configuration(text: &str) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         folder.write("gateway.toml", text);
@@ -65,7 +65,7 @@ pub(crate) fn ros_in(domain: u16) -> String {
 }
 
 /// Asserts that something took no longer than `limit`; longer only by what other work on the machine takes
-/// from it, which is seen in a process that does next to nothing.
+/// from it, which matters in a process that does next to nothing.
 pub(crate) fn assert_in_time(what: &str, took: Duration, limit: Duration) {
     if took <= limit {
         return;
@@ -107,40 +107,49 @@ impl Process {
         change(&mut command);
         let started = Instant::now();
         let mut child = command.spawn().unwrap();
-        let lines = BufReader::new(child.stderr.take().unwrap()).lines();
         let log = Arc::<(Mutex<Vec<String>>, Condvar)>::default();
         let writer = Arc::clone(&log);
-        let reader = std::thread::spawn(move || {
-            for line in lines.map_while(Result::ok) {
-                writer.0.lock().unwrap().push(line);
-                writer.1.notify_all();
-            }
+        // None where the test has given it another standard error.
+        let reader = child.stderr.take().map(|stderr| {
+            std::thread::spawn(move || {
+                for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                    writer.0.lock().unwrap().push(line);
+                    writer.1.notify_all();
+                }
+            })
         });
-        Self { child, started, log, reader: Some(reader) }
+        Self { child, started, log, reader }
     }
 
-    /// When it was started.
-    #[allow(dead_code)] // not every test looks at it
+    /// Time of the start.
+    #[allow(dead_code)] // not every test uses it
     pub(crate) fn started(&self) -> Instant {
         self.started
     }
 
+    /// Id of the process.
+    #[allow(dead_code)] // not every test uses it
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// What it has said on standard error so far.
+    /// Lines of standard error so far.
     pub(crate) fn log(&self) -> Vec<String> {
         self.log.0.lock().unwrap().clone()
     }
 
     /// Waits until a line of the log contains `part`.
     pub(crate) fn wait_for_log(&mut self, part: &str) {
-        let lacks = |lines: &mut Vec<String>| !lines.iter().any(|line| line.contains(part));
+        self.wait_for_logs(part, 1);
+    }
+
+    /// Waits until so many lines of the log contain `part`.
+    pub(crate) fn wait_for_logs(&mut self, part: &str, count: usize) {
+        let lacks = |lines: &mut Vec<String>| lines.iter().filter(|line| line.contains(part)).count() < count;
         let (log, timeout) =
             self.log.1.wait_timeout_while(self.log.0.lock().unwrap(), DEADLINE, lacks).unwrap();
         drop(log);
-        assert!(!timeout.timed_out(), "the log never said {part:?}");
+        assert!(!timeout.timed_out(), "the log did not say {part:?} {count} times");
     }
 
     pub(crate) fn is_running(&mut self) -> bool {
@@ -149,11 +158,11 @@ impl Process {
 
     /// Sends a signal, and expects an orderly end within [`STOP_LIMIT`]; returns how long it took.
     pub(crate) fn stop(&mut self, signal: &str) -> Duration {
-        let asked = Instant::now();
+        let requested_at = Instant::now();
         let kill = format!("kill -{signal} {}", self.child.id());
         assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
         let status = self.ended();
-        let took = asked.elapsed();
+        let took = requested_at.elapsed();
         assert_eq!(status.code(), Some(0), "after SIG{signal}: {status}");
         assert_in_time(&format!("the end after SIG{signal}"), took, STOP_LIMIT);
         took
@@ -161,8 +170,8 @@ impl Process {
 
     /// Waits for its end, when the log is complete.
     pub(crate) fn ended(&mut self) -> ExitStatus {
-        let asked = Instant::now();
-        while asked.elapsed() < DEADLINE {
+        let requested_at = Instant::now();
+        while requested_at.elapsed() < DEADLINE {
             if let Some(status) = self.child.try_wait().unwrap() {
                 self.reader.take().into_iter().for_each(|reader| reader.join().unwrap());
                 return status;

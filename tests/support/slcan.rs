@@ -28,7 +28,7 @@ pub(crate) struct Adapter {
 
 #[derive(Default)]
 struct Shared {
-    /// What the adapter was given for the bus, in the words of the protocol.
+    /// Lines that the adapter got for the bus, as the protocol encodes them.
     lines: Mutex<Vec<String>>,
     is_stalled: AtomicBool,
     over: AtomicBool,
@@ -56,9 +56,9 @@ impl Adapter {
         CanInterface::open(&self.name).unwrap()
     }
 
-    /// Receives frames from the bus or changes its state, in the words of the protocol.
-    pub(crate) fn say(&self, words: &str) {
-        (&self.far_end).write_all(words.as_bytes()).unwrap();
+    /// Receives frames from the bus or changes its state, by lines of the protocol.
+    pub(crate) fn send_lines(&self, lines: &str) {
+        (&self.far_end).write_all(lines.as_bytes()).unwrap();
     }
 
     /// Takes nothing more, until the queue of the interface is full; gives how many frames of somebody

@@ -52,7 +52,7 @@ impl Vcan {
         CanInterface::open(self.name).unwrap()
     }
 
-    /// Sends one frame; says when.
+    /// Sends one frame; returns the time.
     pub(crate) fn send(&self, id: u32, data: [u8; 8]) -> Window {
         send(self.name, id, data).unwrap()
     }
@@ -115,7 +115,7 @@ impl Sender {
         self.shared.lock().unwrap().frames.insert(id, data);
     }
 
-    /// Whether a frame was being sent at that time.
+    /// True if a frame was being sent at that time.
     pub(crate) fn sent_at(&self, nanos: i64) -> bool {
         self.shared.lock().unwrap().windows.iter().any(|window| window.contains(&nanos))
     }

@@ -66,7 +66,7 @@ impl VirtualGateway {
         self.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: self.now.wall });
     }
 
-    /// Goes on to the next deadline, which is handled, or to `until` if that comes first; says whether it was
+    /// Goes on to the next deadline, which is handled, or to `until` if that comes first; returns whether it was
     /// a deadline.
     pub(crate) fn step(&mut self, until: MonoTime) -> bool {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
@@ -101,7 +101,7 @@ impl VirtualGateway {
         millis(self.now.mono)
     }
 
-    /// What was published on the turn topic, in order: when, ms, and the constant's name, or `stops`.
+    /// The reports on the turn topic, in order: time, ms, and the constant's name, or `stops`.
     pub(crate) fn turn_reports(&self) -> Vec<(u64, &'static str)> {
         self.select(|output| {
             if let Output::VehicleLights(TurnIndicators { report, .. }) = output {
@@ -129,7 +129,7 @@ impl VirtualGateway {
         self.hazard_reports().into_iter().map(|(_, state)| state).collect()
     }
 
-    /// What of the outputs `pick` picks, and when it came, ms.
+    /// The outputs that `pick` selects, each with its time, ms.
     pub(crate) fn select<T>(&self, pick: impl Fn(&Output) -> Option<T>) -> Vec<(u64, T)> {
         self.outputs.iter().filter_map(|(at, output)| Some((millis(*at), pick(output)?))).collect()
     }

@@ -155,19 +155,19 @@ async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
     let mut desk = Desk::open(&interface, 65_536);
     desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
     desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await; // the kernel's word
-    adapter.say("t1232AABB\r");
+    adapter.send_lines("t1232AABB\r");
     desk.until_said(Level::Ok, "receiving").await;
 
-    adapter.say("sw100096\rt1232AABB\r");
+    adapter.send_lines("sw100096\rt1232AABB\r");
     desk.until_said(Level::Warn, "error-warning: the bus is disturbed").await;
     assert_eq!(desk.value("rx_errors").as_deref(), Some("100"));
     assert_eq!(desk.value("tx_errors").as_deref(), Some("96"));
     assert_eq!(desk.value("last_error").unwrap(), "controller (rx warning), tx 96, rx 100 (0 s ago)");
 
-    adapter.say("sp130020\rt1232AABB\r");
+    adapter.send_lines("sp130020\rt1232AABB\r");
     desk.until_said(Level::Warn, "error-passive: the bus is heavily disturbed").await;
 
-    adapter.say("sb000256\r");
+    adapter.send_lines("sb000256\r");
     let off = format!(
         "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart"
     );
@@ -177,7 +177,7 @@ async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
     assert_eq!(desk.value("controller").as_deref(), Some("bus-off"));
 
     let reports = desk.reports;
-    adapter.say("sa000000\rt1232AABB\r");
+    adapter.send_lines("sa000000\rt1232AABB\r");
     desk.until(|desk| {
         desk.said.last() == Some(&(Level::Ok, "receiving".to_owned())) && desk.reports > reports
     })
@@ -185,7 +185,7 @@ async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
     assert_eq!(desk.turn.last().unwrap(), "publishing");
     assert_eq!(desk.value("bus_off_count").as_deref(), Some("1"));
 
-    adapter.say("e2bc\rt1232AABB\r");
+    adapter.send_lines("e2bc\rt1232AABB\r");
     desk.until_said(Level::Warn, "receiving, with recent drops, error frames or bad lines").await;
     drop(adapter);
     desk.until_said(Level::Error, &format!("{interface} is missing")).await;
@@ -201,7 +201,7 @@ async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
 async fn the_kernel_is_asked_for_a_state_that_no_error_frame_announced() {
     let adapter = require!(Adapter::plug_in());
     let can = adapter.interface();
-    adapter.say("sp130020\r"); // before anybody listens
+    adapter.send_lines("sp130020\r"); // before anybody listens
     let passive = |state: Option<CanState>| state == Some(CanState::ErrorPassive);
     let end = Instant::now() + DEADLINE;
     while !passive(can.state().unwrap()) {
@@ -216,7 +216,7 @@ async fn the_kernel_is_asked_for_a_state_that_no_error_frame_announced() {
     can.bring_down().unwrap();
     can.bring_up().unwrap();
     desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await;
-    adapter.say("t1232AABB\r");
+    adapter.send_lines("t1232AABB\r");
     desk.until_said(Level::Ok, "receiving").await;
 }
 

@@ -5,12 +5,12 @@ use super::route::{RoutePlan, plan};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 
-/// A disturbance.
+/// A disturbance of the inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disturbance {
-    /// Its start.
+    /// Start of the disturbance.
     pub at: Moment,
-    /// Its kind.
+    /// Kind of the disturbance.
     pub kind: DisturbanceKind,
 }
 
@@ -32,7 +32,7 @@ pub enum DisturbanceKind {
         /// Duration, seconds.
         for_s: f64,
     },
-    /// The planner does something else, such as parking.
+    /// The planner is in another scenario, such as parking.
     NotLaneDriving {
         /// Duration, seconds.
         for_s: f64,

@@ -1,9 +1,12 @@
 //! Expectations of a drive scenario.
 
-use super::reader::{MAX_S, metres, modes};
+use std::fmt;
+
+use super::reader::{MAX_S, compats, metres};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
+use crate::core::light_command::Numbered;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::{Case, Source};
 use crate::core::turn_signal::signal::{Hazard, Signal};
@@ -11,45 +14,44 @@ use crate::core::turn_signal::signal::{Hazard, Signal};
 /// A condition that must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
-    /// Behaviours in which it must hold.
-    pub modes: Vec<DeciderCompat>,
-    /// Stretch or time in which it must hold.
+    /// Values of `compat` with which it must hold.
+    pub compats: Vec<DeciderCompat>,
+    /// Interval in which it must hold.
     pub interval: Interval,
-    /// Condition.
-    pub wanted: Wanted,
-    /// Place in the file.
+    /// Decision that every cycle in the interval must have.
+    pub decision: ExpectedDecision,
+    /// Position in the file.
     pub location: SourceLocation,
 }
 
-/// A stretch or a time; `tolerance` at either end does not count.
+/// An interval of positions or times, ends included.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Interval {
-    /// Metres along the way.
-    Metres {
-        /// Start.
-        from: f64,
-        /// End.
-        to: f64,
-        /// Length at either end that does not count.
-        tolerance: f64,
-    },
-    /// Seconds from the start.
-    Seconds {
-        /// Start.
-        from: f64,
-        /// End.
-        to: f64,
-        /// Length at either end that does not count.
-        tolerance: f64,
-    },
+pub struct Interval {
+    /// Unit of its numbers.
+    pub unit: IntervalUnit,
+    /// Start of the interval.
+    pub from: f64,
+    /// End of the interval.
+    pub to: f64,
+    /// Length at either end that does not count.
+    pub tolerance: f64,
 }
 
-/// What must hold; `None` = any value.
+/// Unit of an interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IntervalUnit {
+    /// Metres along the route path.
+    Metres,
+    /// Seconds from the start.
+    Seconds,
+}
+
+/// Values that a decision must have; `None` = any value.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Wanted {
-    /// Turn command.
+pub struct ExpectedDecision {
+    /// Command of the turn indicators.
     pub command: Option<Signal>,
-    /// Hazard command.
+    /// Command of the hazard lights.
     pub hazard: Option<Hazard>,
     /// Source that wins; `Some(None)` = none.
     pub winner: Option<Option<Source>>,
@@ -60,52 +62,44 @@ pub struct Wanted {
 }
 
 impl Interval {
-    /// Whether a cycle lies within it.
-    pub fn holds(&self, at_m: f64, at_s: f64) -> bool {
-        let (value, (from, to, tolerance)) = match *self {
-            Self::Metres { from, to, tolerance } => (at_m, (from, to, tolerance)),
-            Self::Seconds { from, to, tolerance } => (at_s, (from, to, tolerance)),
+    /// Returns whether a cycle lies within it, tolerance apart.
+    pub fn contains(&self, at_m: f64, at_s: f64) -> bool {
+        let value = match self.unit {
+            IntervalUnit::Metres => at_m,
+            IntervalUnit::Seconds => at_s,
         };
-        (from + tolerance..=to - tolerance).contains(&value)
+        (self.from + self.tolerance..=self.to - self.tolerance).contains(&value)
     }
 }
 
-const COMMANDS: Keywords<Signal> = &[
-    ("LEFT", Signal::Left),
-    ("RIGHT", Signal::Right),
-    ("DISABLE", Signal::Disable),
-    ("NO_COMMAND", Signal::NoCommand),
-];
-const HAZARDS: Keywords<Hazard> =
-    &[("ENABLE", Hazard::Enable), ("DISABLE", Hazard::Disable), ("NO_COMMAND", Hazard::NoCommand)];
+impl fmt::Display for IntervalUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Metres => "m",
+            Self::Seconds => "s",
+        })
+    }
+}
+
 const WINNERS: Keywords<Option<Source>> = &[
     ("intersection", Some(Source::Intersection)),
     ("roundabout", Some(Source::Roundabout)),
     ("manoeuvre", Some(Source::Manoeuvre)),
     ("none", None),
 ];
-const CASES: Keywords<Case> = &[
-    ("A1", Case::A1),
-    ("A2", Case::A2),
-    ("A3", Case::A3),
-    ("A4", Case::A4),
-    ("B1", Case::B1),
-    ("B2", Case::B2),
-];
-
 /// Reads the list `expect`.
 pub(super) fn expectations(top: &Fields<'_>) -> Vec<Expectation> {
     top.tables("expect").filter_map(expectation).collect()
 }
 
 fn expectation(fields: Fields<'_>) -> Option<Expectation> {
-    let modes = modes(&fields);
+    let compats = compats(&fields);
     let interval = interval(&fields);
-    let wanted = Wanted {
-        command: fields.keyword("command", COMMANDS),
-        hazard: fields.keyword("hazard", HAZARDS),
+    let decision = ExpectedDecision {
+        command: named(&fields, "command", Signal::ALL),
+        hazard: named(&fields, "hazard", Hazard::ALL),
         winner: fields.keyword("winner", WINNERS),
-        case: fields.keyword("case", CASES),
+        case: named(&fields, "case", &Case::ALL),
         finding: fields.string("finding").map(|given| given.text),
     };
     if !["command", "hazard", "winner", "case", "finding"].iter().any(|key| fields.has(key)) {
@@ -114,20 +108,29 @@ fn expectation(fields: Fields<'_>) -> Option<Expectation> {
     }
     let location = fields.checker.source_location(fields.location());
     fields.done();
-    Some(Expectation { modes, interval: interval?, wanted, location })
+    Some(Expectation { compats, interval: interval?, decision, location })
+}
+
+/// The one of these values whose name is given.
+fn named<T: Copy + fmt::Display>(fields: &Fields<'_>, key: &'static str, values: &[T]) -> Option<T> {
+    let names: Vec<_> = values.iter().map(ToString::to_string).collect();
+    let keywords: Vec<_> = names.iter().map(String::as_str).zip(values.iter().copied()).collect();
+    fields.keyword(key, &keywords)
 }
 
 fn interval(fields: &Fields<'_>) -> Option<Interval> {
-    let is_by_time = fields.has("from_s") || fields.has("to_s");
-    let (keys, tolerance_key, unit, default) = if is_by_time {
-        (["from_s", "to_s"], "tolerance_s", "s", 0.2)
-    } else {
-        (["from_m", "to_m"], "tolerance_m", "m", 1.0)
+    let unit =
+        if fields.has("from_s") || fields.has("to_s") { IntervalUnit::Seconds } else { IntervalUnit::Metres };
+    let (keys, tolerance_key, default) = match unit {
+        IntervalUnit::Metres => (["from_m", "to_m"], "tolerance_m", 1.0),
+        IntervalUnit::Seconds => (["from_s", "to_s"], "tolerance_s", 0.2),
     };
     fields.require(&keys, "");
-    let [from, to] =
-        keys.map(|key| if is_by_time { fields.number(key, 0.0..=MAX_S, "s") } else { metres(fields, key) });
-    let tolerance = fields.number(tolerance_key, 0.0..=1000.0, unit).unwrap_or(default);
+    let [from, to] = keys.map(|key| match unit {
+        IntervalUnit::Metres => metres(fields, key),
+        IntervalUnit::Seconds => fields.number(key, 0.0..=MAX_S, "s"),
+    });
+    let tolerance = fields.number(tolerance_key, 0.0..=1000.0, &unit.to_string()).unwrap_or(default);
     let (from, to) = (from?, to?);
     if from + tolerance > to - tolerance {
         let reason =
@@ -136,9 +139,5 @@ fn interval(fields: &Fields<'_>) -> Option<Interval> {
         fields.checker.refuse(fields.location(), reason, &remedy);
         return None;
     }
-    Some(if is_by_time {
-        Interval::Seconds { from, to, tolerance }
-    } else {
-        Interval::Metres { from, to, tolerance }
-    })
+    Some(Interval { unit, from, to, tolerance })
 }

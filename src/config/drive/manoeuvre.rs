@@ -1,6 +1,6 @@
 //! Manoeuvres that the planner does in a drive scenario.
 
-use super::reader::{Lanes, MAX_S, Moment, from_to, metres, moment, offset};
+use super::reader::{Lanes, MAX_S, Moment, from_to, metres, moment};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
@@ -10,7 +10,7 @@ use crate::core::turn_signal::signal::Side;
 /// A manoeuvre as it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Kind, with its places.
+    /// Kind, with its positions.
     pub kind: PlanKind,
     /// Moment from which the planner knows of it; `None` = the start.
     pub known_from: Option<Moment>,
@@ -18,45 +18,41 @@ pub struct Plan {
     pub known_to: Option<Moment>,
     /// Moment from which it is approved; `None` = as soon as it is known.
     pub approved_from: Option<Moment>,
-    /// Current lanelets of the planner; `None` = those of the way around the vehicle.
+    /// Current lanelets of the planner; `None` = those of the route path around the vehicle.
     pub lanes: Option<Vec<LaneId>>,
-    /// Place in the file.
+    /// Position in the file.
     pub location: SourceLocation,
 }
 
-/// The kind of a manoeuvre. Places are metres along the way, offsets metres to the left of it.
+/// The kind of a manoeuvre. Positions are metres along the route path, offsets metres to the left of it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlanKind {
     /// Around an obstacle and back.
     Avoidance {
         /// Shifts in ascending order, at least one.
-        lines: Vec<AvoidanceLine>,
+        lines: Vec<PlannedShift>,
     },
     /// Into the next lane.
     LaneChange {
         /// Side of the next lane.
         side: Side,
-        /// Start of the steering.
+        /// Position at which the steering begins.
         from_m: f64,
-        /// End.
+        /// Position at which it ends.
         to_m: f64,
-        /// Place at which the bound is crossed.
+        /// Position at which the bound is crossed.
         crossing_m: f64,
-        /// Whether the planner has a path for it.
+        /// The planner has a path for it.
         valid_path: bool,
-        /// Whether it is not signalled while it waits.
+        /// It is not signalled while it waits.
         special: bool,
         /// Length kept for it before the lane ends.
         minimum_length_m: f64,
     },
     /// From the roadside.
     PullOut {
-        /// Start.
-        from_m: f64,
-        /// End.
-        to_m: f64,
-        /// Offset before it.
-        offset_m: f64,
+        /// The shift, with the offset before it.
+        shift: PlannedShift,
         /// Time until which the vehicle backs up, seconds.
         backwards_until_s: Option<f64>,
         /// End of the first part of its path.
@@ -64,42 +60,31 @@ pub enum PlanKind {
     },
     /// To the roadside.
     PullOver {
-        /// Start.
-        from_m: f64,
-        /// End.
-        to_m: f64,
-        /// Offset after it.
-        offset_m: f64,
+        /// The shift, with the offset after it.
+        shift: PlannedShift,
         /// Moment from which its path is decided; `None` = as soon as it is known.
         decided_from: Option<Moment>,
-        /// Before that: the place from which the vehicle slows down.
+        /// Before that: the position from which the vehicle slows down.
         deceleration_m: Option<f64>,
-        /// Before that: the place at which it would stop.
+        /// Before that: the position at which it would stop.
         stop_m: Option<f64>,
         /// Before that: the end of the path.
         stop_path_end_m: f64,
         /// End of the first part of its path.
         first_part_end_m: Option<f64>,
     },
-    /// To the side within the lane, never signalled.
-    SideShift {
-        /// Start.
-        from_m: f64,
-        /// End.
-        to_m: f64,
-        /// Offset after it.
-        offset_m: f64,
-    },
+    /// To the side within the lane, never signalled; the offset is that after it.
+    SideShift(PlannedShift),
 }
 
-/// One shift of an avoidance.
+/// A change of the offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AvoidanceLine {
-    /// Start, metres.
+pub struct PlannedShift {
+    /// Position of its start, metres.
     pub from_m: f64,
-    /// End, metres.
+    /// Position of its end, metres.
     pub to_m: f64,
-    /// Offset after it, metres to the left.
+    /// Offset at the end that is off the route path, metres to the left.
     pub offset_m: f64,
 }
 
@@ -108,10 +93,8 @@ impl PlanKind {
     pub fn end_m(&self) -> f64 {
         match self {
             Self::Avoidance { lines } => lines.last().map_or(0.0, |line| line.to_m),
-            Self::LaneChange { to_m, .. }
-            | Self::PullOut { to_m, .. }
-            | Self::PullOver { to_m, .. }
-            | Self::SideShift { to_m, .. } => *to_m,
+            Self::LaneChange { to_m, .. } => *to_m,
+            Self::PullOut { shift, .. } | Self::PullOver { shift, .. } | Self::SideShift(shift) => shift.to_m,
         }
     }
 }
@@ -156,11 +139,16 @@ fn avoidance(fields: &Fields<'_>) -> Option<PlanKind> {
     Some(PlanKind::Avoidance { lines })
 }
 
-fn line(fields: Fields<'_>) -> Option<AvoidanceLine> {
-    let (range, offset_m) = (from_to(&fields), offset(&fields));
+fn line(fields: Fields<'_>) -> Option<PlannedShift> {
+    let shift = shift(&fields);
     fields.done();
+    shift
+}
+
+fn shift(fields: &Fields<'_>) -> Option<PlannedShift> {
+    let (range, offset_m) = (from_to(fields), fields.required_number("offset_m", -50.0..=50.0, "m"));
     let (from_m, to_m) = range?;
-    Some(AvoidanceLine { from_m, to_m, offset_m: offset_m? })
+    Some(PlannedShift { from_m, to_m, offset_m: offset_m? })
 }
 
 fn lane_change(fields: &Fields<'_>) -> Option<PlanKind> {
@@ -187,33 +175,28 @@ fn lane_change(fields: &Fields<'_>) -> Option<PlanKind> {
 }
 
 fn pull_out(fields: &Fields<'_>) -> Option<PlanKind> {
-    let (range, offset_m) = (from_to(fields), offset(fields));
+    let shift = shift(fields);
     let backwards_until_s = fields.number("backwards_until_s", 0.0..=MAX_S, "s");
     let first_part_end_m = metres(fields, "first_part_end_m");
-    let (from_m, to_m) = range?;
-    Some(PlanKind::PullOut { from_m, to_m, offset_m: offset_m?, backwards_until_s, first_part_end_m })
+    Some(PlanKind::PullOut { shift: shift?, backwards_until_s, first_part_end_m })
 }
 
 fn pull_over(fields: &Fields<'_>) -> Option<PlanKind> {
-    let (range, offset_m) = (from_to(fields), offset(fields));
+    let shift = shift(fields);
     let decided_from = moment(fields, ["decided_from_m", "decided_from_s"]);
     let [deceleration_m, stop_m, stop_path_end_m, first_part_end_m] =
         ["deceleration_m", "stop_m", "stop_path_end_m", "first_part_end_m"].map(|key| metres(fields, key));
-    let (from_m, to_m) = range?;
+    let shift = shift?;
     Some(PlanKind::PullOver {
-        from_m,
-        to_m,
-        offset_m: offset_m?,
+        shift,
         decided_from,
         deceleration_m,
         stop_m,
-        stop_path_end_m: stop_path_end_m.unwrap_or(to_m),
+        stop_path_end_m: stop_path_end_m.unwrap_or(shift.to_m),
         first_part_end_m,
     })
 }
 
 fn side_shift(fields: &Fields<'_>) -> Option<PlanKind> {
-    let (range, offset_m) = (from_to(fields), offset(fields));
-    let (from_m, to_m) = range?;
-    Some(PlanKind::SideShift { from_m, to_m, offset_m: offset_m? })
+    shift(fields).map(PlanKind::SideShift)
 }

@@ -1,8 +1,8 @@
 //! Drive scenarios for the turn-signal decider: a map, a route, the speed of the vehicle, manoeuvres of the
 //! planner, disturbances, and expectations. `docs/turn-signal-scenarios.md` explains each key.
 //!
-//! Positions are metres along the way: the middle of the preferred lanelets, from the start of the
-//! first one, of the rear axle. Times are seconds from the start. Offsets are to the left.
+//! Positions are metres along the route path: the middle of the preferred lanelets, from the start of the first one,
+//! of the rear axle. Times are seconds from the start. Offsets are to the left.
 
 mod disturbance;
 mod expectation;
@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use disturbance::{Disturbance, DisturbanceKind};
-pub use expectation::{Expectation, Interval, Wanted};
-pub use manoeuvre::{AvoidanceLine, Plan, PlanKind};
+pub use expectation::{Expectation, ExpectedDecision, Interval, IntervalUnit};
+pub use manoeuvre::{Plan, PlanKind, PlannedShift};
 pub use reader::Moment;
 pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
@@ -42,21 +42,21 @@ const MAX_DRIVE_S: f64 = 600.0;
 /// The content of a drive scenario.
 #[derive(Debug, Clone)]
 pub struct DriveFile {
-    /// Title.
+    /// Title of the scenario.
     pub name: Option<String>,
-    /// Description.
+    /// Description of the scenario.
     pub description: Option<String>,
-    /// Behaviours for which it is, improved first.
-    pub modes: Vec<DeciderCompat>,
+    /// Values of `compat` that it is for, improved first.
+    pub compats: Vec<DeciderCompat>,
     /// Parameters of the decider: those of the country, and those set one by one.
     pub parameters: Parameters,
     /// Dimensions of the vehicle.
     pub vehicle: Vehicle,
     /// Cycles a second.
     pub planning_hz: f64,
-    /// Place of the vehicle at the start, metres.
+    /// Position of the vehicle at the start, metres.
     pub start_m: f64,
-    /// Place at which the drive ends, metres; `None` = the end of the way.
+    /// Position at which the drive ends, metres; `None` = half a metre before the end of the route path.
     pub until_m: Option<f64>,
     /// Time at which it ends at the latest.
     pub until: Duration,
@@ -64,26 +64,26 @@ pub struct DriveFile {
     pub map: PathBuf,
     /// Lanelets of the map.
     pub road: Arc<LaneNetwork>,
-    /// Route.
+    /// Route at the start.
     pub route: RoutePlan,
     /// Speed of the vehicle.
     pub speed: SpeedProfile,
     /// Stops, in ascending order.
     pub stops: Vec<Stop>,
-    /// Line that it drives instead of the way of the route; empty = that way.
+    /// Line that it drives instead of the route's lanelets; empty = those.
     pub points: Vec<Point>,
     /// Manoeuvres of the planner, in the order of the file.
     pub manoeuvres: Vec<Plan>,
-    /// Disturbances.
+    /// Disturbances, in the order of the file.
     pub disturbances: Vec<Disturbance>,
-    /// Expectations.
+    /// Expectations, in the order of the file.
     pub expectations: Vec<Expectation>,
 }
 
 /// Reads a drive scenario and the map it names.
 ///
 /// # Errors
-/// Every problem with its place; only the first one of a file that is not TOML.
+/// Every problem with its location; only the first one of a file that is not TOML.
 pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
     let text = Text::read(path, files.read(path), "give the path of a drive scenario")?.not_blank()?;
     if path.extension().is_none_or(|extension| extension != "toml") {
@@ -102,7 +102,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     top.require(&["map"], "");
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = top.path("map");
-    let modes = reader::modes(&top);
+    let compats = reader::compats(&top);
     let parameters = setting::parameters(files, &top);
     let vehicle = dimensions::vehicle(top.section("vehicle"));
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
@@ -128,7 +128,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     Some(DriveFile {
         name,
         description,
-        modes,
+        compats,
         parameters,
         vehicle,
         planning_hz,

@@ -1,4 +1,4 @@
-//! Places, times and lanelets of a drive scenario.
+//! Positions, times and lanelets of a drive scenario.
 
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
@@ -15,28 +15,28 @@ use crate::core::turn_signal::compat::DeciderCompat;
 pub(super) const SEE: &str = "docs/turn-signal-scenarios.md";
 /// The longest drive, seconds.
 pub(super) const MAX_S: f64 = 86_400.0;
-/// The farthest places of a drive, metres.
+/// The range of positions, metres.
 const DISTANCES_M: RangeInclusive<f64> = -1e6..=1e6;
 /// The number of lanelets of the map that are named in a refusal.
 const SHOWN: usize = 12;
 
-/// A place on the way or a time.
+/// A position or a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
-    /// Metres along the way.
+    /// Metres along the route path.
     AtM(f64),
     /// Seconds from the start.
     AtS(f64),
 }
 
-const MODES: Keywords<&[DeciderCompat]> = &[
+const COMPATS: Keywords<&[DeciderCompat]> = &[
     (DeciderCompat::Improved.name(), &[DeciderCompat::Improved]),
     (DeciderCompat::Upstream.name(), &[DeciderCompat::Upstream]),
     (DeciderCompat::PathGenerator.name(), &[DeciderCompat::PathGenerator]),
     ("both", BOTH),
     ("all", &DeciderCompat::ALL),
 ];
-/// The behaviours of the behavior path planner, which the rules of all records are for.
+/// The two that follow the behavior path planner.
 const BOTH: &[DeciderCompat] = &[DeciderCompat::Improved, DeciderCompat::Upstream];
 
 /// Collects the lanelets that a file names.
@@ -77,12 +77,12 @@ impl Lanes {
     }
 }
 
-/// A place or an offset.
+/// A position, metres.
 pub(super) fn metres(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.number(key, DISTANCES_M, "m")
 }
 
-/// A place or an offset that must be present.
+/// A position that must be present, metres.
 pub(super) fn required_metres(fields: &Fields<'_>, key: &'static str) -> Option<f64> {
     fields.required_number(key, DISTANCES_M, "m")
 }
@@ -92,21 +92,21 @@ pub(super) fn required_seconds(fields: &Fields<'_>, key: &'static str) -> Option
     fields.required_number(key, 0.0..=MAX_S, "s")
 }
 
-/// A place or a time, by which of two keys is present.
+/// A position or a time, by which of two keys is present.
 pub(super) fn moment(fields: &Fields<'_>, [at_m, at_s]: [&'static str; 2]) -> Option<Moment> {
-    let place = metres(fields, at_m);
+    let position = metres(fields, at_m);
     let time = fields.number(at_s, 0.0..=MAX_S, "s");
-    if place.is_some() && time.is_some() {
+    if position.is_some() && time.is_some() {
         fields.refuse(at_s, format!("both {at_m} and {at_s}"), "keep one of them");
     }
-    place.map(Moment::AtM).or(time.map(Moment::AtS))
+    position.map(Moment::AtM).or(time.map(Moment::AtS))
 }
 
-/// A place or a time that must be present.
+/// A position or a time that must be present.
 pub(super) fn required_moment(fields: &Fields<'_>, keys: [&'static str; 2]) -> Option<Moment> {
     if keys.iter().all(|key| !fields.has(key)) {
         let reason = format!("neither {} nor {}", keys[0], keys[1]);
-        fields.checker.refuse(fields.location(), reason, "give a place or a time");
+        fields.checker.refuse(fields.location(), reason, "give a position or a time");
     }
     moment(fields, keys)
 }
@@ -118,11 +118,6 @@ pub(super) fn pose(fields: Fields<'_>) -> Option<Pose> {
     let yaw_deg = fields.number("yaw_deg", -360.0_f64..=360.0, "degrees");
     fields.done();
     Some(Pose::new(x_m?, y_m?, yaw_deg?.to_radians()))
-}
-
-/// An offset to the side that a vehicle can have, metres.
-pub(super) fn offset(fields: &Fields<'_>) -> Option<f64> {
-    fields.required_number("offset_m", -50.0..=50.0, "m")
 }
 
 /// The start and the end of a stretch, metres.
@@ -137,7 +132,7 @@ pub(super) fn from_to(fields: &Fields<'_>) -> Option<(f64, f64)> {
     Some((from_m, to_m))
 }
 
-/// The behaviours that the key `compat` names; improved and upstream without it.
-pub(super) fn modes(fields: &Fields<'_>) -> Vec<DeciderCompat> {
-    fields.keyword("compat", MODES).unwrap_or(BOTH).to_vec()
+/// The values that the key `compat` stands for; improved and upstream without it.
+pub(super) fn compats(fields: &Fields<'_>) -> Vec<DeciderCompat> {
+    fields.keyword("compat", COMPATS).unwrap_or(BOTH).to_vec()
 }

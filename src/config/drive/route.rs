@@ -21,7 +21,7 @@ pub struct RoutePlan {
     pub start: Option<Pose>,
     /// Goal; `None` = the end of its last preferred lanelet.
     pub goal: Option<Pose>,
-    /// Place in the file.
+    /// Position in the file.
     pub location: SourceLocation,
 }
 
@@ -46,13 +46,13 @@ pub(super) fn plan(lanes: &Lanes, fields: &Fields<'_>) -> Option<RoutePlan> {
     if given.is_empty() {
         fields.refuse("segments", "a route without lanelets", EXAMPLE);
     }
-    let mut seen = Vec::new();
+    let mut listed = Vec::new();
     for lane in segments.iter().flat_map(|segment| &segment.lanes) {
-        if seen.contains(lane) {
+        if listed.contains(lane) {
             let reason = format!("the route lists lanelet {lane} twice");
             fields.refuse("segments", reason, "Autoware refuses such a route: name each lanelet once");
         }
-        seen.push(*lane);
+        listed.push(*lane);
     }
     let location = fields.checker.source_location(fields.at("segments"));
     Some(RoutePlan { segments, id, start: None, goal: None, location })

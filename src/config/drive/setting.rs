@@ -15,16 +15,16 @@ const MAX_SPEED_MPS: f64 = 100.0;
 /// before it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpeedProfile {
-    /// Steps by place (metres along the way, m/s); never negative.
-    ByPlace(Vec<(f64, f64)>),
+    /// Steps by position (metres along the route path, m/s); never negative.
+    ByPosition(Vec<(f64, f64)>),
     /// Steps by time (seconds from the start, m/s); negative is backwards.
     ByTime(Vec<(f64, f64)>),
 }
 
-/// A stop.
+/// A stop of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Place, metres along the way.
+    /// Position, metres along the route path.
     pub at_m: f64,
     /// Duration, seconds.
     pub for_s: f64,
@@ -43,7 +43,7 @@ pub(super) fn parameters(files: &dyn Files, top: &Fields<'_>) -> Parameters {
     parameters
 }
 
-/// Reads the table `drive`: speed, stops, and the points of a line other than the way of the route.
+/// Reads the table `drive`: speed, stops, and the points of a line other than the route's lanelets.
 pub(super) fn drive(top: &Fields<'_>) -> Option<(SpeedProfile, Vec<Stop>, Vec<Point>)> {
     top.require(&["drive"], "");
     let fields = top.table("drive")?;
@@ -57,7 +57,7 @@ pub(super) fn drive(top: &Fields<'_>) -> Option<(SpeedProfile, Vec<Stop>, Vec<Po
 }
 
 fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
-    let (mut by_place, mut by_time) = (Vec::new(), Vec::new());
+    let (mut by_position, mut by_time) = (Vec::new(), Vec::new());
     for step in fields.tables("speed") {
         if step.has("at_s") {
             let at_s = step.number("at_s", 0.0..=MAX_S, "s");
@@ -66,25 +66,25 @@ fn speed(fields: &Fields<'_>) -> Option<SpeedProfile> {
         } else {
             let at_m = required_metres(&step, "at_m");
             let mps = step.required_number("mps", 0.0..=MAX_SPEED_MPS, "m/s");
-            by_place.extend(at_m.zip(mps));
+            by_position.extend(at_m.zip(mps));
         }
         step.done();
     }
     let ascends = |steps: &[(f64, f64)]| {
         steps.iter().zip(steps.iter().skip(1)).all(|((before, _), (after, _))| before < after)
     };
-    if !(ascends(&by_place) && ascends(&by_time)) {
-        fields.refuse("speed", "the steps do not ascend", "order them, each place or time once");
+    if !(ascends(&by_position) && ascends(&by_time)) {
+        fields.refuse("speed", "the steps do not ascend", "order them, each position or time once");
     }
-    match (by_place.is_empty(), by_time.is_empty()) {
-        (false, true) => Some(SpeedProfile::ByPlace(by_place)),
+    match (by_position.is_empty(), by_time.is_empty()) {
+        (false, true) => Some(SpeedProfile::ByPosition(by_position)),
         (true, false) => Some(SpeedProfile::ByTime(by_time)),
         (true, true) => {
             fields.refuse("speed", "no speed at all", "give a step: [{ at_m = 0, mps = 10 }]");
             None
         }
         (false, false) => {
-            fields.refuse("speed", "steps by place and by time", "keep at_m or at_s");
+            fields.refuse("speed", "steps by position and by time", "keep at_m or at_s");
             None
         }
     }

@@ -52,7 +52,7 @@ fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Resul
             position: text.position(attribute.range_value().start),
             key: Key::below(&key, "/@", attribute.name()),
         },
-        is_seen: Cell::new(false),
+        is_interpreted: Cell::new(false),
     });
     let attributes = attributes.collect();
     let mut children = Vec::new();
@@ -69,8 +69,8 @@ fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Resul
         location: Location { position, key },
         attributes,
         children,
-        content: Content { text: content.trim().to_owned(), is_seen: Cell::new(false) },
-        is_seen: Cell::new(false),
+        content: Content { text: content.trim().to_owned(), is_interpreted: Cell::new(false) },
+        is_interpreted: Cell::new(false),
     })
 }
 

@@ -7,12 +7,14 @@ use super::reader::{Reader, listed};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::location::Location;
 use crate::core::compat::Compat;
-use crate::core::traffic_light::scenario::{Controller, ControllerIndex, Phase, PhaseEntry, Reference};
+use crate::core::traffic_light::scenario::{
+    Controller, ControllerIndex, Phase, PhaseEntry, Reference, upstream_cycle_s,
+};
 
 /// Cycle times that differ by less are equal, s.
 const TOLERANCE_S: f64 = 0.001;
 
-/// A controller as it was read.
+/// A controller as it was read, with its reference not resolved.
 pub(super) struct ControllerDraft {
     pub(super) name: String,
     pub(super) location: Location,
@@ -25,12 +27,12 @@ pub(super) struct ControllerDraft {
 /// A phase as it was read.
 pub(super) struct PhaseDraft {
     pub(super) name: String,
-    /// Infinite for a phase that lasts until an action; negative only in upstream mode.
+    /// Duration, infinite for a phase that lasts until an action; negative only in upstream mode.
     pub(super) seconds: f64,
     pub(super) entries: Vec<PhaseEntry>,
 }
 
-/// Resolves the references, and checks them.
+/// Resolves the references of the controllers to each other, and checks them.
 pub(super) fn resolve(reader: &Reader<'_>, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
     let mut by_name = BTreeMap::new();
     for (index, draft) in drafts.iter().enumerate() {
@@ -85,15 +87,15 @@ fn reference(
     Some(Reference { controller: ControllerIndex(index), delay })
 }
 
-/// Refuses controllers that follow themselves, directly or not: they would never begin.
+/// Refuses controllers that follow themselves, directly or indirectly: they would never begin.
 fn refuse_circles(reader: &Reader<'_>, drafts: &[ControllerDraft], references: &[Option<Reference>]) {
     let next = |at: usize| Some(references.get(at)?.as_ref()?.controller.0);
     // The start from which each was first reached: one that is reached again from the same start is in a circle.
     let mut reached_from = vec![None; drafts.len()];
     for start in 0..drafts.len() {
         let mut at = Some(start);
-        while let Some(place) = at.and_then(|at| reached_from.get_mut(at)).filter(|place| place.is_none()) {
-            *place = Some(start);
+        while let Some(reached) = at.and_then(|at| reached_from.get_mut(at)).filter(|from| from.is_none()) {
+            *reached = Some(start);
             at = at.and_then(next);
         }
         let Some(met) = at.filter(|at| reached_from.get(*at) == Some(&Some(start))) else { continue };
@@ -126,7 +128,7 @@ struct Cycle {
 impl Cycle {
     fn of(draft: &ControllerDraft) -> Self {
         let seconds = draft.phases.iter().map(|phase| phase.seconds);
-        Self { exact_s: seconds.clone().sum(), truncated_s: seconds.fold(0, truncated_sum) }
+        Self { exact_s: seconds.clone().sum(), truncated_s: upstream_cycle_s(seconds) }
     }
 
     fn equals(&self, other: &Self, compat: Compat) -> bool {
@@ -145,27 +147,5 @@ impl Cycle {
             Compat::Improved => format!("{:.3} s", self.exact_s),
             Compat::Upstream => format!("{} s as upstream counts", self.truncated_s),
         }
-    }
-}
-
-/// Upstream cuts the sum to an integer after each addition; what does not fit becomes the lowest
-/// integer, as processors of cars and desks have it (Q11).
-fn truncated_sum(sum: i32, seconds: f64) -> i32 {
-    let sum = (f64::from(sum) + seconds).trunc();
-    let fits = (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum);
-    #[expect(clippy::cast_possible_truncation, reason = "it is whole and fits")]
-    if fits { sum as i32 } else { i32::MIN }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn upstream_cuts_each_sum() {
-        let sum = |durations: &[f64]| durations.iter().copied().fold(0, truncated_sum);
-        assert_eq!((sum(&[1.9, 1.9]), sum(&[0.5, 0.5, 0.5]), sum(&[10.5])), (2, 0, 10));
-        assert_eq!((sum(&[f64::INFINITY]), sum(&[-1.5, 3.0])), (i32::MIN, 2));
-        assert_eq!(sum(&[f64::INFINITY, 5.0]), i32::MIN + 5);
     }
 }

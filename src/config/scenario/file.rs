@@ -31,46 +31,42 @@ pub struct ScenarioFile {
 /// A part of the file that has no effect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotInterpreted {
-    /// First place of such a part.
+    /// Location of the first such part.
     pub location: SourceLocation,
-    /// The part, the number of such parts, or the reason why it has no effect.
+    /// Description of the part, the number of such parts, or the reason why it has no effect.
     pub what: String,
 }
 
-/// `file:line:column: element: what`
+/// Prints `file:line:column: element: not interpreted: what`.
 impl fmt::Display for NotInterpreted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: not interpreted: {}", self.location, self.what)
     }
 }
 
-/// An id of a light or group with its place.
+/// An id of a light or group with its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsedId {
     /// Way or relation id.
     pub id: i64,
-    /// Place of the id.
+    /// Location of the id.
     pub location: SourceLocation,
 }
 
 impl ScenarioFile {
-    /// Every use of an id that is neither a head nor a group of the map. Upstream finds out when it
-    /// needs the id, so with its behaviour there is none.
+    /// A problem for every use of an id that is neither a head nor a group of the map. In upstream mode there is
+    /// none, since upstream looks an id up when it needs it.
     pub fn check_against(&self, map: &LightMap, compat: Compat) -> Vec<Problem> {
-        match compat {
-            Compat::Upstream => Vec::new(),
-            Compat::Improved => {
-                let known = |id: i64| map.head(id).is_some() || map.group(id).is_some();
-                let unknown = self.ids.iter().filter(|used| !known(used.id));
-                let remedy = known_ids(map);
-                unknown
-                    .map(|used| {
-                        let reason = format!("the map has neither a light nor a group {}", used.id);
-                        used.location.problem(reason, remedy.clone())
-                    })
-                    .collect()
-            }
+        if compat == Compat::Upstream {
+            return Vec::new();
         }
+        let remedy = known_ids(map);
+        let is_unknown = |used: &&UsedId| map.head(used.id).is_none() && map.group(used.id).is_none();
+        let unknown = self.ids.iter().filter(is_unknown).map(|used| {
+            let reason = format!("the map has neither a light nor a group {}", used.id);
+            used.location.problem(reason, remedy.clone())
+        });
+        unknown.collect()
     }
 }
 

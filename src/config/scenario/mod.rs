@@ -30,7 +30,7 @@ use reader::{Reader, SEE};
 /// Reads a scenario; its form follows from the file's extension.
 ///
 /// # Errors
-/// Every problem with its place; only the first one of a file that breaks the grammar of its form.
+/// Every problem with its location; only the first one of a file that breaks the grammar of its form.
 pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFile, Refused> {
     let form = Form::of(path)?;
     let text = Text::read(path, files.read(path), "give the path of a scenario")?.not_blank()?;
@@ -71,7 +71,7 @@ pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFi
     checker.finish(Some(file)).map_err(Refused)
 }
 
-/// The notation of a file.
+/// The notation of a scenario file.
 enum Form {
     Xml,
     Yaml,

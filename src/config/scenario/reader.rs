@@ -45,7 +45,7 @@ impl<'c> Reader<'c> {
         self.ids.push(UsedId { id, location: self.checker.source_location(location) });
     }
 
-    /// `34802 v2i`
+    /// Reads an id with or without a channel, such as `34802 v2i`.
     pub(super) fn target(&mut self, given: &LocatedText) -> Option<Target> {
         let target = self.checker.accept(
             &given.location,
@@ -56,13 +56,13 @@ impl<'c> Reader<'c> {
         Some(target)
     }
 
-    /// Where upstream takes a plain id only
-    /// (docs/spec/traffic-lights.md, "Signal ids"), its behaviour takes no channel either.
+    /// Reads a target of which upstream takes a plain id only
+    /// (docs/spec/traffic-lights.md, "Signal ids"): so does upstream mode.
     pub(super) fn upstream_plain_target(&mut self, given: &LocatedText) -> Option<Target> {
         match self.compat {
             Compat::Improved => self.target(given),
             Compat::Upstream => {
-                let remedy = "upstream takes a plain id here: remove the channel, or leave its behaviour";
+                let remedy = "upstream takes a plain id here: remove the channel, or choose compat improved";
                 let id = self.checker.accept(&given.location, parse_id(&given.text), remedy)?;
                 self.use_id(&given.location, id);
                 Some(Target { id, store: StoreId::CONVENTIONAL })
@@ -70,6 +70,7 @@ impl<'c> Reader<'c> {
         }
     }
 
+    /// Reads a way or relation id.
     pub(super) fn id(&mut self, given: &LocatedText) -> Option<i64> {
         let id = self.checker.accept(&given.location, parse_id(&given.text), "give a way or relation id")?;
         self.use_id(&given.location, id);
@@ -89,21 +90,28 @@ impl<'c> Reader<'c> {
         Some(state)
     }
 
+    /// Reads a target and the state that is written to it.
+    pub(super) fn written(
+        &mut self,
+        target: Option<LocatedText>,
+        state: Option<LocatedText>,
+        writer: Writer,
+    ) -> Option<(Target, StateText)> {
+        let target = self.target(&target?)?;
+        Some((target, self.state(target.store, &state?, writer)?))
+    }
+
     /// Reads the test of a state; empty and `none` are dark. Upstream reads the text when it compares.
     pub(super) fn state_test(&self, target: Target, given: &LocatedText, exact: bool) -> Option<Test> {
         if given.text.is_empty() || given.text == "none" {
             return Some(Test::State { target, state: None, exact });
         }
         let state = StateText::new(&given.text);
-        match (&state.mistake, self.compat) {
-            (Some(mistake), Compat::Improved) => {
-                self.refuse(&given.location, format!("state {:?}: {mistake}", given.text), "");
-                None
-            }
-            (Some(_) | None, Compat::Upstream) | (None, Compat::Improved) => {
-                Some(Test::State { target, state: Some(state), exact })
-            }
+        if let Some(mistake) = state.mistake.as_ref().filter(|_| self.compat == Compat::Improved) {
+            self.refuse(&given.location, format!("state {:?}: {mistake}", given.text), "");
+            return None;
         }
+        Some(Test::State { target, state: Some(state), exact })
     }
 
     /// A path that the file names, relative to the file.
@@ -111,14 +119,14 @@ impl<'c> Reader<'c> {
         self.checker.beside(named)
     }
 
-    /// Notes the ids of an action that was read from one text.
+    /// Records the ids of an action that was read from one text.
     pub(super) fn use_ids_of(&mut self, action: &Action, location: &Location) {
         for id in action.ids() {
             self.use_id(location, *id);
         }
     }
 
-    /// Reads any number but NaN; infinite only when it is written as a word.
+    /// Reads any number but NaN; infinite only when it is written without digits.
     pub(super) fn number(&self, given: &LocatedText) -> Option<f64> {
         let text = given.text.trim();
         let has_digit = text.contains(|char: char| char.is_ascii_digit());
@@ -206,7 +214,7 @@ impl<'c> Reader<'c> {
     }
 }
 
-/// `there are a, b`, cut when there are many.
+/// Names as a remedy, `there are a, b`, cut after 20.
 pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     let mut names: Vec<_> = names.take(21).collect();
     if names.is_empty() {

@@ -24,7 +24,7 @@ enum HazardFrom {
     Reason,
     /// Both turn sides on.
     BothSides,
-    /// A button that springs back.
+    /// A momentary button.
     Button,
     /// The vehicle has no hazard lights.
     NotFitted,

@@ -6,7 +6,7 @@ use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Location;
 use crate::config::reading::value::Kind;
-use crate::core::traffic_light::bulb::{BulbSet, Category, Shape};
+use crate::core::traffic_light::bulb::{BulbSet, Shape};
 use crate::core::traffic_light::text::parse_bulbs;
 use crate::core::traffic_light::v2i_reception::binding::{
     Confidence, Cycle, Group, GroupKey, V2iSource, V2iStates,
@@ -138,9 +138,9 @@ fn bulbs(binder: &Binder<'_>, text: &str, at: &Location) -> Option<BulbSet> {
 
 fn arrow_shape(binder: &Binder<'_>, given: &LocatedText) -> Option<Shape> {
     let shape: Option<Shape> = given.text.parse().ok();
-    let arrow = shape.filter(|shape| shape.category() == Category::Arrow);
+    let arrow = shape.filter(|shape| shape.is_arrow());
     if arrow.is_none() {
-        let arrows = Shape::ALL.into_iter().filter(|shape| shape.category() == Category::Arrow);
+        let arrows = Shape::ALL.into_iter().filter(|shape| shape.is_arrow());
         let names: Vec<_> = arrows.map(Shape::name).collect();
         let reason = format!("{:?} is not an arrow", given.text);
         binder.refuse(&given.location, reason, &format!("use one of {}", names.join(", ")));

@@ -47,7 +47,7 @@ pub struct Bus {
 /// Number of events on a bus since start.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BusCounts {
-    /// Frames of bound and heartbeat messages.
+    /// Frames of bound and heartbeat messages. This is not the bus load: kernel filters hide all other frames.
     pub frames: u64,
     /// Frames dropped by the kernel or by our own queue.
     pub drops: u64,

@@ -161,7 +161,7 @@ impl ErrorFrame {
     }
 }
 
-/// Text for diagnostics: `protocol (bit stuffing at CRC), bus-error, tx 96, rx 0`.
+/// Text for diagnostics: `protocol (stuff error at CRC), bus-error, tx 96, rx 0`.
 impl fmt::Display for ErrorFrame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
@@ -207,25 +207,25 @@ pub fn class_name(bit: u32) -> &'static str {
 }
 
 const CONTROLLER_NAMES: [&str; 8] = [
-    "receive overflow",
-    "send overflow",
+    "rx overflow",
+    "tx overflow",
     "rx warning",
     "tx warning",
     "rx passive",
     "tx passive",
-    "active again",
+    "back to error-active",
     "other",
 ];
 
 const PROTOCOL_NAMES: [&str; 8] = [
-    "single bit",
-    "frame format",
-    "bit stuffing",
+    "bit error",
+    "form error",
+    "stuff error",
     "dominant bit not sent",
     "recessive bit not sent",
     "bus overload",
     "active error announcement",
-    "while sending",
+    "on transmission",
 ];
 
 /// Writes ` (name, name at location)`, or nothing when both are unspecified.
@@ -252,11 +252,11 @@ fn location(code: u8) -> &'static str {
         0x00 => "",
         0x02 | 0x06 | 0x07 | 0x0E | 0x0F => "the identifier",
         0x03 => "the start of the frame",
-        0x04 | 0x05 | 0x0C => "the bits beside the identifier",
+        0x04 | 0x05 | 0x0C => "SRR, IDE or RTR",
         0x08 => "CRC",
         0x09 | 0x0D => "a reserved bit",
         0x0A => "data",
-        0x0B => "length",
+        0x0B => "DLC",
         0x12 => "intermission",
         0x18 => "the CRC delimiter",
         0x19 => "acknowledgement",
@@ -269,11 +269,11 @@ fn location(code: u8) -> &'static str {
 fn wiring(code: u8) -> &'static str {
     match code {
         0x00 => "unspecified",
-        0x04 => "CAN-H has no wire",
+        0x04 => "CAN-H open circuit",
         0x05 => "CAN-H shorted to battery",
         0x06 => "CAN-H shorted to VCC",
         0x07 => "CAN-H shorted to ground",
-        0x40 => "CAN-L has no wire",
+        0x40 => "CAN-L open circuit",
         0x50 => "CAN-L shorted to battery",
         0x60 => "CAN-L shorted to VCC",
         0x70 => "CAN-L shorted to ground",
@@ -292,7 +292,7 @@ mod tests {
             (0x004, [0, 0x0C, 0, 0, 0, 0, 0, 0], "controller (rx warning, tx warning)"),
             (0x204, [0, 0x20, 0, 0, 0, 0, 130, 20], "controller (tx passive), tx 130, rx 20"),
             (0x004, [0; 8], "controller"),
-            (0x088, [0, 0, 0x04, 0x08, 0, 0, 0, 0], "protocol (bit stuffing at CRC), bus-error"),
+            (0x088, [0, 0, 0x04, 0x08, 0, 0, 0, 0], "protocol (stuff error at CRC), bus-error"),
             (0x008, [0, 0, 0, 0x19, 0, 0, 0, 0], "protocol (at acknowledgement)"),
             (0x002, [17, 0, 0, 0, 0, 0, 0, 0], "lost-arbitration at bit 17"),
             (0x010, [0, 0, 0, 0, 0x80, 0, 0, 0], "transceiver (CAN-L shorted to CAN-H)"),

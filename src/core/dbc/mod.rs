@@ -77,6 +77,12 @@ mod tests {
         assert!(usable, "the rest stays usable");
     }
 
+    #[track_caller]
+    fn assert_one_signal_and_one_rejection(database: &Database) {
+        let counts = (database.signal_count(), database.rejected());
+        assert_eq!(counts, (1, 1), "{:?}", database.findings);
+    }
+
     #[test]
     fn regular_file_has_no_findings() {
         let text = include_bytes!("../../../fuzz/corpus/dbc_text/plain.dbc");
@@ -129,7 +135,7 @@ mod tests {
         let sender = parse(format!("BO_ 7 2nd: 8\n {GOOD}\n").as_bytes());
         assert_finding(&sender, 1, Severity::Note, "repaired");
         let glued = message(" SG_ A M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B m0: 8|8@1+ (1,0) [0|0] \"\" X", "");
-        assert_finding(&glued, 3, Severity::Note, "no blank");
+        assert_finding(&glued, 3, Severity::Note, "no space");
         assert_eq!(value(&glued, "B", &[0, 9]), Some(9));
         assert_eq!(value(&glued, "B", &[1, 9]), None);
     }
@@ -156,12 +162,7 @@ mod tests {
         ] {
             let database = message(&format!(" {statement}"), "VAL_ 1 Good 1 \"yes\" ;");
             assert_finding(&database, 2, Severity::Rejected, reason);
-            assert_eq!(
-                (database.signal_count(), database.rejected()),
-                (1, 1),
-                "{statement}: {:?}",
-                database.findings
-            );
+            assert_one_signal_and_one_rejection(&database);
             assert_eq!(signal(&database, "Good").values.len(), 1);
         }
     }
@@ -182,12 +183,7 @@ mod tests {
             let text = format!("BO_ 1 M: 8 X\n {GOOD}\n{statement}\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n");
             let database = parse(text.as_bytes());
             assert_finding(&database, 3, Severity::Rejected, reason);
-            assert_eq!(
-                (database.signal_count(), database.rejected()),
-                (1, 1),
-                "{statement}: {:?}",
-                database.findings
-            );
+            assert_one_signal_and_one_rejection(&database);
         }
     }
 

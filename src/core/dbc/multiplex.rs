@@ -49,7 +49,7 @@ impl<'a> Multiplexing<'a> {
     pub(super) fn new(signals: &'a [SignalDraft<'a>], message_length: usize, lost_multiplexor: bool) -> Self {
         let by_name = signals.iter().enumerate().map(|(index, signal)| (signal.name, index)).collect();
         let count =
-            |wanted: fn(&SignalDraft<'_>) -> bool| signals.iter().filter(|signal| wanted(signal)).count();
+            |counts: fn(&SignalDraft<'_>) -> bool| signals.iter().filter(|signal| counts(signal)).count();
         let nested = count(|signal| {
             matches!(signal.indicator, MultiplexIndicator::MultiplexorAndMultiplexedSignal(_))
         });

@@ -39,7 +39,7 @@ pub(super) fn irregularity(text: &str) -> Option<String> {
         return None;
     }
     if fields.next().is_some() && !head.ends_with([' ', '\t']) {
-        return Some("no blank between multiplexer mark and colon".to_owned());
+        return Some("no space between the multiplexer indicator and the colon".to_owned());
     }
     let (_, scale) = tail.split_once('(')?;
     let (scale, _) = scale.split_once(')')?;

@@ -45,7 +45,7 @@ const LISTING: [&str; 2] = ["BU_", "NS_"];
 /// Largest text in bytes, which bounds the search for the end of an unterminated one.
 const MAX_TEXT: usize = 1 << 16;
 
-/// One statement, with blanks in place of line ends outside texts.
+/// One statement, with line ends outside texts replaced by blanks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
     /// Line of its first character, from 1.

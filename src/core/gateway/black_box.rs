@@ -37,15 +37,17 @@ pub struct BlackBox {
     fault: Option<Now>,
 }
 
-/// A window that has closed.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A window that has closed: what was kept, from which the texts of its two files are made elsewhere, since that
+/// takes longer than the frame loop may wait.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// The change to ERROR that it is about.
     pub fault: Now,
-    /// A candump log. Lines that begin with `#` are notes of events for which candump has no line.
-    pub log: String,
-    /// A decision a line, as `replay` prints them.
-    pub decisions: String,
+    interfaces: Vec<String>,
+    /// Link of each bus before the first input.
+    links: Vec<LinkState>,
+    inputs: Vec<(CanInput, Now)>,
+    decisions: Vec<(MonoTime, String)>,
 }
 
 impl BlackBox {
@@ -70,24 +72,26 @@ impl BlackBox {
         self.forget_before(at.mono);
     }
 
-    /// The window that closes now, if one does. `line` writes a decision with its time.
-    pub fn take(&mut self, now: Now, line: impl Fn(MonoTime, &str) -> String) -> Option<Recording> {
+    /// The window that closes now, if one does.
+    pub fn take(&mut self, now: Now) -> Option<Recording> {
         let fault = self.fault.take_if(|fault| now.mono >= fault.mono.after(self.settings.after))?;
         self.forget_before(now.mono);
-        let start = self.inputs.front().map_or(fault, |(_, at)| *at);
-        let mut log = String::new();
-        for (interface, link) in self.interfaces.iter().zip(&self.links) {
-            if *link != LinkState::Up {
-                write_note(&mut log, start, start, interface, Note::Link(*link));
-            }
+        Some(self.recording(fault))
+    }
+
+    /// The open window, if one is, closed before its time because the gateway stops.
+    pub fn flush(&mut self) -> Option<Recording> {
+        self.fault.take().map(|fault| self.recording(fault))
+    }
+
+    fn recording(&self, fault: Now) -> Recording {
+        Recording {
+            fault,
+            interfaces: self.interfaces.clone(),
+            links: self.links.clone(),
+            inputs: self.inputs.iter().copied().collect(),
+            decisions: self.decisions.iter().cloned().collect(),
         }
-        for (input, at) in &self.inputs {
-            self.write_input(&mut log, start, input, *at);
-        }
-        let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.mono.as_nanos()));
-        let covered = self.decisions.iter().filter(|(at, _)| *at >= start.mono);
-        let decisions = covered.map(|(at, text)| line(since(*at), text) + "\n").collect();
-        Some(Recording { fault, log, decisions })
     }
 
     /// Drops what no window that is open at `now` or later can cover, inputs and decisions alike.
@@ -108,6 +112,36 @@ impl BlackBox {
         {
             *link = state;
         }
+    }
+}
+
+impl Recording {
+    /// A candump log. Lines that begin with `#` are notes of events for which candump has no line.
+    pub fn log(&self) -> String {
+        let start = self.start();
+        let mut log = String::new();
+        for (interface, link) in self.interfaces.iter().zip(&self.links) {
+            if *link != LinkState::Up {
+                write_note(&mut log, start, start, interface, Note::Link(*link));
+            }
+        }
+        for (input, at) in &self.inputs {
+            self.write_input(&mut log, start, input, *at);
+        }
+        log
+    }
+
+    /// A decision a line, as `replay` prints them; `line` writes one with its time since the first input.
+    pub fn decisions(&self, line: impl Fn(MonoTime, &str) -> String) -> String {
+        let start = self.start().mono;
+        let since = |at: MonoTime| MonoTime::from_nanos(at.as_nanos().saturating_sub(start.as_nanos()));
+        let covered = self.decisions.iter().filter(|(at, _)| *at >= start);
+        covered.map(|(at, text)| line(since(*at), text) + "\n").collect()
+    }
+
+    /// The time of the first input, with which the log begins; without one, that of the fault.
+    fn start(&self) -> Now {
+        self.inputs.first().map_or(self.fault, |(_, at)| *at)
     }
 
     fn write_input(&self, log: &mut String, start: Now, input: &CanInput, at: Now) {
@@ -187,13 +221,13 @@ mod tests {
                 black_box.decided("ERROR turn".into(), true, at(millis));
                 black_box.decided("ERROR hazard".into(), true, at(millis + 1));
             }
-            assert_eq!(black_box.take(at(millis), line).is_some(), step == 35, "{step}");
+            assert_eq!(black_box.take(at(millis)).is_some(), step == 35, "{step}");
             if step == 34 {
                 let mut early = black_box.clone();
-                let recording = early.take(at(350), line).unwrap();
-                assert_eq!(recording.log.lines().next(), Some("(1700000000.200000) can0 123#14"));
-                assert_eq!(recording.log.lines().count(), 15);
-                assert_eq!(recording.decisions, "100 ERROR turn\n101 ERROR hazard\n");
+                let recording = early.take(at(350)).unwrap();
+                assert_eq!(recording.log().lines().next(), Some("(1700000000.200000) can0 123#14"));
+                assert_eq!(recording.log().lines().count(), 15);
+                assert_eq!(recording.decisions(line), "100 ERROR turn\n101 ERROR hazard\n");
             }
         }
     }
@@ -205,9 +239,9 @@ mod tests {
         black_box.keep(CanInput::Drops { bus: BUS, lost: 3 }, at(1));
         black_box.keep(CanInput::Link { bus: BUS, state: LinkState::Up }, at(2));
         black_box.decided("ERROR".into(), true, at(2));
-        let recording = black_box.take(at(60), line).unwrap();
+        let recording = black_box.take(at(60)).unwrap();
         assert_eq!(
-            recording.log,
+            recording.log(),
             "# (1700000000.001000) can0 link down\n# (1700000000.001000) can0 drops 3\n\
              # (1700000000.002000) can0 link up\n",
             "the link before the first kept input is told first"
@@ -222,13 +256,29 @@ mod tests {
             black_box.decided(format!("seen at {millis}"), false, at(millis));
         }
         black_box.decided("ERROR stale".into(), true, at(150));
-        let recording = black_box.take(at(200), line).unwrap();
-        assert_eq!(recording.log, "(1700000000.090000) can0 123#01\n");
-        assert_eq!(recording.decisions, "0 seen at 90\n60 ERROR stale\n");
+        let recording = black_box.take(at(200)).unwrap();
+        assert_eq!(recording.log(), "(1700000000.090000) can0 123#01\n");
+        assert_eq!(recording.decisions(line), "0 seen at 90\n60 ERROR stale\n");
         assert_eq!(recording.fault, at(150));
         black_box.decided("ERROR again".into(), true, at(900));
-        let silent = black_box.take(at(960), line).unwrap();
-        assert_eq!((silent.log.as_str(), silent.decisions.as_str()), ("", "0 ERROR again\n"));
+        let silent = black_box.take(at(960)).unwrap();
+        assert_eq!((silent.log(), silent.decisions(line)), (String::new(), "0 ERROR again\n".to_owned()));
+    }
+
+    #[test]
+    fn open_window_is_handed_out_early_when_the_gateway_stops() {
+        let mut black_box = black_box(1000);
+        black_box.keep(frame(1, 0), at(0));
+        assert_eq!(black_box.flush(), None, "no fault, no recording");
+        black_box.decided("ERROR turn".into(), true, at(10));
+        let recording = black_box.flush().unwrap();
+        assert_eq!((recording.log().lines().count(), recording.fault), (1, at(10)));
+        assert_eq!(recording.decisions(line), "10 ERROR turn\n");
+        assert_eq!(
+            (black_box.flush(), black_box.take(at(900))),
+            (None, None),
+            "each window is handed out once"
+        );
     }
 
     #[test]
@@ -239,6 +289,6 @@ mod tests {
             black_box.decided(step.to_string(), false, at(0));
         }
         assert_eq!((black_box.inputs.len(), black_box.decisions.len()), (5, 5));
-        assert_eq!(black_box.take(at(1000), line), None, "nothing without a fault");
+        assert_eq!(black_box.take(at(1000)), None, "nothing without a fault");
     }
 }

@@ -42,6 +42,7 @@ pub mod black_box;
 pub mod event;
 pub mod live_time;
 mod perception;
+pub mod process_status;
 
 /// The settings of the gateway, checked by `config`.
 #[derive(Debug, Clone)]

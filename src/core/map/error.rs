@@ -18,7 +18,7 @@ pub enum MapError {
     BadTag {
         /// The element with the tag.
         element: Element,
-        /// The tag.
+        /// Key of the tag.
         key: &'static str,
         /// Value as written.
         value: String,
@@ -28,7 +28,7 @@ pub enum MapError {
     /// A lanelet has not exactly one way on one of its sides.
     #[error("relation {lanelet}: {count} members of the role `{role}`, a lanelet has one")]
     Sides {
-        /// The lanelet.
+        /// Id of the lanelet's relation.
         lanelet: i64,
         /// `left` or `right`.
         role: &'static str,
@@ -38,15 +38,15 @@ pub enum MapError {
     /// A bound is not a line.
     #[error("way {way}: a bound of lanelet {lanelet} needs two points at least")]
     ShortBound {
-        /// The way.
+        /// Id of the bound's way.
         way: i64,
-        /// The lanelet.
+        /// Id of the lanelet's relation.
         lanelet: i64,
     },
     /// A node lies far outside of any map.
     #[error("node {node}: it lies {MAX_DISTANCE_M:e} metres or more from the origin of the map")]
     TooFar {
-        /// The node.
+        /// Id of the first such node of the file.
         node: i64,
     },
     /// The lanelets have more points than memory should hold.
@@ -61,15 +61,15 @@ pub enum MapError {
         /// The first such node of the file.
         node: i64,
     },
-    /// Coordinates in metres were asked for, and a node has none.
-    #[error("node {node} has no `local_x` and `local_y`, and the map is said to have local coordinates")]
+    /// The projector takes local coordinates, and a node has none.
+    #[error("node {node} has no `local_x` and `local_y`, which the projector type Local needs")]
     NoLocal {
         /// The first such node of the file.
         node: i64,
     },
 }
 
-/// Ids in a tag, between commas, blanks and square brackets; none if it is missing or says `none`.
+/// Ids in a tag, between commas, blanks and square brackets; `None` without the tag, or for the value `none`.
 pub(super) fn id_list_tag(
     tags: &Tags,
     key: &'static str,
@@ -86,13 +86,13 @@ pub(super) fn id_list_tag(
     .map(Option::flatten)
 }
 
-/// A number in a tag; none if it is empty or missing.
+/// A number in a tag; `None` if it is empty or missing.
 pub(super) fn number_tag(tags: &Tags, key: &'static str, element: Element) -> Result<Option<f64>, MapError> {
     let parse = |text: &str| text.parse().ok().filter(|number: &f64| number.is_finite());
     parsed_tag(tags, key, element, "a number", parse)
 }
 
-/// An id in a tag; none if it is empty or missing.
+/// An id in a tag; `None` if it is empty or missing.
 pub(super) fn id_tag(tags: &Tags, key: &'static str, element: Element) -> Result<Option<i64>, MapError> {
     parsed_tag(tags, key, element, "a whole number of 64 bits", |text| text.parse().ok())
 }

@@ -30,15 +30,15 @@ pub enum TurnDirection {
     /// No tag, or a value that does not name a direction.
     #[default]
     None,
-    /// `straight`
+    /// The value `straight`.
     Straight,
-    /// `left`
+    /// The value `left`.
     Left,
-    /// `right`
+    /// The value `right`.
     Right,
 }
 
-/// A lanelet.
+/// A lanelet of a map, as far as the decider needs it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lane {
     /// Id of its relation.
@@ -55,15 +55,15 @@ pub struct Lane {
     pub turn_signal_distance_m: Option<f64>,
     /// Lanelets that go on from it, in the order of the routing graph.
     pub followers: Vec<LaneId>,
-    /// The left side.
+    /// The side of its left bound.
     pub left: Roadside,
-    /// The right side.
+    /// The side of its right bound.
     pub right: Roadside,
     /// The roundabouts it refers to, by position in [`LaneNetwork::roundabouts`], in the order of the map.
     pub roundabouts: Vec<usize>,
-    /// On an entry: exits for which `exit_turn_signal_left` asks for left.
+    /// On an entry: exits that `exit_turn_signal_left` lists.
     pub exits_signalled_left: Vec<LaneId>,
-    /// On an entry: exits for which `exit_turn_signal_right` asks for right.
+    /// On an entry: exits that `exit_turn_signal_right` lists.
     pub exits_signalled_right: Vec<LaneId>,
     /// `enable_exit_turn_signal` is `true`.
     pub enables_exit_signal: bool,

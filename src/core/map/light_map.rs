@@ -13,11 +13,11 @@ pub struct HeadIndex(pub u32);
 /// A physical light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
-    /// Id of its way.
+    /// Id of its way in the map.
     pub way_id: i64,
     /// The groups that refer to it, in the order of the map.
     pub relation_ids: Arc<[i64]>,
-    /// Where its lamps are, metres in the map frame; only for drawing.
+    /// Positions of its lamps; only for drawing.
     pub lamps: Vec<Lamp>,
 }
 
@@ -33,11 +33,11 @@ pub struct Lamp {
 /// The colours a map gives to lamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LampColor {
-    /// `green`
+    /// The value `green`.
     Green,
-    /// `yellow`
+    /// The value `yellow`.
     Yellow,
-    /// `red`
+    /// The value `red`.
     Red,
 }
 
@@ -56,13 +56,13 @@ impl LampColor {
     }
 }
 
-/// The sources of the places of lamps.
+/// The sources of the positions of lamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LampSource {
     /// Only the `light_bulbs` ways of the map.
     #[default]
     Drawn,
-    /// Those, and for colours without one a place on the head: its lower edge divided by four, red at
+    /// Those, and for colours without one a position on the head: its lower edge divided by four, red at
     /// the far end, half of the height up.
     DrawnOrInferred,
 }
@@ -92,6 +92,13 @@ pub struct GroupEntry {
     pub way_ids: Vec<i64>,
     /// A crosswalk obeys it.
     pub is_pedestrian: bool,
+}
+
+impl GroupEntry {
+    /// A group of these heads that is not for pedestrians.
+    pub fn new(relation_id: i64, way_ids: impl Into<Vec<i64>>) -> Self {
+        Self { relation_id, way_ids: way_ids.into(), is_pedestrian: false }
+    }
 }
 
 impl LightMap {

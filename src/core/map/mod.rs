@@ -1,6 +1,6 @@
 //! The road as a lanelet2 map describes it, and the geometry of the whole project; shared by the flows.
 //!
-//! [`osm`] reads primitives, [`points`] places them, [`lane_network`] and [`light_map`] make lanelets and traffic
+//! [`osm`] reads primitives, [`points`] gives them coordinates, [`lane_network`] and [`light_map`] make lanelets and traffic
 //! lights of them.
 
 pub mod error;

@@ -1,4 +1,4 @@
-//! Where the nodes of a map are, in metres.
+//! The coordinates of the nodes of a map, metres.
 
 use super::error::{MAX_DISTANCE_M, MapError};
 use super::osm::{Node, Osm};
@@ -30,8 +30,8 @@ impl Points {
             } else {
                 let [latitude_deg, longitude_deg] =
                     node.geo_deg.ok_or(MapError::NotProjected { node: node.id })?;
-                let place = Geo { latitude_deg, longitude_deg, altitude_m: node.ele_m };
-                projector.project(place).ok_or(MapError::NotProjected { node: node.id })?
+                let position = Geo { latitude_deg, longitude_deg, altitude_m: node.ele_m };
+                projector.project(position).ok_or(MapError::NotProjected { node: node.id })?
             };
             if point.iter().any(|axis| axis.abs() >= MAX_DISTANCE_M) {
                 return Err(MapError::TooFar { node: node.id });

@@ -5,16 +5,16 @@
 
 /// Semi-major axis, metres.
 const A_M: f64 = 6_378_137.0;
-/// Flattening.
+/// Flattening of the ellipsoid.
 const F: f64 = 1.0 / 298.257_223_563;
 /// Scale on the central meridian of a UTM zone.
 pub(super) const UTM_SCALE: f64 = 0.9996;
 /// Easting of that meridian, metres.
 const UTM_EASTING_M: f64 = 500_000.0;
-/// Farther from its meridian the projection is of no use, degrees.
+/// Greatest distance from its meridian at which the projection is used, degrees.
 const MAX_WIDTH_DEG: f64 = 45.0;
 
-/// A place on the WGS 84 ellipsoid.
+/// A position on the WGS 84 ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Geo {
     /// -90 to 90, degrees.
@@ -26,16 +26,16 @@ pub struct Geo {
 }
 
 impl Geo {
-    /// Returns whether latitude, longitude and altitude are those of a place.
+    /// Returns whether the angles are in range and the altitude is a number.
     pub fn is_on_earth(&self) -> bool {
         self.latitude_deg.abs() <= 90.0 && self.longitude_deg.abs() <= 360.0 && self.altitude_m.is_finite()
     }
 }
 
-/// x to the east of a meridian and y to the north of the equator, metres. None far from the meridian.
-pub(super) fn transverse_mercator(place: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
-    let longitude_deg = (place.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
-    if !place.is_on_earth() || longitude_deg.abs() > MAX_WIDTH_DEG {
+/// x to the east of a meridian and y to the north of the equator, metres. `None` far from the meridian.
+pub(super) fn transverse_mercator(position: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
+    let longitude_deg = (position.longitude_deg - meridian_deg + 540.0).rem_euclid(360.0) - 180.0;
+    if !position.is_on_earth() || longitude_deg.abs() > MAX_WIDTH_DEG {
         return None;
     }
     let n = F / (2.0 - F);
@@ -48,7 +48,7 @@ pub(super) fn transverse_mercator(place: Geo, meridian_deg: f64, scale: f64) -> 
     ];
     let radius_m = A_M / (1.0 + n) * (1.0 + n2 / 4.0 + n4 / 64.0);
     let eccentricity = (F * (2.0 - F)).sqrt();
-    let (sin, longitude) = (place.latitude_deg.to_radians().sin(), longitude_deg.to_radians());
+    let (sin, longitude) = (position.latitude_deg.to_radians().sin(), longitude_deg.to_radians());
     // Tangent of the conformal latitude, then both coordinates on the conformal sphere.
     let tangent = (sin.atanh() - eccentricity * (eccentricity * sin).atanh()).sinh();
     let xi = tangent.atan2(longitude.cos());
@@ -61,12 +61,12 @@ pub(super) fn transverse_mercator(place: Geo, meridian_deg: f64, scale: f64) -> 
     Some([scale * radius_m * x, scale * radius_m * y])
 }
 
-/// East, north and up of an origin, metres. None for what is not on earth.
-pub(super) fn east_north_up(place: Geo, origin: Geo) -> Option<[f64; 3]> {
-    if !place.is_on_earth() || !origin.is_on_earth() {
+/// East, north and up of an origin, metres. `None` for what is not on earth.
+pub(super) fn east_north_up(position: Geo, origin: Geo) -> Option<[f64; 3]> {
+    if !position.is_on_earth() || !origin.is_on_earth() {
         return None;
     }
-    let [there, here] = [earth_centred(place), earth_centred(origin)];
+    let [there, here] = [earth_centred(position), earth_centred(origin)];
     let [x, y, z] = [0, 1, 2].map(|axis| there[axis] - here[axis]);
     let (sin_lat, cos_lat) = origin.latitude_deg.to_radians().sin_cos();
     let (sin_lon, cos_lon) = origin.longitude_deg.to_radians().sin_cos();
@@ -74,23 +74,23 @@ pub(super) fn east_north_up(place: Geo, origin: Geo) -> Option<[f64; 3]> {
     Some([cos_lon * y - sin_lon * x, cos_lat * z - sin_lat * outwards, cos_lat * outwards + sin_lat * z])
 }
 
-fn earth_centred(place: Geo) -> [f64; 3] {
-    let (sin_lat, cos_lat) = place.latitude_deg.to_radians().sin_cos();
-    let (sin_lon, cos_lon) = place.longitude_deg.to_radians().sin_cos();
+fn earth_centred(position: Geo) -> [f64; 3] {
+    let (sin_lat, cos_lat) = position.latitude_deg.to_radians().sin_cos();
+    let (sin_lon, cos_lon) = position.longitude_deg.to_radians().sin_cos();
     let e2 = F * (2.0 - F);
     let normal_m = A_M / (1.0 - e2 * sin_lat * sin_lat).sqrt();
-    let from_axis_m = (normal_m + place.altitude_m) * cos_lat;
-    [from_axis_m * cos_lon, from_axis_m * sin_lon, (normal_m * (1.0 - e2) + place.altitude_m) * sin_lat]
+    let from_axis_m = (normal_m + position.altitude_m) * cos_lat;
+    [from_axis_m * cos_lon, from_axis_m * sin_lon, (normal_m * (1.0 - e2) + position.altitude_m) * sin_lat]
 }
 
-/// The meridian in the middle of the UTM zone that a place belongs to, degrees.
-pub(super) fn utm_meridian_deg(place: Geo) -> f64 {
-    let longitude_deg = (place.longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+/// The meridian in the middle of the UTM zone that a position belongs to, degrees.
+pub(super) fn utm_meridian_deg(position: Geo) -> f64 {
+    let longitude_deg = (position.longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
     let within = |low: f64, high: f64| (low..high).contains(&longitude_deg);
-    if (56.0..64.0).contains(&place.latitude_deg) && within(3.0, 6.0) {
+    if (56.0..64.0).contains(&position.latitude_deg) && within(3.0, 6.0) {
         return 9.0; // the south of Norway is all in zone 32
     }
-    if place.latitude_deg >= 72.0 && within(0.0, 42.0) {
+    if position.latitude_deg >= 72.0 && within(0.0, 42.0) {
         // Svalbard has the odd zones only, 12 degrees wide but for the outer ones.
         return [(9.0, 3.0), (21.0, 15.0), (33.0, 27.0)]
             .into_iter()
@@ -138,10 +138,10 @@ impl MgrsSquare {
         })
     }
 
-    /// x and y from the south-western corner, metres; beyond the square's edges it goes on. None far
-    /// from the zone.
-    pub(super) fn project(self, place: Geo) -> Option<[f64; 2]> {
-        let [x, y] = transverse_mercator(place, self.meridian_deg, UTM_SCALE)?;
+    /// x and y from the south-western corner, metres; beyond the square's edges it goes on. `None`
+    /// far from the zone.
+    pub(super) fn project(self, position: Geo) -> Option<[f64; 2]> {
+        let [x, y] = transverse_mercator(position, self.meridian_deg, UTM_SCALE)?;
         // Rows repeat every 2000 km; the nearest one of that name is meant.
         let y = (y - self.northing_m + 1e6).rem_euclid(2e6) - 1e6;
         Some([x + UTM_EASTING_M - self.easting_m, y])

@@ -22,7 +22,7 @@ pub enum Projector {
     /// Transverse Mercator around the meridian of an origin, from that origin. Heights are those of the
     /// map.
     TransverseMercator {
-        /// Place at which x and y are 0.
+        /// Position at which x and y are 0.
         origin: Geo,
         /// Scale on the meridian of the origin.
         scale: f64,
@@ -30,26 +30,26 @@ pub enum Projector {
 }
 
 impl Projector {
-    /// x, y and z of a node in the map frame, metres. None where the projection does not reach, and
+    /// x, y and z of a node in the map frame, metres. `None` where the projection does not reach, and
     /// always for [`Self::Local`].
-    pub fn project(&self, place: Geo) -> Option<[f64; 3]> {
-        let with_height = |[x, y]: [f64; 2]| [x, y, place.altitude_m];
+    pub fn project(&self, position: Geo) -> Option<[f64; 3]> {
+        let with_height = |[x, y]: [f64; 2]| [x, y, position.altitude_m];
         match *self {
             Self::Local => None,
-            Self::Mgrs(square) => square.project(place).map(with_height),
+            Self::Mgrs(square) => square.project(position).map(with_height),
             Self::LocalCartesianUtm(origin) => {
-                mercator_from(place, origin, utm_meridian_deg(origin), UTM_SCALE).map(with_height)
+                mercator_from(position, origin, utm_meridian_deg(origin), UTM_SCALE).map(with_height)
             }
             Self::TransverseMercator { origin, scale } => {
-                mercator_from(place, origin, origin.longitude_deg, scale).map(with_height)
+                mercator_from(position, origin, origin.longitude_deg, scale).map(with_height)
             }
-            Self::LocalCartesian(origin) => east_north_up(place, origin),
+            Self::LocalCartesian(origin) => east_north_up(position, origin),
         }
     }
 }
 
-fn mercator_from(place: Geo, origin: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
-    let [x, y] = transverse_mercator(place, meridian_deg, scale)?;
+fn mercator_from(position: Geo, origin: Geo, meridian_deg: f64, scale: f64) -> Option<[f64; 2]> {
+    let [x, y] = transverse_mercator(position, meridian_deg, scale)?;
     let [origin_x, origin_y] = transverse_mercator(origin, meridian_deg, scale)?;
     Some([x - origin_x, y - origin_y])
 }

@@ -1,15 +1,12 @@
-//! Which generation of Autoware is spoken to (docs/spec/traffic-lights.md, "Architectures").
-
-use std::fmt;
-use std::str::FromStr;
+//! The generations of Autoware and their messages (docs/spec/traffic-lights.md, "Architectures").
 
 use super::quirks::UpstreamQuirks;
 
-/// What stands before the date.
+/// The text before the date.
 const PREFIX: &str = "awf/universe/";
-/// The generation that speaks `TrafficSignalArray`.
+/// The generation with `TrafficSignalArray`.
 const SIGNALS: u32 = 20_230_906;
-/// The first generation that speaks `TrafficLightGroupArray`.
+/// The first generation with `TrafficLightGroupArray`.
 const GROUPS: u32 = 20_240_605;
 
 /// The type of a message with traffic lights.
@@ -26,14 +23,14 @@ pub enum LightsType {
     MarkerArray,
 }
 
-/// An architecture as a scenario or a configuration names it, `awf/universe/20240605` for example.
+/// The generation of Autoware that a configuration names, for example `awf/universe/20240605`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Architecture {
     text: String,
     generation: Generation,
 }
 
-/// Generations by the messages they speak; those only upstream accepts, too.
+/// Generations by their messages, with those that only upstream accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Generation {
     /// `awf/universe` without a date.
@@ -46,34 +43,34 @@ enum Generation {
     Groups,
 }
 
-/// Why an architecture, or a topic of it, is refused.
+/// The reason why an architecture, or a topic of it, is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ArchitectureError {
-    /// Not of the form.
+    /// The text is not of the form `awf/universe/<yyyymmdd>`.
     #[error(
         "architecture `{0}` is not of the form `{PREFIX}<yyyymmdd>`; use `{PREFIX}20240605`, for example"
     )]
     Malformed(String),
-    /// A date with no known messages.
+    /// No messages are known for the date.
     #[error("architecture `{0}` is not supported; use `{PREFIX}20230906`, or `{PREFIX}20240605` or later")]
     Unsupported(String),
-    /// What upstream calls a semantic error.
+    /// A semantic error of upstream.
     #[error("architecture `{0}` has no message for traffic lights")]
     Semantic(String),
-    /// What upstream calls an invalid argument.
+    /// An invalid argument of upstream.
     #[error("architecture `{0}` is not an argument for a traffic-light detector")]
     InvalidArgument(String),
 }
 
 impl Architecture {
-    /// Reads an architecture: by date, or in upstream's behaviour by how the text sorts (Q18), which
-    /// takes any text and refuses topics instead.
+    /// Reads an architecture: by its date, or in upstream mode by the order of texts (Q18), which takes any text and
+    /// refuses topics instead.
     pub fn parse(text: &str, quirks: impl Into<UpstreamQuirks>) -> Result<Self, ArchitectureError> {
         let generation = if quirks.into().sorts_architectures { sorted(text) } else { dated(text)? };
         Ok(Self { text: text.to_owned(), generation })
     }
 
-    /// Type of the camera topic.
+    /// Message type of the camera topic.
     pub fn camera(&self) -> Result<LightsType, ArchitectureError> {
         match self.generation {
             Generation::Signals => Ok(LightsType::SignalArray),
@@ -85,34 +82,13 @@ impl Architecture {
         }
     }
 
-    /// Type of the V2I topics.
+    /// Message type of the V2I topics.
     pub fn v2i(&self) -> Result<LightsType, ArchitectureError> {
         match self.generation {
             Generation::Signals | Generation::Older => Ok(LightsType::SignalArray),
             Generation::Groups => Ok(LightsType::GroupArray),
             Generation::Undated | Generation::Between => Err(ArchitectureError::Semantic(self.text.clone())),
         }
-    }
-}
-
-impl Default for Architecture {
-    fn default() -> Self {
-        Self { text: "awf/universe/20240605".to_owned(), generation: Generation::Groups }
-    }
-}
-
-impl FromStr for Architecture {
-    type Err = ArchitectureError;
-
-    /// Strictly, by date.
-    fn from_str(text: &str) -> Result<Self, ArchitectureError> {
-        Self::parse(text, UpstreamQuirks::default())
-    }
-}
-
-impl fmt::Display for Architecture {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
     }
 }
 

@@ -1,109 +1,76 @@
 //! One lamp of a traffic light as it may look, and sets of them
 //! (docs/spec/traffic-lights.md, "Bulbs and their numbers").
 //!
-//! The names and numbers here are the model's own; how ROS numbers them stands with the messages.
+//! The numbers here are the model's own; how ROS numbers them stands with the messages.
 
 use std::fmt;
 
-/// The colour of a lamp. The order is that of the sort key.
+/// The colour of a lamp. Its number counts from 0, and is the highest byte of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Color {
-    /// 0
+    /// The colour green.
     Green,
-    /// 1; also called amber
+    /// The colour yellow, also called amber.
     Yellow,
-    /// 2
+    /// The colour red.
     Red,
-    /// 3
+    /// The colour white, as for trams.
     White,
-    /// 4; not recognised
+    /// A colour that was not recognised.
     Unknown,
 }
 
-/// The status of a lamp. The order is that of the sort key.
+/// The status of a lamp. Its number counts from 0, and is the second byte of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Status {
-    /// 0
+    /// Light comes out all the time.
     SolidOn,
-    /// 1
+    /// No light comes out.
     SolidOff,
-    /// 2
+    /// Light comes out at intervals.
     Flashing,
-    /// 3; not recognised
+    /// A status that was not recognised.
     Unknown,
 }
 
-/// The shape of a lamp. The order is that of the sort key.
+/// The shape of a lamp, with its number in the sort key: the directions of an arrow (left 8, down 4, up 2,
+/// right 1) in the high byte, the kind of shape (circle 0, cross 1, arrow 2, unknown 3) in the low one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Shape {
-    /// 0x0000
+    /// A disc, the usual shape.
     Circle,
-    /// 0x0001
+    /// A cross, as for a closed lane.
     Cross,
-    /// 0x0003; not recognised
+    /// A shape that was not recognised.
     Unknown,
-    /// 0x0102
+    /// Arrow to the right.
     Right,
-    /// 0x0202; also called straight
+    /// Arrow straight ahead.
     Up,
-    /// 0x0302
+    /// Arrow ahead to the right.
     UpperRight,
-    /// 0x0402
+    /// Arrow downwards.
     Down,
-    /// 0x0502
+    /// Arrow down to the right.
     LowerRight,
-    /// 0x0802
+    /// Arrow to the left.
     Left,
-    /// 0x0A02
+    /// Arrow ahead to the left.
     UpperLeft,
-    /// 0x0C02
+    /// Arrow down to the left.
     LowerLeft,
 }
 
-/// The kind of a shape: the low byte of its number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Category {
-    /// 0
-    Circle,
-    /// 1
-    Cross,
-    /// 2
-    Arrow,
-    /// 3
-    Unknown,
-}
-
 impl Color {
-    /// All, in order.
+    /// All colours, in the order of their numbers.
     pub const ALL: [Self; 5] = [Self::Green, Self::Yellow, Self::Red, Self::White, Self::Unknown];
-
-    /// The name in state texts.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Green => "green",
-            Self::Yellow => "yellow",
-            Self::Red => "red",
-            Self::White => "white",
-            Self::Unknown => "unknown",
-        }
-    }
 }
 
 impl Status {
-    /// All, in order.
+    /// All statuses, in the order of their numbers.
     pub const ALL: [Self; 4] = [Self::SolidOn, Self::SolidOff, Self::Flashing, Self::Unknown];
 
-    /// The name in state texts.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::SolidOn => "solidOn",
-            Self::SolidOff => "solidOff",
-            Self::Flashing => "flashing",
-            Self::Unknown => "unknown",
-        }
-    }
-
-    /// Whether light comes out.
+    /// Returns whether light comes out, at least at times.
     pub const fn is_lit(self) -> bool {
         match self {
             Self::SolidOn | Self::Flashing => true,
@@ -113,7 +80,7 @@ impl Status {
 }
 
 impl Shape {
-    /// All, in order.
+    /// All shapes, in the order of their numbers.
     pub const ALL: [Self; 11] = [
         Self::Circle,
         Self::Cross,
@@ -128,24 +95,7 @@ impl Shape {
         Self::LowerLeft,
     ];
 
-    /// The name in state texts.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Circle => "circle",
-            Self::Cross => "cross",
-            Self::Unknown => "unknown",
-            Self::Right => "right",
-            Self::Up => "up",
-            Self::UpperRight => "upperRight",
-            Self::Down => "down",
-            Self::LowerRight => "lowerRight",
-            Self::Left => "left",
-            Self::UpperLeft => "upperLeft",
-            Self::LowerLeft => "lowerLeft",
-        }
-    }
-
-    /// Direction bits (left 8, down 4, up 2, right 1) in the high byte, category in the low one.
+    /// The number of the shape in the sort key.
     pub const fn number(self) -> u16 {
         match self {
             Self::Circle => 0x0000,
@@ -162,30 +112,18 @@ impl Shape {
         }
     }
 
-    /// The kind of the shape.
-    pub const fn category(self) -> Category {
-        match self {
-            Self::Circle => Category::Circle,
-            Self::Cross => Category::Cross,
-            Self::Unknown => Category::Unknown,
-            Self::Right
-            | Self::Up
-            | Self::UpperRight
-            | Self::Down
-            | Self::LowerRight
-            | Self::Left
-            | Self::UpperLeft
-            | Self::LowerLeft => Category::Arrow,
-        }
+    /// Returns whether the shape has a direction.
+    pub const fn is_arrow(self) -> bool {
+        self.number() & 0xFF == 2
     }
 }
 
-/// One lamp. The order is that of the sort key.
+/// One lamp of a head. The order is that of the sort key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Bulb {
     /// Colour of the light.
     pub color: Color,
-    /// Whether and how it shines.
+    /// The way in which light comes out, or none.
     pub status: Status,
     /// Outline of the lamp.
     pub shape: Shape,
@@ -197,7 +135,7 @@ impl Bulb {
         (self.color as u32) << 24 | (self.status as u32) << 16 | self.shape.number() as u32
     }
 
-    /// Position among all bulbs that can be, in the order of their keys.
+    /// Its bit in a [`BulbSet`]: bulbs are numbered in the order of their keys.
     const fn position(self) -> usize {
         (self.color as usize * Status::ALL.len() + self.status as usize) * Shape::ALL.len()
             + self.shape as usize
@@ -210,15 +148,15 @@ impl Bulb {
     }
 }
 
-/// `<colour> <status> <shape>`, always all three.
+/// Prints `<colour> <status> <shape>`, always all three.
 impl fmt::Display for Bulb {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} {} {}", self.color.name(), self.status.name(), self.shape.name())
     }
 }
 
-/// A set of bulbs in the order of their keys. Small enough to be copied: one bit for each of the
-/// 220 bulbs that can be.
+/// A set of bulbs in the order of their keys. It is small enough to be copied: one bit for each of the 220
+/// possible bulbs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct BulbSet([u64; 4]);
 
@@ -226,41 +164,41 @@ impl BulbSet {
     /// No bulb: dark, or not reported.
     pub const EMPTY: Self = Self([0; 4]);
 
-    /// Adds a bulb; one that is there already changes nothing.
+    /// Adds a bulb; does nothing when the set has it already.
     pub const fn insert(&mut self, bulb: Bulb) {
         let position = bulb.position();
         self.0[position / 64] |= 1 << (position % 64);
     }
 
-    /// Whether the bulb is in it.
+    /// Returns whether the set has this bulb.
     pub const fn contains(&self, bulb: Bulb) -> bool {
         let position = bulb.position();
         self.0[position / 64] >> (position % 64) & 1 == 1
     }
 
-    /// Whether every bulb of `other` is in it.
+    /// Returns whether the set has every bulb of `other`.
     pub fn contains_all(&self, other: &Self) -> bool {
-        self.0.iter().zip(&other.0).all(|(own, wanted)| own & wanted == *wanted)
+        self.0.iter().zip(&other.0).all(|(own, other)| own & other == *other)
     }
 
-    /// All bulbs of both.
+    /// The bulbs of both sets.
     pub fn union(self, other: Self) -> Self {
         let mut union = self;
         union.0.iter_mut().zip(other.0).for_each(|(bits, more)| *bits |= more);
         union
     }
 
-    /// Whether there is none.
+    /// Returns whether the set has no bulb.
     pub fn is_empty(&self) -> bool {
         *self == Self::EMPTY
     }
 
-    /// How many there are.
+    /// The number of bulbs.
     pub fn len(&self) -> usize {
         self.0.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
-    /// The bulbs, in the order of their keys.
+    /// The bulbs in the order of their keys.
     pub fn iter(&self) -> impl Iterator<Item = Bulb> + use<> {
         let mut words = self.0;
         std::iter::from_fn(move || {
@@ -280,7 +218,7 @@ impl FromIterator<Bulb> for BulbSet {
     }
 }
 
-/// The bulbs joined by `, `; nothing for the empty set.
+/// Prints the bulbs joined by `, `; nothing for the empty set.
 impl fmt::Display for BulbSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
@@ -306,16 +244,16 @@ mod tests {
 
     #[test]
     fn a_set_lists_every_bulb_once_in_the_order_of_the_keys() {
-        let mut given: Vec<_> = all().collect();
-        given.reverse();
-        let set: BulbSet = given.iter().copied().chain(all()).collect();
+        let mut reversed: Vec<_> = all().collect();
+        reversed.reverse();
+        let set: BulbSet = reversed.into_iter().chain(all()).collect();
         let listed: Vec<_> = set.iter().collect();
         assert_eq!((listed.len(), set.len()), (220, 220));
         assert!(listed.windows(2).all(|pair| pair[0].key() < pair[1].key() && pair[0] < pair[1]));
     }
 
     #[test]
-    fn a_set_holds_what_was_put_in_and_nothing_else() {
+    fn a_set_has_its_bulbs_and_no_others() {
         for bulb in all() {
             let set: BulbSet = [bulb].into_iter().collect();
             assert_eq!(set.iter().collect::<Vec<_>>(), [bulb]);

@@ -1,20 +1,20 @@
-//! How many lights look like what, kept with each change: diagnostics need not look at all of them.
+//! Counts of lights for diagnostics, kept up to date with each change.
 
 use super::bulb::{BulbSet, Color, Status};
 
 /// Counts of the lights of a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BulbCounts {
-    /// Those ever touched, or detected.
+    /// Lights that were ever touched, or are detected.
     pub(super) lights: u32,
-    /// Those of which no light comes out.
+    /// Lights without a lit bulb.
     pub(super) dark: u32,
-    /// Those with a colour or status that is not recognised.
+    /// Lights with a colour or status that was not recognised.
     pub(super) unknown: u32,
 }
 
 impl BulbCounts {
-    /// One light.
+    /// The counts of one light.
     pub(super) fn of(bulbs: Option<BulbSet>) -> Self {
         let Some(bulbs) = bulbs else { return Self::default() };
         let is_lit = bulbs.iter().any(|bulb| bulb.status.is_lit());
@@ -23,8 +23,8 @@ impl BulbCounts {
         Self { lights: 1, dark: u32::from(!is_lit), unknown: u32::from(is_unknown) }
     }
 
-    /// A light of these looked like the one and looks like the other now.
-    pub(super) fn turn(&mut self, from: Option<BulbSet>, to: Option<BulbSet>) {
+    /// Records that one of these lights changed.
+    pub(super) fn change(&mut self, from: Option<BulbSet>, to: Option<BulbSet>) {
         if from == to {
             return;
         }

@@ -1,25 +1,30 @@
-//! Which heads changed since a message was made, so that only these are looked at for the next one.
+//! Changes of heads by number, so that the next message is made of those that changed since the last one.
+
+use std::collections::VecDeque;
 
 use crate::core::map::light_map::HeadIndex;
 
-/// Changes, numbered from 1, and the last one of each head.
+/// The latest changes of heads. Changes are numbered from 1.
 #[derive(Debug, Clone)]
 pub(super) struct ChangeLog {
     changes: u64,
-    by_head: Vec<u64>,
+    /// The heads of the last changes, oldest first, at most as many as the map has heads.
+    latest: VecDeque<HeadIndex>,
+    heads: u32,
 }
 
 impl ChangeLog {
-    /// No head of a map with so many of them has changed.
+    /// Creates the log of a map with this number of heads; none has changed.
     pub(super) fn new(heads: usize) -> Self {
-        Self { changes: 0, by_head: vec![0; heads] }
+        Self { changes: 0, latest: VecDeque::new(), heads: u32::try_from(heads).unwrap_or(u32::MAX) }
     }
 
     /// Records a change of a head.
     pub(super) fn add(&mut self, head: HeadIndex) {
         self.changes += 1;
-        if let Some(last) = self.by_head.get_mut(head.0 as usize) {
-            *last = self.changes;
+        self.latest.push_back(head);
+        if self.latest.len() > self.heads as usize {
+            self.latest.pop_front();
         }
     }
 
@@ -28,10 +33,12 @@ impl ChangeLog {
         self.changes
     }
 
-    /// The heads that changed after that change, ascending.
+    /// The heads that changed after that change, latest first and maybe repeated; after too many changes, all
+    /// heads of the map.
     pub(super) fn since(&self, change: u64) -> impl Iterator<Item = HeadIndex> + '_ {
-        let heads = (0..).map(HeadIndex).zip(&self.by_head);
-        heads.filter(move |(_, last)| **last > change).map(|(head, _)| head)
+        let count = usize::try_from(self.changes - change).unwrap_or(usize::MAX);
+        let (latest, all) = if count > self.latest.len() { (0, self.heads) } else { (count, 0) };
+        self.latest.iter().rev().take(latest).copied().chain((0..all).map(HeadIndex))
     }
 }
 
@@ -40,13 +47,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn heads_changed_since_are_listed_once_each() {
+    fn heads_changed_since_are_listed_or_all_of_them() {
         let mut change_log = ChangeLog::new(4);
-        for head in [3, 1, 0, 1] {
+        for head in [2, 3, 1, 0, 1] {
             change_log.add(HeadIndex(head));
         }
-        assert_eq!(change_log.changes(), 4);
-        for (since, heads) in [(0, &[0, 1, 3][..]), (1, &[0, 1]), (3, &[1]), (4, &[])] {
+        assert_eq!(change_log.changes(), 5);
+        for (since, heads) in [(5, &[][..]), (4, &[1]), (3, &[1, 0]), (1, &[1, 0, 1, 3]), (0, &[0, 1, 2, 3])]
+        {
             assert_eq!(change_log.since(since).map(|head| head.0).collect::<Vec<_>>(), heads);
         }
     }

@@ -1,6 +1,6 @@
 //! Actions as text: `V2ITrafficSignalStateAction(34802, "red solidOn circle", 20)`
 //! (docs/spec/traffic-lights.md, "Actions and commands").
-//! The custom commands of a scenario, and some more for whoever types them.
+//! They are the custom commands of a scenario, and some more for people who type them.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -9,8 +9,8 @@ use super::quirks::UpstreamQuirks;
 use super::scenario::{Action, Controller, ControllerIndex, StateText};
 use super::signal_id::{SignalIdError, parse_id};
 use super::state_check::{StateError, Writer, check_state};
-use super::target::{Channel, Layer, StoreId, Target};
-use super::text::{excerpt, is_blank};
+use super::target::{StoreId, Target};
+use super::text::{is_blank, printable};
 
 #[cfg(test)]
 mod tests;
@@ -18,102 +18,91 @@ mod tests;
 /// Rates at which the V2I topics can be published, Hz.
 pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
 
-/// Why a text is not an action.
+/// The reason why a text is not an action. Texts of the command are cut when they are very long.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CommandError {
-    /// Nothing of ours: a command for somebody else, or one written without its `@v1`.
-    #[error("`{name}` is not a command for traffic lights; commands are {}", commands())]
-    NotOurs {
-        /// Up to the first blank or parenthesis; a very long one is cut.
-        name: String,
-    },
+    /// The text before the first blank or parenthesis is not the name of one of these commands: it is for
+    /// somebody else, or lacks its `@v1`.
+    #[error("`{0}` is not a command for traffic lights; commands are {known}", known = commands())]
+    NotOurs(String),
     /// Parentheses, commas or quotes are wrong.
     #[error("column {column}: {kind}")]
     Form {
-        /// Where, in characters, from 1.
+        /// Position of the mistake, in characters, from 1.
         column: usize,
-        /// What.
+        /// The kind of mistake.
         kind: FormError,
     },
-    /// Too few or too many arguments.
+    /// The command has too few or too many arguments.
     #[error("{name} takes {expected}, {actual} given; an argument with blanks stands in double quotes")]
     Count {
-        /// The command.
+        /// Name of the command.
         name: &'static str,
-        /// `2 or 3 arguments`
+        /// The right number, as in `2 or 3 arguments`.
         expected: &'static str,
-        /// How many there are.
+        /// The number of arguments in the text.
         actual: usize,
     },
-    /// An argument names no light.
+    /// An argument is not the id of a light.
     #[error(transparent)]
     Id(#[from] SignalIdError),
-    /// Upstream's behaviour was asked for, and upstream has 32 bits here.
-    #[error("{id} does not fit 32 bits, as upstream wants it here")]
-    LongId {
-        /// The id.
-        id: i64,
-    },
+    /// An id has more than the 32 bits that upstream has for it.
+    #[error("{0} does not fit 32 bits, upstream's size of an id here")]
+    LongId(i64),
     /// An argument is not a state, or not one for this light.
     #[error(transparent)]
     State(#[from] StateError),
-    /// The rate is not a number, or one that nothing can be published at.
-    #[error("rate `{found}`: a number from {} to {} Hz is wanted", RATES_HZ.start(), RATES_HZ.end())]
-    Rate {
-        /// As written; a very long one is cut.
-        found: String,
-    },
-    /// The confidence is not a number, or none from 0 to 1; upstream takes any number.
-    #[error("confidence `{found}`: a number from 0 to 1 is wanted")]
-    Confidence {
-        /// As written; a very long one is cut.
-        found: String,
-    },
-    /// There is no controller of this name.
+    /// The rate is not a number of [`RATES_HZ`].
+    #[error("rate `{0}`: expected a number from {min} to {max} Hz", min = RATES_HZ.start(), max = RATES_HZ.end())]
+    Rate(String),
+    /// The confidence is not a number from 0 to 1; upstream takes any number.
+    #[error("confidence `{0}`: expected a number from 0 to 1")]
+    Confidence(String),
+    /// No controller has this name.
     #[error("no controller is called `{found}`; there are {known}")]
     Controller {
-        /// As written; a very long one is cut.
+        /// The name in the text.
         found: String,
-        /// The names there are.
+        /// The names of the scenario's controllers.
         known: String,
     },
     /// The controller has no phase of this name.
     #[error("controller `{controller}` has no phase `{found}`; it has {known}")]
     Phase {
-        /// The controller.
+        /// Name of the controller.
         controller: String,
-        /// As written; a very long one is cut.
+        /// The name in the text.
         found: String,
-        /// The names there are.
+        /// The names of the controller's phases.
         known: String,
     },
 }
 
-/// What is wrong with parentheses, commas and quotes.
+/// A mistake in parentheses, commas or quotes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum FormError {
-    /// Something else follows the name.
-    #[error("`(` is wanted after the name")]
+    /// Something other than `(` follows the name.
+    #[error("expected `(` after the name")]
     NoOpening,
     /// The text ends within the parentheses.
     #[error("`)` is missing")]
     NoClosing,
-    /// Two commas in a row, or one before the first or after the last argument.
+    /// Two commas in a row, or a comma before the first or after the last argument.
     #[error("an argument is missing")]
     NoArgument,
     /// A quoted argument does not end.
     #[error("the closing `\"` is missing")]
     NoQuote,
     /// Quotes in the middle of an argument, or a second `(`.
-    #[error("a comma, a blank or `)` is wanted after an argument")]
+    #[error("expected a comma, a blank or `)` after an argument")]
     NoSeparator,
-    /// Text behind the closing parenthesis.
+    /// Text follows the closing parenthesis.
     #[error("nothing may follow the `)`")]
     Surplus,
 }
 
 /// Reads an action. `controllers` are those of the scenario; a target may name a channel where
-/// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream's behaviour only where upstream does.
+/// docs/spec/traffic-lights.md, "Signal ids", lets it, in upstream mode only where upstream does.
 pub fn parse_command(
     text: &str,
     controllers: &[Controller],
@@ -123,13 +112,12 @@ pub fn parse_command(
     let text = text.trim_end_matches(is_blank);
     let command = text.trim_start_matches(is_blank);
     let (name, rest) = command.split_at(command.find(|c| c == '(' || is_blank(c)).unwrap_or(command.len()));
-    let found = Command::ALL.into_iter().find(|command| command.name() == name);
-    let command = found.ok_or_else(|| CommandError::NotOurs { name: shown(name) })?;
+    let found = COMMANDS.into_iter().find(|(known, _)| *known == name);
+    let (name, command) = found.ok_or_else(|| CommandError::NotOurs(printable(name)))?;
     let arguments = arguments(rest).map_err(|(kind, rest)| {
         let before = text.chars().count() - rest.chars().count();
         CommandError::Form { column: before + 1, kind }
     })?;
-    let name = command.name();
     let count = |expected| CommandError::Count { name, expected, actual: arguments.len() };
     match (command, arguments.as_slice()) {
         (Command::SetState, [target, state]) => {
@@ -166,33 +154,17 @@ enum Command {
     ExitFailure,
 }
 
-impl Command {
-    const ALL: [Self; 9] = [
-        Self::SetState,
-        Self::EnterPhase,
-        Self::Clear,
-        Self::SetV2iState,
-        Self::EnableV2i,
-        Self::DisableV2i,
-        Self::SetConfidence,
-        Self::ExitSuccess,
-        Self::ExitFailure,
-    ];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::SetState => "TrafficSignalStateAction",
-            Self::EnterPhase => "TrafficSignalControllerAction",
-            Self::Clear => "ClearTrafficSignal",
-            Self::SetV2iState => "V2ITrafficSignalStateAction",
-            Self::EnableV2i => "EnableTrafficSignalV2IFeatureAction@v1",
-            Self::DisableV2i => "DisableTrafficSignalV2IFeatureAction@v1",
-            Self::SetConfidence => "PseudoTrafficSignalDetectorConfidenceSetAction@v1",
-            Self::ExitSuccess => "exitSuccess",
-            Self::ExitFailure => "exitFailure",
-        }
-    }
-}
+const COMMANDS: [(&str, Command); 9] = [
+    ("TrafficSignalStateAction", Command::SetState),
+    ("TrafficSignalControllerAction", Command::EnterPhase),
+    ("ClearTrafficSignal", Command::Clear),
+    ("V2ITrafficSignalStateAction", Command::SetV2iState),
+    ("EnableTrafficSignalV2IFeatureAction@v1", Command::EnableV2i),
+    ("DisableTrafficSignalV2IFeatureAction@v1", Command::DisableV2i),
+    ("PseudoTrafficSignalDetectorConfidenceSetAction@v1", Command::SetConfidence),
+    ("exitSuccess", Command::ExitSuccess),
+    ("exitFailure", Command::ExitFailure),
+];
 
 fn set_v2i_state(
     id: &str,
@@ -200,11 +172,10 @@ fn set_v2i_state(
     rate: Option<&str>,
     quirks: UpstreamQuirks,
 ) -> Result<Action, CommandError> {
-    let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-    let (id, state) = (parse_id(id)?, state_for(store, state, quirks)?);
+    let (id, state) = (parse_id(id)?, state_for(StoreId::V2I, state, quirks)?);
     let number = |rate: &str| {
         let number = rate.parse().ok().filter(|rate| RATES_HZ.contains(rate));
-        number.ok_or_else(|| CommandError::Rate { found: shown(rate) })
+        number.ok_or_else(|| CommandError::Rate(printable(rate)))
     };
     Ok(Action::SetV2iState { id, state, rate_hz: rate.map(number).transpose()? })
 }
@@ -214,9 +185,9 @@ fn set_confidence(target: &str, confidence: &str, quirks: UpstreamQuirks) -> Res
     let number = confidence.parse().ok().filter(|number: &f64| {
         (0.0..=1.0).contains(number) || quirks.takes_any_confidence && number.is_finite()
     });
-    let confidence = number.ok_or_else(|| CommandError::Confidence { found: shown(confidence) })?;
+    let confidence = number.ok_or_else(|| CommandError::Confidence(printable(confidence)))?;
     if quirks.plain_ids && i32::try_from(target.id).is_err() {
-        return Err(CommandError::LongId { id: target.id });
+        return Err(CommandError::LongId(target.id));
     }
     Ok(Action::SetConfidence { target, confidence })
 }
@@ -230,19 +201,19 @@ fn enter_phase(
     let found = controllers.iter().position(|controller| controller.name == name);
     let Some((index, controller)) = found.and_then(|index| Some((index, controllers.get(index)?))) else {
         let known = list(controllers.iter().map(|controller| controller.name.as_str()));
-        return Err(CommandError::Controller { found: shown(name), known });
+        return Err(CommandError::Controller { found: printable(name), known });
     };
     if !quirks.finds_mistakes_late && !controller.phases.iter().any(|known| known.name == phase) {
         return Err(CommandError::Phase {
-            controller: shown(name),
-            found: shown(phase),
+            controller: printable(name),
+            found: printable(phase),
             known: list(controller.phases.iter().map(|phase| phase.name.as_str())),
         });
     }
     Ok(Action::EnterPhase { controller: ControllerIndex(index), phase: phase.to_owned() })
 }
 
-/// A target where upstream knows the ground truth of the conventional channel only.
+/// Reads a target; for upstream, an id of the conventional channel's ground truth.
 fn target_in(quirks: UpstreamQuirks, text: &str) -> Result<Target, SignalIdError> {
     if quirks.plain_ids {
         return Ok(Target { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
@@ -260,7 +231,7 @@ fn ids(arguments: &[&str]) -> Result<Vec<i64>, SignalIdError> {
     arguments.iter().map(|id| parse_id(id)).collect()
 }
 
-/// What stands between the parentheses after a name; a mistake comes with the text from it on.
+/// The arguments between the parentheses after a name. A mistake comes with the text that begins with it.
 fn arguments(text: &str) -> Result<Vec<&str>, (FormError, &str)> {
     let text = text.trim_start_matches(is_blank);
     if text.is_empty() {
@@ -288,7 +259,7 @@ fn arguments(text: &str) -> Result<Vec<&str>, (FormError, &str)> {
     }
 }
 
-/// The argument that a text begins with, without its quotes, and what follows.
+/// Splits the first argument, without its quotes, from the rest of a text.
 fn argument(text: &str) -> Result<(&str, &str), (FormError, &str)> {
     if let Some(quoted) = text.strip_prefix('"') {
         return quoted.split_once('"').ok_or((FormError::NoQuote, text));
@@ -301,15 +272,11 @@ fn argument(text: &str) -> Result<(&str, &str), (FormError, &str)> {
     }
 }
 
-fn shown(text: &str) -> String {
-    excerpt(text).escape_debug().to_string()
-}
-
 /// Names for an error; the first ones when there are many.
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    const MAX_ARGUMENTS: usize = 20;
-    let mut names = names.map(|name| format!("`{}`", shown(name)));
-    let mut list: Vec<_> = names.by_ref().take(MAX_ARGUMENTS).collect();
+    const MAX_NAMES: usize = 20;
+    let mut names = names.map(|name| format!("`{}`", printable(name)));
+    let mut list: Vec<_> = names.by_ref().take(MAX_NAMES).collect();
     if names.next().is_some() {
         list.push("…".to_owned());
     }
@@ -317,5 +284,5 @@ fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 fn commands() -> impl fmt::Display {
-    Command::ALL.map(Command::name).join(", ")
+    COMMANDS.map(|(name, _)| name).join(", ")
 }

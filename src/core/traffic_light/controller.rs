@@ -1,6 +1,6 @@
-//! When phases begin and end (docs/spec/traffic-lights.md, "Controllers and phases").
+//! The phases of the controllers (docs/spec/traffic-lights.md, "Controllers and phases").
 //!
-//! At most one transition a frame and controller. In improved mode a phase begins at the nominal end of the
+//! A controller makes at most one transition in a frame. In improved mode a phase begins at the nominal end of the
 //! one before it, so that frames do not make the schedule slip (Q21); upstream's begins with the frame.
 
 use std::collections::BTreeSet;
@@ -11,32 +11,32 @@ use super::quirks::UpstreamQuirks;
 use super::scenario::{Controller, ControllerIndex, Scenario};
 use crate::core::time::WallStamp;
 
-/// The phase of each controller.
+/// The states of all controllers.
 #[derive(Debug, Clone)]
 pub(super) struct Controllers {
     quirks: UpstreamQuirks,
     states: Vec<ControllerState>,
-    /// For each controller, before which time of the frame clock it surely has nothing to do; 0 = it
-    /// is to be looked at.
+    /// For each controller, the time before which it has nothing to do, nanoseconds since the start of the
+    /// scenario; 0 when it may have.
     idle_until: Vec<u64>,
-    /// Controllers that may have something to do in the next frame.
+    /// The controllers that may have something to do in the next frame.
     awake: BTreeSet<usize>,
-    /// The others, with the time before which they have nothing to do.
+    /// The other controllers, with the time before which they have nothing to do.
     asleep: BTreeSet<(u64, usize)>,
-    /// For each controller, who follows it and how long after.
-    observers: Vec<Vec<(usize, Duration)>>,
+    /// For each controller, its followers and their delays.
+    followers: Vec<Vec<(usize, Duration)>>,
 }
 
-/// The phase of one controller.
+/// The state of one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ControllerState {
-    /// By position; none before the first one.
+    /// Position of its phase; `None` before the first one.
     pub(super) phase: Option<usize>,
-    /// When the phase began.
+    /// Start of the phase.
     pub(super) start: Moment,
-    /// The same on the wall.
+    /// The wall-clock time of that start.
     pub(super) start_wall: WallStamp,
-    /// After this the first phase is entered, set by the controller that is followed.
+    /// The moment after which it enters its first phase, set by the controller that it follows.
     begin: Option<Moment>,
 }
 
@@ -54,27 +54,19 @@ pub(super) struct Transition {
     pub(super) start: Moment,
 }
 
-/// Upstream's sum: cut to a whole number at each step; endless is the lowest 32-bit number on x86.
-#[allow(clippy::cast_possible_truncation)] // that is what is reproduced; Rust's cast saturates
-pub(super) fn upstream_cycle_s(controller: &Controller) -> i32 {
-    controller.phases.iter().fold(0, |sum, phase| {
-        phase.duration.map_or(i32::MIN, |duration| (f64::from(sum) + duration.as_secs_f64()) as i32)
-    })
-}
-
 impl Controllers {
     pub(super) fn new(scenario: &Scenario, quirks: UpstreamQuirks) -> Self {
-        let mut observers = vec![Vec::new(); scenario.controllers.len()];
+        let mut followers = vec![Vec::new(); scenario.controllers.len()];
         for (index, controller) in scenario.controllers.iter().enumerate() {
             if let Some(reference) = controller.reference
-                && let Some(followers) = observers.get_mut(reference.controller.0)
+                && let Some(of_controller) = followers.get_mut(reference.controller.0)
             {
-                followers.push((index, reference.delay));
+                of_controller.push((index, reference.delay));
             }
         }
         let states = vec![ControllerState::default(); scenario.controllers.len()];
         let (awake, asleep) = ((0..states.len()).collect(), BTreeSet::new());
-        Self { quirks, idle_until: vec![0; states.len()], awake, asleep, states, observers }
+        Self { quirks, idle_until: vec![0; states.len()], awake, asleep, states, followers }
     }
 
     /// The state of a controller.
@@ -92,9 +84,9 @@ impl Controllers {
         self.awake.range(from..).next().copied()
     }
 
-    /// What a controller has to do in this frame.
+    /// The transition of a controller in this frame; `None` when it stays in its phase.
     pub(super) fn due(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
-        let due = self.look(index, controller, frame);
+        let due = self.transition(index, controller, frame);
         if due.is_none() {
             let until = self.next(index, controller);
             self.set_idle(index, until);
@@ -102,7 +94,7 @@ impl Controllers {
         due
     }
 
-    fn look(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
+    fn transition(&mut self, index: usize, controller: &Controller, frame: Frame) -> Option<Transition> {
         let (quirks, now) = (self.quirks, frame.now);
         let state = self.states.get_mut(index)?;
         let begins = match controller.reference {
@@ -116,7 +108,7 @@ impl Controllers {
             }
             let start = self.nominal(begin, frame);
             let state = self.states.get(index)?;
-            // Improved mode does not enter the first phase again when it got there by itself in the meantime.
+            // Improved mode does not enter the first phase again when the cycle has reached it in the meantime.
             let has_begun =
                 !quirks.repeats_first_phase && state.phase == Some(0) && state.start.nanos >= begin.nanos;
             if !has_begun {
@@ -131,7 +123,7 @@ impl Controllers {
         })
     }
 
-    /// A phase is entered. Its controller's followers are informed when it is the first one.
+    /// Enters a phase. Informs the followers when it is the first one.
     pub(super) fn enter(&mut self, index: usize, to: Transition, start_wall: WallStamp) {
         if to.phase == 0 {
             self.inform(index, to.start);
@@ -142,7 +134,7 @@ impl Controllers {
         self.set_idle(index, 0);
     }
 
-    /// No transition comes before; upstream's clock is another one.
+    /// The earliest time of the next transition, nanoseconds; 0 when upstream's clock decides.
     fn next(&self, index: usize, controller: &Controller) -> u64 {
         let Some(state) = self.states.get(index).filter(|_| !self.quirks.slips_by_frames) else {
             return 0;
@@ -170,19 +162,19 @@ impl Controllers {
 
     fn inform(&mut self, index: usize, start: Moment) {
         for follower in 0.. {
-            let of_controller = self.observers.get(index);
-            let Some((observer, delay)) = of_controller.and_then(|all| all.get(follower)).copied() else {
+            let of_controller = self.followers.get(index);
+            let Some((follower, delay)) = of_controller.and_then(|all| all.get(follower)).copied() else {
                 break;
             };
-            if let Some(state) = self.states.get_mut(observer) {
+            if let Some(state) = self.states.get_mut(follower) {
                 state.begin = Some(start.after(delay));
             }
-            self.set_idle(observer, 0);
+            self.set_idle(follower, 0);
         }
     }
 
-    /// The nominal time when this is the first frame after it; else the schedule is behind for want
-    /// of frames, and starts over from this one.
+    /// The nominal time when this is the first frame after it; else frames were missed, and the schedule starts anew
+    /// from this one.
     fn nominal(&self, at: Moment, frame: Frame) -> Moment {
         let is_new = frame.previous.is_none_or(|previous| at.nanos > previous.nanos);
         if is_new && at.nanos <= frame.now.nanos && !self.quirks.slips_by_frames { at } else { frame.now }

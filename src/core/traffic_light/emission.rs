@@ -1,6 +1,6 @@
 //! Messages before they have a type (docs/spec/traffic-lights.md, "Message building").
 //!
-//! Conversions to message types go one way and stand with the messages, one file for each.
+//! They are converted to message types where those are defined, and never back.
 
 use std::sync::Arc;
 
@@ -11,15 +11,15 @@ use crate::core::time::WallStamp;
 /// A topic with traffic lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LightsTopic {
-    /// `/simulation/traffic_lights`: ground truth of the conventional channel.
+    /// Ground truth of the conventional channel, on `/simulation/traffic_lights`.
     GroundTruth,
-    /// `…/internal/traffic_signals`: what the camera pipeline reports.
+    /// Reports of the camera pipeline, on `…/internal/traffic_signals`.
     Camera,
-    /// `…/external/traffic_signals` and its legacy name: what the network reports.
+    /// Reports of the network, on `…/external/traffic_signals` and its legacy name.
     V2i,
-    /// `…/traffic_signals`: camera and network merged as the arbiter does.
+    /// Reports of camera and network merged by the arbiter, on `…/traffic_signals`.
     Arbiter,
-    /// `traffic_light/marker`: spheres for a viewer.
+    /// Spheres for a viewer, on `traffic_light/marker`.
     Markers,
 }
 
@@ -28,7 +28,7 @@ pub enum LightsTopic {
 pub struct Emission {
     /// The topic that it is for.
     pub topic: LightsTopic,
-    /// Stamp of the header or message.
+    /// Stamp of the message or its header.
     pub stamp: WallStamp,
     /// The list that is sent.
     pub content: Content,
@@ -36,39 +36,38 @@ pub struct Emission {
 
 /// The list that an emission sends.
 ///
-/// Its place in memory shows what changed: as long as nothing does, the emissions of a topic share one list,
-/// and a group that did not change is shared by one list with the next.
+/// Its address in memory shows what changed: as long as nothing does, the emissions of a topic share one list,
+/// and a list shares each group that did not change with the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Content {
-    /// Head by head, ascending by way id.
+    /// States of heads, ascending by way id.
     Lights(Arc<Vec<LightState>>),
-    /// Group by group, ascending by relation id. Upstream's behaviour has one for each head of a group
-    /// instead (Q17).
+    /// States of groups, ascending by relation id. Upstream has one for each head of a group instead (Q17).
     Groups(Groups),
-    /// Lamp by lamp, ascending by way id.
+    /// Markers of lamps, ascending by way id.
     Markers(Arc<Vec<LampMarker>>),
 }
 
-/// Groups, which lists and messages share.
+/// A list of groups, which messages share, as lists share groups.
 pub type Groups = Arc<Vec<Arc<GroupState>>>;
 
 impl Content {
-    /// Lists these heads.
+    /// Creates a list of heads.
     pub fn lights(lights: impl IntoIterator<Item = LightState>) -> Self {
         Self::Lights(Arc::new(lights.into_iter().collect()))
     }
 
-    /// Lists these groups.
+    /// Creates a list of groups.
     pub fn groups(groups: impl IntoIterator<Item = GroupState>) -> Self {
         Self::Groups(Arc::new(groups.into_iter().map(Arc::new).collect()))
     }
 
-    /// Lists these lamps.
+    /// Creates a list of lamps.
     pub fn markers(markers: impl IntoIterator<Item = LampMarker>) -> Self {
         Self::Markers(Arc::new(markers.into_iter().collect()))
     }
 
-    /// Whether both share one list. Equal lists need not be shared.
+    /// Returns whether both share one list. Equal lists need not be shared.
     pub fn is_shared_with(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Lights(one), Self::Lights(other)) => Arc::ptr_eq(one, other),
@@ -82,11 +81,11 @@ impl Content {
 /// The state of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightState {
-    /// Id of its way.
+    /// Way id of the head.
     pub way_id: i64,
-    /// Its bulbs; none = dark.
+    /// Its bulbs, empty when it is dark.
     pub bulbs: BulbSet,
-    /// 0 to 1; upstream takes any number.
+    /// Its confidence, 0 to 1; upstream takes any number.
     pub confidence: f64,
 }
 
@@ -95,41 +94,41 @@ pub struct LightState {
 pub struct GroupState {
     /// Id of the regulatory element.
     pub relation_id: i64,
-    /// Ascending by the key of the bulb.
+    /// Its bulbs, ascending by their keys.
     pub elements: Vec<Element>,
-    /// Ascending by time.
+    /// Its future states, ascending by time.
     pub predictions: Vec<Prediction>,
 }
 
 /// One bulb of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
-    /// Colour, status and shape.
+    /// Colour, status and shape of the bulb.
     pub bulb: Bulb,
-    /// 0 to 1.
+    /// Confidence in this bulb, 0 to 1.
     pub confidence: f64,
 }
 
 /// A future state of a group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// When it begins.
+    /// Time at which it begins.
     pub at: WallStamp,
-    /// The bulbs; more than once the same one in upstream's behaviour (Q10).
+    /// Its bulbs; upstream may repeat one (Q10).
     pub elements: Vec<Element>,
-    /// 0 to 1.
+    /// Reliability of the prediction, 0 to 1.
     pub reliability: f64,
-    /// A constant of `PredictedTrafficLightState`.
+    /// Source of the information, a constant of `PredictedTrafficLightState`.
     pub source: &'static str,
 }
 
 /// A sphere for a viewer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LampMarker {
-    /// Id of the head's way.
+    /// Way id of the head.
     pub way_id: i64,
-    /// Position and colour.
+    /// Position and colour of the lamp.
     pub lamp: Lamp,
-    /// Whether a circle of that colour is among the head's bulbs.
+    /// True when a circle of that colour is among the head's bulbs.
     pub is_on: bool,
 }

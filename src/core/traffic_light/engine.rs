@@ -1,7 +1,7 @@
-//! Traffic lights in motion: inputs and times in, messages and notes out.
+//! The engine of the traffic lights: inputs and times in, messages and events out.
 //!
-//! Within a frame: controllers, then events, then the camera's message. Messages of the other topics
-//! have rhythms of their own, which begin with the first frame
+//! A frame evaluates the controllers, then the storyboard, then makes the camera's message. Messages of the
+//! other topics have periods of their own, which begin with the first frame
 //! (docs/spec/traffic-lights.md, "Frames and rates").
 
 use std::collections::{BTreeSet, VecDeque};
@@ -11,7 +11,7 @@ use std::time::Duration;
 use super::bulb::BulbSet;
 use super::controller::{ControllerState, Controllers, Frame};
 use super::emission::{Emission, LightState, LightsTopic};
-use super::event_log::{ActionSource, Note, ScenarioOutcome};
+use super::event_log::{ActionSource, LoggedEvent, ScenarioOutcome};
 use super::expiry::Expiry;
 use super::outbox::Outbox;
 use super::periodic_timer::{FrameClock, Moment, PeriodicTimer, Rate};
@@ -31,39 +31,39 @@ use crate::core::time::{MonoTime, Now, WallStamp};
 /// are rounded to nanoseconds, from different origins.
 const SAME_TIME_NANOS: u64 = 1_000;
 
-/// What the engine runs on.
+/// The settings of the engine.
 #[derive(Debug, Clone)]
 pub struct LightsSettings {
-    /// The lights.
+    /// The lights of the map.
     pub map: Arc<LightMap>,
-    /// The scenario to run; `config` has refused ids that the map does not have.
+    /// The scenario to run. In improved mode `config` has refused ids that the map does not have.
     pub scenario: Scenario,
     /// The rules of upstream to follow.
     pub quirks: UpstreamQuirks,
-    /// Rate of the evaluation, and of the camera topic.
+    /// Rate of the frames, and so of the camera topic.
     pub frame_rate: Rate,
-    /// Number of the first frame: 1 as in the simulator, or 0 for one at the very start.
+    /// Number of the first frame: 1 as in the simulator, or 0 for a frame at the very start.
     pub first_frame: u8,
     /// Rate of the ground-truth topic, and of the markers.
     pub ground_truth_rate: Rate,
     /// Rate of the V2I topics, until an action changes it.
     pub v2i_rate: Rate,
-    /// Whether enabling a head for V2I copies what it shows at that time.
+    /// True when enabling a head for V2I copies its present state.
     pub copy_on_enable: bool,
-    /// Whether a group is sent once for each of its lit heads (Q17); upstream always does.
+    /// True when a group is sent once for each of its lit heads (Q17), as upstream always does.
     pub one_group_per_head: bool,
-    /// After this an external state of V2I that was not renewed is removed; none = never.
+    /// Age at which a V2I state from outside is removed; `None` when it holds until it is replaced.
     pub v2i_timeout: Option<Duration>,
-    /// The topics to make messages for; [`LightsTopic::Arbiter`] is not made here.
+    /// The topics to make messages for, all but [`LightsTopic::Arbiter`].
     pub topics: BTreeSet<LightsTopic>,
 }
 
-/// A state from outside.
+/// The observed state of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightObservation {
-    /// The bulbs; none = dark.
+    /// Its bulbs, empty when it is dark.
     pub bulbs: BulbSet,
-    /// 0 to 1.
+    /// Confidence of the observation, 0 to 1.
     pub confidence: f64,
 }
 
@@ -85,15 +85,15 @@ pub struct TrafficLights {
     skipped: u64,
 }
 
-/// What came of inputs to one channel.
+/// Counts of the inputs to one channel.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InputCounts {
     pub(super) rejected: u64,
-    /// Id of the light, if that could be read, and the time.
+    /// Id of the light, `None` when it could not be read, and the time.
     pub(super) last_rejected: Option<(Option<i64>, MonoTime)>,
 }
 
-/// What is due at some time. The order is that of things due at the same time.
+/// A kind of deadline. Those at the same time are handled in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Due {
     Expiry,
@@ -103,7 +103,7 @@ enum Due {
 }
 
 impl LightsSettings {
-    /// The usual rates, no topics; copies and groups as usual for the behaviour.
+    /// The default rates, copies and groups of a mode; no topics.
     pub fn new(map: Arc<LightMap>, scenario: Scenario, quirks: impl Into<UpstreamQuirks>) -> Self {
         let quirks = quirks.into();
         Self {
@@ -123,7 +123,7 @@ impl LightsSettings {
 }
 
 impl TrafficLights {
-    /// The scenario starts now: its init actions are done, the first frame is yet to come.
+    /// Starts the scenario: does its init actions; the first frame is not yet due.
     pub fn new(settings: LightsSettings, now: Now) -> Self {
         let LightsSettings { map, scenario, quirks, .. } = settings;
         let predictions = Predictions::new(scenario.controllers.len(), map.heads().len(), quirks);
@@ -135,7 +135,7 @@ impl TrafficLights {
             predictions,
             v2i: PeriodicTimer::new(settings.v2i_rate),
             verdict: None,
-            notes: VecDeque::new(),
+            events: VecDeque::new(),
             now: Moment::default(),
             wall: now.wall,
         };
@@ -164,57 +164,58 @@ impl TrafficLights {
         }
     }
 
-    /// The rules of upstream that are followed.
+    /// The rules of upstream that it follows.
     pub fn quirks(&self) -> UpstreamQuirks {
         self.scenario_state.quirks
     }
 
-    /// The scenario's controllers, which actions call by name.
+    /// The scenario's controllers, in the order of the document.
     pub fn controllers(&self) -> &[Controller] {
         &self.scenario.controllers
     }
 
-    /// Does an action asked for from outside, after all that is due by now. A refused one changes
-    /// nothing, save that upstream's behaviour applies a state up to the mistake in it.
+    /// Does an action of a command, after all that is due by now. A refused action changes nothing, but in upstream
+    /// mode a state is applied up to its mistake.
     pub fn apply(&mut self, action: &Action, now: Now) -> Result<(), Refusal> {
         self.move_to(now);
         let scenario = Arc::clone(&self.scenario);
         self.scenario_state.perform(&scenario, action, ActionSource::Outside)
     }
 
-    /// Takes states from outside, after all that is due by now: by way or relation id, `None` where
-    /// there is none any more. Returns how many were rejected, for an id the map does not know or a
-    /// confidence outside 0 to 1; the others count.
+    /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one. Those of
+    /// V2I expire after the timeout when `expires`, else they hold until their sender removes them. Returns the
+    /// number of rejected states: of ids that the map does not have, or with a confidence outside 0 to 1.
     pub fn set_states(
         &mut self,
         store: StoreId,
         states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
+        expires: bool,
         now: Now,
     ) -> usize {
-        self.take_states(store, states, true, now)
+        self.move_to(now);
+        let mut rejected = 0;
+        for (id, observation) in states {
+            if !self.set_state(Target { id, store }, observation, expires) {
+                rejected += 1;
+                let counts = &mut self.counts[store.channel as usize];
+                counts.rejected += 1;
+                counts.last_rejected = Some((Some(id), now.mono));
+            }
+        }
+        rejected
     }
 
-    /// Takes states likewise that hold until their sender removes them: it knows itself when one is too old.
-    pub fn set_lasting_states(
-        &mut self,
-        store: StoreId,
-        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
-        now: Now,
-    ) -> usize {
-        self.take_states(store, states, false, now)
-    }
-
-    /// Counts inputs that could not even be read.
+    /// Counts inputs that could not be read.
     pub fn count_rejected(&mut self, channel: Channel, rejected: u32, now: Now) {
         if rejected > 0 {
-            let counts = self.counts_mut(channel);
+            let counts = &mut self.counts[channel as usize];
             counts.rejected += u64::from(rejected);
             counts.last_rejected = Some((None, now.mono));
         }
     }
 
-    /// Does all that is due by now, in order, each at its own time. After a gap the oldest frames and
-    /// messages are left out, see [`TrafficLights::skipped`].
+    /// Handles all that is due by now, in order, each at its own time. After a gap the oldest frames and messages
+    /// are skipped, see [`TrafficLights::skipped`].
     pub fn advance(&mut self, now: Now) {
         let reached = self.nanos(now.mono);
         self.skipped += self.frames.skip(reached)
@@ -232,7 +233,7 @@ impl TrafficLights {
         }
     }
 
-    /// When [`TrafficLights::advance`] has something to do.
+    /// The next time at which [`TrafficLights::advance`] has something to do.
     pub fn next_deadline(&self) -> MonoTime {
         self.next_due()
             .map_or(MonoTime::from_nanos(u64::MAX), |(at, _)| self.origin.after(Duration::from_nanos(at)))
@@ -243,17 +244,17 @@ impl TrafficLights {
         self.outbox.poll()
     }
 
-    /// The next thing that happened, oldest first.
-    pub fn poll_note(&mut self) -> Option<Note> {
-        self.scenario_state.notes.pop_front()
+    /// The next event of the scenario, oldest first.
+    pub fn poll_event(&mut self) -> Option<LoggedEvent> {
+        self.scenario_state.events.pop_front()
     }
 
-    /// How the scenario ended; none while it goes on.
+    /// The end of the scenario; `None` while it runs.
     pub fn verdict(&self) -> Option<&ScenarioOutcome> {
         self.scenario_state.verdict.as_ref()
     }
 
-    /// The scenario that runs, for the names behind the positions in notes.
+    /// The scenario, for the names behind the positions in events.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
@@ -263,12 +264,12 @@ impl TrafficLights {
         self.scenario_state.lights.stores()
     }
 
-    /// Position of the phase a controller is in; none before the first one.
+    /// Position of a controller's present phase; `None` before the first one.
     pub fn phase(&self, controller: ControllerIndex) -> Option<usize> {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// Ground truth of a channel: the heads that were ever touched, ascending by way id.
+    /// Ground truth of a channel, of the heads that were ever touched, ascending by way id.
     pub fn ground_truth(&self, channel: Channel) -> impl Iterator<Item = LightState> + '_ {
         let heads = self.stores().map().heads().iter().zip(self.stores().truth(channel).lights());
         heads.filter_map(|(head, light)| {
@@ -277,7 +278,7 @@ impl TrafficLights {
         })
     }
 
-    /// Detections of a channel, ascending by id: that of the head, or for upstream as written.
+    /// Detections of a channel, ascending by way id of the head; for upstream by the id as it was written.
     pub fn detected(&self, channel: Channel) -> impl Iterator<Item = (i64, LightObservation)> + '_ {
         self.stores().detected(channel).entries().filter_map(|(id, entry)| {
             let confidence = entry.light.confidence;
@@ -285,40 +286,32 @@ impl TrafficLights {
         })
     }
 
-    /// Frames and messages left out after gaps.
+    /// Number of frames and messages that were skipped after gaps.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// Whether a topic is wanted.
-    pub(super) fn wants(&self, topic: LightsTopic) -> bool {
+    /// Returns whether messages of a topic are made.
+    pub(super) fn publishes(&self, topic: LightsTopic) -> bool {
         self.topics.contains(&topic)
     }
 
-    /// How often the ground truth is sent, and V2I.
+    /// The present rates of the ground truth and V2I topics.
     pub(super) fn rates(&self) -> (Rate, Rate) {
         (self.ground_truth.rate(), self.scenario_state.v2i.rate())
     }
 
-    /// Where a controller stands.
+    /// The state of a controller.
     pub(super) fn controller(&self, controller: ControllerIndex) -> Option<&ControllerState> {
         self.scenario_state.controllers.state(controller)
     }
 
-    /// Since the start of the scenario.
+    /// Nanoseconds since the start of the scenario.
     pub(super) fn nanos(&self, at: MonoTime) -> u64 {
         u64::try_from(at.since(self.origin).as_nanos()).unwrap_or(u64::MAX)
     }
 
-    fn counts_mut(&mut self, channel: Channel) -> &mut InputCounts {
-        let [conventional, v2i] = &mut self.counts;
-        match channel {
-            Channel::Conventional => conventional,
-            Channel::V2i => v2i,
-        }
-    }
-
-    /// All that is due is done, and the moment at hand is now. Upstream's clock moves by frames only.
+    /// Handles all that is due and makes this the present moment. Upstream's clock moves by frames only.
     fn move_to(&mut self, now: Now) {
         self.advance(now);
         self.scenario_state.now.nanos = self.scenario_state.now.nanos.max(self.nanos(now.mono));
@@ -328,9 +321,8 @@ impl TrafficLights {
     fn next_due(&self) -> Option<(u64, Due)> {
         let frame = self.frames.next();
         let tick = |at: u64| if at < frame && frame - at <= SAME_TIME_NANOS { frame } else { at };
-        let ticks = [(&self.ground_truth, Due::GroundTruth), (&self.scenario_state.v2i, Due::V2i)];
-        let ticks =
-            ticks.into_iter().filter_map(|(periodic_timer, due)| Some((tick(periodic_timer.next()?), due)));
+        let timers = [(&self.ground_truth, Due::GroundTruth), (&self.scenario_state.v2i, Due::V2i)];
+        let ticks = timers.into_iter().filter_map(|(timer, due)| Some((tick(timer.next()?), due)));
         let expiry = self.expiry.next().map(|at| (at, Due::Expiry));
         ticks.chain(expiry).chain([(frame, Due::Frame)]).min()
     }
@@ -348,60 +340,40 @@ impl TrafficLights {
                 self.scenario_state.end(ScenarioOutcome::Fault(refusal));
             }
         }
-        if self.wants(LightsTopic::Camera) {
+        if self.publishes(LightsTopic::Camera) {
             self.outbox.send_camera(self.scenario_state.lights.stores(), wall);
         }
-        if self.wants(LightsTopic::GroundTruth) || self.wants(LightsTopic::Markers) {
+        if self.publishes(LightsTopic::GroundTruth) || self.publishes(LightsTopic::Markers) {
             self.ground_truth.start(now.nanos);
         }
-        let draws_v2i = self.wants(LightsTopic::Markers) && self.quirks().draws_each_channel;
-        if self.wants(LightsTopic::V2i) || draws_v2i {
+        let draws_v2i = self.publishes(LightsTopic::Markers) && self.quirks().draws_each_channel;
+        if self.publishes(LightsTopic::V2i) || draws_v2i {
             self.scenario_state.v2i.start(now.nanos);
         }
     }
 
     fn publish_ground_truth(&mut self, wall: WallStamp) {
         self.ground_truth.tick();
-        if self.wants(LightsTopic::GroundTruth) {
+        if self.publishes(LightsTopic::GroundTruth) {
             self.outbox.send_ground_truth(self.scenario_state.lights.stores(), wall);
         }
-        if self.wants(LightsTopic::Markers) {
+        if self.publishes(LightsTopic::Markers) {
             self.outbox.send_markers(self.scenario_state.lights.stores(), Channel::Conventional, wall);
         }
     }
 
     fn publish_v2i(&mut self, wall: WallStamp) {
         self.scenario_state.v2i.tick();
-        if self.wants(LightsTopic::V2i) {
+        if self.publishes(LightsTopic::V2i) {
             self.outbox.send_v2i(self.scenario_state.lights.stores(), &self.scenario_state.predictions, wall);
         }
-        if self.wants(LightsTopic::Markers) {
+        if self.publishes(LightsTopic::Markers) {
             self.outbox.send_markers(self.scenario_state.lights.stores(), Channel::V2i, wall);
         }
     }
 
-    fn take_states(
-        &mut self,
-        store: StoreId,
-        states: impl IntoIterator<Item = (i64, Option<LightObservation>)>,
-        ages: bool,
-        now: Now,
-    ) -> usize {
-        self.move_to(now);
-        let mut rejected = 0;
-        for (id, observation) in states {
-            if !self.set_state(Target { id, store }, observation, ages) {
-                rejected += 1;
-                let counts = self.counts_mut(store.channel);
-                counts.rejected += 1;
-                counts.last_rejected = Some((Some(id), now.mono));
-            }
-        }
-        rejected
-    }
-
-    /// Whether it was taken.
-    fn set_state(&mut self, target: Target, observation: Option<LightObservation>, ages: bool) -> bool {
+    /// Writes or removes a received state. Returns false when it is rejected.
+    fn set_state(&mut self, target: Target, observation: Option<LightObservation>, expires: bool) -> bool {
         let Some(LightObservation { bulbs, confidence }) = observation else {
             let is_known = self.scenario_state.lights.write(target, Change::Remove).is_ok();
             self.watch(target, false);
@@ -411,23 +383,23 @@ impl TrafficLights {
             && self.scenario_state.lights.write(target, Change::Set(bulbs)).is_ok()
             && self.scenario_state.lights.write(target, Change::Confidence(confidence)).is_ok();
         if is_taken {
-            self.watch(target, ages);
+            self.watch(target, expires);
         }
         is_taken
     }
 
-    /// From now on the light has to be renewed, or no longer. Only V2I is watched.
-    fn watch(&mut self, target: Target, renewed: bool) {
+    /// Starts the expiry of a light anew, or ends it. Only V2I states expire.
+    fn watch(&mut self, target: Target, expires: bool) {
         let Some(timeout) = self.v2i_timeout.filter(|_| target.store.channel == Channel::V2i) else { return };
         let at = self.scenario_state.now.after(timeout).nanos;
         let stores = self.scenario_state.lights.stores();
         let heads = heads_of(stores.map(), target.id).into_iter().flatten();
-        let way_ids = heads.filter_map(|head| Some(stores.map().heads().get(head.0 as usize)?.way_id));
-        let is_one = self.quirks().detects_by_written_id;
-        let ids: Vec<_> = if is_one { vec![target.id] } else { way_ids.collect() };
+        let way_ids = heads.filter_map(|head| Some(stores.map().at(head)?.way_id));
+        let as_written = self.quirks().detects_by_written_id;
+        let ids: Vec<_> = if as_written { vec![target.id] } else { way_ids.collect() };
         for id in ids {
             let written = stores.written(Target { id, ..target });
-            if renewed {
+            if expires {
                 self.expiry.watch((target.store.layer, id), written, at);
             } else {
                 self.expiry.forget((target.store.layer, id));
@@ -435,7 +407,7 @@ impl TrafficLights {
         }
     }
 
-    /// Removes the oldest external state, unless something else was written since.
+    /// Removes the state that expires next, unless something else was written since.
     fn expire(&mut self) {
         let Some(((layer, id), written)) = self.expiry.take() else { return };
         let target = Target { id, store: StoreId { channel: Channel::V2i, layer } };

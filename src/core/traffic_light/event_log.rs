@@ -1,4 +1,4 @@
-//! What happened in the scenario, for timelines and logs.
+//! Events of the scenario, for timelines and logs.
 
 use std::time::Duration;
 
@@ -7,72 +7,72 @@ use super::scenario::ControllerIndex;
 
 /// An event of the scenario with its time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Note {
-    /// Since the start of the scenario.
+pub struct LoggedEvent {
+    /// Time since the start of the scenario.
     pub at: Duration,
-    /// What happened.
-    pub what: ScenarioEvent,
+    /// The event itself.
+    pub event: ScenarioEvent,
 }
 
-/// What can happen. Positions are those in the scenario.
+/// An event of the scenario. Acts, events and phases are given by their positions in it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScenarioEvent {
     /// A controller entered a phase.
     PhaseEntered {
         /// The controller that entered it.
         controller: ControllerIndex,
-        /// By position.
+        /// Position of the phase in the controller's cycle.
         phase: usize,
     },
-    /// An act began.
+    /// An act has begun.
     ActStarted {
-        /// By position.
+        /// Position of the act.
         act: usize,
     },
     /// An act ended: its events were all done, or its stop trigger fired.
     ActEnded {
-        /// By position.
+        /// Position of the act.
         act: usize,
     },
     /// An event began; its actions follow.
     EventStarted {
-        /// By position.
+        /// Position of the act.
         act: usize,
-        /// By position within the act.
+        /// Position of the event in the act.
         event: usize,
     },
     /// An action was done.
     ActionDone(ActionSource),
-    /// The scenario is over: controllers and events stand still from now on.
+    /// The scenario is over: its controllers and events have stopped.
     Ended(ScenarioOutcome),
 }
 
 /// The source of an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionSource {
-    /// Of those done before the first frame, by position.
+    /// An init action, done before the first frame, by its position.
     Init(usize),
-    /// Of an event.
+    /// An action of an event.
     Event {
-        /// By position.
+        /// Position of the act.
         act: usize,
-        /// By position within the act.
+        /// Position of the event in the act.
         event: usize,
-        /// By position within the event.
+        /// Position of the action in the event.
         action: usize,
     },
-    /// Asked for from outside the scenario.
+    /// A command from outside the scenario.
     Outside,
 }
 
-/// How a scenario ended.
+/// The end of a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScenarioOutcome {
-    /// By an `exitSuccess` action.
+    /// An `exitSuccess` action ended it.
     Success,
-    /// By an `exitFailure` action.
+    /// An `exitFailure` action ended it.
     Failure,
-    /// By its stop trigger.
+    /// Its stop trigger fired.
     Stopped,
     /// It could not be carried out further.
     Fault(Refusal),

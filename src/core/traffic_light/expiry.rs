@@ -1,13 +1,13 @@
-//! Lights that a network has to renew: a state that is no longer received expires.
+//! Expiry of V2I states: a state that is no longer received is removed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::target::Layer;
 
-/// A light of V2I by the id it is kept under.
+/// A V2I light by its layer and the id of its entry.
 pub(super) type Key = (Layer, i64);
 
-/// When each light that came from outside is too old.
+/// The times at which received V2I states expire.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Expiry {
     watched: BTreeMap<Key, Watch>,
@@ -17,19 +17,22 @@ pub(super) struct Expiry {
 
 #[derive(Debug, Clone, Copy)]
 struct Watch {
+    /// Time of expiry, nanoseconds since the start of the scenario.
     at: u64,
+    /// Number of the write that must still be the last one then.
     written: u64,
 }
 
 impl Expiry {
-    /// The light was renewed by that write and is good until `at`, nanoseconds.
+    /// Records that a light was received, with the number of that write. It expires at `at`, nanoseconds since the
+    /// start of the scenario.
     pub(super) fn watch(&mut self, key: Key, written: u64, at: u64) {
         self.forget(key);
         self.watched.insert(key, Watch { at, written });
         self.order.insert((at, key));
     }
 
-    /// The light is not a concern any more.
+    /// Ends the expiry of a light.
     pub(super) fn forget(&mut self, key: Key) {
         self.expired.remove(&key);
         if let Some(watch) = self.watched.remove(&key) {
@@ -37,12 +40,12 @@ impl Expiry {
         }
     }
 
-    /// When the next one is too old.
+    /// Time of the next expiry, nanoseconds since the start of the scenario.
     pub(super) fn next(&self) -> Option<u64> {
         self.order.first().map(|(at, _)| *at)
     }
 
-    /// Takes the next one, with the number of the write that renewed it.
+    /// Takes the light that expires next, with the number of the write by which it was received.
     pub(super) fn take(&mut self) -> Option<(Key, u64)> {
         let (_, key) = self.order.pop_first()?;
         let watch = self.watched.remove(&key)?;
@@ -50,7 +53,7 @@ impl Expiry {
         Some((key, watch.written))
     }
 
-    /// How many are too old and were not renewed since.
+    /// Number of lights that expired and were not received since.
     pub(super) fn expired(&self) -> usize {
         self.expired.len()
     }

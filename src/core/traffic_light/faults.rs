@@ -1,9 +1,8 @@
-//! Faults on purpose: what a pipeline or link makes of a channel
+//! Faults on purpose, as a pipeline or link makes them on a channel
 //! (docs/spec/traffic-lights.md, "Faults on purpose").
 //!
-//! Everything is off unless asked for. The same seed and the same inputs give the same faults, and
-//! each kind of fault has its own draws for each group and message: what else is switched on, and
-//! which other groups are there, does not change them.
+//! All faults are off by default. The same seed and the same inputs give the same faults. Each kind of fault has
+//! its own draws for each group and message, so that neither the other kinds nor the other groups change them.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -20,102 +19,74 @@ mod groups;
 #[cfg(test)]
 mod tests;
 
-/// The longest latency and jitter that can be asked for; it bounds what is under way.
+/// The longest latency and jitter; it bounds the number of delayed messages.
 pub const MAX_LATENCY: Duration = Duration::from_secs(60);
 
-/// The faults of a channel; the default is none.
+/// The faults of a channel; none by default. `config` checks the ranges of single settings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FaultSettings {
-    /// Another seed, other faults.
+    /// Seed of the random draws.
     pub seed: u64,
     /// Mean time from sending to arrival, at most [`MAX_LATENCY`].
     pub latency: Duration,
-    /// Most that the time of a message differs from the mean, either way; every value in between is as
-    /// likely. At most the latency. Messages do not overtake each other.
+    /// Largest difference of a message's latency from the mean, at most the latency. All values in between are
+    /// equally likely. Messages do not overtake each other.
     pub jitter: Duration,
     /// Probability that a message does not arrive.
     pub loss: f64,
-    /// The sender repeats its last message, stamp included.
+    /// Spells in which the sender repeats its last message, stamp included.
     pub freeze: Spells,
-    /// What is added to the stamp, nanoseconds; stamps of predictions stay.
+    /// Offset that is added to stamps, nanoseconds; stamps of predictions stay.
     pub stamp_offset_ns: i64,
-    /// A group is missing in messages, each group by itself.
+    /// Spells in which a group is missing in messages, independent for each group.
     pub miss: Spells,
-    /// Probability that a group is unknown in a message: colour and status, not shape.
+    /// Probability that a group is unknown in a message: its colour and status, not its shape.
     pub unknown: f64,
-    /// Colours taken for others, element by element.
+    /// Colours that are taken for others, element by element.
     pub confusions: Vec<Confusion>,
-    /// Confidence that elements have, 0 to 1; none = as given.
+    /// Mean confidence of elements, 0 to 1; `None` keeps their own.
     pub confidence_mean: Option<f64>,
     /// Standard deviation of the confidence; the result is kept within 0 to 1.
     pub confidence_spread: f64,
 }
 
-/// Something that goes on for a while, counted in messages.
+/// A fault that lasts for several messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spells {
-    /// Probability that it begins with a message, if it does not go on from the one before.
+    /// Probability that it begins with a message, unless it continues from the one before.
     pub probability: f64,
-    /// Mean length in messages, at least 1. At 1 no message has to do with another.
+    /// Mean length in messages, at least 1. At 1 messages are independent of each other.
     pub mean_length: f64,
 }
 
-/// A colour that is taken for another.
+/// A colour that is taken for another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Confusion {
-    /// What it is.
+    /// The real colour.
     pub from: Color,
-    /// What it is taken for.
+    /// The colour that it is taken for.
     pub to: Color,
-    /// How often, 0 to 1; for each colour all together at most 1.
+    /// Probability, 0 to 1. The sum over each real colour is at most 1.
     pub probability: f64,
 }
 
-/// A setting that means nothing.
+/// Settings that contradict each other.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum FaultError {
-    /// No probability, or no confidence.
-    #[error("{name} is {found}; from 0 to 1 is possible")]
-    Share {
-        /// Of what.
-        name: &'static str,
-        /// As set.
-        found: f64,
-    },
-    /// A spell shorter than a message.
-    #[error("{name} lasts {found} messages; at least 1 is possible")]
-    Length {
-        /// Of what.
-        name: &'static str,
-        /// As set.
-        found: f64,
-    },
-    /// A spread that is negative or no number.
-    #[error("the spread of the confidence is {found}; 0 or more is possible")]
-    Spread {
-        /// As set.
-        found: f64,
-    },
     /// The confusions of one colour are more probable than 1.
     #[error("confusions of `{}` add up to {sum}; at most 1 is possible", color.name())]
     Confusions {
-        /// Of which colour.
+        /// The real colour.
         color: Color,
-        /// All together.
+        /// The sum of the probabilities.
         sum: f64,
     },
-    /// A message that arrives when nobody waits for it any more.
-    #[error("the latency is {found:?}; at most {MAX_LATENCY:?} is possible")]
-    Latency {
-        /// As set.
-        found: Duration,
-    },
-    /// A message that arrives before it was sent.
+    /// The jitter is larger than the latency, so that a message would arrive before it is sent.
     #[error("the jitter is {jitter:?}; at most the latency, {latency:?}, is possible")]
     Jitter {
-        /// As set.
+        /// The jitter that was set.
         jitter: Duration,
-        /// As set.
+        /// The latency that was set.
         latency: Duration,
     },
 }
@@ -126,13 +97,13 @@ pub struct Faults {
     settings: FaultSettings,
     draws: Draws,
     groups: GroupFaults,
-    /// How many messages were sent.
+    /// Number of messages that were sent.
     sent: u64,
     freeze: Spell,
-    /// What a frozen sender repeats.
+    /// The message that a frozen sender repeats.
     last: Option<Emission>,
-    /// With the time of arrival, which never falls from one to the next.
-    under_way: VecDeque<(MonoTime, Emission)>,
+    /// Delayed messages with their times of arrival, which never decrease.
+    delayed: VecDeque<(MonoTime, Emission)>,
 }
 
 impl Default for Spells {
@@ -141,61 +112,26 @@ impl Default for Spells {
     }
 }
 
-impl FaultSettings {
-    /// Checks the ranges; the error names the first setting that is out of range.
-    pub fn check(&self) -> Result<(), FaultError> {
-        let shares = [
-            ("the probability of loss", self.loss),
-            ("the probability of freezing", self.freeze.probability),
-            ("the probability of missing a group", self.miss.probability),
-            ("the probability of an unknown group", self.unknown),
-            ("the mean confidence", self.confidence_mean.unwrap_or_default()),
-        ];
-        let confusions =
-            self.confusions.iter().map(|confusion| ("the probability of a confusion", confusion.probability));
-        for (name, found) in shares.into_iter().chain(confusions) {
-            if !(0.0..=1.0).contains(&found) {
-                return Err(FaultError::Share { name, found });
-            }
-        }
-        for (name, Spells { mean_length: found, .. }) in
-            [("a freeze", self.freeze), ("missing a group", self.miss)]
-        {
-            if !(found >= 1.0 && found.is_finite()) {
-                return Err(FaultError::Length { name, found });
-            }
-        }
-        if !(self.confidence_spread >= 0.0 && self.confidence_spread.is_finite()) {
-            return Err(FaultError::Spread { found: self.confidence_spread });
-        }
+impl Faults {
+    /// Creates the faults of a channel that has sent nothing.
+    pub fn new(settings: FaultSettings) -> Result<Self, FaultError> {
         for color in Color::ALL {
-            let of_color = self.confusions.iter().filter(|confusion| confusion.from == color);
+            let of_color = settings.confusions.iter().filter(|confusion| confusion.from == color);
             let sum = of_color.map(|confusion| confusion.probability).sum();
             if sum > 1.0 + 1e-9 {
                 return Err(FaultError::Confusions { color, sum }); // 0.7 + 0.2 + 0.1 may be more than 1
             }
         }
-        if self.latency > MAX_LATENCY {
-            return Err(FaultError::Latency { found: self.latency });
+        if settings.jitter > settings.latency {
+            return Err(FaultError::Jitter { jitter: settings.jitter, latency: settings.latency });
         }
-        if self.jitter > self.latency {
-            return Err(FaultError::Jitter { jitter: self.jitter, latency: self.latency });
-        }
-        Ok(())
-    }
-}
-
-impl Faults {
-    /// Nothing is under way.
-    pub fn new(settings: FaultSettings) -> Result<Self, FaultError> {
-        settings.check()?;
         let draws = Draws::new(settings.seed);
         let groups = GroupFaults::new(draws, &settings);
-        let (freeze, under_way) = (Spell::default(), VecDeque::new());
-        Ok(Self { settings, draws, groups, sent: 0, freeze, last: None, under_way })
+        let (freeze, delayed) = (Spell::default(), VecDeque::new());
+        Ok(Self { settings, draws, groups, sent: 0, freeze, last: None, delayed })
     }
 
-    /// Takes what is sent at `now`. What becomes of it comes out of [`Faults::poll`].
+    /// Takes a message that is sent at `now`. [`Faults::poll`] returns it when it arrives, if it does.
     pub fn send(&mut self, emission: Emission, now: MonoTime) {
         let message = self.sent;
         self.sent = self.sent.wrapping_add(1);
@@ -211,23 +147,22 @@ impl Faults {
             return;
         }
         let arrival = now.after(self.latency(message));
-        let arrival = self.under_way.back().map_or(arrival, |(before, _)| arrival.max(*before));
-        self.under_way.push_back((arrival, emission));
+        let arrival = self.delayed.back().map_or(arrival, |(before, _)| arrival.max(*before));
+        self.delayed.push_back((arrival, emission));
     }
 
-    /// The next message that has arrived by `now`, in the order of sending; call it until there is
-    /// none.
+    /// The next message that has arrived by `now`, in the order of sending. Call it until it returns `None`.
     pub fn poll(&mut self, now: MonoTime) -> Option<Emission> {
         self.next_deadline().filter(|arrival| *arrival <= now)?;
-        self.under_way.pop_front().map(|(_, emission)| emission)
+        self.delayed.pop_front().map(|(_, emission)| emission)
     }
 
-    /// When the next message arrives.
+    /// Time of arrival of the next message.
     pub fn next_deadline(&self) -> Option<MonoTime> {
-        self.under_way.front().map(|(arrival, _)| *arrival)
+        self.delayed.front().map(|(arrival, _)| *arrival)
     }
 
-    /// The message, or the last one before the sender froze.
+    /// The message, or while the sender is frozen the last one before.
     fn frozen(&mut self, emission: Emission, message: u64) -> Emission {
         let is_frozen = self.freeze.goes_on(self.draws, self.settings.freeze, Kind::Freeze, 0, message);
         match &self.last {

@@ -1,19 +1,19 @@
-//! The whole traffic-light flow: states of a V2X unit go into the engine, its messages go through the faults
-//! on purpose, and those that arrive go to the arbiter.
+//! The whole traffic-light flow: states of a V2X unit go into the engine, its messages through the faults on
+//! purpose, and those that arrive to the arbiter.
 
 use std::collections::VecDeque;
 
-use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp, Judged};
+use super::arbiter::{Arbiter, ArbiterSettings, ArbiterStamp};
 use super::command::parse_command;
-use super::emission::{Content, Emission, LightsTopic};
+use super::emission::{Content, Emission, Groups, LightsTopic};
 use super::engine::{LightObservation, LightsSettings, TrafficLights};
 use super::event_log::ScenarioEvent;
 use super::faults::Faults;
 use super::input::TrafficLightInput;
 use super::output::TrafficLightOutput;
-use super::target::{Channel, Layer, StoreId};
-use super::v2i_reception::V2iReception;
+use super::target::StoreId;
 use super::v2i_reception::binding::V2iBinding;
+use super::v2i_reception::{V2iReception, ValidState};
 use crate::core::can::bus::Bus;
 use crate::core::can::frame::Frame;
 use crate::core::can::link::BusIndex;
@@ -21,20 +21,20 @@ use crate::core::diagnostics::Status;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::table::MessageIndex;
 
-/// What the flow runs on.
+/// The settings of the flow.
 #[derive(Debug, Clone)]
 pub struct FlowSettings {
-    /// The engine.
+    /// Settings of the engine.
     pub lights: LightsSettings,
-    /// Between the engine and whoever reads the camera topic.
+    /// Faults on purpose of the camera topic.
     pub camera_faults: Option<Faults>,
-    /// Between the engine and whoever reads the V2I topics.
+    /// Faults on purpose of the V2I topics.
     pub v2i_faults: Option<Faults>,
-    /// For the merged view; none = without that topic.
+    /// Settings of the arbiter; `None` when there is no merged topic.
     pub arbiter: Option<ArbiterSettings>,
 }
 
-/// Traffic lights with everything around them.
+/// The traffic lights with reception, faults on purpose and arbiter.
 #[derive(Debug, Clone)]
 pub struct TrafficLightFlow {
     engine: TrafficLights,
@@ -48,13 +48,9 @@ pub struct TrafficLightFlow {
 }
 
 impl TrafficLightFlow {
-    /// The scenario starts now.
+    /// Starts the scenario.
     pub fn new(settings: FlowSettings, binding: V2iBinding, now: Now) -> Self {
-        let arbiter = settings.arbiter.map(|arbiter| {
-            let mut arbiter = Arbiter::new(arbiter);
-            arbiter.map(&settings.lights.map);
-            arbiter
-        });
+        let arbiter = settings.arbiter.map(|arbiter| Arbiter::new(arbiter, &settings.lights.map));
         Self {
             camera: settings.camera_faults,
             v2i: settings.v2i_faults,
@@ -79,7 +75,7 @@ impl TrafficLightFlow {
         self.reception.frame_arrived(message, frame, stamp, buses, now);
     }
 
-    /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
+    /// Forgets all that was received on a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
         self.reception.forget_bus(bus);
     }
@@ -93,9 +89,9 @@ impl TrafficLightFlow {
     pub fn handle_input(&mut self, input: TrafficLightInput, now: Now) {
         match input {
             TrafficLightInput::States { store, states, rejected, .. } => {
-                // Of what is rejected the last is shown: rather one with a name.
+                // Diagnostics show the last rejected state: one with an id rather than an unreadable one.
                 self.engine.count_rejected(store.channel, rejected, now);
-                let refused = self.engine.set_states(store, states, now);
+                let refused = self.engine.set_states(store, states, true, now);
                 self.news |= refused > 0 || rejected > 0;
             }
             TrafficLightInput::Command(text) => {
@@ -106,7 +102,7 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Does what a text asks for; false when it is not understood, or cannot be done.
+    /// Does the action of a command. Returns false when the command is not understood, or cannot be done.
     fn perform(&mut self, text: &str, now: Now) -> bool {
         match parse_command(text, self.engine.controllers(), self.engine.quirks()) {
             Ok(action) => self.engine.apply(&action, now).is_ok(),
@@ -117,23 +113,20 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Brings everything up to now. True when the diagnostics have changed.
+    /// Brings everything up to now. Returns true when the diagnostics have changed.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> bool {
         let settled = self.reception.settle(buses, now);
         self.news |= settled.news;
         if !settled.changes.is_empty() {
-            let observation = |state: super::v2i_reception::ValidState| LightObservation {
-                bulbs: state.bulbs,
-                confidence: state.confidence,
-            };
+            let observation =
+                |ValidState { bulbs, confidence, .. }: ValidState| LightObservation { bulbs, confidence };
             let changes = settled.changes.iter().map(|change| (change.id, change.state.map(observation)));
-            let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-            // Only changes come: the reception itself knows how old the others are.
-            self.engine.set_lasting_states(store, changes, now);
+            // These are only the changes, so they do not expire: the reception knows the age of each state.
+            self.engine.set_states(StoreId::V2I, changes, false, now);
         }
         self.engine.advance(now);
-        while let Some(note) = self.engine.poll_note() {
-            self.news |= matches!(note.what, ScenarioEvent::Ended(_));
+        while let Some(logged) = self.engine.poll_event() {
+            self.news |= matches!(logged.event, ScenarioEvent::Ended(_));
         }
         while let Some(emission) = self.engine.poll_output() {
             let faults = match emission.topic {
@@ -157,13 +150,13 @@ impl TrafficLightFlow {
         self.ready.pop_front()
     }
 
-    /// When [`Self::settle`] has something to do.
+    /// The next time at which [`Self::settle`] has something to do.
     pub fn next_deadline(&self, now: MonoTime) -> MonoTime {
         let faults = [&self.camera, &self.v2i].into_iter().flatten().filter_map(Faults::next_deadline);
         faults.chain(self.reception.next_deadline(now)).fold(self.engine.next_deadline(), MonoTime::min)
     }
 
-    /// The engine.
+    /// The engine that the flow runs.
     pub fn engine(&self) -> &TrafficLights {
         &self.engine
     }
@@ -180,35 +173,32 @@ impl TrafficLightFlow {
         statuses
     }
 
-    /// What arrives first of all that is on its way and due.
+    /// The first of the delayed messages that has arrived by now.
     fn next_arrival(&mut self, now: MonoTime) -> Option<Emission> {
-        let at = |faults: &Option<Faults>| faults.as_ref().and_then(Faults::next_deadline);
-        let first = match (at(&self.camera), at(&self.v2i)) {
-            (Some(camera), Some(v2i)) if v2i < camera => &mut self.v2i,
-            (Some(_), _) => &mut self.camera,
-            (None, _) => &mut self.v2i,
-        };
-        first.as_mut()?.poll(now)
+        let delayed = [&mut self.camera, &mut self.v2i].into_iter().flatten();
+        let due = delayed.filter_map(|faults| Some((faults.next_deadline()?, faults)));
+        due.min_by_key(|(at, _)| *at)?.1.poll(now)
     }
 
-    /// What arrived is sent, and judged.
+    /// Sends a message that has arrived, and what the arbiter makes of it, with the same stamp.
     fn arrived(&mut self, emission: Emission, now: Now) {
-        let judged = self.arbiter.as_mut().and_then(|arbiter| judge(arbiter, &emission, now.wall));
+        let merged = self.arbiter.as_mut().and_then(|arbiter| merge(arbiter, &emission, now.wall));
+        let stamp = emission.stamp;
         self.ready.push_back(TrafficLightOutput::Publish(emission));
-        self.ready.extend(judged.map(|judged| {
-            let (topic, stamp) = (LightsTopic::Arbiter, WallStamp::from_nanos(judged.stamp.0));
-            TrafficLightOutput::Publish(Emission { topic, stamp, content: Content::Groups(judged.groups) })
+        self.ready.extend(merged.map(|groups| {
+            let (topic, content) = (LightsTopic::Arbiter, Content::Groups(groups));
+            TrafficLightOutput::Publish(Emission { topic, stamp, content })
         }));
     }
 }
 
-/// What the arbiter makes of a message, if it is one for it.
-fn judge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Judged> {
+/// The groups that the arbiter merges from a message; `None` when the message is not for it, or causes no output.
+fn merge(arbiter: &mut Arbiter, emission: &Emission, clock: WallStamp) -> Option<Groups> {
     let Content::Groups(groups) = &emission.content else { return None };
     let stamp = ArbiterStamp(emission.stamp.as_nanos());
     match emission.topic {
-        LightsTopic::Camera => arbiter.perception(stamp, groups).ok(),
-        LightsTopic::V2i => arbiter.external(stamp, groups, ArbiterStamp(clock.as_nanos())).ok(),
+        LightsTopic::Camera => Some(arbiter.perception(stamp, groups)),
+        LightsTopic::V2i => arbiter.external(stamp, groups, ArbiterStamp(clock.as_nanos())),
         LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => None,
     }
 }

@@ -1,12 +1,13 @@
-//! Lists brought up to date: what changed takes the place of what stood there, the rest stays.
+//! Lists brought up to date: changed items are replaced, the others stay.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::emission::{GroupState, LampMarker, LightState};
 
-/// An item of a list that is in ascending order of ids; several can have the same id.
+/// An item of a list in ascending order of ids; several can have the same id.
 pub(super) trait Item: PartialEq + Clone {
+    /// The id by which items are sorted.
     fn id(&self) -> i64;
 }
 
@@ -28,8 +29,8 @@ impl Item for LampMarker {
     }
 }
 
-/// Replaces the items of each given id by these, ids ascending; an id without items disappears. The list stays
-/// the same one if nothing differs, and is copied only if somebody else holds it.
+/// Replaces the items of each id in `changes`, ids ascending; an id without items disappears. The list stays
+/// the same one if nothing differs, and is copied only if it is shared.
 pub(super) fn update<T: Item>(list: &mut Arc<Vec<T>>, mut changes: Vec<(i64, Vec<T>)>) {
     changes.retain(|(id, items)| list.get(range(list, *id)) != Some(items.as_slice()));
     if changes.is_empty() {
@@ -49,7 +50,7 @@ pub(super) fn update<T: Item>(list: &mut Arc<Vec<T>>, mut changes: Vec<(i64, Vec
     }
 }
 
-/// Merges in one pass.
+/// Merges changes into a list in one pass.
 fn merged<T: Item>(mut list: &[T], changes: Vec<(i64, Vec<T>)>) -> Vec<T> {
     let mut merged =
         Vec::with_capacity(list.len() + changes.iter().map(|(_, items)| items.len()).sum::<usize>());
@@ -64,7 +65,7 @@ fn merged<T: Item>(mut list: &[T], changes: Vec<(i64, Vec<T>)>) -> Vec<T> {
     merged
 }
 
-/// Where the items of an id stand, or would.
+/// The positions of the items of an id; an empty range where they would be inserted.
 fn range<T: Item>(list: &[T], id: i64) -> Range<usize> {
     let first = list.partition_point(|item| item.id() < id);
     let count = list.iter().skip(first).take_while(|item| item.id() == id).count();

@@ -4,20 +4,20 @@ use super::engine::LightObservation;
 use super::target::StoreId;
 use crate::core::time::WallStamp;
 
-/// One message for the traffic lights.
+/// One message to the traffic lights.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrafficLightInput {
-    /// States of traffic lights, for a store.
+    /// States of lights for a store.
     States {
         /// The store that they are written to.
         store: StoreId,
-        /// The sender's stamp; it decides nothing.
+        /// The sender's stamp, which has no effect.
         stamp: WallStamp,
         /// States by way or relation id; `None` removes one.
         states: Vec<(i64, Option<LightObservation>)>,
         /// Number of further states that could not be read.
         rejected: u32,
     },
-    /// An action to do, as text, see [`parse_command`](super::command::parse_command).
+    /// An action as text, see [`parse_command`](super::command::parse_command).
     Command(String),
 }

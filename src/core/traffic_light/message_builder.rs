@@ -1,4 +1,4 @@
-//! Lists of lights out of the stores: truth, detections over truth, groups, markers
+//! Lists of lights from the stores: truth, detections over truth, groups, markers
 //! (docs/spec/traffic-lights.md, "Message building" and "Markers").
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,14 +8,14 @@ use super::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use super::emission::{Element, GroupState, LampMarker, LightState, Prediction};
 use super::prediction::{Predicted, Predictions, add};
 use super::quirks::UpstreamQuirks;
-use super::store::Stores;
+use super::store::{Light, Stores};
 use super::target::Channel;
-use crate::core::map::light_map::{Group, Head, HeadIndex, Lamp, LampColor};
+use crate::core::map::light_map::{Group, Head, HeadIndex, LampColor};
 
-/// `PredictedTrafficLightState::INFORMATION_SOURCE_SIMULATION`
+/// `INFORMATION_SOURCE_SIMULATION` of `autoware_perception_msgs/msg/PredictedTrafficLightState`.
 const SOURCE: &str = "SIMULATION";
 
-/// The report of one head.
+/// The reported state of one head.
 #[derive(Debug, Clone, Copy)]
 struct Report<'a> {
     head: HeadIndex,
@@ -24,18 +24,24 @@ struct Report<'a> {
     confidence: f64,
 }
 
-/// Ground truth of a channel by way id: of these heads, as far as they were ever touched.
+/// Ground truth of a channel for these heads, by way id; an untouched head has no item.
 pub(super) fn lights(
     stores: &Stores,
     channel: Channel,
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<LightState>)> {
-    let light = |head: KnownHead<'_>| (head.1.way_id, light(stores, channel, head).into_iter().collect());
+    let light = |(index, head): KnownHead<'_>| {
+        let way_id = sent_id(head.way_id, stores.quirks());
+        let light = stores.truth(channel).light(index);
+        let state = light.and_then(|&Light { bulbs, confidence, .. }| {
+            bulbs.map(|bulbs| LightState { way_id, bulbs, confidence })
+        });
+        (head.way_id, state.into_iter().collect())
+    };
     known(stores, heads).map(light).collect()
 }
 
-/// Reports of a channel by relation id: the groups that refer to any of these heads, none where all of a
-/// group's heads are dark.
+/// Reports of a channel for the groups that refer to any of these heads, by relation id; a dark group has no item.
 pub(super) fn groups(
     stores: &Stores,
     channel: Channel,
@@ -47,7 +53,7 @@ pub(super) fn groups(
     ids.into_iter().map(|id| (id, group(id).map(Arc::new).into_iter().collect())).collect()
 }
 
-/// Reports of a channel with one group for each lit head and relation (Q17).
+/// Reports of a channel, with one group for each lit head and relation (Q17).
 pub(super) fn groups_by_head(
     stores: &Stores,
     channel: Channel,
@@ -78,11 +84,11 @@ pub(super) fn groups_by_head(
     groups.into_iter().map(Arc::new).collect()
 }
 
-/// Upstream has no number for them, so they are sent as unknown shapes (Q7).
+/// Makes upper diagonal arrows unknown shapes, since upstream has no number for them (Q7).
 fn forget_upper_diagonals(groups: &mut [GroupState]) {
     for GroupState { elements, predictions, .. } in groups {
-        let announced = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
-        for Element { bulb, .. } in elements.iter_mut().chain(announced) {
+        let predicted = predictions.iter_mut().flat_map(|prediction| &mut prediction.elements);
+        for Element { bulb, .. } in elements.iter_mut().chain(predicted) {
             if matches!(bulb.shape, Shape::UpperLeft | Shape::UpperRight) {
                 bulb.shape = Shape::Unknown;
             }
@@ -90,46 +96,37 @@ fn forget_upper_diagonals(groups: &mut [GroupState]) {
     }
 }
 
-/// A marker for each lamp with a position, by way id: of these heads, as far as they were ever touched. Their
-/// state is the ground truth of the first of the channels that knows it.
+/// A marker for each lamp of these heads, by way id; an untouched head has no item. The lamps show the ground truth
+/// of the first of the channels in which the head was touched.
 pub(super) fn markers(
     stores: &Stores,
     channels: &[Channel],
     heads: &BTreeSet<HeadIndex>,
 ) -> Vec<(i64, Vec<LampMarker>)> {
-    let lamps = |head: KnownHead<'_>| (head.1.way_id, lamps(stores, channels, head).collect());
+    let lamps = |(index, head): KnownHead<'_>| {
+        let bulbs = channels.iter().find_map(|channel| stores.truth(*channel).light(index)?.bulbs);
+        let way_id = sent_id(head.way_id, stores.quirks());
+        let marker = |bulbs: BulbSet| {
+            head.lamps.iter().map(move |lamp| LampMarker {
+                way_id,
+                lamp: *lamp,
+                is_on: shows_circle(&bulbs, lamp.color),
+            })
+        };
+        (head.way_id, bulbs.into_iter().flat_map(marker).collect())
+    };
     known(stores, heads).map(lamps).collect()
 }
 
-/// A head, by position and as the map has it.
+/// A head of the map with its position there.
 type KnownHead<'a> = (HeadIndex, &'a Head);
 
 fn known<'a>(stores: &'a Stores, heads: &'a BTreeSet<HeadIndex>) -> impl Iterator<Item = KnownHead<'a>> {
     heads.iter().filter_map(|index| Some((*index, stores.map().at(*index)?)))
 }
 
-fn light(stores: &Stores, channel: Channel, (index, head): KnownHead<'_>) -> Option<LightState> {
-    let light = stores.truth(channel).light(index)?;
-    let way_id = sent_id(head.way_id, stores.quirks());
-    light.bulbs.map(|bulbs| LightState { way_id, bulbs, confidence: light.confidence })
-}
-
-fn lamps<'a>(
-    stores: &Stores,
-    channels: &[Channel],
-    (index, head): KnownHead<'a>,
-) -> impl Iterator<Item = LampMarker> + use<'a> {
-    let bulbs = channels.iter().find_map(|channel| stores.truth(*channel).light(index)?.bulbs);
-    let way_id = sent_id(head.way_id, stores.quirks());
-    bulbs.into_iter().flat_map(move |bulbs| {
-        let marker =
-            move |lamp: &Lamp| LampMarker { way_id, lamp: *lamp, is_on: shows_circle(&bulbs, lamp.color) };
-        head.lamps.iter().map(marker)
-    })
-}
-
-/// The group of a relation: the bulbs of all its heads, each as sure as the surest head. None when it
-/// is dark.
+/// The group of a relation: the bulbs of all its heads, each with the highest confidence of a head that shows it.
+/// `None` when the group is dark.
 fn merged(
     stores: &Stores,
     channel: Channel,
@@ -152,16 +149,16 @@ fn merged(
     };
     let elements = bulbs.iter().map(|bulb| Element { bulb, confidence: confidence(bulb) }).collect();
     let of_head = |report: &Report<'_>| predictions.map_or(&[][..], |known| known.of(report.head));
-    let mut announced = reports.iter().map(of_head).filter(|list| !list.is_empty());
-    let first = announced.next().unwrap_or_default();
-    let predictions = match announced.next() {
+    let mut predicted = reports.iter().map(of_head).filter(|list| !list.is_empty());
+    let first = predicted.next().unwrap_or_default();
+    let predictions = match predicted.next() {
         None => first.iter().map(prediction).collect(),
-        Some(second) => union([first, second].into_iter().chain(announced)),
+        Some(second) => union([first, second].into_iter().chain(predicted)),
     };
     Some(GroupState { relation_id, elements, predictions })
 }
 
-/// The predictions of several heads as those of one: ascending, each bulb once at a time.
+/// The union of the predictions of several heads: ascending by time, each bulb once at a time.
 fn union<'a>(lists: impl Iterator<Item = &'a [Predicted]>) -> Vec<Prediction> {
     let mut all = Vec::new();
     for predicted in lists.flatten() {
@@ -179,7 +176,7 @@ fn prediction(predicted: &Predicted) -> Prediction {
     Prediction { at: predicted.at, elements: elements.collect(), reliability: 1.0, source: SOURCE }
 }
 
-/// The detection of a head, else its ground truth.
+/// The detected state of a head, else its ground truth.
 fn report<'a>(stores: &Stores, channel: Channel, index: HeadIndex, head: &'a Head) -> Option<Report<'a>> {
     let detected = stores.detected(channel).light(head.way_id);
     let light = if detected.bulbs.is_some() { &detected } else { stores.truth(channel).light(index)? };
@@ -187,38 +184,38 @@ fn report<'a>(stores: &Stores, channel: Channel, index: HeadIndex, head: &'a Hea
     light.bulbs.map(|bulbs| Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence })
 }
 
-/// Upstream: all truth, then each detection in the place of the entry whose way id is its key, else
-/// at the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
+/// The reports of upstream: all truth, then each detection instead of the entry whose way id is its key, else at
+/// the end. Keys are compared with ids cut to 32 bits (Q3, Q6).
 fn upstream_reports(stores: &Stores, channel: Channel) -> Vec<Report<'_>> {
     let mut reports = Vec::new();
-    let mut places = BTreeMap::new();
+    let mut indices = BTreeMap::new();
     let heads = stores.map().heads();
     for (index, (head, light)) in (0..).map(HeadIndex).zip(heads.iter().zip(stores.truth(channel).lights())) {
         if let Some(bulbs) = light.bulbs {
-            places.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
+            indices.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
             let confidence = light.confidence;
             reports.push(Report { head: index, relation_ids: &head.relation_ids, bulbs, confidence });
         }
     }
     for (key, entry) in stores.detected(channel).entries() {
         let (bulbs, confidence) = (entry.light.bulbs.unwrap_or_default(), entry.light.confidence);
-        if let Some(report) = places.get(&key).and_then(|place: &usize| reports.get_mut(*place)) {
+        if let Some(report) = indices.get(&key).and_then(|index: &usize| reports.get_mut(*index)) {
             (report.bulbs, report.confidence) = (bulbs, confidence);
-        } else if let Some(head) = heads.get(entry.head.0 as usize) {
-            places.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
+        } else if let Some(head) = stores.map().at(entry.head) {
+            indices.entry(sent_id(head.way_id, stores.quirks())).or_insert(reports.len());
             reports.push(Report { head: entry.head, relation_ids: &head.relation_ids, bulbs, confidence });
         }
     }
     reports
 }
 
-/// Upstream's ids travel in 32 bits and are cut (Q6).
+/// The id as it is sent: upstream cuts it to 32 bits (Q6).
 #[allow(clippy::cast_possible_truncation)] // that is what is reproduced
 fn sent_id(id: i64, quirks: UpstreamQuirks) -> i64 {
     if quirks.cuts_ids { i64::from(id as i32) } else { id }
 }
 
-/// Whatever its status: `solidOff` is drawn as on.
+/// Returns whether a circle of this colour is among the bulbs, whatever its status: `solidOff` is drawn as on.
 fn shows_circle(bulbs: &BulbSet, color: LampColor) -> bool {
     let color = match color {
         LampColor::Green => Color::Green,

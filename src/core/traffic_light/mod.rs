@@ -1,9 +1,9 @@
 //! Traffic lights: ground truth and detections over two channels, merged and sent
 //! (docs/spec/traffic-lights.md).
 //!
-//! Vocabulary: a *bulb* is one lamp as it looks; a *head* is a physical light, known by its way id;
-//! a *group* is a regulatory element that refers to heads, known by its relation id; a *channel* is
-//! the equipment a state comes over; each channel has a *ground truth* and a *detected* store.
+//! Vocabulary: a *bulb* is the colour, status and shape of one lamp; a *head* is a physical light, with the id of
+//! its way; a *group* is a regulatory element that refers to heads, with the id of its relation; a *channel* is
+//! the equipment over which a state is received; each channel has a *ground truth* and a *detected* store.
 
 pub mod arbiter;
 pub mod architecture;

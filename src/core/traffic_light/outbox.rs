@@ -16,40 +16,42 @@ use crate::core::time::WallStamp;
 #[cfg(test)]
 mod properties;
 
-/// Emissions kept until they are asked for; older ones are lost.
+/// Emissions kept until they are polled; older ones are lost.
 const MAX_WAITING: usize = 1_024;
 
-/// Messages on their way out.
+/// The messages to be sent, and the present list of each topic.
 #[derive(Debug, Clone)]
 pub(super) struct Outbox {
     one_group_per_head: bool,
     waiting: VecDeque<Emission>,
-    ground_truth: Kept<LightState>,
-    camera: Kept<Arc<GroupState>>,
-    v2i: Kept<Arc<GroupState>>,
-    markers: [Kept<LampMarker>; 2],
+    ground_truth: TopicList<LightState>,
+    camera: TopicList<Arc<GroupState>>,
+    v2i: TopicList<Arc<GroupState>>,
+    markers: [TopicList<LampMarker>; 2],
 }
 
-/// The list of a topic, and the last change of each source that it shows.
+/// The list of a topic.
 #[derive(Debug, Clone)]
-struct Kept<T> {
+struct TopicList<T> {
+    /// The last change of each source that is in the list.
     changes: [u64; 3],
     list: Arc<Vec<T>>,
 }
 
-/// The change logs of what a list is made of.
+/// The change logs of the sources of a list.
 type Sources<'a> = [Option<&'a ChangeLog>; 3];
 
 impl Outbox {
-    /// An empty one. `one_group_per_head`: see [`LightsSettings`](super::engine::LightsSettings).
+    /// Creates an outbox without messages. `one_group_per_head`: see
+    /// [`LightsSettings`](super::engine::LightsSettings).
     pub(super) fn new(one_group_per_head: bool) -> Self {
         Self {
             one_group_per_head,
             waiting: VecDeque::new(),
-            ground_truth: Kept::default(),
-            camera: Kept::default(),
-            v2i: Kept::default(),
-            markers: [Kept::default(), Kept::default()],
+            ground_truth: TopicList::default(),
+            camera: TopicList::default(),
+            v2i: TopicList::default(),
+            markers: [TopicList::default(), TopicList::default()],
         }
     }
 
@@ -59,9 +61,9 @@ impl Outbox {
 
     pub(super) fn send_ground_truth(&mut self, stores: &Stores, stamp: WallStamp) {
         let channel = Channel::Conventional;
-        let sources = [Some(stores.truth(channel).change_log()), None, None];
+        let sources = [Some(&stores.truth(channel).change_log), None, None];
         let make = |heads: &_| message_builder::lights(stores, channel, heads);
-        let lights = self.ground_truth.renew(sources, !stores.quirks().cuts_ids, make);
+        let lights = self.ground_truth.update(sources, !stores.quirks().cuts_ids, make);
         self.send(LightsTopic::GroundTruth, stamp, Content::Lights(lights));
     }
 
@@ -75,20 +77,18 @@ impl Outbox {
         self.send(LightsTopic::V2i, stamp, Content::Groups(groups));
     }
 
-    /// Upstream draws each channel with its own timer, over what the other drew; improved mode draws once, with
-    /// that of the conventional channel (Q19).
+    /// Upstream draws each channel with its own timer, over the markers of the other; improved mode draws both
+    /// with the timer of the conventional channel (Q19).
     pub(super) fn send_markers(&mut self, stores: &Stores, timer: Channel, stamp: WallStamp) {
-        let [conventional, v2i] = &mut self.markers;
-        let (kept, channels) = match (timer, stores.quirks().draws_each_channel) {
-            (Channel::Conventional, false) => (conventional, &Channel::ALL[..]),
+        let channels = match (timer, stores.quirks().draws_each_channel) {
+            (Channel::Conventional, false) => &Channel::ALL[..],
             (Channel::V2i, false) => return,
-            (Channel::Conventional, true) => (conventional, &[Channel::Conventional][..]),
-            (Channel::V2i, true) => (v2i, &[Channel::V2i][..]),
+            (Channel::Conventional | Channel::V2i, true) => std::slice::from_ref(&timer),
         };
-        let source = |channel| channels.contains(&channel).then(|| stores.truth(channel).change_log());
+        let source = |channel| channels.contains(&channel).then(|| &stores.truth(channel).change_log);
         let sources = [source(Channel::Conventional), source(Channel::V2i), None];
         let make = |heads: &_| message_builder::markers(stores, channels, heads);
-        let markers = kept.renew(sources, !stores.quirks().cuts_ids, make);
+        let markers = self.markers[timer as usize].update(sources, !stores.quirks().cuts_ids, make);
         self.send(LightsTopic::Markers, stamp, Content::Markers(markers));
     }
 
@@ -100,7 +100,7 @@ impl Outbox {
     }
 }
 
-impl Kept<Arc<GroupState>> {
+impl TopicList<Arc<GroupState>> {
     fn groups(
         &mut self,
         stores: &Stores,
@@ -109,12 +109,12 @@ impl Kept<Arc<GroupState>> {
         one_group_per_head: bool,
     ) -> Groups {
         let sources = [
-            Some(stores.truth(channel).change_log()),
-            Some(stores.detected(channel).change_log()),
-            predictions.map(Predictions::change_log),
+            Some(&stores.truth(channel).change_log),
+            Some(&stores.detected(channel).change_log),
+            predictions.map(|predictions| &predictions.change_log),
         ];
         let is_merged = !one_group_per_head && !stores.quirks().one_group_per_head;
-        self.renew(sources, is_merged, |heads| {
+        self.update(sources, is_merged, |heads| {
             if is_merged {
                 message_builder::groups(stores, channel, predictions, heads)
             } else {
@@ -124,10 +124,10 @@ impl Kept<Arc<GroupState>> {
     }
 }
 
-impl<T: Item> Kept<T> {
-    /// Brings the list up to date. `make` makes the items of heads, by ascending id. It is asked for those that
-    /// changed; where items are not in the order of their ids, for all that ever did.
-    fn renew(
+impl<T: Item> TopicList<T> {
+    /// Brings the list up to date. `make` makes the items of heads, by ascending id: of those that changed, or of
+    /// all when items are not sorted by their ids.
+    fn update(
         &mut self,
         sources: Sources<'_>,
         is_sorted: bool,
@@ -136,13 +136,14 @@ impl<T: Item> Kept<T> {
         let changes = sources.map(|source| source.map_or(0, ChangeLog::changes));
         let before = std::mem::replace(&mut self.changes, changes);
         if before != changes {
-            let since = sources.into_iter().flatten().zip(if is_sorted { before } else { [0; 3] });
-            let made = make(&since.flat_map(|(change_log, change)| change_log.since(change)).collect());
+            let since = sources.into_iter().zip(if is_sorted { before } else { [0; 3] });
+            let changed = since.filter_map(|(source, change)| Some(source?.since(change)));
+            let made = make(&changed.flatten().collect());
             if is_sorted {
                 update(&mut self.list, made);
             } else {
                 let list: Vec<T> = made.into_iter().flat_map(|(_, items)| items).collect();
-                // Changed and changed back: still the same list.
+                // A change that was undone leaves the same list.
                 if *self.list != list {
                     self.list = Arc::new(list);
                 }
@@ -152,7 +153,7 @@ impl<T: Item> Kept<T> {
     }
 }
 
-impl<T> Default for Kept<T> {
+impl<T> Default for TopicList<T> {
     fn default() -> Self {
         Self { changes: [0; 3], list: Arc::default() }
     }

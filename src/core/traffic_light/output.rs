@@ -6,8 +6,8 @@ use super::emission::Emission;
 /// One output of the traffic lights.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrafficLightOutput {
-    /// Publish a message.
+    /// A message to publish.
     Publish(Emission),
-    /// A command was not understood. Diagnostics count it; the error is for the log.
+    /// A command that was not understood. Diagnostics count it; the error is for the log.
     CommandRefused(CommandError),
 }

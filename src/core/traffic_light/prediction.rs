@@ -1,51 +1,50 @@
-//! What V2I announces of phases to come (docs/spec/traffic-lights.md, "Predictions").
+//! Predictions of future phases for V2I (docs/spec/traffic-lights.md, "Predictions").
 //!
-//! Improved mode announces what will be sent: a head's V2I states, a detection before the truth, or the copied
-//! conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
+//! Improved mode predicts the states that will be sent: a head's V2I states, a detection before the truth, or the
+//! copied conventional state. Upstream has quirks of its own, kept apart below (Q5, Q10, Q11).
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::bulb::{Bulb, BulbSet};
 use super::change_log::ChangeLog;
-use super::controller::{ControllerState, upstream_cycle_s};
+use super::controller::ControllerState;
 use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
-use super::scenario::{Controller, Phase, StateText};
+use super::scenario::{Controller, Phase, StateText, upstream_cycle_s};
 use super::store::heads_of;
 use super::sync::SyncedStores;
 use super::target::{Channel, Layer};
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
-/// How many phases are looked ahead.
+/// The number of future phases that are predicted.
 const PHASES_AHEAD: usize = 6;
-/// Predictions of one head closer than this are one.
-pub(super) const SAME_TIME: Duration = Duration::from_millis(10);
+/// Predictions of one head within this time are one.
+const SAME_TIME: Duration = Duration::from_millis(10);
 
-/// How heads will look.
+/// The predicted states of all heads.
 #[derive(Debug, Clone)]
 pub(super) struct Predictions {
     quirks: UpstreamQuirks,
-    by_head: BTreeMap<HeadIndex, Announced>,
-    /// Heads each controller announced last.
+    /// The predictions of each head, and the position of the controller that made them.
+    by_head: BTreeMap<HeadIndex, (usize, Vec<Predicted>)>,
+    /// The heads of the last predictions of each controller.
     by_controller: Vec<Vec<HeadIndex>>,
-    change_log: ChangeLog,
+    pub(super) change_log: ChangeLog,
 }
 
-#[derive(Debug, Clone)]
-struct Announced {
-    controller: usize,
-    list: Vec<Predicted>,
-}
-
-/// How one head will look from then on.
+/// A predicted state of one head.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Predicted {
+    /// Time at which it begins.
     pub(super) at: WallStamp,
-    /// In order; upstream may have the same one twice.
+    /// Its bulbs in the order of their keys; upstream may repeat one.
     pub(super) bulbs: Vec<Bulb>,
 }
+
+/// The predictions of some heads.
+type ByHead = BTreeMap<HeadIndex, Vec<Predicted>>;
 
 impl Predictions {
     pub(super) fn new(controllers: usize, heads: usize, quirks: UpstreamQuirks) -> Self {
@@ -55,12 +54,7 @@ impl Predictions {
 
     /// The predictions of a head, ascending by time.
     pub(super) fn of(&self, head: HeadIndex) -> &[Predicted] {
-        self.by_head.get(&head).map_or(&[], |announced| &announced.list)
-    }
-
-    /// The heads whose predictions may have changed.
-    pub(super) fn change_log(&self) -> &ChangeLog {
-        &self.change_log
+        self.by_head.get(&head).map_or(&[], |(_, list)| list)
     }
 
     /// Forgets all predictions.
@@ -71,8 +65,8 @@ impl Predictions {
         self.by_head.clear();
     }
 
-    /// Announces what follows the phase that a controller is in. Forgets what it announced before;
-    /// upstream forgets what any controller did.
+    /// Replaces the predictions of a controller by those of the phases after its present one. Upstream forgets
+    /// the predictions of the other controllers too.
     pub(super) fn renew(
         &mut self,
         index: usize,
@@ -85,44 +79,38 @@ impl Predictions {
             self.clear();
         }
         for head in self.by_controller.get_mut(index).map(std::mem::take).into_iter().flatten() {
-            if self.by_head.get(&head).is_some_and(|announced| announced.controller == index) {
+            if self.by_head.get(&head).is_some_and(|(controller, _)| *controller == index) {
                 self.by_head.remove(&head);
                 self.change_log.add(head);
             }
         }
-        let announce = if self.quirks.predicts_single_bulbs { announce_upstream } else { announce };
-        let mut found = BTreeMap::new();
-        let outcome = announce(controller, phase, state.start_wall, lights, &mut found);
-        // Upstream keeps what it found before a mistake.
+        let Some(duration) = controller.phases.get(phase).and_then(|phase| phase.duration) else {
+            return Ok(());
+        };
+        let predict = if self.quirks.predicts_single_bulbs { predict_upstream } else { predict };
+        let mut found = ByHead::new();
+        let outcome = predict(controller, phase, (state.start_wall, duration), lights, &mut found);
+        // Upstream keeps the predictions before a mistake.
         if outcome.is_err() && !self.quirks.predicts_single_bulbs {
             return outcome;
         }
-        if let Some(heads) = self.by_controller.get_mut(index) {
-            heads.extend(found.keys());
+        for (head, list) in found {
+            self.by_controller.get_mut(index).into_iter().for_each(|heads| heads.push(head));
+            self.change_log.add(head);
+            self.by_head.insert(head, (index, list));
         }
-        self.take(index, found);
         outcome
-    }
-
-    fn take(&mut self, controller: usize, found: BTreeMap<HeadIndex, Vec<Predicted>>) {
-        for head in found.keys() {
-            self.change_log.add(*head);
-        }
-        let announced = found.into_iter().map(|(head, list)| (head, Announced { controller, list }));
-        self.by_head.extend(announced);
     }
 }
 
-fn announce(
+/// Predicts the phases after one, which has this start and duration.
+fn predict(
     controller: &Controller,
     phase: usize,
-    start: WallStamp,
+    (start, mut offset): (WallStamp, Duration),
     lights: &SyncedStores,
-    found: &mut BTreeMap<HeadIndex, Vec<Predicted>>,
+    found: &mut ByHead,
 ) -> Result<(), Refusal> {
-    let Some(mut offset) = controller.phases.get(phase).and_then(|phase| phase.duration) else {
-        return Ok(());
-    };
     let mut known = BTreeMap::new();
     for visited in controller.phases.iter().cycle().skip(phase + 1).take(PHASES_AHEAD) {
         known.extend(states(visited, lights)?);
@@ -132,14 +120,14 @@ fn announce(
         let Some(duration) = visited.duration else { break };
         offset = offset.saturating_add(duration);
     }
-    // One bulb twice in what begins at the same time is one bulb.
+    // A bulb that begins twice at the same time is one bulb.
     for predicted in found.values_mut().flatten() {
         predicted.bulbs = predicted.bulbs.drain(..).collect::<BulbSet>().iter().collect();
     }
     Ok(())
 }
 
-/// The future V2I state of each head that a phase names, in one way or the other.
+/// The future V2I state of each head that has one in a phase, explicit or copied.
 fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, BulbSet>, Refusal> {
     let (mut copied, mut truth, mut detected) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     for entry in &phase.entries {
@@ -160,17 +148,16 @@ fn states(phase: &Phase, lights: &SyncedStores) -> Result<BTreeMap<HeadIndex, Bu
     Ok(copied)
 }
 
-fn announce_upstream(
+/// Predicts likewise by the rules of upstream.
+fn predict_upstream(
     controller: &Controller,
     phase: usize,
-    start: WallStamp,
+    (start, mut offset): (WallStamp, Duration),
     lights: &SyncedStores,
-    found: &mut BTreeMap<HeadIndex, Vec<Predicted>>,
+    found: &mut ByHead,
 ) -> Result<(), Refusal> {
-    let Some(mut offset) = controller.phases.get(phase).and_then(|phase| phase.duration) else {
-        return Ok(());
-    };
-    if offset.as_secs_f64() > f64::from(upstream_cycle_s(controller)) {
+    let seconds = |phase: &Phase| phase.duration.map_or(f64::INFINITY, |duration| duration.as_secs_f64());
+    if offset.as_secs_f64() > f64::from(upstream_cycle_s(controller.phases.iter().map(seconds))) {
         return Ok(());
     }
     let mut known = BTreeMap::new();
@@ -181,7 +168,7 @@ fn announce_upstream(
             for state in states {
                 let bulb = state.single.ok_or_else(|| Refusal::State {
                     text: state.text.clone(),
-                    mistake: "only one bulb can be announced".to_owned(),
+                    mistake: "only one bulb can be predicted".to_owned(),
                 })?;
                 for head in heads_of(lights.stores().map(), *id)? {
                     add(found.entry(head).or_default(), start.after(offset), [bulb]);
@@ -193,8 +180,8 @@ fn announce_upstream(
     Ok(())
 }
 
-/// The V2I entries of a phase by their ids as written, and the conventional ones of ids that have
-/// none and are enabled just so; truth and detections alike.
+/// The V2I entries of a phase by their ids as written, and the conventional ones of ids that have none and are
+/// those of enabled heads; truth and detections alike.
 fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64, Vec<&'a StateText>> {
     let of = |channel| phase.entries.iter().filter(move |entry| entry.target.store.channel == channel);
     let mut states: BTreeMap<_, Vec<_>> = BTreeMap::new();
@@ -212,7 +199,7 @@ fn upstream_states<'a>(phase: &'a Phase, lights: &SyncedStores) -> BTreeMap<i64,
     states
 }
 
-/// Adds bulbs at a time, to those there already or after them.
+/// Adds bulbs to the prediction at a time, or as a new prediction.
 pub(super) fn add(list: &mut Vec<Predicted>, at: WallStamp, bulbs: impl IntoIterator<Item = Bulb>) {
     let same = |known: &&mut Predicted| {
         Duration::from_nanos(known.at.as_nanos().abs_diff(at.as_nanos())) <= SAME_TIME

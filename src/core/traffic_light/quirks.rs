@@ -1,4 +1,4 @@
-//! What upstream does otherwise with traffic lights, rule by rule.
+//! The rules of upstream that differ from ours, one by one.
 
 use crate::core::compat::Compat;
 
@@ -32,10 +32,10 @@ pub struct UpstreamQuirks {
     pub predicts_single_bulbs: bool,
     /// A light with nothing but `solidOff` bulbs is not dark (Q13, "Conditions and triggers").
     pub solid_off_is_not_dark: bool,
-    /// Enabling and disabling V2I pass over unknown ids (Q14, "Ids and groups").
-    pub passes_over_unknown_ids: bool,
-    /// Looking at or clearing an untouched light makes a dark one of it (Q15, "Stores and channels").
-    pub touches_by_looking: bool,
+    /// Enabling and disabling V2I ignore unknown ids (Q14, "Ids and groups").
+    pub ignores_unknown_ids: bool,
+    /// Reading or clearing an untouched light makes it a dark one (Q15, "Stores and channels").
+    pub touches_by_reading: bool,
     /// Any number is a confidence (Q16, "Actions and commands").
     pub takes_any_confidence: bool,
     /// A group is sent once for each of its lit heads (Q17, "Message building").
@@ -53,7 +53,7 @@ pub struct UpstreamQuirks {
     pub clears_confidence: bool,
     /// Enabling V2I does not copy the present state ("Copying to V2I").
     pub enables_without_copy: bool,
-    /// A follower whose delay is over enters its first phase once more if it came round to it by itself
+    /// A follower whose delay is over enters its first phase even if its cycle has reached it already
     /// ("Controllers and phases").
     pub repeats_first_phase: bool,
     /// Predictions outlive the scenario ("Improved and upstream-compatible mode").
@@ -75,8 +75,8 @@ impl From<Compat> for UpstreamQuirks {
             compares_single_bulbs: upstream,
             predicts_single_bulbs: upstream,
             solid_off_is_not_dark: upstream,
-            passes_over_unknown_ids: upstream,
-            touches_by_looking: upstream,
+            ignores_unknown_ids: upstream,
+            touches_by_reading: upstream,
             takes_any_confidence: upstream,
             one_group_per_head: upstream,
             sorts_architectures: upstream,

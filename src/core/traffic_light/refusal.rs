@@ -1,36 +1,38 @@
-//! Why an action or a phase could not be carried out.
+//! Reasons why an action or a phase cannot be carried out.
 
-/// An input from outside is refused with it and changes nothing. In a scenario it ends the scenario;
-/// ours was checked when it was read, upstream finds out when it gets there
+/// The reason why an action or a phase cannot be carried out.
+///
+/// An input from outside is refused with it and changes nothing. In a scenario it ends the scenario: improved
+/// mode refuses such a scenario when it is read, upstream finds out when it carries it out
 /// (docs/spec/traffic-lights.md, "State text", "Ids and groups" and "Actions and commands").
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// The map does not know the id.
+    /// The id is neither a head nor a group of the map.
     #[error("{0} is neither a signal head nor a group of the map")]
     UnknownId(i64),
-    /// The state text is wrong.
+    /// The state text has a mistake.
     #[error("the state \"{text}\" cannot be read: {mistake}")]
     State {
-        /// As written.
+        /// The text as it was written.
         text: String,
-        /// The mistake.
+        /// The mistake, as text.
         mistake: String,
     },
-    /// The scenario has no such controller.
+    /// The scenario has no controller at this position.
     #[error("there is no controller number {0}")]
     UnknownController(usize),
-    /// The controller has no such phase.
+    /// The controller has no phase of this name.
     #[error("the controller \"{controller}\" has no phase \"{phase}\"")]
     UnknownPhase {
         /// Name of the controller.
         controller: String,
-        /// Name of the phase.
+        /// The name that was not found.
         phase: String,
     },
-    /// Not a rate messages can be sent at.
+    /// A rate that is not from 0.001 to 1000 Hz.
     #[error("invalid rate {0} Hz: give 0.001 to 1000")]
     Rate(f64),
-    /// Not a confidence.
+    /// A confidence that is not from 0 to 1.
     #[error("{0} is not a confidence: give 0 to 1")]
     Confidence(f64),
 }

@@ -1,22 +1,22 @@
-//! What shall happen: controllers with phases, and events with triggers and actions, as a scenario
-//! file describes it (docs/spec/traffic-lights.md, "Controllers and phases"). Read by `config`, run by the engine.
+//! The model of a scenario: controllers with phases, and events with triggers and actions
+//! (docs/spec/traffic-lights.md, "Controllers and phases"). `config` reads it from a file, the engine runs it.
 
 use std::slice;
 use std::time::Duration;
 
-use super::bulb::BulbSet;
+use super::bulb::{Bulb, BulbSet};
 use super::target::Target;
 
 /// A whole scenario.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenario {
-    /// In the order of the document, which is the order of evaluation.
+    /// The controllers in the order of the document, which is the order of evaluation.
     pub controllers: Vec<Controller>,
-    /// Done once, before the first frame.
+    /// Actions that are done once, before the first frame.
     pub init: Vec<Action>,
-    /// In the order of the document.
+    /// The acts in the order of the document.
     pub acts: Vec<Act>,
-    /// Ends the scenario; none = it goes on for ever.
+    /// The trigger that ends the scenario; `None` when only an action does.
     pub stop: Option<Trigger>,
 }
 
@@ -27,58 +27,58 @@ pub struct ControllerIndex(pub usize);
 /// A phase controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Controller {
-    /// Its name; need not be unique, the first one is meant.
+    /// Its name. It need not be unique; the first controller of a name is meant.
     pub name: String,
-    /// The controller that is followed, and the delay after its first phase.
+    /// The controller that it follows; `None` when it runs by itself.
     pub reference: Option<Reference>,
-    /// Its cycle; may be empty.
+    /// The phases of its cycle, none or more.
     pub phases: Vec<Phase>,
 }
 
-/// How a controller follows another.
+/// The controller that another one follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reference {
-    /// Whom it follows.
+    /// The controller that is followed.
     pub controller: ControllerIndex,
-    /// How long after it, not negative.
+    /// Time from the start of its first phase to the start of the follower's.
     pub delay: Duration,
 }
 
 /// One phase of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phase {
-    /// Its name; need not be unique, the first one is meant.
+    /// Its name. It need not be unique; the first phase of a name is meant.
     pub name: String,
-    /// How long it lasts; none = until an action ends it.
+    /// Its duration; `None` when it lasts until an action ends it.
     pub duration: Option<Duration>,
-    /// The states it sets, in the order of the document.
+    /// The states that it sets, in the order of the document.
     pub entries: Vec<PhaseEntry>,
 }
 
 /// A state that a phase sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseEntry {
-    /// Where.
+    /// The light or group that is set, and in which store.
     pub target: Target,
-    /// What.
+    /// The state that it is set to.
     pub state: StateText,
 }
 
 /// A state as it was written and as it is understood.
 ///
-/// Upstream looks at the text only when it is applied, bulb by bulb (Q20). So a text may be wrong
-/// here when upstream's behaviour was asked for; else it was refused when it was read.
+/// Upstream reads the text only when it is applied, bulb by bulb (Q20). So a text may have a mistake here in
+/// upstream mode; improved mode refuses it when it is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateText {
-    /// As written.
+    /// The text as it was written.
     pub text: String,
     /// Its bulbs; those before the mistake, when there is one.
     pub bulbs: BulbSet,
-    /// The mistake in it, if there is one.
+    /// The first mistake in it, as text; `None` when it has none.
     pub mistake: Option<String>,
-    /// As the single-bulb parser understands it, which upstream uses for predictions and conditions;
-    /// none = that parser refuses it.
-    pub single: Option<super::bulb::Bulb>,
+    /// Its bulb by the single-bulb parser, which upstream uses for predictions and conditions; `None` when that
+    /// parser refuses it.
+    pub single: Option<Bulb>,
 }
 
 /// Events that can happen while it runs.
@@ -86,11 +86,11 @@ pub struct StateText {
 pub struct Act {
     /// Its name, or a path of names.
     pub name: String,
-    /// Starts it; none = at the first frame.
+    /// The trigger that starts it; `None` when it starts at the first frame.
     pub start: Option<Trigger>,
-    /// Stops it; none = never.
+    /// The trigger that stops it; `None` when nothing does.
     pub stop: Option<Trigger>,
-    /// In the order of the document.
+    /// Its events in the order of the document.
     pub events: Vec<Event>,
 }
 
@@ -99,176 +99,177 @@ pub struct Act {
 pub struct Event {
     /// Its name, unique within the scenario or a path of names.
     pub name: String,
-    /// Fires it; none = as soon as the act runs.
+    /// The trigger that starts it; `None` when it starts with its act.
     pub start: Option<Trigger>,
-    /// How often at most, at least once.
-    pub most_executions: u32,
+    /// Number of times that it can happen, at least 1.
+    pub max_executions: u32,
     /// Names of the actions, in the same order as `actions`.
     pub action_names: Vec<String>,
-    /// What is done, all in one frame.
+    /// The actions, all done in one frame.
     pub actions: Vec<Action>,
 }
 
-/// True when all conditions of one of its groups are. Without groups it is never true.
+/// Groups of conditions. It fires when all conditions of one of its groups are true; without groups, never.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trigger {
-    /// Any of these, each all of its conditions.
+    /// The groups, each with its conditions.
     pub groups: Vec<Vec<Condition>>,
 }
 
 /// One condition, with its edge and delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
-    /// Its name.
+    /// Its name in the document; may be empty.
     pub name: String,
-    /// What it looks at.
+    /// The test whose value counts.
     pub test: Test,
-    /// Which change of it counts.
+    /// The change of that value that makes it true.
     pub edge: Edge,
-    /// How long after that it is true.
+    /// Time by which the value is delayed.
     pub delay: Duration,
 }
 
-/// Which change of a test counts (OpenSCENARIO `ConditionEdge`).
+/// The change of a test's value that makes a condition true (OpenSCENARIO `ConditionEdge`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Edge {
-    /// The value itself.
+    /// No change: the value itself.
     #[default]
     None,
-    /// From false to true.
+    /// A change from false to true.
     Rising,
-    /// From true to false.
+    /// A change from true to false.
     Falling,
-    /// Any.
+    /// A change in either direction.
     RisingOrFalling,
 }
 
-/// What a condition looks at.
+/// The test of a condition.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Test {
     /// `SimulationTimeCondition`
     SimulationTime {
-        /// How time is compared.
+        /// The comparison of the simulation time with `value`.
         rule: Rule,
-        /// With what.
+        /// Time since the start of the scenario.
         value: Duration,
     },
     /// `TrafficSignalCondition`: the state of a light or of all heads of a group.
     State {
-        /// Where; upstream knows the ground truth of the conventional channel only.
+        /// The light or group; for upstream in the ground truth of the conventional channel only.
         target: Target,
-        /// None = dark (`none` or empty).
+        /// The expected state; `None` when dark is expected (`none` or empty).
         state: Option<StateText>,
-        /// The light must have these bulbs and no other; else these must be among its own (Q9).
+        /// True when the light must have these bulbs and no others; else it may have others (Q9).
         exact: bool,
     },
     /// `TrafficSignalControllerCondition`: the current phase's name.
     Phase {
-        /// Of which controller.
+        /// The controller whose phase is tested.
         controller: ControllerIndex,
-        /// The name.
+        /// The expected name of its phase.
         phase: String,
     },
     /// `StoryboardElementStateCondition`, of an act, event or action by its name.
     Element {
-        /// Its name.
+        /// Name of the element.
         name: String,
-        /// The state or transition waited for.
+        /// The expected state or transition.
         state: ElementState,
     },
 }
 
-/// OpenSCENARIO `Rule`.
+/// A comparison of two values (OpenSCENARIO `Rule`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Rule {
-    /// `equalTo`
+    /// Both values are equal.
     EqualTo,
-    /// `notEqualTo`
+    /// The values differ.
     NotEqualTo,
-    /// `greaterThan`
+    /// The first value is greater.
     GreaterThan,
-    /// `greaterOrEqual`
+    /// The first value is greater, or both are equal.
     GreaterOrEqual,
-    /// `lessThan`
+    /// The first value is less.
     LessThan,
-    /// `lessOrEqual`
+    /// The first value is less, or both are equal.
     LessOrEqual,
 }
 
-/// OpenSCENARIO `StoryboardElementState`; the transitions are true for one frame.
+/// A state of an element of the storyboard (OpenSCENARIO `StoryboardElementState`). The transitions last one
+/// frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ElementState {
-    /// Not started, or waiting for its next execution.
+    /// It has not started, or waits for its next execution.
     Standby,
-    /// Executing.
+    /// It is being executed.
     Running,
-    /// Done for good.
+    /// It has been executed for the last time.
     Complete,
-    /// Began in this frame.
+    /// It began in this frame.
     StartTransition,
-    /// Ended in this frame.
+    /// It ended in this frame.
     EndTransition,
-    /// Was stopped in this frame.
+    /// It was stopped in this frame.
     StopTransition,
 }
 
-/// Something to do with the lights; it completes at once
+/// An action on the lights, which completes at once
 /// (docs/spec/traffic-lights.md, "Actions and commands").
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
-    /// `TrafficSignalStateAction`: takes the place of what the target had.
+    /// Replaces the state of the target: `TrafficSignalStateAction`.
     SetState {
-        /// Where.
+        /// The light or group that is set.
         target: Target,
-        /// What.
+        /// The state that it gets.
         state: StateText,
     },
-    /// The target is dark, or no longer detected.
+    /// Makes the target dark, or no longer detected: `ClearTrafficSignal`.
     Clear {
-        /// Where.
+        /// The light or group that is cleared.
         target: Target,
     },
-    /// `TrafficSignalControllerAction`
+    /// Enters a phase, whatever the present one is: `TrafficSignalControllerAction`.
     EnterPhase {
-        /// Of which controller.
+        /// The controller that enters it.
         controller: ControllerIndex,
-        /// By name, since upstream looks it up when it runs; in improved mode it was checked when it was read.
+        /// Name of the phase. Improved mode checks it when it is read, upstream looks it up when it is needed.
         phase: String,
     },
-    /// `V2ITrafficSignalStateAction`
+    /// Replaces the V2I ground truth: `V2ITrafficSignalStateAction`.
     SetV2iState {
         /// Way or relation id.
         id: i64,
-        /// What.
+        /// The state that it gets.
         state: StateText,
-        /// Rate at which the V2I topics are published from now on, Hz, above zero.
+        /// New rate of the V2I topics, Hz, above zero; `None` keeps the present one.
         rate_hz: Option<f64>,
     },
-    /// From now on the V2I topics are published at another rate.
+    /// Sets the rate of the V2I topics.
     SetV2iRate {
-        /// Hz, above zero.
+        /// The new rate, Hz, above zero.
         rate_hz: f64,
     },
-    /// `EnableTrafficSignalV2IFeatureAction@v1`: ground truth is copied to V2I from now on.
+    /// Begins to copy ground truth to V2I: `EnableTrafficSignalV2IFeatureAction@v1`.
     EnableV2i {
         /// Way or relation ids, at least one.
         ids: Vec<i64>,
     },
-    /// `DisableTrafficSignalV2IFeatureAction@v1`
+    /// Ends copying ground truth to V2I: `DisableTrafficSignalV2IFeatureAction@v1`.
     DisableV2i {
         /// Way or relation ids, at least one.
         ids: Vec<i64>,
     },
-    /// `PseudoTrafficSignalDetectorConfidenceSetAction@v1`
+    /// Sets a confidence: `PseudoTrafficSignalDetectorConfidenceSetAction@v1`.
     SetConfidence {
-        /// Way or relation id, in which store; upstream knows ground truth, conventional, only.
+        /// The light or group; for upstream in the ground truth of the conventional channel only.
         target: Target,
-        /// 0 to 1; upstream takes any number.
+        /// The new confidence, 0 to 1; upstream takes any number.
         confidence: f64,
     },
-    /// Ends the scenario: controllers and events stand still from now on.
+    /// Ends the scenario; its controllers and events stop.
     End {
-        /// `exitSuccess` or `exitFailure`.
+        /// `true` for `exitSuccess`, `false` for `exitFailure`.
         success: bool,
     },
 }
@@ -285,4 +286,15 @@ impl Action {
             Self::SetV2iRate { .. } | Self::EnterPhase { .. } | Self::End { .. } => &[],
         }
     }
+}
+
+/// The cycle time of upstream, seconds: cut to a whole number after each addition. A sum that does not fit
+/// becomes the lowest integer, as on x86 (Q11).
+pub fn upstream_cycle_s(durations_s: impl Iterator<Item = f64>) -> i32 {
+    durations_s.fold(0, |sum, seconds| {
+        let sum = (f64::from(sum) + seconds).trunc();
+        let fits = (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum);
+        #[expect(clippy::cast_possible_truncation, reason = "it is whole and fits")]
+        if fits { sum as i32 } else { i32::MIN }
+    })
 }

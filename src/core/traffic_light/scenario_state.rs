@@ -1,10 +1,10 @@
-//! What actions and phases act on: lights, controllers, predictions, the rate of V2I.
+//! The state that actions and phases change: lights, controllers, predictions, the rate of V2I.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use super::controller::{Controllers, Frame, Transition};
-use super::event_log::{ActionSource, Note, ScenarioEvent, ScenarioOutcome};
+use super::event_log::{ActionSource, LoggedEvent, ScenarioEvent, ScenarioOutcome};
 use super::periodic_timer::{Moment, PeriodicTimer, Rate};
 use super::prediction::Predictions;
 use super::quirks::UpstreamQuirks;
@@ -12,15 +12,14 @@ use super::refusal::Refusal;
 use super::scenario::{Action, ControllerIndex, Phase, PhaseEntry, Scenario, StateText};
 use super::store::{Change, heads_of};
 use super::sync::SyncedStores;
-use super::target::{Channel, Layer, StoreId, Target};
+use super::target::{StoreId, Target};
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
-const V2I_TRUTH: StoreId = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-/// Notes kept until they are asked for; older ones are lost.
-const MAX_NOTES: usize = 16_384;
+/// Events kept until they are polled; older ones are lost.
+const MAX_EVENTS: usize = 16_384;
 
-/// All that a scenario can change.
+/// All state that a scenario can change.
 #[derive(Debug, Clone)]
 pub(super) struct ScenarioState {
     pub(super) quirks: UpstreamQuirks,
@@ -30,15 +29,15 @@ pub(super) struct ScenarioState {
     pub(super) predictions: Predictions,
     pub(super) v2i: PeriodicTimer,
     pub(super) verdict: Option<ScenarioOutcome>,
-    pub(super) notes: VecDeque<Note>,
-    /// The moment at hand.
+    pub(super) events: VecDeque<LoggedEvent>,
+    /// The present moment of the scenario.
     pub(super) now: Moment,
-    /// The same on the wall.
+    /// The wall-clock time of that moment.
     pub(super) wall: WallStamp,
 }
 
 impl ScenarioState {
-    /// Lets each controller do what is due in this frame.
+    /// Makes the transitions of the controllers that are due in this frame.
     pub(super) fn run_controllers(&mut self, scenario: &Scenario, frame: Frame) -> Result<(), Refusal> {
         let mut from = 0;
         while let Some(index) = self.controllers.next_awake(from, frame) {
@@ -66,7 +65,7 @@ impl ScenarioState {
             Action::EnterPhase { controller, phase } => self.jump(scenario, *controller, phase)?,
             Action::SetV2iState { id, state, rate_hz } => {
                 let rate = rate_hz.map(|hz| Rate::from_hz(hz).ok_or(Refusal::Rate(hz))).transpose()?;
-                let target = Target { id: *id, store: V2I_TRUTH };
+                let target = Target { id: *id, store: StoreId::V2I };
                 if !self.quirks.finds_mistakes_late {
                     self.set(target, state)?;
                 }
@@ -95,30 +94,31 @@ impl ScenarioState {
             }
             Action::End { .. } => {}
         }
-        self.note(ScenarioEvent::ActionDone(source));
+        self.log(ScenarioEvent::ActionDone(source));
         if let Action::End { success } = action {
             self.end(if *success { ScenarioOutcome::Success } else { ScenarioOutcome::Failure });
         }
         Ok(())
     }
 
-    /// The scenario is over; the first verdict counts.
+    /// Ends the scenario; the first verdict counts.
     pub(super) fn end(&mut self, verdict: ScenarioOutcome) {
         if self.verdict.is_none() {
             self.verdict = Some(verdict.clone());
-            self.note(ScenarioEvent::Ended(verdict));
-            // What was announced will not come; upstream goes on announcing it.
+            self.log(ScenarioEvent::Ended(verdict));
+            // The predicted phases will not begin; upstream goes on predicting them.
             if !self.quirks.predicts_after_end {
                 self.predictions.clear();
             }
         }
     }
 
-    pub(super) fn note(&mut self, what: ScenarioEvent) {
-        if self.notes.len() >= MAX_NOTES {
-            self.notes.pop_front();
+    /// Records an event of this moment.
+    pub(super) fn log(&mut self, event: ScenarioEvent) {
+        if self.events.len() >= MAX_EVENTS {
+            self.events.pop_front();
         }
-        self.notes.push_back(Note { at: Duration::from_nanos(self.now.nanos), what });
+        self.events.push_back(LoggedEvent { at: Duration::from_nanos(self.now.nanos), event });
     }
 
     fn set(&mut self, target: Target, state: &StateText) -> Result<(), Refusal> {
@@ -162,7 +162,7 @@ impl ScenarioState {
         Ok(explicit)
     }
 
-    /// Announces anew when other heads are copied; upstream waits for the next phase (Q5).
+    /// Predicts anew when other heads are copied; upstream waits for the next phase (Q5).
     fn renew_predictions(&mut self, scenario: &Scenario) -> Result<(), Refusal> {
         if !self.quirks.renews_predictions_late && self.verdict.is_none() {
             for (index, controller) in scenario.controllers.iter().enumerate() {
@@ -185,7 +185,7 @@ impl ScenarioState {
         let late = i64::try_from(late).unwrap_or(i64::MAX);
         let start_wall = WallStamp::from_nanos(self.wall.as_nanos().saturating_sub(late));
         self.controllers.enter(index, to, start_wall);
-        self.note(ScenarioEvent::PhaseEntered { controller: ControllerIndex(index), phase: to.phase });
+        self.log(ScenarioEvent::PhaseEntered { controller: ControllerIndex(index), phase: to.phase });
         if let Some(state) = self.controllers.state(ControllerIndex(index)) {
             self.predictions.renew(index, controller, state, &self.lights)?;
         }
@@ -199,13 +199,13 @@ impl ScenarioState {
         Ok(())
     }
 
-    /// Clears all that a phase names, then adds its states.
+    /// Clears the targets of a phase, then adds its states.
     fn fill(&mut self, phase: &Phase) -> Result<(), Refusal> {
         self.clear(phase.entries.iter())?;
         if self.quirks.unites_copies {
             return self.add(phase.entries.iter());
         }
-        // Explicit V2I states come last and take the place of copies.
+        // Explicit V2I states come last and replace copies.
         let (explicit, others): (Vec<_>, Vec<_>) =
             phase.entries.iter().partition(|entry| is_v2i_truth(entry));
         self.add(others.into_iter())?;
@@ -223,7 +223,7 @@ impl ScenarioState {
 }
 
 fn is_v2i_truth(entry: &PhaseEntry) -> bool {
-    entry.target.store == V2I_TRUTH
+    entry.target.store == StoreId::V2I
 }
 
 fn readable(state: &StateText) -> Result<(), Refusal> {

@@ -5,38 +5,29 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::target::{Channel, Layer, StoreId, Target};
-use super::text::{excerpt, is_blank};
+use super::text::{is_blank, printable};
 
-/// Why a text names no light.
+/// The reason why a text is not the id of a light, with the wrong part, cut when it is very long.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SignalIdError {
-    /// More than an id and a channel.
-    #[error("`{found}` is more than an id and a channel, as in `34802 v2i`")]
-    Format {
-        /// The whole text; a very long one is cut.
-        found: String,
-    },
-    /// The first part.
-    #[error("`{found}` is not an id: a whole number of at most 64 bits, without blanks before it")]
-    Id {
-        /// The first part; a very long one is cut.
-        found: String,
-    },
-    /// The second part.
-    #[error("`{found}` is not a channel: conventional, conventional_detected, v2i or v2i_detected")]
-    Channel {
-        /// The second part; a very long one is cut.
-        found: String,
-    },
+    /// The text has more parts than an id and a channel.
+    #[error("`{0}` is more than an id and a channel, as in `34802 v2i`")]
+    Format(String),
+    /// The part before the first blank is not an id.
+    #[error("`{0}` is not an id: a whole number of at most 64 bits, without blanks before it")]
+    Id(String),
+    /// The part after the blanks is not the name of a store.
+    #[error("`{0}` is not a channel: conventional, conventional_detected, v2i or v2i_detected")]
+    Channel(String),
 }
 
-/// A way or relation id: the whole text, decimal, with or without a sign.
+/// Reads a way or relation id: the whole text, decimal, with or without a sign.
 pub fn parse_id(text: &str) -> Result<i64, SignalIdError> {
-    text.parse().map_err(|_| SignalIdError::Id { found: shown(text) })
+    text.parse().map_err(|_| SignalIdError::Id(printable(text)))
 }
 
 impl Target {
-    /// `<id>` or `<id> <channel>`; the id alone means the ground truth of the conventional channel.
+    /// Reads `<id>` or `<id> <channel>`; the id alone means the ground truth of the conventional channel.
     pub fn parse(text: &str) -> Result<Self, SignalIdError> {
         let Some(end) = text.find(is_blank) else {
             return Ok(Self { id: parse_id(text)?, store: StoreId::CONVENTIONAL });
@@ -44,16 +35,16 @@ impl Target {
         let (id, rest) = text.split_at(end);
         let channel = rest.trim_start_matches(is_blank);
         if channel.contains(is_blank) {
-            return Err(SignalIdError::Format { found: shown(text) });
+            return Err(SignalIdError::Format(printable(text)));
         }
-        // An empty part is refused by what stands in its place.
+        // An empty part is refused together with the blanks beside it.
         let id = if id.is_empty() { text } else { id };
         let channel = if channel.is_empty() { rest } else { channel };
         Ok(Self { id: parse_id(id)?, store: channel.parse()? })
     }
 }
 
-/// As [`Target::parse`] reads it; the default store is not printed.
+/// In the form that [`Target::parse`] reads; the default store is not printed.
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { id, store } = self;
@@ -62,65 +53,31 @@ impl fmt::Display for Target {
 }
 
 impl StoreId {
-    /// What is meant when no channel is named.
-    pub const CONVENTIONAL: Self = Self { channel: Channel::Conventional, layer: Layer::GroundTruth };
-}
-
-/// Reads one of the four channel names.
-impl FromStr for StoreId {
-    type Err = SignalIdError;
-
-    fn from_str(name: &str) -> Result<Self, SignalIdError> {
-        let (channel, layer) = match name.strip_suffix(DETECTED) {
-            Some(channel) => (channel, Layer::Detected),
-            None => (name, Layer::GroundTruth),
-        };
-        let error = |_| SignalIdError::Channel { found: shown(name) };
-        Ok(Self { channel: channel.parse().map_err(error)?, layer })
-    }
-}
-
-/// `v2i_detected`
-impl fmt::Display for StoreId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let suffix = match self.layer {
-            Layer::GroundTruth => "",
-            Layer::Detected => DETECTED,
-        };
-        write!(f, "{}{suffix}", self.channel)
-    }
-}
-
-/// `conventional` or `v2i`
-impl FromStr for Channel {
-    type Err = SignalIdError;
-
-    fn from_str(name: &str) -> Result<Self, SignalIdError> {
-        let found = Self::ALL.into_iter().find(|channel| channel.name() == name);
-        found.ok_or_else(|| SignalIdError::Channel { found: shown(name) })
-    }
-}
-
-/// `v2i`
-impl fmt::Display for Channel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-const DETECTED: &str = "_detected";
-
-impl Channel {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Conventional => "conventional",
-            Self::V2i => "v2i",
+    /// The name of the store in scenarios and configurations.
+    pub const fn name(self) -> &'static str {
+        match (self.channel, self.layer) {
+            (Channel::Conventional, Layer::GroundTruth) => "conventional",
+            (Channel::Conventional, Layer::Detected) => "conventional_detected",
+            (Channel::V2i, Layer::GroundTruth) => "v2i",
+            (Channel::V2i, Layer::Detected) => "v2i_detected",
         }
     }
 }
 
-fn shown(text: &str) -> String {
-    excerpt(text).escape_debug().to_string()
+/// Reads one of the four names.
+impl FromStr for StoreId {
+    type Err = SignalIdError;
+
+    fn from_str(name: &str) -> Result<Self, SignalIdError> {
+        let found = Self::ALL.into_iter().find(|store| store.name() == name);
+        found.ok_or_else(|| SignalIdError::Channel(printable(name)))
+    }
+}
+
+impl fmt::Display for StoreId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
 #[cfg(test)]
@@ -129,10 +86,10 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn errors_name_the_part_that_is_wrong() {
-        let id = |found: &str| SignalIdError::Id { found: found.to_owned() };
-        let channel = |found: &str| SignalIdError::Channel { found: found.to_owned() };
-        let format = |found: &str| SignalIdError::Format { found: found.to_owned() };
+    fn errors_name_the_wrong_part() {
+        let id = |found: &str| SignalIdError::Id(found.to_owned());
+        let channel = |found: &str| SignalIdError::Channel(found.to_owned());
+        let format = |found: &str| SignalIdError::Format(found.to_owned());
         let cases = [
             ("", id("")),
             (" 34802", id(" 34802")),
@@ -154,15 +111,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_printed_is_read_back(id: i64, v2i: bool, detected: bool) {
-            let channel = if v2i { Channel::V2i } else { Channel::Conventional };
-            let layer = if detected { Layer::Detected } else { Layer::GroundTruth };
-            let target = Target { id, store: StoreId { channel, layer } };
+        fn printed_targets_are_read_back(id: i64, store in proptest::sample::select(&StoreId::ALL[..])) {
+            let target = Target { id, store };
             prop_assert_eq!(Target::parse(&target.to_string()), Ok(target));
         }
 
         #[test]
-        fn any_text_is_read_or_refused(text in "[0-9+v2i_dct \\PC\t-]{0,20}") {
+        fn any_text_is_read_or_refused_without_a_panic(text in "[0-9+v2i_dct \\PC\t-]{0,20}") {
             if let Ok(target) = Target::parse(&text) {
                 prop_assert_eq!(Target::parse(&target.to_string()), Ok(target));
             }

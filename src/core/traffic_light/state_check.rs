@@ -3,9 +3,9 @@
 use super::quirks::UpstreamQuirks;
 use super::scenario::StateText;
 use super::target::{Layer, StoreId};
-use super::text::excerpt;
+use super::text::printable;
 
-/// What writes a state. States over the API are not checked and have no place here.
+/// The writer of a state. States received on topics or over CAN are not checked, so they are not listed here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Writer {
     /// A phase of a controller.
@@ -14,34 +14,33 @@ pub enum Writer {
     Action,
 }
 
-/// Why a state may not be written.
+/// The reason why a state must not be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StateError {
-    /// It is not a state.
-    #[error("state `{text}`: {mistake}", text = excerpt(text).escape_debug())]
+    /// The text has a mistake.
+    #[error("state `{text}`: {mistake}", text = printable(text))]
     Mistake {
-        /// The state as written.
+        /// The text as it was written.
         text: String,
-        /// What is wrong with it.
+        /// The mistake, as text.
         mistake: String,
     },
-    /// Real lights are never unknown.
+    /// The state is unknown, which ground truth never is.
     #[error(
         "state `{text}`: `unknown` is what a pipeline reports, so it can be written to `{store}_detected` but \
          not to `{store}`",
-        text = excerpt(text).escape_debug()
+        text = printable(text)
     )]
     Reserved {
-        /// The state as written.
+        /// The text as it was written.
         text: String,
-        /// Where it was to be written.
+        /// The store that it was to be written to.
         store: StoreId,
     },
 }
 
-/// Refuses a state with a mistake, unless upstream's behaviour is asked for (it finds out when it
-/// applies it, Q20), and `unknown` anywhere in a state of a ground truth; upstream does not look at
-/// actions for it (Q8).
+/// Refuses a state with a mistake, which upstream finds when it applies the state (Q20), and `unknown` anywhere in
+/// a state of a ground truth, which upstream allows to actions (Q8).
 pub fn check_state(
     store: StoreId,
     state: &StateText,
@@ -70,7 +69,7 @@ mod tests {
     use crate::core::compat::Compat;
     use crate::core::traffic_light::target::Channel;
 
-    /// docs/spec/traffic-lights.md, "The word unknown",
+    /// docs/spec/traffic-lights.md, "The word unknown":
     /// every row of its table but the last, for both channels.
     #[test]
     fn unknown_is_for_detected_states() {
@@ -99,10 +98,9 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_says_where_the_state_could_go() {
-        let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
+    fn a_refusal_names_the_store_that_allows_unknown() {
         let state = StateText::new("unknown");
-        let error = check_state(store, &state, Writer::Action, Compat::Improved).unwrap_err();
+        let error = check_state(StoreId::V2I, &state, Writer::Action, Compat::Improved).unwrap_err();
         assert!(error.to_string().contains("written to `v2i_detected` but not to `v2i`"), "{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Diagnostics of the lights and the scenario.
+//! Diagnostics of the channels and of the scenario.
 
 use std::time::Duration;
 
@@ -9,9 +9,9 @@ use super::target::Channel;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::MonoTime;
 
-/// Controllers that are listed; the others are counted.
+/// The number of controllers that are listed.
 const MAX_LISTED: usize = 8;
-/// A rejected input is worth a warning for so long.
+/// The time for which a rejected input is a warning.
 const REJECTED_LATELY: Duration = Duration::from_secs(10);
 
 impl TrafficLights {
@@ -23,20 +23,18 @@ impl TrafficLights {
 
     fn channel_status(&self, node: &str, channel: Channel, now: MonoTime) -> Status {
         let (truth_rate, v2i_rate) = self.rates();
-        let [conventional, v2i] = self.counts;
-        let (name, counts, rate, stale) = match channel {
-            Channel::Conventional => ("conventional", conventional, truth_rate, 0),
-            Channel::V2i => ("v2i", v2i, v2i_rate, self.expiry.expired()),
+        let (name, rate, stale) = match channel {
+            Channel::Conventional => ("conventional", truth_rate, 0),
+            Channel::V2i => ("v2i", v2i_rate, self.expiry.expired()),
         };
-        let (truth, detected) =
-            (self.stores().truth(channel).counts(), self.stores().detected(channel).counts());
-        let lately = |at: MonoTime| now.since(at) < REJECTED_LATELY;
-        let rejected = counts.last_rejected.filter(|(_, at)| lately(*at));
+        let counts = self.counts[channel as usize];
+        let (truth, detected) = (self.stores().truth(channel).counts, self.stores().detected(channel).counts);
+        let rejected = counts.last_rejected.filter(|(_, at)| now.since(*at) < REJECTED_LATELY);
         let (level, message) = match (stale, rejected) {
             (0, None) => (Level::Ok, "normal".to_owned()),
             (0, Some((Some(id), _))) => (Level::Warn, format!("an input for {id} was rejected")),
-            (0, Some((None, _))) => (Level::Warn, "an input that makes no sense was rejected".to_owned()),
-            (_, _) => (Level::Warn, "lights are no longer renewed".to_owned()),
+            (0, Some((None, _))) => (Level::Warn, "an unreadable input was rejected".to_owned()),
+            (_, _) => (Level::Warn, "lights are no longer received".to_owned()),
         };
         let mut values = vec![
             ("lights", truth.lights.to_string()),
@@ -72,7 +70,7 @@ impl TrafficLights {
                 None => format!("{}: no phase yet", controller.name),
                 Some((start, phase)) => {
                     let next = match phase.duration {
-                        _ if self.verdict().is_some() => "stands still".to_owned(),
+                        _ if self.verdict().is_some() => "stopped".to_owned(),
                         None => "until an action".to_owned(),
                         Some(duration) => {
                             let end = start.after(duration).nanos;

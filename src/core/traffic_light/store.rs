@@ -1,8 +1,8 @@
 //! The four stores: ground truth and detections for each channel
 //! (docs/spec/traffic-lights.md, "Objects", "Stores and channels" and "Clearing").
 //!
-//! Improved mode looks an id up as a group first, then as a head, and keeps one entry for each head. Upstream
-//! keeps a detection under the id as it was written (Q3) and makes a light of each id it looks at (Q15).
+//! Improved mode resolves an id as a group first, then as a head, and keeps one entry for each head. Upstream
+//! keeps a detection under the id as it was written (Q3) and makes a light of each id that it reads (Q15).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,11 +18,11 @@ use crate::core::map::light_map::{HeadIndex, LightMap};
 /// The state of one light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// None = never touched, or not detected; the empty set = dark.
+    /// Its bulbs, empty when it is dark; `None` when it was never touched, or is not detected.
     pub bulbs: Option<BulbSet>,
-    /// 0 to 1, kept when the light is cleared; upstream takes any number.
+    /// Its confidence, 0 to 1, kept when the light is cleared; upstream takes any number.
     pub confidence: f64,
-    /// Number of the write that touched it last.
+    /// Number of the last write to it.
     pub(super) written: u64,
 }
 
@@ -35,20 +35,20 @@ pub enum Change {
     Add(BulbSet),
     /// Makes it dark, or no longer detected; its confidence is kept.
     Clear,
-    /// Forgets it, as if never touched.
+    /// Makes it untouched, as at the start.
     Remove,
     /// Sets its confidence.
     Confidence(f64),
 }
 
-/// An expected look of a light (docs/spec/traffic-lights.md, "Conditions and triggers").
+/// An expected state of a light (docs/spec/traffic-lights.md, "Conditions and triggers").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
-    /// No light comes out: no bulb, or in improved mode only `solidOff` ones (Q13).
+    /// No bulb, or in improved mode only `solidOff` ones (Q13).
     Dark,
-    /// These bulbs are among its own.
+    /// All of these bulbs, and maybe others.
     Contains(BulbSet),
-    /// These bulbs and no other.
+    /// These bulbs and no others.
     Exactly(BulbSet),
 }
 
@@ -56,24 +56,24 @@ pub enum Expected {
 #[derive(Debug, Clone)]
 pub struct GroundTruth {
     lights: Vec<Light>,
-    counts: BulbCounts,
-    change_log: ChangeLog,
+    pub(super) counts: BulbCounts,
+    pub(super) change_log: ChangeLog,
 }
 
-/// Detections of one channel. Key: way id of the head, for upstream the id as written.
+/// Detections of one channel, by way id of the head; for upstream by the id as it was written.
 #[derive(Debug, Clone)]
 pub struct Detected {
     entries: BTreeMap<i64, DetectedLight>,
-    counts: BulbCounts,
-    change_log: ChangeLog,
+    pub(super) counts: BulbCounts,
+    pub(super) change_log: ChangeLog,
 }
 
 /// A detection of a head.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectedLight {
-    /// The head; for upstream the first one when the key is that of a group.
+    /// The head; for upstream the first one when the key is the id of a group.
     pub head: HeadIndex,
-    /// Its detected state.
+    /// The detected state of the head.
     pub light: Light,
 }
 
@@ -86,7 +86,7 @@ pub struct Stores {
     writes: u64,
 }
 
-/// The heads an id means: those of the group, else the one head.
+/// The heads of an id: those of the group, else the one head.
 pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadIndex> + '_, Refusal> {
     let group = map.group(id);
     let head = if group.is_none() { map.head(id) } else { None };
@@ -99,7 +99,7 @@ pub fn heads_of(map: &LightMap, id: i64) -> Result<impl Iterator<Item = HeadInde
 impl Light {
     const UNTOUCHED: Self = Self { bulbs: None, confidence: 1.0, written: 0 };
 
-    /// Whether anything is different now.
+    /// Applies a change. Returns whether anything differs afterwards.
     fn apply(&mut self, change: Change, write: u64) -> bool {
         let before = (self.bulbs, self.confidence.to_bits());
         match change {
@@ -120,34 +120,26 @@ impl GroundTruth {
         self.lights.get(head.0 as usize)
     }
 
-    /// All heads, ascending by way id, those never touched too.
+    /// The lights of all heads, ascending by way id, those never touched too.
     pub fn lights(&self) -> &[Light] {
         &self.lights
     }
 
-    /// Differs from what it was whenever something is different.
+    /// Number of changes so far: it differs whenever a light does.
     pub fn changes(&self) -> u64 {
         self.change_log.changes()
-    }
-
-    pub(super) fn change_log(&self) -> &ChangeLog {
-        &self.change_log
-    }
-
-    pub(super) fn counts(&self) -> BulbCounts {
-        self.counts
     }
 
     fn apply(&mut self, head: HeadIndex, change: Change, write: u64, quirks: UpstreamQuirks) -> bool {
         let Some(light) = self.lights.get_mut(head.0 as usize) else { return false };
         let before = light.bulbs;
-        let created = quirks.touches_by_looking && light.bulbs.is_none();
+        let created = quirks.touches_by_reading && light.bulbs.is_none();
         if created {
             light.bulbs = Some(BulbSet::EMPTY);
         }
         let changed = light.apply(change, write) || created;
         if changed {
-            self.counts.turn(before, light.bulbs);
+            self.counts.change(before, light.bulbs);
             self.change_log.add(head);
         }
         changed
@@ -155,22 +147,14 @@ impl GroundTruth {
 }
 
 impl Detected {
-    /// The entries, ascending by key. One without bulbs only keeps a confidence.
+    /// The entries, ascending by key. An entry without bulbs only keeps a confidence.
     pub fn entries(&self) -> impl Iterator<Item = (i64, &DetectedLight)> {
         self.entries.iter().map(|(key, entry)| (*key, entry))
     }
 
-    /// Differs from what it was whenever something is different.
+    /// Number of changes so far: it differs whenever a light does.
     pub fn changes(&self) -> u64 {
         self.change_log.changes()
-    }
-
-    pub(super) fn change_log(&self) -> &ChangeLog {
-        &self.change_log
-    }
-
-    pub(super) fn counts(&self) -> BulbCounts {
-        self.counts
     }
 
     pub(super) fn light(&self, key: i64) -> Light {
@@ -201,7 +185,7 @@ impl Detected {
             }
         };
         if changed {
-            self.counts.turn(before, self.light(key).bulbs);
+            self.counts.change(before, self.light(key).bulbs);
             self.change_log.add(head);
         }
         changed
@@ -209,7 +193,7 @@ impl Detected {
 }
 
 impl Stores {
-    /// Nothing is known yet.
+    /// Creates the stores of a map, in which no light was touched.
     pub fn new(map: Arc<LightMap>, quirks: impl Into<UpstreamQuirks>) -> Self {
         let (heads, counts) = (map.heads().len(), BulbCounts::default());
         let change_log = ChangeLog::new(heads);
@@ -220,7 +204,7 @@ impl Stores {
         Self { map, quirks: quirks.into(), channels, writes: 0 }
     }
 
-    /// The map they are over.
+    /// The map of their lights.
     pub fn map(&self) -> &Arc<LightMap> {
         &self.map
     }
@@ -232,31 +216,19 @@ impl Stores {
 
     /// Ground truth of a channel.
     pub fn truth(&self, channel: Channel) -> &GroundTruth {
-        let [conventional, v2i] = &self.channels;
-        match channel {
-            Channel::Conventional => &conventional.0,
-            Channel::V2i => &v2i.0,
-        }
+        &self.channels[channel as usize].0
     }
 
     /// Detections of a channel.
     pub fn detected(&self, channel: Channel) -> &Detected {
-        let [conventional, v2i] = &self.channels;
-        match channel {
-            Channel::Conventional => &conventional.1,
-            Channel::V2i => &v2i.1,
-        }
+        &self.channels[channel as usize].1
     }
 
-    /// Changes all lights that the target means. Whether anything is different now; an unknown id
-    /// changes nothing.
+    /// Changes all lights of a target. Returns whether anything differs afterwards; an unknown id is refused.
     pub fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
         self.writes += 1;
-        let Self { map, quirks, channels: [conventional, v2i], writes } = self;
-        let (truth, detected) = match target.store.channel {
-            Channel::Conventional => conventional,
-            Channel::V2i => v2i,
-        };
+        let Self { map, quirks, channels, writes } = self;
+        let (truth, detected) = &mut channels[target.store.channel as usize];
         match target.store.layer {
             Layer::GroundTruth => {
                 let changed =
@@ -264,9 +236,9 @@ impl Stores {
                 Ok(changed.count() > 0)
             }
             Layer::Detected if !quirks.detects_by_written_id => {
-                let changed = heads_of(map, target.id)?.filter(|head| {
-                    let key = map.heads().get(head.0 as usize).map(|head| head.way_id);
-                    key.is_some_and(|key| detected.apply(key, *head, change, *writes, *quirks))
+                let changed = heads_of(map, target.id)?.filter(|index| {
+                    let head = map.at(*index);
+                    head.is_some_and(|head| detected.apply(head.way_id, *index, change, *writes, *quirks))
                 });
                 Ok(changed.count() > 0)
             }
@@ -281,34 +253,23 @@ impl Stores {
     /// Changes ground truth of one head.
     pub(super) fn write_head(&mut self, channel: Channel, head: HeadIndex, change: Change) {
         self.writes += 1;
-        let [conventional, v2i] = &mut self.channels;
-        let (truth, _) = match channel {
-            Channel::Conventional => conventional,
-            Channel::V2i => v2i,
-        };
-        truth.apply(head, change, self.writes, self.quirks);
+        self.channels[channel as usize].0.apply(head, change, self.writes, self.quirks);
     }
 
-    /// Whether all heads that the target means look as expected. Upstream makes lights of them.
+    /// Compares all heads of a target with an expected state. Upstream makes lights of them.
     pub fn matches(&mut self, target: Target, expected: Expected) -> Result<bool, Refusal> {
-        if self.quirks.touches_by_looking && target.store.layer == Layer::GroundTruth {
+        if self.quirks.touches_by_reading && target.store.layer == Layer::GroundTruth {
             self.write(target, Change::Add(BulbSet::EMPTY))?;
         }
         let is_dark = |bulb: Bulb| bulb.status == Status::SolidOff && !self.quirks.solid_off_is_not_dark;
         Ok(self.bulbs(target)?.all(|bulbs| match expected {
             Expected::Dark => bulbs.iter().all(is_dark),
-            Expected::Contains(wanted) => bulbs.contains_all(&wanted),
-            Expected::Exactly(wanted) => bulbs == wanted,
+            Expected::Contains(expected) => bulbs.contains_all(&expected),
+            Expected::Exactly(expected) => bulbs == expected,
         }))
     }
 
-    /// The bulbs of the target: those of a head joined by `, `, heads by `; `.
-    pub fn state_text(&self, target: Target) -> Result<String, Refusal> {
-        let texts: Vec<_> = self.bulbs(target)?.map(|bulbs| bulbs.to_string()).collect();
-        Ok(texts.join("; "))
-    }
-
-    /// Number of the last write to the light of an id, or to the first one of a group; 0 for none.
+    /// Number of the last write to the light of an id, or to the first one of a group; 0 when there is none.
     pub(super) fn written(&self, target: Target) -> u64 {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
         let light = match target.store.layer {
@@ -321,19 +282,17 @@ impl Stores {
         light.map_or(0, |light| light.written)
     }
 
-    /// The bulbs of each head that the target means; none where nothing is known.
-    fn bulbs(&self, target: Target) -> Result<impl Iterator<Item = BulbSet> + '_, Refusal> {
+    /// The bulbs of each head of a target, empty for a light that was never touched.
+    pub fn bulbs(&self, target: Target) -> Result<impl Iterator<Item = BulbSet> + '_, Refusal> {
         let (truth, detected) = (self.truth(target.store.channel), self.detected(target.store.channel));
-        // Upstream's detections are under the id as written: looked at once, whatever it means.
+        // Upstream's detections are under the id as written: one entry, even for a group.
         let as_written = target.store.layer == Layer::Detected && self.quirks.detects_by_written_id;
         let heads = heads_of(&self.map, target.id)?.take(if as_written { 1 } else { usize::MAX });
         Ok(heads.map(move |head| {
             let light = match target.store.layer {
                 Layer::GroundTruth => truth.light(head).copied(),
                 Layer::Detected if as_written => Some(detected.light(target.id)),
-                Layer::Detected => {
-                    self.map.heads().get(head.0 as usize).map(|head| detected.light(head.way_id))
-                }
+                Layer::Detected => self.map.at(head).map(|head| detected.light(head.way_id)),
             };
             light.and_then(|light| light.bulbs).unwrap_or_default()
         }))

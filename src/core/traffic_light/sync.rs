@@ -4,13 +4,10 @@ use std::collections::BTreeSet;
 
 use super::refusal::Refusal;
 use super::store::{Change, Stores, heads_of};
-use super::target::{Channel, Layer, StoreId, Target};
+use super::target::{Channel, StoreId, Target};
 use crate::core::map::light_map::HeadIndex;
 
-const CONVENTIONAL: StoreId = StoreId { channel: Channel::Conventional, layer: Layer::GroundTruth };
-const V2I: StoreId = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
-
-/// The stores, and which heads are copied. All writes come through here.
+/// The stores, with the heads that are copied. All writes but those of comparisons come through here.
 #[derive(Debug, Clone)]
 pub(super) struct SyncedStores {
     stores: Stores,
@@ -18,7 +15,7 @@ pub(super) struct SyncedStores {
 }
 
 impl SyncedStores {
-    /// No head is copied.
+    /// Creates a copier for which no head is enabled.
     pub(super) fn new(stores: Stores) -> Self {
         let enabled = vec![false; stores.map().heads().len()];
         Self { stores, enabled }
@@ -28,7 +25,7 @@ impl SyncedStores {
         &self.stores
     }
 
-    /// For comparisons, with which upstream makes lights.
+    /// The stores for comparisons, with which upstream makes lights.
     pub(super) fn stores_mut(&mut self) -> &mut Stores {
         &mut self.stores
     }
@@ -37,12 +34,14 @@ impl SyncedStores {
         self.enabled.get(head.0 as usize).is_some_and(|enabled| *enabled)
     }
 
-    /// Writes to a store, and again for V2I where it is copied: improved head by head, upstream when
-    /// the id itself is that of an enabled head (Q2). Confidence is never copied.
+    /// Writes to a store, and to V2I where it is copied: in improved mode head by head, in upstream mode when the
+    /// id itself is that of an enabled head (Q2). Confidence is never copied. Returns whether anything changed.
     pub(super) fn write(&mut self, target: Target, change: Change) -> Result<bool, Refusal> {
         let changed = self.stores.write(target, change)?;
         let is_copied = match change {
-            Change::Set(_) | Change::Add(_) | Change::Clear | Change::Remove => target.store == CONVENTIONAL,
+            Change::Set(_) | Change::Add(_) | Change::Clear | Change::Remove => {
+                target.store == StoreId::CONVENTIONAL
+            }
             Change::Confidence(_) => false,
         };
         if is_copied {
@@ -54,20 +53,20 @@ impl SyncedStores {
                     }
                 }
             } else if map.head(target.id).is_some_and(|head| self.is_enabled(head)) {
-                self.stores.write(Target { id: target.id, store: V2I }, change)?;
+                self.stores.write(Target { id: target.id, store: StoreId::V2I }, change)?;
             }
         }
         Ok(changed)
     }
 
-    /// Copies from now on, or no more. Returns the heads for which that is new. In improved mode
-    /// an unknown id is refused and nothing done, upstream passes over it (Q14).
+    /// Begins or ends copying. Returns the heads for which that is new. Improved mode refuses an unknown id and
+    /// does nothing then, upstream ignores it (Q14).
     pub(super) fn enable(&mut self, ids: &[i64], enable: bool) -> Result<BTreeSet<HeadIndex>, Refusal> {
         let mut heads = BTreeSet::new();
         for id in ids {
             match heads_of(self.stores.map(), *id) {
                 Ok(of_id) => heads.extend(of_id),
-                Err(_) if self.stores.quirks().passes_over_unknown_ids => {}
+                Err(_) if self.stores.quirks().ignores_unknown_ids => {}
                 Err(refusal) => return Err(refusal),
             }
         }
@@ -79,7 +78,7 @@ impl SyncedStores {
         Ok(heads)
     }
 
-    /// Copies what is so now; a light never touched stays so.
+    /// Copies the present state of a head; one that was never touched stays untouched.
     pub(super) fn copy_now(&mut self, head: HeadIndex) {
         let bulbs = self.stores.truth(Channel::Conventional).light(head).and_then(|light| light.bulbs);
         if let Some(bulbs) = bulbs {

@@ -1,6 +1,6 @@
-//! Which store of which channel a state is for (docs/spec/traffic-lights.md, "Stores and channels").
+//! The four stores of light states (docs/spec/traffic-lights.md, "Stores and channels").
 
-/// Over which equipment a state reaches the vehicle.
+/// The equipment over which a state reaches the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Lamps that a camera detects.
@@ -10,26 +10,40 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// Both.
+    /// Both channels, in the order of their numbers.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::V2i];
 }
 
-/// What is so, or what the vehicle's pipeline makes of it.
+/// The origin of a state: the light itself, or the vehicle's perception of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Layer {
-    /// What is so.
+    /// The state that the light has.
     GroundTruth,
-    /// What the pipeline reports instead.
+    /// The state that the perception pipeline reports instead.
     Detected,
 }
 
 /// One of the four stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StoreId {
-    /// Over which equipment.
+    /// The equipment over which its states reach the vehicle.
     pub channel: Channel,
-    /// Truth or detection.
+    /// The origin of its states.
     pub layer: Layer,
+}
+
+impl StoreId {
+    /// Ground truth of the conventional channel, which an id without a channel means.
+    pub const CONVENTIONAL: Self = Self { channel: Channel::Conventional, layer: Layer::GroundTruth };
+    /// Ground truth of the V2I channel.
+    pub const V2I: Self = Self { channel: Channel::V2i, layer: Layer::GroundTruth };
+    /// All four, in the order in which reports list them.
+    pub const ALL: [Self; 4] = [
+        Self::CONVENTIONAL,
+        Self { layer: Layer::Detected, ..Self::CONVENTIONAL },
+        Self::V2I,
+        Self { layer: Layer::Detected, ..Self::V2I },
+    ];
 }
 
 /// A light or group in one of the stores: `34802`, `34802 v2i_detected`.
@@ -37,6 +51,6 @@ pub struct StoreId {
 pub struct Target {
     /// Way id of a signal head, or relation id of a group.
     pub id: i64,
-    /// In which store.
+    /// The store that holds its state.
     pub store: StoreId,
 }

@@ -1,8 +1,8 @@
 //! States as text: `red flashing, green right` (docs/spec/traffic-lights.md, "State text").
 //!
 //! One bulb is colour, status and shape in this order, each optional: a missing colour is green, a
-//! missing status solidOn, a missing shape circle. Blanks between the words are optional as well, so
-//! the words are taken off the front of the text one after the other. A list of bulbs has commas
+//! missing status solidOn, a missing shape circle. Blanks between these parts are optional as well, so
+//! the parts are taken off the front of the text one after the other. A list of bulbs has commas
 //! between them.
 
 use std::fmt;
@@ -14,6 +14,7 @@ use super::scenario::StateText;
 #[cfg(test)]
 mod properties;
 
+/// Spellings of the colours; the first one of a colour is its name.
 const COLORS: &[(&str, Color)] = &[
     ("green", Color::Green),
     ("Green", Color::Green),
@@ -25,6 +26,7 @@ const COLORS: &[(&str, Color)] = &[
     ("white", Color::White),
     ("unknown", Color::Unknown),
 ];
+/// Spellings of the statuses; the first one of a status is its name.
 const STATUSES: &[(&str, Status)] = &[
     ("solidOn", Status::SolidOn),
     ("solidOff", Status::SolidOff),
@@ -33,6 +35,7 @@ const STATUSES: &[(&str, Status)] = &[
     ("flashing", Status::Flashing),
     ("unknown", Status::Unknown),
 ];
+/// Spellings of the shapes; the first one of a shape is its name.
 const SHAPES: &[(&str, Shape)] = &[
     ("circle", Shape::Circle),
     ("cross", Shape::Cross),
@@ -48,36 +51,36 @@ const SHAPES: &[(&str, Shape)] = &[
     ("unknown", Shape::Unknown),
 ];
 
-/// The longest piece of a wrong text that is repeated, characters.
+/// The length to which a wrong text is cut in an error, characters.
 const MAX_EXCERPT: usize = 40;
 
-/// What is wrong with a text, where, and what would be right.
+/// A mistake in a state text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TextError {
-    /// The word or character that does not fit; a very long one is cut.
+    /// The unexpected part of the text, cut when it is very long.
     pub found: String,
-    /// Where it stands in the whole text, in characters, from 1.
+    /// Its position in the whole text, in characters, from 1.
     pub column: usize,
-    /// Why it does not fit.
+    /// The kind of mistake.
     pub kind: TextErrorKind,
 }
 
-/// Why a word or character does not fit.
+/// The kind of a mistake in a state text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TextErrorKind {
-    /// A colour was asked for.
-    NoColor,
-    /// A status was asked for.
-    NoStatus,
-    /// A shape was asked for.
-    NoShape,
-    /// No spelling of anything, or not even a word.
-    NoWord,
-    /// A known word, but out of order or the second of its kind.
+    /// Expected a colour and nothing else.
+    NotAColor,
+    /// Expected a status and nothing else.
+    NotAStatus,
+    /// Expected a shape and nothing else.
+    NotAShape,
+    /// Not a spelling of a colour, status or shape.
+    NotAPart,
+    /// A part of a bulb that is out of order, or the second of its kind.
     Misplaced,
-    /// In a list: a bulb must begin here, with a letter.
-    NoBulb,
-    /// In a list: a bulb of one character.
+    /// Expected the first letter of a bulb, in a list.
+    NotABulb,
+    /// A bulb of one character, in a list.
     TooShort,
 }
 
@@ -86,14 +89,16 @@ impl fmt::Display for TextError {
         let Self { found, column, kind } = self;
         let found = found.escape_debug();
         match kind {
-            TextErrorKind::NoColor => {
+            TextErrorKind::NotAColor => {
                 write!(f, "`{found}` is not a colour; colours are {}", spellings(COLORS))
             }
-            TextErrorKind::NoStatus => {
+            TextErrorKind::NotAStatus => {
                 write!(f, "`{found}` is not a status; statuses are {}", spellings(STATUSES))
             }
-            TextErrorKind::NoShape => write!(f, "`{found}` is not a shape; shapes are {}", spellings(SHAPES)),
-            TextErrorKind::NoWord | TextErrorKind::TooShort => write!(
+            TextErrorKind::NotAShape => {
+                write!(f, "`{found}` is not a shape; shapes are {}", spellings(SHAPES))
+            }
+            TextErrorKind::NotAPart | TextErrorKind::TooShort => write!(
                 f,
                 "`{found}` at column {column} is not a part of a bulb; colours are {}; statuses are {}; shapes \
                  are {}",
@@ -106,7 +111,7 @@ impl fmt::Display for TextError {
                 "`{found}` at column {column} is out of place: a bulb is colour, status, shape in this order, \
                  each at most once, and begins without a blank"
             ),
-            TextErrorKind::NoBulb => write!(
+            TextErrorKind::NotABulb => write!(
                 f,
                 "`{found}` at column {column}: a bulb must begin here; one comma stands between two bulbs, and \
                  the text begins without a blank"
@@ -117,40 +122,61 @@ impl fmt::Display for TextError {
 
 impl std::error::Error for TextError {}
 
+impl Color {
+    /// The name in state texts.
+    pub fn name(self) -> &'static str {
+        name_of(COLORS, &self)
+    }
+}
+
+impl Status {
+    /// The name in state texts.
+    pub fn name(self) -> &'static str {
+        name_of(STATUSES, &self)
+    }
+}
+
+impl Shape {
+    /// The name in state texts.
+    pub fn name(self) -> &'static str {
+        name_of(SHAPES, &self)
+    }
+}
+
 impl FromStr for Color {
     type Err = TextError;
 
-    fn from_str(word: &str) -> Result<Self, TextError> {
-        named(COLORS, word, TextErrorKind::NoColor)
+    fn from_str(text: &str) -> Result<Self, TextError> {
+        spelled(COLORS, text, TextErrorKind::NotAColor)
     }
 }
 
 impl FromStr for Status {
     type Err = TextError;
 
-    fn from_str(word: &str) -> Result<Self, TextError> {
-        named(STATUSES, word, TextErrorKind::NoStatus)
+    fn from_str(text: &str) -> Result<Self, TextError> {
+        spelled(STATUSES, text, TextErrorKind::NotAStatus)
     }
 }
 
 impl FromStr for Shape {
     type Err = TextError;
 
-    fn from_str(word: &str) -> Result<Self, TextError> {
-        named(SHAPES, word, TextErrorKind::NoShape)
+    fn from_str(text: &str) -> Result<Self, TextError> {
+        spelled(SHAPES, text, TextErrorKind::NotAShape)
     }
 }
 
-/// One bulb. Empty text is one too: all defaults.
+/// Reads one bulb. Empty text is a bulb of defaults only.
 pub fn parse_bulb(text: &str) -> Result<Bulb, TextError> {
     let (color, rest) = take(COLORS, text, Color::Green);
     let (status, rest) = take(STATUSES, rest.trim_start_matches(is_blank), Status::SolidOn);
     let (shape, rest) = take(SHAPES, rest.trim_start_matches(is_blank), Shape::Circle);
     let rest = rest.trim_start_matches(is_blank);
-    if rest.is_empty() { Ok(Bulb { color, status, shape }) } else { Err(wrong_word(text, rest)) }
+    if rest.is_empty() { Ok(Bulb { color, status, shape }) } else { Err(unexpected_token(text, rest)) }
 }
 
-/// A list of bulbs, all or none of them. Empty text is the empty set.
+/// Reads a list of bulbs, all or none of them. Empty text is the empty set.
 pub fn parse_bulbs(text: &str) -> Result<BulbSet, TextError> {
     match read_bulbs(text) {
         (bulbs, None) => Ok(bulbs),
@@ -158,8 +184,8 @@ pub fn parse_bulbs(text: &str) -> Result<BulbSet, TextError> {
     }
 }
 
-/// A list of bulbs up to its first mistake, and that mistake: upstream applies what stands before
-/// it (Q20).
+/// Reads a list of bulbs up to its first mistake, and that mistake: upstream applies the bulbs before it
+/// (Q20).
 pub fn read_bulbs(text: &str) -> (BulbSet, Option<TextError>) {
     let mut bulbs = BulbSet::EMPTY;
     let mut rest = text;
@@ -179,7 +205,7 @@ pub fn read_bulbs(text: &str) -> (BulbSet, Option<TextError>) {
 }
 
 impl StateText {
-    /// Reads a state in both ways. It keeps a text with a mistake; `check_state` refuses it.
+    /// Reads a state as a list and as a single bulb. It keeps a text with a mistake; `check_state` refuses it.
     pub fn new(text: &str) -> Self {
         let (bulbs, mistake) = read_bulbs(text);
         Self {
@@ -191,12 +217,12 @@ impl StateText {
     }
 }
 
-/// What counts as white space: that of C, in ASCII.
+/// Returns whether a character is white space of C, in ASCII.
 pub(super) fn is_blank(char: char) -> bool {
     matches!(char, ' ' | '\t'..='\r')
 }
 
-/// The beginning of a text that may be very long, fit for one line.
+/// The beginning of a text that may be very long.
 pub(super) fn excerpt(text: &str) -> String {
     let mut cut: String = text.chars().take(MAX_EXCERPT).collect();
     if cut.len() < text.len() {
@@ -205,16 +231,21 @@ pub(super) fn excerpt(text: &str) -> String {
     cut
 }
 
-/// The first bulb of a list that is not empty, and what stands after it and its comma.
+/// The beginning of a text, as one line.
+pub(super) fn printable(text: &str) -> String {
+    excerpt(text).escape_debug().to_string()
+}
+
+/// Reads the first bulb of a list that is not empty. Returns the rest after it and its comma too.
 fn next_bulb(text: &str) -> Result<(Bulb, &str), TextError> {
-    let end = text.find(|char| !is_word(char) && !is_blank(char)).unwrap_or(text.len());
+    let end = text.find(|char| !is_token(char) && !is_blank(char)).unwrap_or(text.len());
     let (item, after) = text.split_at(end);
     let wrong = |kind| {
         let found = text.chars().take(1).collect();
         Err(TextError { found, column: 1, kind })
     };
-    if !item.starts_with(is_word) {
-        return wrong(TextErrorKind::NoBulb);
+    if !item.starts_with(is_token) {
+        return wrong(TextErrorKind::NotABulb);
     }
     if item.len() < 2 {
         return wrong(TextErrorKind::TooShort);
@@ -223,44 +254,49 @@ fn next_bulb(text: &str) -> Result<(Bulb, &str), TextError> {
     Ok((bulb, after.strip_prefix(',').unwrap_or(after).trim_start_matches(is_blank)))
 }
 
-/// Why no bulb goes on with `rest`, the end of `text`.
-fn wrong_word(text: &str, rest: &str) -> TextError {
-    let word = leading_word(rest);
+/// The mistake when a bulb cannot continue with `rest`, the end of `text`.
+fn unexpected_token(text: &str, rest: &str) -> TextError {
+    let token = leading_token(rest);
     let known = COLORS.iter().map(|(name, _)| *name).chain(STATUSES.iter().map(|(name, _)| *name));
-    let is_known = known.chain(SHAPES.iter().map(|(name, _)| *name)).any(|name| name == word);
+    let is_known = known.chain(SHAPES.iter().map(|(name, _)| *name)).any(|name| name == token);
     let (before, _) = text.split_at(text.len() - rest.len());
-    // A word that only begins like a known one is shown whole.
-    let is_end_of_word = !is_known && !word.is_empty();
-    let start = if is_end_of_word { before.trim_end_matches(is_word).len() } else { before.len() };
-    let (before, from_word) = text.split_at(start);
-    let whole = leading_word(from_word);
-    let found = if whole.is_empty() { from_word.chars().take(1).collect() } else { excerpt(whole) };
-    let kind = if is_known { TextErrorKind::Misplaced } else { TextErrorKind::NoWord };
+    // A token that only begins like a known one is shown whole.
+    let is_end_of_token = !is_known && !token.is_empty();
+    let start = if is_end_of_token { before.trim_end_matches(is_token).len() } else { before.len() };
+    let (before, from_token) = text.split_at(start);
+    let whole = leading_token(from_token);
+    let found = if whole.is_empty() { from_token.chars().take(1).collect() } else { excerpt(whole) };
+    let kind = if is_known { TextErrorKind::Misplaced } else { TextErrorKind::NotAPart };
     TextError { found, column: before.chars().count() + 1, kind }
 }
 
-fn leading_word(text: &str) -> &str {
-    text.split(|char| !is_word(char)).next().unwrap_or_default()
+fn leading_token(text: &str) -> &str {
+    text.split(|char| !is_token(char)).next().unwrap_or_default()
 }
 
-fn is_word(char: char) -> bool {
+/// Returns whether a character can be in the name of a colour, status or shape.
+fn is_token(char: char) -> bool {
     char.is_ascii_alphanumeric() || char == '_'
 }
 
 /// Takes the longest spelling off the front; leaves the text as it is when there is none.
-fn take<'a, T: Copy>(words: &[(&str, T)], text: &'a str, default: T) -> (T, &'a str) {
-    let found = words.iter().filter_map(|(name, value)| Some((*value, text.strip_prefix(name)?)));
+fn take<'a, T: Copy>(parts: &[(&str, T)], text: &'a str, default: T) -> (T, &'a str) {
+    let found = parts.iter().filter_map(|(name, value)| Some((*value, text.strip_prefix(name)?)));
     found.min_by_key(|(_, rest)| rest.len()).unwrap_or((default, text))
 }
 
-fn named<T: Copy>(words: &[(&str, T)], word: &str, kind: TextErrorKind) -> Result<T, TextError> {
-    let found = words.iter().find(|(name, _)| *name == word);
-    let error = || TextError { found: excerpt(word), column: 1, kind };
+fn spelled<T: Copy>(parts: &[(&str, T)], text: &str, kind: TextErrorKind) -> Result<T, TextError> {
+    let found = parts.iter().find(|(name, _)| *name == text);
+    let error = || TextError { found: excerpt(text), column: 1, kind };
     found.map(|(_, value)| *value).ok_or_else(error)
 }
 
-fn spellings<T>(words: &[(&str, T)]) -> String {
-    words.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+fn name_of<T: PartialEq>(parts: &[(&'static str, T)], value: &T) -> &'static str {
+    parts.iter().find(|(_, known)| known == value).map_or("", |(name, _)| name)
+}
+
+fn spellings<T>(parts: &[(&str, T)]) -> String {
+    parts.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -268,21 +304,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mistake_names_its_word_and_its_place_in_the_whole_text() {
-        use TextErrorKind::{Misplaced, NoBulb, NoWord, TooShort};
+    fn a_mistake_names_its_token_and_column() {
+        use TextErrorKind::{Misplaced, NotABulb, NotAPart, TooShort};
         let cases = [
-            ("blue", "blue", 1, NoWord),
-            ("redd", "redd", 1, NoWord),
-            ("red, green left2", "left2", 12, NoWord),
-            ("red flashing wrong_shape", "wrong_shape", 14, NoWord),
+            ("blue", "blue", 1, NotAPart),
+            ("redd", "redd", 1, NotAPart),
+            ("red, green left2", "left2", 12, NotAPart),
+            ("red flashing wrong_shape", "wrong_shape", 14, NotAPart),
             ("right red", "red", 7, Misplaced),
             ("red, rightred", "red", 11, Misplaced),
             ("green right left", "left", 13, Misplaced),
-            (" red", " ", 1, NoBulb),
-            ("red,,green", ",", 5, NoBulb),
-            ("red;green", ";", 4, NoBulb),
-            ("red, grün", "gr", 6, NoWord),
-            ("red, ü", "ü", 6, NoBulb),
+            (" red", " ", 1, NotABulb),
+            ("red,,green", ",", 5, NotABulb),
+            ("red;green", ";", 4, NotABulb),
+            ("red, grün", "gr", 6, NotAPart),
+            ("red, ü", "ü", 6, NotABulb),
             ("red, r", "r", 6, TooShort),
         ];
         for (text, found, column, kind) in cases {
@@ -290,12 +326,12 @@ mod tests {
             assert_eq!(parse_bulbs(text), Err(expected), "{text:?}");
         }
         let error = parse_bulb("red;").unwrap_err();
-        assert_eq!((error.found.as_str(), error.column, error.kind), (";", 4, NoWord));
+        assert_eq!((error.found.as_str(), error.column, error.kind), (";", 4, NotAPart));
         assert_eq!(parse_bulb(" red").map_err(|error| error.kind), Err(Misplaced));
     }
 
     #[test]
-    fn a_mistake_reads_as_one_line_that_says_what_is_allowed() {
+    fn a_mistake_prints_as_one_line_with_the_valid_spellings() {
         let text = "\u{7}".to_owned() + &"long".repeat(100);
         for text in ["blue", "red red", "red,,", "r", &text, &text[1..]] {
             let line = parse_bulbs(text).unwrap_err().to_string();
@@ -308,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_keeps_what_it_says_in_both_ways_and_what_is_wrong() {
+    fn a_state_is_read_as_a_list_and_as_a_single_bulb() {
         let state = StateText::new("red, blue, green");
         assert_eq!(state.bulbs.to_string(), "red solidOn circle");
         assert!(state.mistake.is_some_and(|mistake| mistake.starts_with("`blue` at column 6")));

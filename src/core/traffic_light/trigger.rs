@@ -1,8 +1,8 @@
 //! Triggers: tests, their edges and delays
 //! (docs/spec/traffic-lights.md, "Conditions and triggers").
 //!
-//! A test's value is delayed first and its edge looked for after that, which comes to the same. The
-//! first value of a test is not an edge.
+//! The value of a test is delayed first and then checked for an edge, which is the same as the other way round.
+//! The first value of a test is not an edge.
 
 use std::cmp::Ordering;
 use std::collections::VecDeque;
@@ -17,30 +17,31 @@ use super::scenario_state::ScenarioState;
 use super::store::Expected;
 use super::target::Target;
 
-/// What a trigger remembers: one memory for each condition of each group.
+/// The state of a trigger: that of each condition of each group.
 #[derive(Debug, Clone)]
-pub(super) struct TriggerMemory {
-    groups: Vec<Vec<ConditionMemory>>,
-    /// Before this time, nanoseconds since the start of the scenario, it surely does not fire.
+pub(super) struct TriggerState {
+    groups: Vec<Vec<ConditionState>>,
+    /// The time before which it does not fire, nanoseconds since the start of the scenario.
     idle_until: u64,
 }
 
 #[derive(Debug, Clone, Default)]
-struct ConditionMemory {
-    /// Changes of the value within the delay, and the last one before it.
+struct ConditionState {
+    /// The changes of the value within the delay, and the last one before it.
     history: VecDeque<(Moment, bool)>,
-    /// The delayed value, last time.
+    /// The delayed value at the last evaluation.
     previous: Option<bool>,
 }
 
-impl TriggerMemory {
+impl TriggerState {
     pub(super) fn new(trigger: &Trigger) -> Self {
         let groups = trigger.groups.iter();
-        let groups = groups.map(|group| vec![ConditionMemory::default(); group.len()]).collect();
+        let groups = groups.map(|group| vec![ConditionState::default(); group.len()]).collect();
         Self { groups, idle_until: 0 }
     }
 
-    /// Whether it fires. `element` is whether an act, event or action by that name is in that state.
+    /// Evaluates the trigger; returns whether it fires. `element` returns whether an act, event or action of a name is
+    /// in a state.
     pub(super) fn fires(
         &mut self,
         trigger: &Trigger,
@@ -52,12 +53,12 @@ impl TriggerMemory {
             return Ok(false);
         }
         let mut fires = false;
-        for (group, memories) in trigger.groups.iter().zip(&mut self.groups) {
+        for (group, states) in trigger.groups.iter().zip(&mut self.groups) {
             let mut all = true;
-            // All are looked at, for the sake of their edges.
-            for (condition, memory) in group.iter().zip(memories) {
+            // All conditions are evaluated, since their edges depend on it.
+            for (condition, state) in group.iter().zip(states) {
                 let value = value(&condition.test, scenario, scenario_state, &element)?;
-                all &= memory.is_true(condition, value, scenario_state.now, scenario_state.quirks);
+                all &= state.is_true(condition, value, scenario_state.now, scenario_state.quirks);
             }
             fires |= all;
         }
@@ -65,15 +66,15 @@ impl TriggerMemory {
         Ok(fires)
     }
 
-    /// It does not fire now, nor before that. Once an edge is past, only values that change can make
-    /// it fire, and that of a time changes when the time has come, or right after. Other values can
-    /// change any time; upstream's clock is another one.
+    /// The earliest time at which it can fire, when it does not fire now. After an edge only a change of a value can
+    /// make it fire, and that of a time changes when the time is reached, or right after. Other values can change at
+    /// any time, and upstream has another clock.
     fn next(&self, trigger: &Trigger, scenario_state: &ScenarioState) -> u64 {
         let now = scenario_state.now.nanos;
         let conditions = trigger.groups.iter().flatten().zip(self.groups.iter().flatten());
         let is_exact = !scenario_state.quirks.slips_by_frames;
-        let next = conditions.map(|(condition, memory)| match &condition.test {
-            Test::SimulationTime { value, .. } if is_exact && memory.is_settled() => {
+        let next = conditions.map(|(condition, state)| match &condition.test {
+            Test::SimulationTime { value, .. } if is_exact && state.is_settled() => {
                 let at = u64::try_from(value.as_nanos()).unwrap_or(u64::MAX);
                 match now.cmp(&at) {
                     Ordering::Less => at,
@@ -87,8 +88,8 @@ impl TriggerMemory {
     }
 }
 
-impl ConditionMemory {
-    /// No change of the value is still being delayed.
+impl ConditionState {
+    /// Returns whether no change of the value is being delayed.
     fn is_settled(&self) -> bool {
         self.history.len() == 1 && self.previous.is_some()
     }
@@ -158,7 +159,7 @@ fn matches(
     scenario_state.lights.stores_mut().matches(target, expected)
 }
 
-/// Name of the phase a controller is in; none before the first one (Q12).
+/// Name of a controller's present phase; `None` before the first one (Q12).
 fn phase_name<'a>(
     scenario: &'a Scenario,
     scenario_state: &ScenarioState,
@@ -198,14 +199,14 @@ mod tests {
         Condition { name: String::new(), test, edge, delay: Duration::from_secs(delay_s) }
     }
 
-    /// What comes of values one second apart, `#` for true.
+    /// The results of a condition for values one second apart, `#` for true.
     fn run(edge: Edge, delay_s: u64, values: &str) -> String {
-        let (condition, mut memory) = (condition(edge, delay_s), ConditionMemory::default());
+        let (condition, mut state) = (condition(edge, delay_s), ConditionState::default());
         let mut now = Moment::default();
         values
             .chars()
             .map(|value| {
-                let is_true = memory.is_true(&condition, value == '#', now, UpstreamQuirks::default());
+                let is_true = state.is_true(&condition, value == '#', now, UpstreamQuirks::default());
                 now = now.after(Duration::from_secs(1));
                 if is_true { '#' } else { '.' }
             })
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_are_true_once_and_never_at_first_sight() {
+    fn an_edge_is_true_once_and_the_first_value_is_no_edge() {
         for (edge, expected) in [
             (Edge::None, "##..##.#"),
             (Edge::Rising, "....#..#"),
@@ -242,7 +243,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn idle_triggers_miss_nothing(
+        fn idle_triggers_fire_when_busy_ones_do(
             groups in vec(vec(time_condition(), 1..3), 0..3),
             steps in vec(1..4_u64, 1..30),
         ) {
@@ -251,18 +252,18 @@ mod tests {
                 LightsSettings::new(Arc::new(LightMap::default()), scenario.clone(), UpstreamQuirks::default());
             let now = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
             let mut scenario_state = TrafficLights::new(settings, now).scenario_state;
-            let (mut idle, mut busy) = (TriggerMemory::new(&trigger), TriggerMemory::new(&trigger));
+            let (mut idle, mut busy) = (TriggerState::new(&trigger), TriggerState::new(&trigger));
             for step in steps {
                 scenario_state.now.nanos += step;
                 busy.idle_until = 0;
-                let [seen, expected] = [&mut idle, &mut busy]
-                    .map(|memory| memory.fires(&trigger, &scenario, &mut scenario_state, |_, _| false).unwrap());
-                prop_assert_eq!(seen, expected, "at {}", scenario_state.now.nanos);
+                let [found, expected] = [&mut idle, &mut busy]
+                    .map(|state| state.fires(&trigger, &scenario, &mut scenario_state, |_, _| false).unwrap());
+                prop_assert_eq!(found, expected, "at {}", scenario_state.now.nanos);
             }
         }
 
         #[test]
-        fn a_delay_moves_everything_and_loses_nothing(values in "[.#]{1,40}", delay in 0..5_usize) {
+        fn a_delay_shifts_the_result(values in "[.#]{1,40}", delay in 0..5_usize) {
             for edge in [Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling] {
                 let prompt = run(edge, 0, &values);
                 let late = run(edge, delay as u64, &values);

@@ -1,11 +1,11 @@
-//! Traffic-light states that a V2X unit sends over CAN, judged like every received signal: what is
-//! believed of each group now, and what no longer holds (docs/spec/traffic-lights.md, "V2X unit on CAN").
+//! Traffic-light states that a V2X unit sends over CAN, validated like every received signal
+//! (docs/spec/traffic-lights.md, "V2X unit on CAN").
 //!
-//! What is known belongs in the *ground truth* of the v2i channel: ground truth of a network is what
+//! Valid states belong in the *ground truth* of the v2i channel: ground truth of a network is what
 //! the network reports, and the detected store stays free for imitating errors of the reception.
 //! Ground truth cannot be "unknown". So a group that is not available, faulty, undefined, stale or cut
-//! off is *removed* instead: an arbiter takes a missing group for one that the network does not report
-//! of, which is the case, while a held one would be an old light shown as a present one.
+//! off is *removed* instead: an arbiter takes a missing group for one that the network does not report,
+//! which is the case, while a held one would be an old light shown as a present one.
 
 pub mod binding;
 mod finding;
@@ -21,31 +21,31 @@ use crate::core::validation::observation::{MissingReason, Observation, Observati
 use crate::core::validation::table::{MessageIndex, Role, SignalIndex};
 use binding::{Cycle, Group, V2iBinding, V2iSource, V2iStates};
 
-pub use finding::{GroupFinding, TASK_NAME};
+pub use finding::GroupFinding;
 
-/// A state that is believed.
+/// A valid state of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValidState {
-    /// At least one bulb.
+    /// The bulbs of the group, at least one.
     pub bulbs: BulbSet,
-    /// 0 to 1.
+    /// The confidence of the unit, 0 to 1.
     pub confidence: f64,
-    /// When its frame came.
+    /// Receive time and stamp of its frame.
     pub received: Received,
 }
 
-/// Why no state of a group is believed. Raw values go with their signals.
+/// The reason why a group has no valid state. Raw values follow their signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InvalidReason {
-    /// No believable value of this signal.
+    /// No valid value of this signal was received.
     Absent(SignalIndex, MissingReason),
-    /// The message is received, but without this group since start or since it broke off.
+    /// The message is received, but without this group since the start or since an interruption.
     NotReceived,
     /// The message is received, but without this group for longer than its limit.
     NotReceivedAgain,
     /// A status signal reports that the states cannot be used.
     Unusable(SignalIndex, i128),
-    /// The unit reports that it does not know.
+    /// The unit reports that the state is not available.
     NotAvailable(SignalIndex, i128),
     /// The unit reports a fault.
     Fault(SignalIndex, i128),
@@ -53,72 +53,72 @@ pub enum InvalidReason {
     Undefined(SignalIndex, i128),
 }
 
-/// What to do with one entry of the store.
+/// A change of one entry of the store.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
-    /// Put this there; `None` = remove what is there.
+    /// The new state; `None` removes the entry.
     pub state: Option<ValidState>,
 }
 
-/// What came of a call of [`V2iReception::settle`].
+/// The result of [`V2iReception::settle`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settled {
-    /// In the order of the profile; an entry whose bulbs and confidence stay the same is not in it.
+    /// The entries whose bulbs or confidence changed, in the order of the profile.
     pub changes: Vec<Change>,
-    /// Whether the diagnostics have changed.
+    /// True when the diagnostics have changed.
     pub news: bool,
 }
 
-/// Counts since start.
+/// Counts of received states since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct V2iCounts {
-    /// Trusted frames with a group that the profile does not map.
+    /// Number of valid frames with a group that the profile does not map.
     pub unmapped: u64,
-    /// Times a group's state, status or confidence became a value without meaning.
+    /// Number of times that a group's state, status or confidence became undefined.
     pub undefined: u64,
 }
 
-/// Receives the states of all bound groups.
+/// The reception of the states of all bound groups.
 #[derive(Debug, Clone)]
 pub struct V2iReception {
     binding: V2iBinding,
     observations: Observations,
-    /// Every group of every source, in the order of the profile.
+    /// The groups of all sources, in the order of the profile.
     groups: Vec<Tracked>,
     counts: V2iCounts,
 }
 
-/// One group with what is known of it.
+/// One group and its state.
 #[derive(Debug, Clone)]
 struct Tracked {
-    /// Its source, by position, and its own position there.
+    /// The position of its source, and its own position there.
     at: (usize, usize),
-    /// The last state that a cycling message carried.
-    last: Option<LastJudgement>,
-    /// What was judged last; `None` before the first time.
-    judged: Option<Judged>,
+    /// Its state in the last frame of a cycling message that carried it.
+    last: Option<CyclingState>,
+    /// Its state at the last call of `settle`; `None` before the first.
+    state: Option<State>,
 }
 
-type Judged = Result<ValidState, InvalidReason>;
+type State = Result<ValidState, InvalidReason>;
 
 /// The state in one frame of a cycling message.
 #[derive(Debug, Clone, Copy)]
-struct LastJudgement {
-    state: Judged,
+struct CyclingState {
+    state: State,
     at: MonoTime,
 }
 
 impl V2iReception {
-    /// Nothing was received yet.
+    /// Creates the reception of a profile. Nothing has been received.
     pub fn new(binding: V2iBinding) -> Self {
         let groups = binding.sources.iter().enumerate().flat_map(|(source, bound)| {
             let count = match &bound.states {
                 V2iStates::Single(_) => 1,
                 V2iStates::Cycling(cycle) => cycle.groups.len(),
             };
-            (0..count).map(move |own| Tracked { at: (source, own), last: None, judged: None })
+            (0..count).map(move |own| Tracked { at: (source, own), last: None, state: None })
         });
         let groups = groups.collect();
         Self {
@@ -129,17 +129,12 @@ impl V2iReception {
         }
     }
 
-    /// What the profile binds.
+    /// The binding of the profile.
     pub fn binding(&self) -> &V2iBinding {
         &self.binding
     }
 
-    /// The last values.
-    pub fn observations(&self) -> &Observations {
-        &self.observations
-    }
-
-    /// Counts since start.
+    /// Counts since the start.
     pub fn counts(&self) -> V2iCounts {
         self.counts
     }
@@ -164,11 +159,11 @@ impl V2iReception {
             })
         };
         for (index, _, cycle) in cycles() {
-            // A state from before a message broke off does not come back with it.
-            let broke_off = cycle.groups.first().is_some_and(|(_, group)| {
+            // A state from before an interruption of the message is not valid after it.
+            let is_interrupted = cycle.groups.first().is_some_and(|(_, group)| {
                 observations.valid(&binding.table, group.state.signal, buses, now.mono).is_err()
             });
-            if broke_off {
+            if is_interrupted {
                 for group in of_source(groups, index) {
                     group.last = None;
                 }
@@ -189,12 +184,12 @@ impl V2iReception {
             let mut own_status =
                 source.status.iter().filter(|role| binding.message_of(role.signal) == message);
             let status = own_status.try_for_each(|role| usable(role, raw(role.signal)));
-            let state = status.and_then(|()| believe(group, received, |signal| Ok(raw(signal))));
-            of_source(groups, index)[own].last = Some(LastJudgement { state, at: now.mono });
+            let state = status.and_then(|()| state_of(group, received, |signal| Ok(raw(signal))));
+            of_source(groups, index)[own].last = Some(CyclingState { state, at: now.mono });
         }
     }
 
-    /// Forgets what came over a bus. Call [`Self::settle`] afterwards.
+    /// Forgets all that was received on a bus. Call [`Self::settle`] afterwards.
     pub fn forget_bus(&mut self, bus: BusIndex) {
         self.observations.forget_bus(&self.binding.table, bus);
     }
@@ -204,44 +199,43 @@ impl V2iReception {
         self.observations.forget_events(&self.binding.table, bus);
     }
 
-    /// Judges all groups now and returns the changes.
+    /// Evaluates the states of all groups now and returns the changes.
     pub fn settle(&mut self, buses: &[Bus], now: Now) -> Settled {
         let Self { binding, observations, groups, counts } = self;
         let mut settled = Settled::default();
         for tracked in groups {
             let Some((source, group)) = bound(binding, tracked.at) else { continue };
-            let judged = judge((binding, observations, buses, now.mono), source, group, tracked.last);
-            let before = tracked.judged.replace(judged);
-            let content = |judged: Judged| judged.ok().map(|state| (state.bulbs, state.confidence));
-            if content(judged) != before.and_then(content) {
-                settled.changes.push(Change { id: group.id, state: judged.ok() });
+            let state = evaluate((binding, observations, buses, now.mono), source, group, tracked.last);
+            let before = tracked.state.replace(state);
+            let content = |state: State| state.ok().map(|state| (state.bulbs, state.confidence));
+            if content(state) != before.and_then(content) {
+                settled.changes.push(Change { id: group.id, state: state.ok() });
             }
-            settled.news |= before
-                .is_none_or(|before| (content(before), before.err()) != (content(judged), judged.err()));
-            let undefined = |judged: Judged| matches!(judged, Err(InvalidReason::Undefined(..)));
-            counts.undefined += u64::from(undefined(judged) && !before.is_some_and(undefined));
+            settled.news |=
+                before.is_none_or(|before| (content(before), before.err()) != (content(state), state.err()));
+            let undefined = |state: State| matches!(state, Err(InvalidReason::Undefined(..)));
+            counts.undefined += u64::from(undefined(state) && !before.is_some_and(undefined));
         }
         settled
     }
 
-    /// What was believed of each group when all was settled last, in the order of the profile, with the
-    /// times of the newest frames.
+    /// The valid states at the last call of [`Self::settle`], by id, in the order of the profile.
     pub fn valid_states(&self) -> impl Iterator<Item = (i64, ValidState)> {
         self.groups.iter().filter_map(|tracked| {
             let (_, group) = bound(&self.binding, tracked.at)?;
-            Some((group.id, tracked.judged?.ok()?))
+            Some((group.id, tracked.state?.ok()?))
         })
     }
 
-    /// When to call [`Self::settle`] with nothing happening.
+    /// The next time to call [`Self::settle`] if nothing is received; `None` when only an input changes anything.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
-        let over_at = |tracked: &Tracked| {
+        let expiry = |tracked: &Tracked| {
             let V2iStates::Cycling(cycle) = &self.binding.sources.get(tracked.at.0)?.states else {
                 return None;
             };
             Some(deadline_after(tracked.last?.at, cycle.timeout))
         };
-        let groups = self.groups.iter().filter_map(over_at).filter(|at| *at > now);
+        let groups = self.groups.iter().filter_map(expiry).filter(|at| *at > now);
         groups.chain(self.observations.next_deadline(&self.binding.table, now)).min()
     }
 }
@@ -263,41 +257,42 @@ fn bound(binding: &V2iBinding, (source, own): (usize, usize)) -> Option<(&V2iSou
 }
 
 /// Binding, last values, buses and time.
-type View<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
+type Context<'a> = (&'a V2iBinding, &'a Observations, &'a [Bus], MonoTime);
 
-fn judge(view: View<'_>, source: &V2iSource, group: &Group, last: Option<LastJudgement>) -> Judged {
-    let (binding, _, _, now) = view;
+/// The state of a group now. `last` is its state in a cycling message.
+fn evaluate(context: Context<'_>, source: &V2iSource, group: &Group, last: Option<CyclingState>) -> State {
+    let (binding, _, _, now) = context;
     let cycle = match &source.states {
         V2iStates::Single(_) => None,
         V2iStates::Cycling(cycle) => Some(cycle),
     };
     for role in &source.status {
-        // The integrity of a cycling message's frame was judged with the frame.
+        // A status signal of the cycling message was evaluated with its frame.
         if cycle.is_some_and(|cycle| binding.message_of(cycle.group) == binding.message_of(role.signal)) {
             continue;
         }
-        usable(role, last_observation(view, role.signal)?.raw)?;
+        usable(role, last_observation(context, role.signal)?.raw)?;
     }
-    let newest = last_observation(view, group.state.signal)?;
+    let newest = last_observation(context, group.state.signal)?;
     match (cycle, last) {
         (Some(_), None) => Err(InvalidReason::NotReceived),
         (Some(cycle), Some(last)) if now.since(last.at) > cycle.timeout => {
             Err(InvalidReason::NotReceivedAgain)
         }
         (Some(_), Some(last)) => last.state,
-        (None, _) => believe(group, newest.received, |signal| Ok(last_observation(view, signal)?.raw)),
+        (None, _) => state_of(group, newest.received, |signal| Ok(last_observation(context, signal)?.raw)),
     }
 }
 
-/// The last value of a signal, when it may be believed.
+/// The last value of a signal, if it is valid.
 fn last_observation(
-    (binding, observations, buses, now): View<'_>,
+    (binding, observations, buses, now): Context<'_>,
     signal: SignalIndex,
 ) -> Result<Observation, InvalidReason> {
     observations.valid(&binding.table, signal, buses, now).map_err(|why| InvalidReason::Absent(signal, why))
 }
 
-/// Whether a status signal with this value lets the states be used.
+/// Checks that a status signal with this value lets the states be used.
 fn usable(role: &Role<bool>, raw: i128) -> Result<(), InvalidReason> {
     if defined(role, raw)? { Ok(()) } else { Err(InvalidReason::Unusable(role.signal, raw)) }
 }
@@ -311,12 +306,12 @@ fn defined<T: Copy>(role: &Role<T>, raw: i128) -> Result<T, InvalidReason> {
     }
 }
 
-/// What the values of a group's signals come to.
-fn believe(
+/// The state of a group by the values of its signals.
+fn state_of(
     group: &Group,
     received: Received,
     raw: impl Fn(SignalIndex) -> Result<i128, InvalidReason>,
-) -> Judged {
+) -> State {
     let bulbs = defined(&group.state, raw(group.state.signal)?)?;
     let confidence = match &group.confidence {
         None => 1.0,

@@ -33,20 +33,20 @@ pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Sectio
     }
     let previous_first = of_previous.desired_start_m <= of_new.desired_start_m;
     let (p, q) = if previous_first { (of_previous, of_new) } else { (of_new, of_previous) };
-    let (winner, _) = prior(&p, &q, Rules::default());
+    let (winner, _) = prior(&p, &q, &Rules::default());
     Some(if (winner == Winner::P) == previous_first { previous } else { new })
 }
 
-/// Improved mode: a record that asks for nothing replaces none (W5, W6), and a request for the
-/// hazard lights stays with whatever is signalled. `join` decides between two that ask for a side.
+/// Improved mode: a record without a command replaces none (W5, W6), and a request for the hazard lights stays with
+/// whatever is signalled. `join` decides between two that have a command.
 pub fn join_present(
     previous: Option<Section>,
     new: Option<Section>,
     join: impl FnOnce(Section, Section) -> Option<Section>,
 ) -> Option<Section> {
     let hazard = [previous, new].iter().flatten().any(|record| record.hazard == Hazard::Enable);
-    let asks = |record: &Section| record.turn != Signal::NoCommand;
-    let chosen = match (previous.filter(asks), new.filter(asks)) {
+    let has_command = |record: &Section| record.turn != Signal::NoCommand;
+    let chosen = match (previous.filter(has_command), new.filter(has_command)) {
         (Some(previous), Some(new)) => join(previous, new),
         (previous, new) => previous.or(new),
     };

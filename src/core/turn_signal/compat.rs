@@ -1,7 +1,7 @@
-//! The behaviours that the decider can have, and what upstream does otherwise, as data
+//! The deciders of Autoware that this one can follow, and what upstream does otherwise, as data
 //! (docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode").
 
-/// One of the behaviours of the decider.
+/// The decider of Autoware that is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum DeciderCompat {
     /// The rules of Autoware's behavior path planner without their weaknesses.
@@ -27,12 +27,12 @@ impl DeciderCompat {
     }
 }
 
-/// What the behavior path planner does and improved mode does not, each as a switch. `W1` to `W10` are the labels of
+/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` are the labels of
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UpstreamQuirks {
-    /// W1: a turn that falls out of view because the vehicle slows down is not announced any more
+    /// W1: a turn that falls out of range because the vehicle slows down is not announced any more
     /// (docs/spec/turn-signal-decider.md, "Intersection turns").
     pub drops_announced_turns: bool,
     /// W2: a signal can be of any length, and the next one can follow at once
@@ -60,12 +60,12 @@ pub struct UpstreamQuirks {
     /// Next to a turn, a standing vehicle queues the plain lanelets as well
     /// (docs/spec/turn-signal-decider.md, "Stop rule").
     pub has_stop_rule: bool,
-    /// The search back from inside a roundabout takes no place inside an entry, and learns of a remembered place only
-    /// when it meets the entry (docs/spec/turn-signal-decider.md, "Backward search").
+    /// The search back from inside a roundabout ignores remembered poses inside an entry, and knows of the others only
+    /// once it meets their entry (docs/spec/turn-signal-decider.md, "Backward search").
     pub searches_back_by_entries: bool,
     /// A start from the middle of a lane changes the command of the record before and not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
-    pub centreline_start_has_no_place: bool,
+    pub centerline_start_has_no_points: bool,
 }
 
 impl UpstreamQuirks {
@@ -82,7 +82,7 @@ impl UpstreamQuirks {
         overlooks_roundabout_exits: false,
         has_stop_rule: false,
         searches_back_by_entries: false,
-        centreline_start_has_no_place: false,
+        centerline_start_has_no_points: false,
     };
     /// Those of the behavior path planner.
     pub const ALL: Self = Self {
@@ -97,10 +97,10 @@ impl UpstreamQuirks {
         overlooks_roundabout_exits: true,
         has_stop_rule: true,
         searches_back_by_entries: true,
-        centreline_start_has_no_place: true,
+        centerline_start_has_no_points: true,
     };
 
-    /// The quirks of a behaviour; none of them concerns the path generator, which has a rule of its own.
+    /// The quirks of a decider; none of them concerns the path generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {
         match compat {
             DeciderCompat::Improved | DeciderCompat::PathGenerator => Self::NONE,

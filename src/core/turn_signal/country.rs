@@ -9,17 +9,18 @@ use super::signal::Side;
 pub struct Country {
     /// Its ISO 3166 code.
     pub code: String,
-    /// The law the rules are taken from, for people.
+    /// Name of the law that the rules are taken from.
     pub source: String,
-    /// The side on which traffic drives and parks.
+    /// The side of the road that traffic drives and parks on.
     pub traffic: Side,
     /// Distance at which a turn is announced at the latest, metres; `None` = "in good time".
     pub turn_distance_m: Option<f64>,
-    /// Time before a change of lane, seconds; `None` = "in good time".
+    /// Time before a lane change, seconds; `None` = "in good time". It is the time part of every manoeuvre's search
+    /// distance (`turn_signal_search_time`): turns, roundabouts and shifts are announced earlier with it too.
     pub lane_change_time_s: Option<f64>,
-    /// The side signalled on entering a roundabout.
+    /// The side signalled on entering a roundabout; `None` = none.
     pub roundabout_on_entry: Option<Side>,
-    /// The side signalled on leaving it.
+    /// The side signalled on leaving it; `None` = none.
     pub roundabout_on_exit: Option<Side>,
     /// The signal of the entry is kept up to the exit.
     pub roundabout_entry_persists: bool,
@@ -28,14 +29,11 @@ pub struct Country {
 impl Parameters {
     /// The deployed parameters with the rules of a country in them; set others afterwards.
     pub fn for_country(country: &Country) -> Self {
-        let deployed = Self::DEPLOYED;
+        let (deployed, turn_distance_m) = (Self::DEPLOYED, country.turn_distance_m);
         Self {
-            intersection_search_distance_m: country
-                .turn_distance_m
+            intersection_search_distance_m: turn_distance_m
                 .unwrap_or(deployed.intersection_search_distance_m),
-            roundabout_search_distance_m: country
-                .turn_distance_m
-                .unwrap_or(deployed.roundabout_search_distance_m),
+            roundabout_search_distance_m: turn_distance_m.unwrap_or(deployed.roundabout_search_distance_m),
             search_time_s: country.lane_change_time_s.unwrap_or(deployed.search_time_s),
             roundabout_on_entry: country.roundabout_on_entry,
             roundabout_on_exit: country.roundabout_on_exit,

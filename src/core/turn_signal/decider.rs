@@ -7,7 +7,7 @@ use super::decision_context::DecisionContext;
 use super::distance_path::DistancePath;
 use super::finished::FinishedMemory;
 use super::inputs::{AgeLimits, Finding, Inputs};
-use super::intersection::{IntersectionInfo, IntersectionMemory, TurnAhead, turns};
+use super::intersection::{IntersectionMemory, TurnAhead, turns};
 use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{Parameters, Vehicle};
@@ -28,11 +28,11 @@ use crate::core::time::{MonoTime, deadline_after};
 /// Settings of the decider.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// The behaviour.
+    /// The decider of Autoware that is followed.
     pub compat: DeciderCompat,
-    /// The parameters.
+    /// Parameters, by the names of Autoware.
     pub parameters: Parameters,
-    /// The vehicle.
+    /// Dimensions of the vehicle.
     pub vehicle: Vehicle,
     /// Age limits of the inputs.
     pub age_limits: AgeLimits,
@@ -57,9 +57,9 @@ pub struct Decider {
 /// Turns and roundabouts on the distance path.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observed {
-    /// Turns, in order.
+    /// Turns at intersections, in order.
     pub turns: Vec<TurnLane>,
-    /// Ways into and out of roundabouts.
+    /// Entries and exits of roundabouts, in order.
     pub legs: RoundaboutLegs,
 }
 
@@ -95,7 +95,7 @@ impl Decider {
         }
     }
 
-    /// One cycle.
+    /// Decides one cycle.
     pub fn decide(&mut self, inputs: &Inputs<'_>, now: MonoTime) -> Decision {
         let mut findings = Vec::new();
         self.note_time(now, &mut findings);
@@ -170,7 +170,7 @@ impl Decider {
             }
             Err(finding) => {
                 findings.push(finding);
-                // Without a path of lanelets the vehicle's own straight line has to do for the chain.
+                // Without a path of lanelets, the chain measures on the vehicle's own straight line.
                 match own_line(odometry.pose) {
                     Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
                     None => bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, Vec::new()),
@@ -178,7 +178,7 @@ impl Decider {
             }
         };
         decision.findings = findings;
-        // What is fresh now turns old though nothing happens.
+        // Inputs turn old without any event.
         let odometry_old = inputs.odometry.map(|odometry| deadline_after(odometry.at, limits.odometry));
         let manoeuvres_old =
             inputs.manoeuvres.iter().map(|manoeuvre| deadline_after(manoeuvre.at, limits.manoeuvre));
@@ -187,7 +187,7 @@ impl Decider {
         decision
     }
 
-    /// One cycle in a context that is already measured. `observed` finds the turns and
+    /// Decides one cycle in a context that is already measured. `observed` finds the turns and
     /// roundabouts on the distance path, given the command of the manoeuvres.
     pub fn decide_on<'a>(
         &mut self,
@@ -229,9 +229,9 @@ impl Decider {
         if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
             return decision;
         }
-        let wanted = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
-        let shown = self.min_duration.show(wanted, self.settings.min_durations, context.now);
-        let basis = Basis::ManoeuvreAlone(wanted);
+        let requested = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
+        let shown = self.min_duration.show(requested, self.settings.min_durations, context.now);
+        let basis = Basis::ManoeuvreAlone(requested);
         Decision {
             held: shown.held,
             next_deadline: shown.deadline,
@@ -240,7 +240,7 @@ impl Decider {
         }
     }
 
-    /// Hazard lights put everything else aside; what is remembered stays as it is.
+    /// Hazard lights come before everything else; what is remembered stays as it is.
     fn hazard(
         &mut self,
         record: Option<Section>,
@@ -254,12 +254,14 @@ impl Decider {
     }
 
     fn resolved(&mut self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
-        let mut rules = Rules::new(&context.quirks);
+        let start_belongs_to_before = !context.quirks.required_start_belongs_to_nothing;
         if context.quirks.finished_manoeuvres_return {
-            return resolve(&context.path_frame, candidates, rules);
+            let rules = Rules { start_belongs_to_before, ..Rules::default() };
+            return resolve(&context.path_frame, candidates, &rules);
         }
-        rules.finished = self.finished.finished(candidates);
-        let resolution = resolve(&context.path_frame, candidates, rules);
+        let finished = self.finished.finished(candidates);
+        let resolution =
+            resolve(&context.path_frame, candidates, &Rules { start_belongs_to_before, finished });
         self.finished.note(&resolution);
         resolution
     }
@@ -308,7 +310,7 @@ fn bare(turn: Signal, hazard: Hazard, basis: Basis, findings: Vec<Finding>) -> D
         hazard,
         basis,
         held: None,
-        intersection: IntersectionInfo::default(),
+        intersection: None,
         remarks: Vec::new(),
         findings,
         next_deadline: None,
@@ -317,23 +319,16 @@ fn bare(turn: Signal, hazard: Hazard, basis: Basis, findings: Vec<Finding>) -> D
 
 /// A metre straight ahead.
 fn own_line(ego: Pose) -> Option<Path> {
-    let ahead = Pose { position: ego.place(1.0, 0.0), yaw_rad: ego.yaw_rad };
+    let ahead = Pose { position: ego.point_at(1.0, 0.0), yaw_rad: ego.yaw_rad };
     Path::new([ego, ahead]).ok()
 }
 
 /// docs/spec/turn-signal-decider.md, "Next-turn output": only when the intersection is what is signalled.
-fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> IntersectionInfo {
-    let winner = resolution.winner.filter(|winner| winner.source == Source::Intersection);
-    let turn = winner.zip(candidates.intersection).and_then(|(winner, record)| {
-        let distances = winner.distances;
-        let within = distances.desired_start_m < 0.0 && distances.desired_end_m > 0.0;
-        let distance_m = distances.required_start_m;
-        within.then_some(TurnAhead {
-            side: winner.side,
-            active: distance_m <= 0.0,
-            pose: record.required_start,
-            distance_m,
-        })
-    });
-    IntersectionInfo { turn }
+fn turn_ahead(candidates: &Candidates, resolution: &Resolution) -> Option<TurnAhead> {
+    let winner = resolution.winner.filter(|winner| winner.source == Source::Intersection)?;
+    let pose = candidates.intersection?.required_start;
+    let distances = winner.distances;
+    let within = distances.desired_start_m < 0.0 && distances.desired_end_m > 0.0;
+    let distance_m = distances.required_start_m;
+    within.then_some(TurnAhead { side: winner.side, active: distance_m <= 0.0, pose, distance_m })
 }

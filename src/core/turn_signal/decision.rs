@@ -3,27 +3,27 @@
 use std::fmt;
 
 use super::inputs::Finding;
-use super::intersection::IntersectionInfo;
+use super::intersection::TurnAhead;
 use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use super::min_duration::Held;
 use super::path_generator::TaggedLanelet;
-use super::resolve::Resolution;
+use super::resolve::{Case, EvaluatedCandidate, Resolution, Source};
 use super::signal::{Hazard, Signal};
 use crate::core::time::MonoTime;
 
 /// The commands of one cycle with their reasons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
-    /// Turn command.
+    /// The command of the turn indicators.
     pub turn: Signal,
-    /// Hazard command.
+    /// The command of the hazard lights.
     pub hazard: Hazard,
     /// The ground on which it was decided.
     pub basis: Basis,
-    /// The minimum duration that keeps the turn command from what the basis asks for.
+    /// The minimum duration that keeps the turn command from what the basis gives.
     pub held: Option<Held>,
     /// The next turn, when that is what is signalled.
-    pub intersection: IntersectionInfo,
+    pub intersection: Option<TurnAhead>,
     /// The outcome of each manoeuvre of the planner, in the order of the chain.
     pub remarks: Vec<ManoeuvreOutcome>,
     /// Everything wrong with the inputs.
@@ -37,7 +37,7 @@ pub struct Decision {
 pub enum Basis {
     /// Something indispensable is missing: no command. Upstream publishes nothing at all.
     NoInputs,
-    /// A manoeuvre asks for the hazard lights.
+    /// A manoeuvre requests the hazard lights.
     Hazard,
     /// Without a path to measure on, the manoeuvres' own command.
     ManoeuvreAlone(Signal),
@@ -47,42 +47,28 @@ pub enum Basis {
     Candidates(Resolution),
 }
 
-impl fmt::Display for Decision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.turn)?;
+impl Decision {
+    /// The resolution of the candidates, if they were evaluated.
+    pub const fn resolution(&self) -> Option<&Resolution> {
         match &self.basis {
-            Basis::NoInputs => f.write_str("no inputs")?,
-            Basis::Hazard => f.write_str("hazard lights")?,
-            Basis::ManoeuvreAlone(_) => f.write_str("manoeuvres alone")?,
-            Basis::PathGenerator(tagged) => write!(f, "path generator, {tagged}")?,
-            Basis::Candidates(resolution) => write!(f, "{resolution}")?,
+            Basis::Candidates(resolution) => Some(resolution),
+            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => None,
         }
-        if let Some(held) = self.held {
-            write!(f, "; {held}")?;
-        }
-        for remark in &self.remarks {
-            write!(f, "; {remark}")?;
-        }
-        for finding in &self.findings {
-            write!(f, "; {finding}")?;
-        }
-        Ok(())
     }
-}
 
-impl fmt::Display for Resolution {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.winner {
-            Some(winner) => write!(f, "{}", winner.source)?,
-            None => f.write_str("no candidate")?,
-        }
-        if let Some(case) = self.case {
-            write!(f, " by {case}")?;
-        }
-        for evaluated in &self.evaluated {
-            write!(f, "; {evaluated}")?;
-        }
-        Ok(())
+    /// Each candidate with its outcome, in the order that settles equal starts; empty unless candidates were evaluated.
+    pub fn evaluated(&self) -> &[EvaluatedCandidate] {
+        self.resolution().map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
+    }
+
+    /// The source of the candidate that is signalled.
+    pub fn winner(&self) -> Option<Source> {
+        self.resolution()?.winner.map(|winner| winner.source)
+    }
+
+    /// The branch of the pairwise rule that decided last; `None` when nothing was compared.
+    pub fn case(&self) -> Option<Case> {
+        self.resolution()?.case
     }
 }
 

@@ -8,15 +8,15 @@ use crate::core::map::geometry::path::PathFrame;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::MonoTime;
 
-/// Below this the vehicle stands, m/s.
+/// Speed below which the vehicle stands, m/s.
 pub const STOP_SPEED_MPS: f64 = 0.1;
 
 /// Everything by which a manoeuvre is judged.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionContext<'a> {
-    /// The lanelets.
+    /// The lanelets of the map.
     pub road: &'a LaneNetwork,
-    /// The route.
+    /// The route that is driven.
     pub route: &'a Route,
     /// Distances along the distance path.
     pub path_frame: PathFrame<'a>,
@@ -24,7 +24,7 @@ pub struct DecisionContext<'a> {
     pub speed_mps: f64,
     /// The parameters.
     pub parameters: &'a Parameters,
-    /// The vehicle.
+    /// Dimensions of the vehicle.
     pub vehicle: &'a Vehicle,
     /// The quirks of upstream that are kept.
     pub quirks: UpstreamQuirks,

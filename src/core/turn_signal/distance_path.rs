@@ -56,17 +56,17 @@ impl DistancePath {
     }
 }
 
-/// Lanelets from the one next to `from` on, until they cover `wanted_m`.
+/// Lanelets from the one next to `from` on, until they cover `length_m`.
 fn walk(
     road: &LaneNetwork,
     from: LaneId,
-    wanted_m: f64,
+    length_m: f64,
     step: impl Fn(LaneId) -> Option<LaneId>,
 ) -> Vec<LaneId> {
     let mut visited = BTreeSet::from([from]);
     let mut walked = Vec::new();
     let (mut here, mut covered_m) = (from, 0.0);
-    while covered_m < wanted_m && walked.len() < MAX_LANES {
+    while covered_m < length_m && walked.len() < MAX_LANES {
         let Some(next) = step(here).filter(|next| visited.insert(*next)) else { break };
         covered_m += road.lane(next).map_or(0.0, Lane::length_m);
         walked.push(next);

@@ -33,13 +33,13 @@ pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
 /// Everything by which factors are judged.
 #[derive(Debug, Clone, Copy)]
 pub struct FactorContext<'a> {
-    /// The lanelets.
+    /// The lanelets of the map.
     pub road: &'a LaneNetwork,
-    /// The route.
+    /// The route that is driven.
     pub route: &'a Route,
     /// The parameters.
     pub parameters: &'a Parameters,
-    /// The vehicle.
+    /// Pose and speed of the vehicle.
     pub odometry: Odometry,
     /// The planned path, if there is one to use.
     pub path: Option<&'a [PathPoint]>,
@@ -59,9 +59,9 @@ const SLOTS: [FactorTopic; 8] = [
     FactorTopic::GoalPlanner,
 ];
 
-/// A planning factor by its number (`PlanningFactor.behavior`).
+/// The values of `PlanningFactor.behavior` that matter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Behaviour {
+enum Behavior {
     SlowDown,
     Stop,
     ShiftLeft,
@@ -157,13 +157,13 @@ impl FactorContext<'_> {
 }
 
 impl PlanningFactor {
-    fn behaviour(&self) -> Behaviour {
+    fn known_behavior(&self) -> Behavior {
         match self.behavior {
-            2 => Behaviour::SlowDown,
-            3 => Behaviour::Stop,
-            4 => Behaviour::ShiftLeft,
-            5 => Behaviour::ShiftRight,
-            _ => Behaviour::Other,
+            2 => Behavior::SlowDown,
+            3 => Behavior::Stop,
+            4 => Behavior::ShiftLeft,
+            5 => Behavior::ShiftRight,
+            _ => Behavior::Other,
         }
     }
 
@@ -174,7 +174,7 @@ impl PlanningFactor {
 
     /// It is only about stopping or slowing down.
     fn is_about_speed(&self) -> bool {
-        matches!(self.behaviour(), Behaviour::SlowDown | Behaviour::Stop)
+        matches!(self.known_behavior(), Behavior::SlowDown | Behavior::Stop)
     }
 
     /// The stretch from its first control point to its last.

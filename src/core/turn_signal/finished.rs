@@ -1,7 +1,9 @@
 //! Manoeuvres that are over and do not come back (weakness W4): signalled once, displaced by another,
 //! required section passed.
 
-use super::resolve::{CandidateOutcome, Candidates, FinishedSources, Resolution, Source};
+use std::collections::BTreeSet;
+
+use super::resolve::{CandidateOutcome, Candidates, Resolution, Source};
 use super::section::Section;
 use super::signal::Signal;
 use crate::core::map::geometry::Pose;
@@ -25,7 +27,7 @@ struct SignalledSection {
 
 impl FinishedMemory {
     /// Takes the records of this cycle and returns the sources whose manoeuvre may not come back.
-    pub fn finished(&mut self, candidates: &Candidates) -> FinishedSources {
+    pub fn finished(&mut self, candidates: &Candidates) -> BTreeSet<Source> {
         for (source, section) in Source::ALL.into_iter().zip(&mut self.sections) {
             let record = candidates.of(source);
             *section = record.map(|record| {
@@ -56,7 +58,7 @@ impl FinishedMemory {
         }
     }
 
-    /// Forgets all: the route is another one.
+    /// Clears the memory, for another route.
     pub fn clear(&mut self) {
         self.sections = Default::default();
     }

@@ -2,7 +2,7 @@
 //! commands or as a comparison with Autoware's own.
 //!
 //! Whatever is missing or too old, no decision is invented: the command is `NO_COMMAND` then, and a
-//! finding says why.
+//! finding gives the reason.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ mod status;
 /// Settings of the flow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlowSettings {
-    /// The decider.
+    /// Settings of the decider.
     pub decider: Settings,
     /// The lanelets; those of a city are many, so they are shared.
     pub road: Arc<LaneNetwork>,
@@ -129,7 +129,7 @@ impl TurnSignalFlow {
             return false;
         }
         let next = self.due.after(self.settings.period);
-        // After a gap the rhythm begins anew, without making up for what was left out.
+        // After a gap cycles go on from now, without making up for those left out.
         self.due = if next > now.mono { next } else { now.mono.after(self.settings.period) };
         self.cycles += 1;
         let decision = Arc::new(self.decide(now.mono));
@@ -221,7 +221,7 @@ impl TurnSignalFlow {
             return Vec::new();
         };
         let path_limit = self.settings.decider.age_limits.planned_path;
-        let view = FactorContext {
+        let context = FactorContext {
             road: &self.settings.road,
             route,
             parameters: &self.settings.decider.parameters,
@@ -229,12 +229,12 @@ impl TurnSignalFlow {
             path: self.latest.planned_path(path_limit, now, findings),
             operation_mode: self.latest.operation_mode,
         };
-        let (manoeuvres, mut found) = manoeuvres(&view, &self.latest.factors);
+        let (manoeuvres, mut found) = manoeuvres(&context, &self.latest.factors);
         findings.append(&mut found);
         manoeuvres
     }
 
-    /// On when the planner or the system wants them on
+    /// On when the planner or the system requests them
     /// (docs/spec/turn-signal-decider.md, "Hazard lights"). A request that is too old
     /// does not count as off.
     fn joined_hazard(&self, planner: Hazard, now: MonoTime, findings: &mut Vec<Finding>) -> Hazard {

@@ -7,7 +7,7 @@ use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
 use crate::core::turn_signal::min_duration::Held;
 use crate::core::turn_signal::path_generator::TaggedLanelet;
-use crate::core::turn_signal::resolve::{CandidateOutcome, Case};
+use crate::core::turn_signal::resolve::{CandidateOutcome, Case, EvaluatedCandidate};
 use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// A decision without its distances and ages.
@@ -29,16 +29,7 @@ pub struct Headline {
 impl Headline {
     /// The headline of a decision.
     pub fn of(decision: &Decision) -> Self {
-        let (case, candidates) = match &decision.basis {
-            Basis::Candidates(resolution) => {
-                let candidates =
-                    resolution.evaluated.iter().map(|evaluated| (evaluated.turn, evaluated.outcome));
-                (resolution.case, candidates.collect())
-            }
-            Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::PathGenerator(_) => {
-                (None, Vec::new())
-            }
-        };
+        let outcome = |evaluated: &EvaluatedCandidate| (evaluated.turn, evaluated.outcome);
         let tagged = match decision.basis {
             Basis::PathGenerator(tagged) => Some(tagged),
             Basis::NoInputs | Basis::Hazard | Basis::ManoeuvreAlone(_) | Basis::Candidates(_) => None,
@@ -47,8 +38,8 @@ impl Headline {
             turn: decision.turn,
             hazard: decision.hazard,
             basis: discriminant(&decision.basis),
-            case,
-            candidates,
+            case: decision.case(),
+            candidates: decision.evaluated().iter().map(outcome).collect(),
             tagged,
             held: decision.held,
             remarks: decision.remarks.clone(),

@@ -16,7 +16,7 @@ use crate::core::time::MonoTime;
 pub struct Timed<T> {
     /// The time of reception.
     pub at: MonoTime,
-    /// The value.
+    /// The value received.
     pub value: T,
 }
 
@@ -25,11 +25,11 @@ pub struct Timed<T> {
 pub struct Inputs<'a> {
     /// The last odometry.
     pub odometry: Option<Timed<Odometry>>,
-    /// The lanelets.
+    /// The lanelets of the map.
     pub road: Option<&'a LaneNetwork>,
-    /// The route.
+    /// The route that is driven.
     pub route: Option<&'a Route>,
-    /// The number of points of the planned path; `None` = it is not watched.
+    /// The number of points of the planned path; `None` = none was received.
     pub planned_path: Option<Timed<usize>>,
     /// The manoeuvres of the planner, in the order of the chain.
     pub manoeuvres: &'a [Timed<Manoeuvre>],
@@ -71,16 +71,16 @@ pub enum Finding {
     NoRoute,
     /// The planner is not driving lanes: no command.
     NotLaneDriving,
-    /// The planned path has no points: only what the manoeuvres want.
+    /// The planned path has no points: only the command of the manoeuvres.
     EmptyPlannedPath,
     /// The planned path is old; the signal does not depend on it.
     OldPlannedPath {
         /// Age of the path.
         age: Duration,
     },
-    /// No lanelet of the route is on the map: only what the manoeuvres want.
+    /// No lanelet of the route is on the map: only the command of the manoeuvres.
     NoLaneAround,
-    /// The middle of the lanelets is not a path: only what the manoeuvres want.
+    /// The middle of the lanelets is not a path: only the command of the manoeuvres.
     NoDistancePath(PathError),
     /// A manoeuvre is too old and left out.
     OldManoeuvre {
@@ -112,7 +112,7 @@ pub enum Finding {
         /// Kind of the manoeuvre.
         kind: ManoeuvreKind,
     },
-    /// The scenario, which says whether lanes are driven, is too old: no command.
+    /// The scenario, lane driving or not, is too old: no command.
     OldScenario {
         /// Age of the scenario.
         age: Duration,
@@ -127,7 +127,7 @@ pub enum Finding {
 /// A reason for which a planning factor cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FactorFlaw {
-    /// A place or an offset is not a number.
+    /// A position or an offset is not a number.
     NotFinite,
     /// It lacks a start or an end.
     NoStretch,
@@ -180,7 +180,7 @@ impl Finding {
         }
     }
 
-    /// The finding in words, without numbers that change from cycle to cycle.
+    /// The finding as text, without numbers that change from cycle to cycle.
     pub fn situation(&self) -> String {
         match self {
             Self::OldOdometry { .. } => "odometry is too old".to_owned(),
@@ -277,7 +277,7 @@ impl fmt::Display for Finding {
 impl fmt::Display for FactorFlaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "a place or an offset is not a number",
+            Self::NotFinite => "a position or an offset is not a number",
             Self::NoStretch => "no start and end",
             Self::NoSide => "no side",
         })

@@ -1,5 +1,5 @@
-//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count, the place
-//! at which each comes into view, the next of several.
+//! Turns at intersections (docs/spec/turn-signal-decider.md, "Intersection turns"): the lanelets that count, the
+//! pose at which each comes within range, the next of several.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -19,7 +19,7 @@ mod stop_rule;
 /// announces the turn.
 pub const MAX_STOP: Duration = Duration::from_secs(20);
 
-/// The poses at which the turns in view came into view.
+/// The poses at which the turns in range came within range.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct IntersectionMemory {
     starts: BTreeMap<LaneId, Announced>,
@@ -27,14 +27,14 @@ pub struct IntersectionMemory {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Announced {
-    /// The rear axle then.
+    /// The rear axle when it came within range.
     start: Pose,
-    /// Since when it stands out of view.
+    /// Time since which the vehicle stands with the turn out of range; `None` = it does not.
     waits_since: Option<MonoTime>,
 }
 
-/// The turns on the distance path, in order. `lanes` are the ids of the path; `manoeuvre` is what the
-/// planner's manoeuvres want, for the stop rule.
+/// The turns on the distance path, in order. `lanes` are the ids of the path; `manoeuvre` is the command
+/// of the planner's manoeuvres, for the stop rule.
 pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: Signal) -> Vec<TurnLane> {
     let threshold_deg = context.parameters.intersection_angle_threshold_deg;
     let all = context.quirks.has_stop_rule
@@ -71,7 +71,7 @@ fn ends_at(last: &TurnLane, next: &TurnLane) -> bool {
 const JOINT_M: f64 = 0.5;
 
 impl IntersectionMemory {
-    /// The record of the next turn, if one is in view.
+    /// The record of the next turn, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, turns: &[TurnLane]) -> Option<Section> {
         if !context.quirks.memory_survives_route {
             self.starts.retain(|id, _| turns.iter().any(|turn| turn.id == *id));
@@ -93,19 +93,19 @@ impl IntersectionMemory {
         let search_m = turn
             .search_distance_m
             .unwrap_or_else(|| context.parameters.intersection_search_m(context.speed_mps));
-        let in_view = context.path_frame.from_front_m(turn.front) < search_m;
-        if !in_view && (context.quirks.drops_announced_turns || !self.still_announced(context, turn.id)) {
+        let in_range = context.path_frame.from_front_m(turn.front) < search_m;
+        if !in_range && (context.quirks.drops_announced_turns || !self.still_announced(context, turn.id)) {
             return None;
         }
         let announced =
             self.starts.entry(turn.id).or_insert(Announced { start: context.ego(), waits_since: None });
-        if in_view {
+        if in_range {
             announced.waits_since = None;
         }
         Some(turn.section(turn.signal(), announced.start))
     }
 
-    /// A turn out of view stays announced, unless the vehicle has stood too long since (W1).
+    /// A turn out of range stays announced, unless the vehicle has stood too long since (W1).
     fn still_announced(&mut self, context: &DecisionContext<'_>, id: LaneId) -> bool {
         let Some(announced) = self.starts.get_mut(&id) else { return false };
         if !context.stands() {
@@ -127,14 +127,8 @@ pub(super) fn next_in_queue(path_frame: &PathFrame<'_>, records: Vec<Section>) -
     records.into_iter().find(|record| path_frame.from_base_m(record.required_end) >= 0.0).or(last)
 }
 
-/// The next turn, as its planning factor has it (docs/spec/turn-signal-decider.md, "Next-turn output").
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct IntersectionInfo {
-    /// The turn that is signalled; `None` when no intersection is.
-    pub turn: Option<TurnAhead>,
-}
-
-/// A turn that is signalled.
+/// The next turn while it is signalled, as Autoware's planning factor has it
+/// (docs/spec/turn-signal-decider.md, "Next-turn output").
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnAhead {
     /// The side of the turn.

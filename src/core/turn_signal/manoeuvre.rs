@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::chain::{join_present, overwrite};
 use super::decision_context::DecisionContext;
 use super::section::Section;
-use super::shift::{ShiftOutcome, ShiftVerdict};
+use super::shift::ShiftVerdict;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 
@@ -23,13 +23,13 @@ use pull_over::PullOver;
 /// A manoeuvre of a module of the planner.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Manoeuvre {
-    /// Start planner.
+    /// The module start planner.
     PullOut(PullOut),
     /// Avoidance of static obstacles.
     Avoidance(Avoidance),
     /// Lane change, left or right.
     LaneChange(LaneChange),
-    /// Goal planner.
+    /// The module goal planner.
     PullOver(PullOver),
     /// Side shift and the sampling planner: upstream loses whatever came before.
     SideShift,
@@ -38,30 +38,30 @@ pub enum Manoeuvre {
 /// The kind of a manoeuvre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ManoeuvreKind {
-    /// Start planner.
+    /// Pulling out from the roadside.
     PullOut,
     /// Avoidance of static obstacles.
     Avoidance,
-    /// Lane change.
+    /// A lane change to either side.
     LaneChange,
-    /// Goal planner.
+    /// Pulling over to the roadside.
     PullOver,
-    /// Side shift.
+    /// A side shift, or a path of the sampling planner.
     SideShift,
 }
 
 /// The memory of manoeuvres from one cycle to the next.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreMemory {
-    /// Shift lines that are not looked at again while avoiding.
+    /// Shift lines that are not judged again while avoiding.
     avoidance_ignored: BTreeSet<u128>,
-    /// The lanelet in which pulling out is not looked at again.
+    /// The lanelet in which pulling out is not judged again.
     pull_out_ignored: Option<LaneId>,
-    /// The lanelet in which pulling over is not looked at again.
+    /// The lanelet in which pulling over is not judged again.
     pull_over_ignored: Option<LaneId>,
     /// First deceleration pose of a pull-over, and the stop pose if known then.
     pre_signal: Option<(Pose, Option<Pose>)>,
-    /// Where an announced lane change came into view, by its end.
+    /// The lane change that is announced.
     lane_change: Option<lane_change::Announced>,
 }
 
@@ -131,12 +131,12 @@ impl ManoeuvreMemory {
         (record, remarks)
     }
 
-    /// Forgets all: the route is another one.
+    /// Clears the memory, for another route.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// A module that is gone begins anew.
+    /// Clears what was remembered for modules without a manoeuvre now.
     fn forget_absent(&mut self, present: &BTreeSet<ManoeuvreKind>) {
         if !present.contains(&ManoeuvreKind::Avoidance) {
             self.avoidance_ignored.clear();
@@ -154,7 +154,7 @@ impl ManoeuvreMemory {
     }
 }
 
-/// Upstream's overwrite, or by default only what asks for something.
+/// Upstream's overwrite; improved, a record without a command replaces none.
 fn overwritten(context: &DecisionContext<'_>, previous: Option<Section>, new: Section) -> Option<Section> {
     let overwrite = |previous, new| overwrite(&context.path_frame, previous, new);
     if context.quirks.empty_records_take_part {
@@ -162,9 +162,4 @@ fn overwritten(context: &DecisionContext<'_>, previous: Option<Section>, new: Se
     } else {
         join_present(previous, Some(new), |previous, new| Some(overwrite(previous, new)))
     }
-}
-
-/// The reason that the shift rule gives.
-fn why(outcome: &ShiftOutcome) -> SignalReason {
-    SignalReason::Shift(outcome.verdict)
 }

@@ -37,9 +37,9 @@ impl fmt::Display for Held {
 /// The command that is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shown {
-    /// The command.
+    /// The command to send.
     pub signal: Signal,
-    /// The minimum duration that holds it, if it is not the requested one.
+    /// The minimum duration that holds it; `None` = it is the requested one.
     pub held: Option<Held>,
     /// The next instant at which it may change by itself.
     pub deadline: Option<MonoTime>,
@@ -61,11 +61,11 @@ impl MinDurations {
 }
 
 impl MinDurationFilter {
-    /// The command to show when `wanted` is requested.
-    pub fn show(&mut self, wanted: Signal, min_durations: MinDurations, now: MonoTime) -> Shown {
+    /// The command to show for a request.
+    pub fn show(&mut self, requested: Signal, min_durations: MinDurations, now: MonoTime) -> Shown {
         if let Some((side, since)) = self.on {
-            if wanted.side() == Some(side) {
-                return Shown { signal: wanted, held: None, deadline: None };
+            if requested.side() == Some(side) {
+                return Shown { signal: requested, held: None, deadline: None };
             }
             if now.since(since) < min_durations.minimum_on {
                 let deadline = Some(since.after(min_durations.minimum_on));
@@ -73,15 +73,15 @@ impl MinDurationFilter {
             }
             self.force_off(now);
         }
-        let Some(side) = wanted.side() else {
-            return Shown { signal: wanted, held: None, deadline: None };
+        let Some(side) = requested.side() else {
+            return Shown { signal: requested, held: None, deadline: None };
         };
         if let Some(since) = self.off_since.filter(|since| now.since(*since) < min_durations.minimum_gap) {
             let deadline = Some(since.after(min_durations.minimum_gap));
             return Shown { signal: Signal::Disable, held: Some(Held::Off), deadline };
         }
         self.on = Some((side, now));
-        Shown { signal: wanted, held: None, deadline: None }
+        Shown { signal: requested, held: None, deadline: None }
     }
 
     /// Switches off at once: inputs are missing, or the hazard lights are on.

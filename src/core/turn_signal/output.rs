@@ -11,16 +11,16 @@ use crate::core::time::WallStamp;
 pub enum TurnSignalOutput {
     /// Publish `TurnIndicatorsCommand`.
     TurnCommand {
-        /// The command.
+        /// The command of the turn indicators.
         command: Signal,
-        /// Now.
+        /// Time of the decision.
         stamp: WallStamp,
     },
     /// Publish `HazardLightsCommand`.
     HazardCommand {
-        /// The command.
+        /// The command of the hazard lights.
         command: Hazard,
-        /// Now.
+        /// Time of the decision.
         stamp: WallStamp,
     },
     /// A decision that differs from the one before in its command or its reason; for reports, not published.

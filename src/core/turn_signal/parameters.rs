@@ -71,10 +71,10 @@ pub struct Parameters {
     pub avoidance_candidate: CandidatePolicy,
 }
 
-/// When an avoidance that waits for approval is signalled.
+/// The condition on which an avoidance that waits for approval is signalled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum CandidatePolicy {
-    /// `none`: never.
+    /// `none`: it is never signalled.
     #[default]
     None,
     /// `stopped_candidate`: while standing.
@@ -106,18 +106,18 @@ pub enum ParameterError {
     /// There is none of this name.
     #[error("`{name}` is not a parameter of the turn signal decider")]
     Unknown {
-        /// Name as given.
+        /// The name as it was given.
         name: String,
     },
     /// The value does not fit.
-    #[error("`{name}` = `{value}`: give {wanted}")]
+    #[error("`{name}` = `{value}`: give {expected}")]
     Value {
-        /// The parameter.
+        /// Name of the parameter.
         name: &'static str,
         /// Value as given.
         value: String,
         /// Values that would fit.
-        wanted: &'static str,
+        expected: &'static str,
     },
 }
 
@@ -157,19 +157,19 @@ impl Parameters {
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
         let parameter =
             Parameter::named(name).ok_or_else(|| ParameterError::Unknown { name: name.to_owned() })?;
-        parameter.set(self, value.trim()).map_err(|wanted| ParameterError::Value {
+        parameter.set(self, value.trim()).map_err(|expected| ParameterError::Value {
             name: parameter.name,
             value: value.to_owned(),
-            wanted,
+            expected,
         })
     }
 
-    /// Distance at which turns come into view at this speed, metres.
+    /// Distance at which turns come within range at this speed, metres.
     pub fn intersection_search_m(&self, speed_mps: f64) -> f64 {
         self.search_time_s * speed_mps + self.intersection_search_distance_m
     }
 
-    /// Distance at which roundabouts come into view at this speed, metres.
+    /// Distance at which roundabouts come within range at this speed, metres.
     pub fn roundabout_search_m(&self, speed_mps: f64) -> f64 {
         self.search_time_s * speed_mps + self.roundabout_search_distance_m
     }

@@ -1,5 +1,4 @@
-//! Messages of Autoware for the decider
-//! (docs/spec/turn-signal-decider.md, "Inputs and outputs").
+//! Messages of Autoware for the decider (docs/spec/turn-signal-decider.md, "Inputs and outputs").
 //! Plain values as they were sent, so that whatever is wrong with them becomes a finding and not a lost
 //! message.
 
@@ -36,7 +35,7 @@ pub enum PlannerInput {
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.
     LaneDriving(bool),
-    /// `HazardLightsCommand` of the system: what it asks for.
+    /// `HazardLightsCommand` of the system: its request.
     HazardRequest(Hazard),
     /// `TurnIndicatorsCommand` of Autoware's own decider, as sent.
     OwnTurnCommand(u8),
@@ -95,7 +94,7 @@ pub enum FactorTopic {
     ExternalLaneChangeLeft,
     /// `external_request_lane_change_right`
     ExternalLaneChangeRight,
-    /// `goal_planner`
+    /// `…/goal_planner`
     GoalPlanner,
 }
 
@@ -107,7 +106,7 @@ pub struct PlanningFactor {
     pub behavior: u16,
     /// Not backing up.
     pub is_driving_forward: bool,
-    /// Explanation in words, such as `left shift` or `backward`.
+    /// Explanation as text, such as `left shift` or `backward`.
     pub detail: Box<str>,
     /// The points at which it begins and ends.
     pub control_points: Vec<ControlPoint>,
@@ -138,7 +137,7 @@ pub struct OperationMode {
 }
 
 impl FactorTopic {
-    /// All of them.
+    /// Every module, in the order of the variants.
     pub const ALL: [Self; 8] = [
         Self::StartPlanner,
         Self::StaticObstacleAvoidance,

@@ -1,15 +1,14 @@
-//! Chooses the candidate that is signalled
-//! (docs/spec/turn-signal-decider.md, "Resolution"): validity, order, the
-//! pairwise rule. Pure; what a decision remembers of earlier ones is given to it.
+//! Chooses the candidate that is signalled (docs/spec/turn-signal-decider.md, "Resolution"): validity, order, the
+//! pairwise rule. What a decision remembers of earlier ones is given to it.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
-use super::compat::UpstreamQuirks;
 use super::section::{Distances, Section};
 use super::signal::{Side, Signal};
 use crate::core::map::geometry::path::PathFrame;
 
-/// Where a record comes from, in the order that settles equal starts.
+/// The source of a record, in the order that settles equal starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Source {
     /// A turn at an intersection.
@@ -48,46 +47,13 @@ impl Candidates {
 }
 
 /// Rules of the resolver in which improved mode and upstream differ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Rules {
     /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
     /// nor inside, and Q wins for one sample.
     pub start_belongs_to_before: bool,
     /// Sources whose manoeuvre is over and may not come back (W4).
-    pub finished: FinishedSources,
-}
-
-/// A set of sources.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FinishedSources([bool; 3]);
-
-impl Rules {
-    /// The rules with these quirks, before any manoeuvre has finished.
-    pub fn new(quirks: &UpstreamQuirks) -> Self {
-        Self {
-            start_belongs_to_before: !quirks.required_start_belongs_to_nothing,
-            finished: FinishedSources::default(),
-        }
-    }
-}
-
-impl FinishedSources {
-    /// Returns whether `source` is in the set.
-    pub fn contains(self, source: Source) -> bool {
-        Source::ALL.into_iter().zip(self.0).any(|(other, is_in)| other == source && is_in)
-    }
-}
-
-impl FromIterator<Source> for FinishedSources {
-    fn from_iter<I: IntoIterator<Item = Source>>(sources: I) -> Self {
-        let mut set = [false; 3];
-        for source in sources {
-            for (other, is_in) in Source::ALL.into_iter().zip(&mut set) {
-                *is_in |= other == source;
-            }
-        }
-        Self(set)
-    }
+    pub finished: BTreeSet<Source>,
 }
 
 /// A branch of the pairwise rule (docs/spec/turn-signal-decider.md, "Pairwise rule").
@@ -107,12 +73,17 @@ pub enum Case {
     B2,
 }
 
+impl Case {
+    /// Every branch, in the order of the rule.
+    pub const ALL: [Self; 6] = [Self::A1, Self::A2, Self::A3, Self::A4, Self::B1, Self::B2];
+}
+
 /// The winner of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Winner {
     /// The one with the earlier desired start.
     P,
-    /// The other one.
+    /// The one with the later desired start.
     Q,
 }
 
@@ -121,7 +92,7 @@ pub enum Winner {
 pub struct Contender {
     /// The source of its record.
     pub source: Source,
-    /// The side it asks for.
+    /// The side it requests.
     pub side: Side,
     /// Distances to its four points.
     pub distances: Distances,
@@ -130,7 +101,7 @@ pub struct Contender {
 /// The outcome of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CandidateOutcome {
-    /// No record.
+    /// It has no record.
     Absent,
     /// A record without a side.
     NoSide,
@@ -140,7 +111,7 @@ pub enum CandidateOutcome {
     NotReached,
     /// The rear axle is past its desired end.
     Passed,
-    /// It was signalled before, gave way, and its required section is over.
+    /// It was signalled before, was displaced, and its required section is over.
     Finished,
     /// It lost a comparison.
     LostTo {
@@ -158,11 +129,11 @@ pub enum CandidateOutcome {
 pub struct EvaluatedCandidate {
     /// The source of its record.
     pub source: Source,
-    /// The command it asks for.
+    /// The command it requests.
     pub turn: Signal,
     /// Distances to its four points; `None` without a record.
     pub distances: Option<Distances>,
-    /// Its outcome.
+    /// The outcome of the comparison.
     pub outcome: CandidateOutcome,
 }
 
@@ -185,7 +156,7 @@ impl Resolution {
 }
 
 /// Chooses. `path_frame` finds the points of the records with its own limits.
-pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: Rules) -> Resolution {
+pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rules) -> Resolution {
     let mut evaluated = Source::ALL.map(|source| evaluate(path_frame, source, candidates.of(source), rules));
     let mut contenders: Vec<Contender> = evaluated.iter().filter_map(EvaluatedCandidate::contender).collect();
     // Stable: equal starts stay in the order of the sources.
@@ -210,7 +181,7 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: Rules
 }
 
 /// The pairwise rule: `p` has the earlier desired start.
-pub fn prior(p: &Distances, q: &Distances, rules: Rules) -> (Winner, Case) {
+pub fn prior(p: &Distances, q: &Distances, rules: &Rules) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
     let inside_p = ps < 0.0 && pe >= 0.0;
@@ -236,7 +207,7 @@ fn evaluate(
     path_frame: &PathFrame<'_>,
     source: Source,
     record: Option<Section>,
-    rules: Rules,
+    rules: &Rules,
 ) -> EvaluatedCandidate {
     let Some(record) = record else {
         return EvaluatedCandidate {
@@ -255,7 +226,7 @@ fn evaluate(
         CandidateOutcome::NotReached
     } else if distances.desired_end_m < 0.0 {
         CandidateOutcome::Passed
-    } else if rules.finished.contains(source) {
+    } else if rules.finished.contains(&source) {
         CandidateOutcome::Finished
     } else {
         CandidateOutcome::Won
@@ -270,7 +241,7 @@ fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: Source, outcome:
 }
 
 impl EvaluatedCandidate {
-    /// Itself, as long as no objection was found.
+    /// The candidate as a contender; `None` when it was ruled out.
     fn contender(&self) -> Option<Contender> {
         let distances = self.distances.filter(|_| self.outcome == CandidateOutcome::Won)?;
         Some(Contender { source: self.source, side: self.turn.side()?, distances })
@@ -312,7 +283,7 @@ impl fmt::Display for CandidateOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Absent => f.write_str("no record"),
-            Self::NoSide => f.write_str("asks for no side"),
+            Self::NoSide => f.write_str("requests no side"),
             Self::NotFinite => f.write_str("a point of it is not a number"),
             Self::NotReached => f.write_str("desired start not reached"),
             Self::Passed => f.write_str("desired end passed"),

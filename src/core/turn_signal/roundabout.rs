@@ -24,7 +24,7 @@ pub struct RoundaboutMemory {
 }
 
 impl RoundaboutMemory {
-    /// The record of the entry or exit that is next, if one is in view.
+    /// The record of the entry or exit that is next, if one is in range.
     pub fn section(&mut self, context: &DecisionContext<'_>, legs: &RoundaboutLegs) -> Option<Section> {
         if !context.quirks.memory_survives_route {
             self.entries.retain(|id, _| legs.entries.iter().any(|entry| entry.lane.id == *id));
@@ -36,24 +36,24 @@ impl RoundaboutMemory {
         next_in_queue(&context.path_frame, records)
     }
 
-    /// Forgets all: the route is another one.
+    /// Clears the memory, for another route.
     pub fn clear(&mut self) {
         self.entries.clear();
         self.exits.clear();
     }
 
-    /// Where the rear axle was when this entry came into view.
+    /// Pose of the rear axle when this entry came within range.
     pub fn entry_start(&self, lane: LaneId) -> Option<Pose> {
         self.entries.get(&lane).copied()
     }
 
-    /// docs/spec/turn-signal-decider.md, "Roundabout entry". An entry that came into view stays so.
+    /// docs/spec/turn-signal-decider.md, "Roundabout entry". An entry that came within range stays announced.
     fn entry(&mut self, context: &DecisionContext<'_>, entry: &Entry) -> Option<Section> {
         let (lane, parameters) = (&entry.lane, context.parameters);
         let search_m =
             lane.search_distance_m.unwrap_or_else(|| parameters.roundabout_search_m(context.speed_mps));
-        let in_view = context.path_frame.from_front_m(lane.front) < search_m;
-        if !in_view && !self.entries.contains_key(&lane.id) {
+        let in_range = context.path_frame.from_front_m(lane.front) < search_m;
+        if !in_range && !self.entries.contains_key(&lane.id) {
             return None;
         }
         let start = *self.entries.entry(lane.id).or_insert(context.ego());
@@ -101,7 +101,7 @@ impl RoundaboutMemory {
 }
 
 impl Entry {
-    /// The side the map asks for, by the exit that will be taken.
+    /// The side that the map names for the exit that will be taken.
     fn side(&self) -> Option<Side> {
         let Leaving { lane, .. } = self.leaving?;
         if self.exits_left.contains(&lane) {

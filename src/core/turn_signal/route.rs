@@ -11,13 +11,13 @@ use crate::core::map::lane_network::{LaneId, LaneNetwork};
 /// Side by side lanelets of a route.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
-    /// The one to be on.
+    /// The one that the route prefers.
     pub preferred: LaneId,
     /// All of them, the preferred one included; areas left out.
     pub lanes: Vec<LaneId>,
 }
 
-/// A route.
+/// A route of the mission planner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Route {
     id: u128,
@@ -32,16 +32,16 @@ pub enum RouteError {
     /// A route without lanelets.
     #[error("the route has no lanelet")]
     Empty,
-    /// Upstream refuses it as well.
+    /// A lanelet that is listed twice; upstream refuses it as well.
     #[error("the route lists lanelet {lane} twice")]
     Repeated {
-        /// The lanelet.
+        /// Id of the lanelet.
         lane: LaneId,
     },
     /// A route of another map.
     #[error("lanelet {lane} of the route is not on the map")]
     Unknown {
-        /// The lanelet.
+        /// Id of the lanelet.
         lane: LaneId,
     },
     /// A start that is not a pose.
@@ -64,16 +64,10 @@ impl Route {
         Ok(Self { id, start, segments, lanes })
     }
 
-    /// A route of single lanelets.
-    pub fn single_file(id: u128, start: Pose, lanes: &[LaneId]) -> Result<Self, RouteError> {
-        let segment = |lane: &LaneId| Segment { preferred: *lane, lanes: vec![*lane] };
-        Self::new(id, start, lanes.iter().map(segment).collect())
-    }
-
     /// Returns the route if it can be driven on this road.
     ///
     /// # Errors
-    /// A lanelet that is not there, or a start that is not a place.
+    /// A lanelet that is not there, or a start that is not a pose.
     pub fn checked(self, road: &LaneNetwork) -> Result<Self, RouteError> {
         if !self.start.is_finite() {
             return Err(RouteError::StartNotFinite);
@@ -105,12 +99,12 @@ impl Route {
         self.lanes.iter().copied()
     }
 
-    /// A lanelet is on the route.
+    /// Returns whether a lanelet is on the route.
     pub fn contains(&self, lane: LaneId) -> bool {
         self.lanes.contains(&lane)
     }
 
-    /// A lanelet is in the last segment.
+    /// Returns whether a lanelet is in the last segment.
     pub fn ends_with(&self, lane: LaneId) -> bool {
         self.segments.last().is_some_and(|segment| segment.lanes.contains(&lane))
     }
@@ -135,22 +129,27 @@ mod tests {
     use super::*;
     use crate::core::map::lane_network::Lane;
 
+    fn route(lanes: &[LaneId]) -> Result<Route, RouteError> {
+        let segments = lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] });
+        Route::new(7, Pose::default(), segments.collect())
+    }
+
     #[test]
     fn a_loop_ends_where_the_route_ends() {
         let lane = |id, follower| Lane { id, followers: vec![follower], ..Lane::default() };
         let road = LaneNetwork::new([lane(1, 2), lane(2, 3), lane(3, 1)], Vec::new());
-        let route = Route::single_file(7, Pose::default(), &[1, 2, 3]).unwrap();
-        assert_eq!([1, 2, 3].map(|lane| route.next(&road, lane)), [Some(2), Some(3), None]);
-        let before = |lane| route.previous(&road, lane).collect::<Vec<_>>();
+        let circle = route(&[1, 2, 3]).unwrap();
+        assert_eq!([1, 2, 3].map(|lane| circle.next(&road, lane)), [Some(2), Some(3), None]);
+        let before = |lane| circle.previous(&road, lane).collect::<Vec<_>>();
         assert_eq!([before(1), before(2)], [vec![], vec![1]]);
-        let short = Route::single_file(7, Pose::default(), &[1, 2]).unwrap();
+        let short = route(&[1, 2]).unwrap();
         assert_eq!(short.next(&road, 2), None, "the follower is not on the route");
     }
 
     #[test]
     fn bad_routes_are_refused() {
-        assert_eq!(Route::single_file(1, Pose::default(), &[]), Err(RouteError::Empty));
-        let twice = Route::single_file(1, Pose::default(), &[4, 5, 4]);
+        assert_eq!(route(&[]), Err(RouteError::Empty));
+        let twice = route(&[4, 5, 4]);
         assert_eq!(twice, Err(RouteError::Repeated { lane: 4 }));
     }
 }

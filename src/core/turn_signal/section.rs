@@ -9,9 +9,9 @@ use crate::core::map::geometry::path::PathFrame;
 /// origin of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Section {
-    /// Turn command.
+    /// The turn command it requests.
     pub turn: Signal,
-    /// Hazard command.
+    /// The hazard command it requests.
     pub hazard: Hazard,
     /// Start of the stretch in which it may be signalled.
     pub desired_start: Pose,
@@ -50,7 +50,7 @@ impl Section {
         }
     }
 
-    /// All four places are numbers.
+    /// Returns whether all four poses are numbers.
     pub fn is_finite(&self) -> bool {
         [self.desired_start, self.desired_end, self.required_start, self.required_end]
             .iter()

@@ -1,6 +1,4 @@
-//! The rule for all that moves sideways
-//! (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling out and
-//! over.
+//! The rule for all that moves sideways (docs/spec/turn-signal-decider.md, "Shift rule"): avoidance, pulling out and over.
 
 use std::fmt;
 
@@ -26,9 +24,9 @@ pub struct ShiftedPath {
 /// The start and end of a shift.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShiftLine {
-    /// First point, by index in the path.
+    /// Index of its first point in the path.
     pub start_index: usize,
-    /// Last point.
+    /// Index of its last point in the path.
     pub end_index: usize,
     /// Pose at its start.
     pub start: Pose,
@@ -36,15 +34,13 @@ pub struct ShiftLine {
     pub end: Pose,
 }
 
-/// The purpose of a shift, on which the tests depend.
+/// The purpose of a shift, on which steps of the rule depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ShiftKind {
     /// Around an obstacle and back.
     Avoidance,
     /// From the roadside into the lane.
     PullOut,
-    /// Into another lane.
-    LaneChange,
     /// From the lane to the roadside.
     PullOver,
 }
@@ -60,12 +56,10 @@ pub struct Shift<'a> {
     pub lanes: &'a [LaneId],
     /// Offset of the vehicle at present, metres.
     pub current_shift_m: f64,
-    /// Its purpose.
+    /// The manoeuvre it is part of.
     pub kind: ShiftKind,
     /// The vehicle drives forwards.
     pub forward: bool,
-    /// Offsets are relative to the vehicle's own lane, not to the lane it moves to.
-    pub own_lane: bool,
     /// A return is signalled even while standing.
     pub stop_override: bool,
 }
@@ -95,7 +89,7 @@ pub enum ShiftVerdict {
     StandsBeforeReturn,
     /// 11: near the bound of the lane it joins.
     NearBound,
-    /// 12: signalled.
+    /// 12: the shift is signalled.
     Signalled,
 }
 
@@ -108,7 +102,7 @@ pub struct ShiftOutcome {
     pub verdict: ShiftVerdict,
 }
 
-/// Offsets before and after, relative to the vehicle's own lane, metres.
+/// Offsets before and after, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Offsets {
     before_m: f64,
@@ -128,9 +122,9 @@ impl ShiftedPath {
         &self.poses
     }
 
-    /// The point nearest to a place, by index.
-    pub fn nearest_index(&self, place: Point) -> usize {
-        nearest_index(&self.poses, place)
+    /// Index of the point nearest to a position.
+    pub fn nearest_index(&self, query: Point) -> usize {
+        nearest_index(&self.poses, query)
     }
 
     /// The shift from the point nearest to `start` to the one nearest to `end`.
@@ -145,7 +139,7 @@ impl ShiftedPath {
         offset(end_index) - offset(start_index)
     }
 
-    /// Arc length from a place to a point, metres.
+    /// Arc length from a position to a point, metres; `None` for an index beyond the path.
     pub fn distance_to_m(&self, from: Point, index: usize) -> Option<f64> {
         Some(self.arcs_m.get(index)? - self.path.plain_station_m(from))
     }
@@ -165,7 +159,7 @@ impl ShiftedPath {
 }
 
 impl ShiftOutcome {
-    /// The shift is not to be looked at again.
+    /// Returns whether the shift is not to be judged again.
     pub const fn ignore(&self) -> bool {
         match self.verdict {
             ShiftVerdict::Backwards
@@ -222,16 +216,11 @@ pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
     }
 }
 
-/// Steps 1 and 2: offsets, first and last pose, arc length to the first.
+/// Step 1: offsets, first and last pose, arc length to the first; `None` when the line is not on the path.
 fn located(context: &DecisionContext<'_>, shift: &Shift<'_>) -> Option<(Offsets, Pose, Pose, f64)> {
     let ShiftLine { start_index, end_index, .. } = shift.line;
     let offset = |index: usize| shift.path.shifts_m.get(index).copied();
-    let (first_m, last_m) = (offset(start_index)?, offset(end_index)?);
-    let offsets = if shift.own_lane {
-        Offsets { before_m: first_m, after_m: last_m }
-    } else {
-        Offsets { before_m: last_m, after_m: -first_m }
-    };
+    let offsets = Offsets { before_m: offset(start_index)?, after_m: offset(end_index)? };
     let pose = |index: usize| shift.path.poses.get(index).copied();
     let ahead_m = shift.path.distance_to_m(context.ego().position, start_index)?;
     Some((offsets, pose(start_index)?, pose(end_index)?, ahead_m))
@@ -246,7 +235,6 @@ fn objection(
     ahead_m: f64,
 ) -> Option<ShiftVerdict> {
     let parameters = context.parameters;
-    let joins_or_leaves = matches!(shift.kind, ShiftKind::PullOut | ShiftKind::PullOver);
     // Written so that an offset that is not a number is an objection.
     let at_least = |value: f64, limit: f64| value.abs() >= limit;
     if !at_least(offsets.relative_m(), parameters.shift_length_threshold_m) {
@@ -262,20 +250,19 @@ fn objection(
     if !parameters.on_swerving {
         return Some(ShiftVerdict::SwervingIsSilent);
     }
-    let pose = if shift.own_lane { shift.line.end } else { shift.line.start };
-    let Some(lane) = context.road.closest(context.route.lanes(), pose) else {
+    let Some(lane) = context.road.closest(context.route.lanes(), shift.line.end) else {
         return Some(ShiftVerdict::NoLane);
     };
-    if shift.kind == ShiftKind::Avoidance
-        && surroundings::hatched_forbids(lane, offsets, parameters.shift_length_threshold_m)
-    {
-        return Some(ShiftVerdict::HatchedSide);
+    let threshold_m = parameters.shift_length_threshold_m;
+    if shift.kind == ShiftKind::Avoidance {
+        if surroundings::hatched_forbids(lane, offsets, threshold_m) {
+            return Some(ShiftVerdict::HatchedSide);
+        }
+        if !surroundings::crosses_bound(context, shift) {
+            return Some(ShiftVerdict::StaysInLane);
+        }
     }
-    if !joins_or_leaves && !surroundings::crosses_bound(context, shift) {
-        return Some(ShiftVerdict::StaysInLane);
-    }
-    let t = parameters.shift_length_threshold_m;
-    let is_return = offsets.before_m.abs() > t && offsets.after_m.abs() < t;
+    let is_return = offsets.before_m.abs() > threshold_m && offsets.after_m.abs() < threshold_m;
     if context.stands() && !shift.stop_override && is_return && surroundings::is_inside(context, shift.lanes)
     {
         return Some(ShiftVerdict::StandsBeforeReturn);

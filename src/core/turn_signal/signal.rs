@@ -7,9 +7,9 @@ pub use crate::core::light_command::{HazardCommand as Hazard, TurnCommand as Sig
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
-    /// Left.
+    /// The left side of the vehicle.
     Left,
-    /// Right.
+    /// The right side of the vehicle.
     Right,
 }
 
@@ -25,7 +25,7 @@ impl Signal {
 }
 
 impl Side {
-    /// The other one.
+    /// The other side.
     pub const fn opposite(self) -> Self {
         match self {
             Self::Left => Self::Right,
@@ -49,8 +49,8 @@ impl fmt::Display for Side {
     }
 }
 
-/// The command of the hazard lights from the requests of the planner and the system: on when either wants
-/// them on (docs/spec/turn-signal-decider.md, "Hazard lights").
+/// The command of the hazard lights from the requests of the planner and the system: on when either
+/// requests them (docs/spec/turn-signal-decider.md, "Hazard lights").
 pub fn joined_hazard(planner: Hazard, system: Hazard) -> Hazard {
     if planner == Hazard::Enable || system == Hazard::Enable { Hazard::Enable } else { Hazard::Disable }
 }

@@ -3,16 +3,16 @@
 //!
 //! | file | what it is |
 //! |---|---|
-//! | [`course`] | the drive cycle by cycle: pose, speed, path, manoeuvres, clock |
-//! | [`route_path`] | positions along the middle of the lanelets, to places on the map |
-//! | `motion` | speed and stops: where the vehicle is next |
+//! | [`simulation`] | the drive cycle by cycle: pose, speed, path, manoeuvres, clock |
+//! | [`route_path`] | positions along the middle of the lanelets, to points of the map |
+//! | `motion` | speed and stops: the next position of the vehicle |
 //! | `planner` | the manoeuvres as the planner publishes them |
-//! | [`run`] | the decider in one behaviour, cycle by cycle |
+//! | [`run`] | the decider with one `compat`, cycle by cycle |
 //! | [`verdict`] | expectations met and failed |
 
-pub mod course;
 mod motion;
 mod planner;
 pub mod route_path;
 pub mod run;
+pub mod simulation;
 pub mod verdict;

@@ -1,4 +1,4 @@
-//! Speed and stops: where the vehicle is after a time.
+//! Speed and stops: the position of the vehicle after a time.
 
 use crate::config::drive::{SpeedProfile, Stop};
 
@@ -15,9 +15,9 @@ pub(super) struct Motion<'a> {
     /// The stops ahead, ascending.
     stops: &'a [Stop],
     standing_s: f64,
-    /// Where the rear axle is, metres along the route path.
+    /// Position of the rear axle, metres along the route path.
     pub(super) at_m: f64,
-    /// Since the start, seconds.
+    /// Time since the start, seconds.
     pub(super) at_s: f64,
 }
 
@@ -45,7 +45,7 @@ impl<'a> Motion<'a> {
 
     fn drive(&mut self, by_s: f64) {
         let mut left_s = by_s;
-        // Each turn ends at a step or a stop, of which there are so many.
+        // Each pass ends at a step or a stop, the number of which is known.
         for _ in 0..self.most_steps() {
             if left_s <= 0.0 {
                 return;
@@ -70,14 +70,14 @@ impl<'a> Motion<'a> {
 
     fn driving_mps(&self) -> f64 {
         let (steps, reached) = match self.profile {
-            SpeedProfile::ByPlace(steps) => (steps, self.at_m + SAME_M),
+            SpeedProfile::ByPosition(steps) => (steps, self.at_m + SAME_M),
             SpeedProfile::ByTime(steps) => (steps, self.at_s + SAME_M),
         };
         let last = steps.iter().take_while(|(from, _)| *from <= reached).last();
         last.or(steps.first()).map_or(0.0, |(_, mps)| *mps)
     }
 
-    /// How long it drives at this speed until the next step or stop, seconds.
+    /// Time until the next step or stop at this speed, seconds.
     fn until_change_s(&self, speed_mps: f64) -> f64 {
         let next = |steps: &[(f64, f64)], at: f64| {
             steps.iter().map(|(from, _)| from - at).find(|ahead| *ahead > SAME_M).unwrap_or(f64::INFINITY)
@@ -85,7 +85,7 @@ impl<'a> Motion<'a> {
         let stop_m = self.stops.first().map_or(f64::INFINITY, |stop| stop.at_m - self.at_m);
         let seconds = |metres: f64| if speed_mps > 0.0 { metres / speed_mps } else { f64::INFINITY };
         match self.profile {
-            SpeedProfile::ByPlace(steps) => seconds(next(steps, self.at_m).min(stop_m)),
+            SpeedProfile::ByPosition(steps) => seconds(next(steps, self.at_m).min(stop_m)),
             SpeedProfile::ByTime(steps) => next(steps, self.at_s).min(seconds(stop_m)),
         }
     }
@@ -103,7 +103,7 @@ impl<'a> Motion<'a> {
     }
 
     fn most_steps(&self) -> usize {
-        let (SpeedProfile::ByPlace(steps) | SpeedProfile::ByTime(steps)) = self.profile;
+        let (SpeedProfile::ByPosition(steps) | SpeedProfile::ByTime(steps)) = self.profile;
         2 * (steps.len() + self.stops.len()) + 2
     }
 }
@@ -112,22 +112,22 @@ impl<'a> Motion<'a> {
 mod tests {
     use super::*;
 
-    fn places(motion: &mut Motion<'_>, cycles: usize) -> Vec<(f64, f64)> {
-        let place = |_| {
+    fn positions(motion: &mut Motion<'_>, cycles: usize) -> Vec<(f64, f64)> {
+        let position = |_| {
             motion.advance(0.5);
             ((motion.at_m * 1e6).round() / 1e6, motion.speed_mps())
         };
-        (0..cycles).map(place).collect()
+        (0..cycles).map(position).collect()
     }
 
     #[test]
     fn speed_changes_and_stops_where_they_are() {
-        let profile = SpeedProfile::ByPlace(vec![(0.0, 4.0), (3.0, 2.0), (6.0, 0.0)]);
+        let profile = SpeedProfile::ByPosition(vec![(0.0, 4.0), (3.0, 2.0), (6.0, 0.0)]);
         let stops = [Stop { at_m: -1.0, for_s: 9.0 }, Stop { at_m: 4.0, for_s: 0.75 }];
         let mut motion = Motion::new(&profile, &stops, 0.0);
         let expected = [(2.0, 4.0), (3.5, 2.0), (4.0, 0.0), (4.0, 2.0), (5.0, 2.0), (6.0, 0.0), (6.0, 0.0)];
         // At 4 m after 1.25 s, on again after 2 s.
-        assert_eq!(places(&mut motion, 7), expected);
+        assert_eq!(positions(&mut motion, 7), expected);
         assert!((motion.at_s - 3.5).abs() < 1e-9);
     }
 
@@ -135,6 +135,6 @@ mod tests {
     fn by_time_it_can_back_up() {
         let profile = SpeedProfile::ByTime(vec![(0.0, 0.0), (0.75, -1.0), (1.5, 2.0)]);
         let mut motion = Motion::new(&profile, &[], 10.0);
-        assert_eq!(places(&mut motion, 4), [(10.0, 0.0), (9.75, -1.0), (9.25, 2.0), (10.25, 2.0)]);
+        assert_eq!(positions(&mut motion, 4), [(10.0, 0.0), (9.75, -1.0), (9.25, 2.0), (10.25, 2.0)]);
     }
 }

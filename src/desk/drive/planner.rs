@@ -1,7 +1,7 @@
 //! The manoeuvres of a drive as the planner publishes them at a cycle.
 
 use super::route_path::{RoutePath, smooth};
-use crate::config::drive::{AvoidanceLine as DrawnLine, DriveFile, Moment, Plan, PlanKind};
+use crate::config::drive::{DriveFile, Moment, Plan, PlanKind, PlannedShift};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathError;
 use crate::core::map::lane_network::LaneId;
@@ -33,7 +33,7 @@ pub(super) struct DrivePosition<'a> {
     pub(super) moved_m: f64,
     pub(super) at_m: f64,
     pub(super) at_s: f64,
-    /// Whether it has left its starting position.
+    /// It has left its starting position.
     pub(super) departed: bool,
 }
 
@@ -50,14 +50,14 @@ impl DrivePosition<'_> {
         known.sort_by_key(|plan| match plan.kind {
             PlanKind::PullOut { .. } => 0,
             PlanKind::PullOver { .. } => 3,
-            PlanKind::Avoidance { .. } | PlanKind::LaneChange { .. } | PlanKind::SideShift { .. } => {
+            PlanKind::Avoidance { .. } | PlanKind::LaneChange { .. } | PlanKind::SideShift(_) => {
                 if self.is_approved(plan) { 1 } else { 2 }
             }
         });
         known.into_iter().filter_map(|plan| self.manoeuvre(plan)).collect()
     }
 
-    /// Whether a position or a time has been reached.
+    /// Returns whether a position or a time has been reached.
     pub(super) fn has_come(&self, moment: Moment) -> bool {
         match moment {
             Moment::AtM(at_m) => self.at_m >= at_m - 1e-9,
@@ -116,12 +116,12 @@ impl DrivePosition<'_> {
                     minimum_length_m: *minimum_length_m,
                 })
             }
-            PlanKind::PullOut { from_m, to_m, backwards_until_s, first_part_end_m, .. } => {
+            PlanKind::PullOut { shift, backwards_until_s, first_part_end_m } => {
                 let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
                 Manoeuvre::PullOut(PullOut {
                     path: self.shifted(&plan.kind).ok(),
-                    start: self.pose(*from_m, linear),
-                    end: self.pose(*to_m, linear),
+                    start: self.pose(shift.from_m, linear),
+                    end: self.pose(shift.to_m, linear),
                     current_shift_m,
                     forward: backwards_until_s.is_none_or(|until_s| self.at_s >= until_s),
                     standing_counts: !self.departed || self.is_near(*first_part_end_m),
@@ -130,38 +130,36 @@ impl DrivePosition<'_> {
                 })
             }
             PlanKind::PullOver {
-                from_m,
-                to_m,
+                shift,
                 decided_from,
                 deceleration_m,
                 stop_m,
                 stop_path_end_m,
                 first_part_end_m,
-                ..
             } => {
-                let place = |at_m: Option<f64>| at_m.map(|at_m| self.pose(at_m, |_| 0.0));
+                let pose = |at_m: Option<f64>| at_m.map(|at_m| self.pose(at_m, |_| 0.0));
                 if decided_from.is_some_and(|moment| !self.has_come(moment)) {
                     return Some(Manoeuvre::PullOver(PullOver::Undecided(Undecided {
                         stop_path: self.line(self.at_m - BEHIND_M, *stop_path_end_m, |_| 0.0),
-                        deceleration: place(*deceleration_m),
-                        stop: place(*stop_m),
+                        deceleration: pose(*deceleration_m),
+                        stop: pose(*stop_m),
                     })));
                 }
                 let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
                 Manoeuvre::PullOver(PullOver::Decided(Decided {
                     path: self.shifted(&plan.kind).ok(),
-                    start: self.pose(*from_m, linear),
-                    goal: self.pose(*to_m, linear),
+                    start: self.pose(shift.from_m, linear),
+                    goal: self.pose(shift.to_m, linear),
                     current_shift_m,
                     near_first_end: self.is_near(*first_part_end_m),
                     lanes: self.lanes(plan),
                 }))
             }
-            PlanKind::SideShift { .. } => Manoeuvre::SideShift,
+            PlanKind::SideShift(_) => Manoeuvre::SideShift,
         })
     }
 
-    fn avoidance(&self, plan: &Plan, lines: &[DrawnLine], current_shift_m: f64) -> Option<Manoeuvre> {
+    fn avoidance(&self, plan: &Plan, lines: &[PlannedShift], current_shift_m: f64) -> Option<Manoeuvre> {
         let linear = |at_m: f64| linear_offset_m(&plan.kind, at_m);
         let path = self.shifted(&plan.kind).ok()?;
         let index = |at_m: f64| path.nearest_index(self.pose(at_m, linear).position);
@@ -199,35 +197,35 @@ impl DrivePosition<'_> {
 
     /// The path around the vehicle with offsets that change evenly.
     fn shifted(&self, kind: &PlanKind) -> Result<ShiftedPath, PathError> {
-        let mut places = self.places(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
+        let mut positions = self.positions(self.at_m - BEHIND_M, self.at_m + AHEAD_M);
         // The ends of shifts are points of the path.
         for end_m in ends_m(kind) {
-            let index = places.partition_point(|at_m| *at_m < end_m);
-            let is_within = index > 0 && index < places.len();
-            if is_within && places.get(index).is_some_and(|at_m| at_m - end_m > SAME_M) {
-                places.insert(index, end_m);
+            let index = positions.partition_point(|at_m| *at_m < end_m);
+            let is_within = index > 0 && index < positions.len();
+            if is_within && positions.get(index).is_some_and(|at_m| at_m - end_m > SAME_M) {
+                positions.insert(index, end_m);
             }
         }
         let offset_m = |at_m: f64| linear_offset_m(kind, at_m);
-        let shifts_m = places.iter().map(|at_m| offset_m(*at_m)).collect();
-        ShiftedPath::new(places.iter().map(|at_m| self.pose(*at_m, offset_m)).collect(), shifts_m)
+        let shifts_m = positions.iter().map(|at_m| offset_m(*at_m)).collect();
+        ShiftedPath::new(positions.iter().map(|at_m| self.pose(*at_m, offset_m)).collect(), shifts_m)
     }
 
     fn line(&self, from_m: f64, to_m: f64, offset_m: impl Fn(f64) -> f64) -> Vec<Pose> {
-        self.places(from_m, to_m).iter().map(|at_m| self.pose(*at_m, &offset_m)).collect()
+        self.positions(from_m, to_m).iter().map(|at_m| self.pose(*at_m, &offset_m)).collect()
     }
 
     /// Positions of the drive at equal steps that do not move with the vehicle.
-    fn places(&self, from_m: f64, to_m: f64) -> Vec<f64> {
+    fn positions(&self, from_m: f64, to_m: f64) -> Vec<f64> {
         let from_m = from_m.max(-self.moved_m).max(self.at_m - BEHIND_M);
         let to_m = to_m.min(self.route_path.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         let mut at_m = (from_m / SPACING_M).ceil() * SPACING_M;
         while at_m <= to_m {
-            places.push(at_m);
+            positions.push(at_m);
             at_m += SPACING_M;
         }
-        places
+        positions
     }
 }
 
@@ -240,27 +238,26 @@ fn linear_offset_m(kind: &PlanKind, at_m: f64) -> f64 {
 fn ends_m(kind: &PlanKind) -> Vec<f64> {
     match kind {
         PlanKind::Avoidance { lines } => lines.iter().flat_map(|line| [line.from_m, line.to_m]).collect(),
-        PlanKind::LaneChange { from_m, to_m, .. }
-        | PlanKind::PullOut { from_m, to_m, .. }
-        | PlanKind::PullOver { from_m, to_m, .. }
-        | PlanKind::SideShift { from_m, to_m, .. } => vec![*from_m, *to_m],
+        PlanKind::LaneChange { from_m, to_m, .. } => vec![*from_m, *to_m],
+        PlanKind::PullOut { shift, .. } | PlanKind::PullOver { shift, .. } | PlanKind::SideShift(shift) => {
+            vec![shift.from_m, shift.to_m]
+        }
     }
 }
 
 /// The share of one manoeuvre in the offset at a position, metres; `ramp` goes from 0 to 1.
 fn own_offset_m(kind: &PlanKind, at_m: f64, ramp: impl Fn(f64) -> f64) -> f64 {
-    let part = |from_m: f64, to_m: f64| ramp((at_m - from_m) / (to_m - from_m));
+    let part = |shift: &PlannedShift| ramp((at_m - shift.from_m) / (shift.to_m - shift.from_m));
     match kind {
         PlanKind::Avoidance { lines } => {
             let mut offset_m = 0.0;
             for line in lines {
-                offset_m += (line.offset_m - offset_m) * part(line.from_m, line.to_m);
+                offset_m += (line.offset_m - offset_m) * part(line);
             }
             offset_m
         }
         PlanKind::LaneChange { .. } => 0.0,
-        PlanKind::PullOut { from_m, to_m, offset_m, .. } => offset_m * (1.0 - part(*from_m, *to_m)),
-        PlanKind::PullOver { from_m, to_m, offset_m, .. }
-        | PlanKind::SideShift { from_m, to_m, offset_m } => offset_m * part(*from_m, *to_m),
+        PlanKind::PullOut { shift, .. } => shift.offset_m * (1.0 - part(shift)),
+        PlanKind::PullOver { shift, .. } | PlanKind::SideShift(shift) => shift.offset_m * part(shift),
     }
 }

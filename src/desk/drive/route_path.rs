@@ -6,12 +6,12 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, nearest};
-use crate::core::map::geometry::{Point, Pose};
+use crate::core::map::geometry::{Point, Pose, cross};
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::Side;
 
-/// Length of a lane change without a place of its own, metres, if there is room.
+/// Length of a lane change without a position of its own, metres, if there is room.
 const LANE_CHANGE_M: f64 = 50.0;
 /// Half the length of the piece of path that gives the heading in its middle, metres.
 const HEADING_M: f64 = 0.25;
@@ -35,7 +35,7 @@ enum Line {
 struct Lanes {
     /// Start of each segment, and the end of the last one, metres.
     starts_m: Vec<f64>,
-    /// At least one.
+    /// The lanes that are driven, at least one.
     tracks: Vec<Track>,
     /// From each track to the next.
     changes: Vec<Change>,
@@ -61,13 +61,13 @@ pub struct Change {
     pub to_m: f64,
 }
 
-/// Reason why lanelets do not form a path.
+/// A reason for which lanelets do not form a path.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum RoutePathError {
     /// The lanelets do not lead on.
     #[error(
         "lanelet {to} follows no lanelet of the segment before, nor is there one beside it to come from; the \
-         way ends in lanelet {from}"
+         path ends in lanelet {from}"
     )]
     Gap {
         /// The last lanelet of the path.
@@ -113,7 +113,7 @@ impl RoutePath {
         let ids = segments.iter().flat_map(|segment| &segment.lanes);
         let lengths_m = ids.filter_map(|id| Some((*id, road.lane(*id)?.length_m()))).collect();
         let mut lanes = Lanes { starts_m, tracks: tracks(&road, segments)?, changes: Vec::new(), lengths_m };
-        lanes.place_changes(&road, changes)?;
+        lanes.locate_changes(&road, changes)?;
         Ok(Self { road, line: Line::Lanes(lanes) })
     }
 
@@ -135,7 +135,7 @@ impl RoutePath {
     pub fn pose(&self, at_m: f64, offset_m: impl Fn(f64) -> f64) -> Pose {
         let along = Pose { position: self.middle(at_m), yaw_rad: self.heading_rad(at_m) };
         let rise = (offset_m(at_m + HEADING_M) - offset_m(at_m - HEADING_M)) / (2.0 * HEADING_M);
-        Pose { position: along.place(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
+        Pose { position: along.point_at(0.0, offset_m(at_m)), yaw_rad: along.yaw_rad + rise.atan() }
     }
 
     /// The lanelet at a position, the one that is reached in the middle of a lane change.
@@ -165,8 +165,8 @@ impl RoutePath {
         found
     }
 
-    /// The position nearest to a place, and how far away that is, metres.
-    pub fn nearest(&self, place: Point) -> (f64, f64) {
+    /// The position nearest to a point, and its distance from there, metres.
+    pub fn nearest(&self, query: Point) -> (f64, f64) {
         let mut line = Vec::new();
         let mut at_m = 0.0;
         while at_m < self.length_m() {
@@ -174,14 +174,14 @@ impl RoutePath {
             at_m += 1.0;
         }
         line.push(self.middle(self.length_m()));
-        let foot = nearest(&line, place);
+        let projection = nearest(&line, query);
         // A piece of the line is a metre of the path, but for the last.
         let arcs_m = arc_lengths_m(&line);
-        foot.map_or((0.0, f64::INFINITY), |foot| {
-            let piece = arcs_m.partition_point(|arc_m| *arc_m <= foot.arc_m).saturating_sub(1);
+        projection.map_or((0.0, f64::INFINITY), |projection| {
+            let piece = arcs_m.partition_point(|arc_m| *arc_m <= projection.arc_m).saturating_sub(1);
             let index = u32::try_from(piece).unwrap_or(u32::MAX);
             let start_m = arcs_m.get(piece).copied().unwrap_or_default();
-            ((f64::from(index) + foot.arc_m - start_m).min(self.length_m()), foot.distance_m)
+            ((f64::from(index) + projection.arc_m - start_m).min(self.length_m()), projection.distance_m)
         })
     }
 
@@ -195,7 +195,7 @@ impl RoutePath {
         let length_m = self.length_m();
         let within_m = at_m.clamp(0.0, length_m);
         let on = |at_m: f64| match &self.line {
-            Line::Lanes(lanes) => lanes.place(&self.road, at_m),
+            Line::Lanes(lanes) => lanes.point_at(&self.road, at_m),
             Line::Points(points, _) => at_arc(points, at_m).unwrap_or_default(),
         };
         if (at_m - within_m).abs() > 0.0 {
@@ -234,25 +234,24 @@ impl Lanes {
         at_arc(&lane.centerline, share * self.lengths_m.get(&lane.id)?)
     }
 
-    fn place(&self, road: &LaneNetwork, at_m: f64) -> Point {
-        let first = self.tracks.first().and_then(|track| self.on_track(road, track, at_m));
-        let mut place = first;
+    fn point_at(&self, road: &LaneNetwork, at_m: f64) -> Point {
+        let mut point = self.tracks.first().and_then(|track| self.on_track(road, track, at_m));
         for (change, track) in self.changes.iter().zip(self.tracks.iter().skip(1)) {
             let share = smooth((at_m - change.from_m) / (change.to_m - change.from_m));
             if share <= 0.0 {
                 break;
             }
             let target = self.on_track(road, track, at_m);
-            place = match (place, target) {
-                (Some(place), Some(target)) => Some(place.toward(target, share)),
-                (place, target) => target.or(place),
+            point = match (point, target) {
+                (Some(point), Some(target)) => Some(point.toward(target, share)),
+                (point, target) => target.or(point),
             };
         }
-        place.unwrap_or_default()
+        point.unwrap_or_default()
     }
 
-    fn place_changes(&mut self, road: &LaneNetwork, wanted: &[Change]) -> Result<(), RoutePathError> {
-        let mut left: Vec<Change> = wanted.to_vec();
+    fn locate_changes(&mut self, road: &LaneNetwork, requested: &[Change]) -> Result<(), RoutePathError> {
+        let mut left: Vec<Change> = requested.to_vec();
         let mut changed_m = 0.0_f64;
         for (one, next) in self.tracks.iter().zip(self.tracks.iter().skip(1)) {
             let start = |segment: usize| self.starts_m.get(segment).copied().unwrap_or_default();
@@ -291,9 +290,7 @@ pub(super) fn smooth(share: f64) -> f64 {
 
 fn side_of(here: Point, ahead: Option<Point>, there: Point) -> Side {
     let ahead = ahead.unwrap_or(here);
-    let cross =
-        (ahead.x_m - here.x_m) * (there.y_m - here.y_m) - (ahead.y_m - here.y_m) * (there.x_m - here.x_m);
-    if cross < 0.0 { Side::Right } else { Side::Left }
+    if cross(here, ahead, there) < 0.0 { Side::Right } else { Side::Left }
 }
 
 fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<Track>, RoutePathError> {
@@ -362,7 +359,7 @@ mod tests {
         lanes.iter().map(|lanes| Segment { preferred: lanes[0], lanes: lanes.to_vec() }).collect()
     }
 
-    fn place(route_path: &RoutePath, at_m: f64) -> (f64, f64) {
+    fn point(route_path: &RoutePath, at_m: f64) -> (f64, f64) {
         let position = route_path.pose(at_m, |_| 0.0).position;
         (position.x_m, (position.y_m * 1e3).round() / 1e3)
     }
@@ -372,21 +369,21 @@ mod tests {
         let route = segments(&[&[1, 11], &[12, 2], &[13]]);
         let route_path = RoutePath::of_route(two_lanes(), &route, &[]).unwrap();
         // Both lanes from 0 to 100 m: over 50 m in the middle.
-        let places = [0.0, 25.0, 50.0, 75.0, 150.0].map(|at_m| place(&route_path, at_m));
-        assert_eq!(places, [(0.0, 0.0), (25.0, 0.0), (50.0, 1.75), (75.0, 3.5), (150.0, 3.5)]);
+        let points = [0.0, 25.0, 50.0, 75.0, 150.0].map(|at_m| point(&route_path, at_m));
+        assert_eq!(points, [(0.0, 0.0), (25.0, 0.0), (50.0, 1.75), (75.0, 3.5), (150.0, 3.5)]);
         assert_eq!(
             [20.0, 49.0, 50.0, 140.0].map(|at_m| route_path.lane_at(at_m)),
             [Some(1), Some(1), Some(12), Some(13)]
         );
         assert_eq!(route_path.lanes_between(40.0, 110.0), [1, 12, 13]);
-        assert_eq!((place(&route_path, -5.0), place(&route_path, 160.0)), ((-5.0, 0.0), (160.0, 3.5)));
+        assert_eq!((point(&route_path, -5.0), point(&route_path, 160.0)), ((-5.0, 0.0), (160.0, 3.5)));
         assert_eq!(route_path.nearest(Point::new(120.5, 4.5)), (120.5, 1.0));
 
         let placed = Change { side: Side::Left, from_m: 10.0, to_m: 20.0 };
         let away = Change { side: Side::Right, ..placed };
         let route_path = RoutePath::of_route(two_lanes(), &route, &[away, placed]).unwrap();
         for (at_m, left_m) in [(10.0, 0.0), (15.0, 1.75), (20.0, 3.5)] {
-            assert!((place(&route_path, at_m).1 - left_m).abs() < 1e-9, "{at_m}");
+            assert!((point(&route_path, at_m).1 - left_m).abs() < 1e-9, "{at_m}");
         }
         let heading_deg = route_path.pose(15.0, |_| 0.0).yaw_rad.to_degrees();
         assert!((25.0..28.0).contains(&heading_deg), "1.5 * 3.5 / 10: {heading_deg}");

@@ -1,6 +1,6 @@
-//! The decider in one behaviour over a course.
+//! The decider with one `compat` over a simulation.
 
-use super::course::{Course, Cycle};
+use super::simulation::{Cycle, DriveSimulation};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decider::{Decider, Settings};
 use crate::core::turn_signal::decision::Decision;
@@ -11,21 +11,21 @@ use crate::core::turn_signal::planner_input::Odometry;
 /// A decider with the odometry it received last.
 #[derive(Debug, Clone)]
 pub struct Run<'a> {
-    course: &'a Course,
+    simulation: &'a DriveSimulation,
     decider: Decider,
     odometry: Option<Timed<Odometry>>,
 }
 
 impl<'a> Run<'a> {
     /// A decider without any input yet.
-    pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
-        let file = course.file();
+    pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
+        let file = simulation.file();
         let settings = Settings {
             parameters: file.parameters.clone(),
             vehicle: file.vehicle,
-            ..Settings::deployed(mode)
+            ..Settings::deployed(compat)
         };
-        Self { course, decider: Decider::new(settings), odometry: None }
+        Self { simulation, decider: Decider::new(settings), odometry: None }
     }
 
     /// The decision at the next cycle.
@@ -38,7 +38,7 @@ impl<'a> Run<'a> {
             cycle.manoeuvres.iter().cloned().map(|value| Timed { at: now, value }).collect();
         let inputs = Inputs {
             odometry: self.odometry,
-            road: Some(self.course.road()),
+            road: Some(self.simulation.road()),
             route: Some(&cycle.route),
             planned_path: Some(Timed { at: now, value: cycle.path.len() }),
             manoeuvres: &manoeuvres,

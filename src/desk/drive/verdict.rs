@@ -1,47 +1,46 @@
 //! Expectations met and failed.
 
-use super::course::{Course, Cycle};
-use crate::config::drive::{Expectation, Wanted};
+use super::simulation::{Cycle, DriveSimulation};
+use crate::config::drive::{Expectation, ExpectedDecision};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
-use crate::report::decision::{case, winner};
+use crate::core::turn_signal::resolve::Source;
 use crate::report::drive::{Failed, Verdict};
 
-/// How each expectation of one behaviour fares.
+/// The outcomes of all expectations with one `compat`, so far.
 #[derive(Debug, Clone)]
 pub struct Verdicts<'a> {
-    course: &'a Course,
-    mode: DeciderCompat,
+    simulation: &'a DriveSimulation,
+    compat: DeciderCompat,
     states: Vec<State>,
 }
 
-/// How one expectation fares.
+/// The outcome of one expectation, so far.
 #[derive(Debug, Clone, Default)]
 struct State {
     cycles: usize,
-    finding_seen: bool,
-    /// What was wrong first, and where.
+    has_finding: bool,
+    /// The first mismatch, with its position.
     first_failure: Option<String>,
 }
 
 impl<'a> Verdicts<'a> {
     /// Verdicts before the first cycle.
-    pub fn new(course: &'a Course, mode: DeciderCompat) -> Self {
-        Self { course, mode, states: vec![State::default(); course.file().expectations.len()] }
+    pub fn new(simulation: &'a DriveSimulation, compat: DeciderCompat) -> Self {
+        Self { simulation, compat, states: vec![State::default(); simulation.file().expectations.len()] }
     }
 
     /// Compares the decision at a cycle with what is expected there.
     pub fn take(&mut self, cycle: &Cycle, decision: &Decision) {
-        for (index, expected) in self.course.expected(cycle, self.mode) {
+        for (index, expected) in self.simulation.expected(cycle, self.compat) {
             let Some(state) = self.states.get_mut(index) else { continue };
             state.cycles += 1;
-            state.finding_seen |= expected.wanted.finding.as_ref().is_some_and(|words| {
-                decision.findings.iter().any(|finding| finding.to_string().contains(words))
+            state.has_finding |= expected.decision.finding.as_ref().is_some_and(|part| {
+                decision.findings.iter().any(|finding| finding.to_string().contains(part))
             });
             if state.first_failure.is_none() {
-                let objection = objection(&expected.wanted, decision);
-                let at = |what| format!("{what} at {:.2} m ({:.3} s)", cycle.at_m, cycle.at_s);
-                state.first_failure = objection.map(at);
+                let at = |mismatch| format!("{mismatch} at {:.2} m ({:.3} s)", cycle.at_m, cycle.at_s);
+                state.first_failure = mismatch(&expected.decision, decision).map(at);
             }
         }
     }
@@ -51,47 +50,43 @@ impl<'a> Verdicts<'a> {
         let failed: Vec<_> = self
             .all()
             .filter_map(|(expectation, state)| {
-                let reason = state.complaint(&expectation.wanted)?;
-                Some(Failed { expectation, compat: self.mode, reason })
+                let reason = state.failure(&expectation.decision)?;
+                Some(Failed { expectation, compat: self.compat, reason })
             })
             .collect();
-        Verdict { compat: self.mode, met: self.all().count() - failed.len(), failed }
+        Verdict { compat: self.compat, met: self.all().count() - failed.len(), failed }
     }
 
     fn all(&self) -> impl Iterator<Item = (&'a Expectation, &State)> {
-        let mode = self.mode;
-        let all = self.course.file().expectations.iter().zip(&self.states);
-        all.filter(move |(expected, _)| expected.modes.contains(&mode))
+        let compat = self.compat;
+        let all = self.simulation.file().expectations.iter().zip(&self.states);
+        all.filter(move |(expected, _)| expected.compats.contains(&compat))
     }
 }
 
 impl State {
-    fn complaint(&self, wanted: &Wanted) -> Option<String> {
-        match &wanted.finding {
+    fn failure(&self, expected: &ExpectedDecision) -> Option<String> {
+        match &expected.finding {
             _ if self.cycles == 0 => Some("no cycle lies there".to_owned()),
             _ if self.first_failure.is_some() => self.first_failure.clone(),
-            Some(finding) if !self.finding_seen => Some(format!("no finding says {finding:?}")),
+            Some(finding) if !self.has_finding => Some(format!("no finding contains {finding:?}")),
             Some(_) | None => None,
         }
     }
 }
 
-/// The first difference between what is wanted and what was decided.
-fn objection(wanted: &Wanted, decision: &Decision) -> Option<String> {
-    let name = |source: Option<_>| source.map_or_else(|| "none".to_owned(), |source| format!("{source}"));
-    if let Some(command) = wanted.command.filter(|command| *command != decision.turn) {
-        return Some(format!("{command} wanted, {}", decision.turn));
-    }
-    if let Some(hazard) = wanted.hazard.filter(|hazard| *hazard != decision.hazard) {
-        return Some(format!("hazard {hazard} wanted, {}", decision.hazard));
-    }
-    let actual = winner(decision);
-    if let Some(wanted) = wanted.winner.filter(|wanted| *wanted != actual) {
-        return Some(format!("winner {} wanted, {}", name(wanted), name(actual)));
-    }
-    let actual = case(decision);
-    wanted.case.filter(|wanted| Some(*wanted) != actual).map(|wanted| {
-        let is = actual.map_or_else(|| "none".to_owned(), |case| case.to_string());
-        format!("case {wanted} wanted, {is}")
+/// The first difference between an expected and an actual decision.
+fn mismatch(expected: &ExpectedDecision, decision: &Decision) -> Option<String> {
+    let winner = |source: Option<Source>| source.map_or("none".to_owned(), |source| source.to_string());
+    let case = decision.case().map_or("none".to_owned(), |case| case.to_string());
+    let values = [
+        ("", expected.command.map(|command| command.to_string()), decision.turn.to_string()),
+        ("hazard ", expected.hazard.map(|hazard| hazard.to_string()), decision.hazard.to_string()),
+        ("winner ", expected.winner.map(winner), winner(decision.winner())),
+        ("case ", expected.case.map(|case| case.to_string()), case),
+    ];
+    values.into_iter().find_map(|(what, expected, found)| {
+        let expected = expected.filter(|expected| *expected != found)?;
+        Some(format!("expected {what}{expected}, found {found}"))
     })
 }

@@ -3,7 +3,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | [`run`] | the engine from one deadline to the next |
-//! | [`span`] | how long a scenario is run |
+//! | [`span`] | the length of a run |
 
 pub mod run;
 pub mod span;

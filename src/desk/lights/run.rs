@@ -6,10 +6,10 @@ use std::time::Duration;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::emission::{Content, LightsTopic};
 use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
-use crate::core::traffic_light::event_log::{Note, ScenarioOutcome};
+use crate::core::traffic_light::event_log::{LoggedEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
-use crate::core::traffic_light::target::Layer;
-use crate::report::lights::{STORES, Snapshot, States};
+use crate::core::traffic_light::target::{Layer, StoreId};
+use crate::report::lights::{Snapshot, States};
 
 /// A scenario in progress.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub struct Run {
     lights: TrafficLights,
     until: MonoTime,
     states: States,
-    notes: Vec<Note>,
+    events: Vec<LoggedEvent>,
     store_changes: [u64; 4],
     at: Option<MonoTime>,
 }
@@ -31,7 +31,7 @@ impl Run {
             lights: TrafficLights::new(settings, now(MonoTime::ZERO)),
             until: MonoTime::ZERO.after(until),
             states: States::default(),
-            notes: Vec::new(),
+            events: Vec::new(),
             store_changes: [0; 4],
             at: None,
         }
@@ -52,27 +52,24 @@ impl Run {
         let mut has_changed = self.update_stores();
         let mut is_frame = false;
         while let Some(emission) = self.lights.poll_output() {
-            let kept = match emission.topic {
-                LightsTopic::Camera => {
-                    is_frame = true;
-                    &mut self.states.internal
-                }
+            is_frame |= emission.topic == LightsTopic::Camera;
+            let sent = match emission.topic {
+                LightsTopic::Camera => &mut self.states.internal,
                 LightsTopic::V2i => &mut self.states.external,
                 LightsTopic::GroundTruth | LightsTopic::Arbiter | LightsTopic::Markers => continue,
             };
-            let is_same =
-                |kept: &Content| kept.is_shared_with(&emission.content) || *kept == emission.content;
-            if !kept.as_ref().is_some_and(is_same) {
+            let Content::Groups(groups) = emission.content else { continue };
+            if sent.as_ref() != Some(&groups) {
                 has_changed = true;
-                *kept = Some(emission.content);
+                *sent = Some(groups);
             }
         }
-        self.notes = std::iter::from_fn(|| self.lights.poll_note()).collect();
-        has_changed |= !self.notes.is_empty();
+        self.events = std::iter::from_fn(|| self.lights.poll_event()).collect();
+        has_changed |= !self.events.is_empty();
         let controllers = 0..self.scenario().controllers.len();
         self.states.phases = controllers.map(|index| self.lights.phase(ControllerIndex(index))).collect();
         let scenario = self.lights.scenario();
-        Some(Snapshot { at, is_frame, has_changed, notes: &self.notes, states: &self.states, scenario })
+        Some(Snapshot { at, is_frame, has_changed, events: &self.events, states: &self.states, scenario })
     }
 
     /// The scenario, for the names behind positions.
@@ -92,14 +89,14 @@ impl Run {
 
     fn update_stores(&mut self) -> bool {
         let mut has_changed = false;
-        for (seen, store) in self.store_changes.iter_mut().zip(STORES) {
+        for (last, store) in self.store_changes.iter_mut().zip(StoreId::ALL) {
             let stores = self.lights.stores();
             let changes = match store.layer {
                 Layer::GroundTruth => stores.truth(store.channel).changes(),
                 Layer::Detected => stores.detected(store.channel).changes(),
             };
-            if *seen != changes {
-                *seen = changes;
+            if *last != changes {
+                *last = changes;
                 let lights: BTreeMap<_, _> = match store.layer {
                     Layer::GroundTruth => {
                         let lights = self.lights.ground_truth(store.channel);
@@ -111,7 +108,7 @@ impl Run {
                     }
                     Layer::Detected => self.lights.detected(store.channel).collect(),
                 };
-                // A phase that sets again what was there changes the store, not what is seen.
+                // A phase that sets the present state again changes the store, but not its content.
                 has_changed |= self.states.stores.get(&store) != Some(&lights);
                 self.states.stores.insert(store, lights);
             }

@@ -1,4 +1,4 @@
-//! How long a scenario is run without `--until`.
+//! The length of a run without `--until`.
 
 use std::time::Duration;
 
@@ -6,9 +6,9 @@ use crate::core::traffic_light::scenario::{Action, Controller, Scenario, Test, T
 
 /// Limit for scenarios that end by themselves.
 const MAX_LENGTH: Duration = Duration::from_secs(3_600);
-/// For scenarios without a cycle or a time.
+/// Length for scenarios without a cycle or a time.
 const USUAL: Duration = Duration::from_secs(60);
-/// Added to the last time that a trigger names.
+/// Time after the last time that a trigger names.
 const AFTERMATH: Duration = Duration::from_secs(5);
 
 /// The length of a run with its reason.
@@ -21,8 +21,8 @@ pub struct Span {
 }
 
 impl Span {
-    /// Up to an hour for what ends by itself; else twice the longest cycle, and 5 s beyond the last
-    /// time that a trigger names; a minute when there is neither.
+    /// Up to an hour for a scenario that ends by itself; else twice the longest cycle, or until 5 s after the last
+    /// time that a trigger names; a minute without either.
     pub fn of(scenario: &Scenario) -> Self {
         if ends_by_itself(scenario) {
             return Self { until: MAX_LENGTH, why: "an hour, and the scenario has not ended" };
@@ -51,7 +51,7 @@ fn ends_by_itself(scenario: &Scenario) -> bool {
     scenario.stop.is_some() || actions.any(|action| matches!(action, Action::End { .. }))
 }
 
-/// Twice its cycle, after the delays of those it follows; none for a cycle without end or length.
+/// Twice the cycle of a controller, with the delays of those it follows; `None` for a cycle without end or length.
 fn shown_cycles(scenario: &Scenario, controller: &Controller) -> Option<Duration> {
     let cycle =
         controller.phases.iter().try_fold(Duration::ZERO, |sum, phase| sum.checked_add(phase.duration?))?;
@@ -102,7 +102,7 @@ mod tests {
     }
 
     fn event(seconds: u64) -> Act {
-        let event = Event { start: Some(at(seconds)), most_executions: 1, ..Event::default() };
+        let event = Event { start: Some(at(seconds)), max_executions: 1, ..Event::default() };
         Act { events: vec![event], ..Act::default() }
     }
 
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ends_by_itself_has_an_hour_and_what_says_nothing_a_minute() {
+    fn a_scenario_with_an_end_has_an_hour_and_one_without_times_a_minute() {
         let stopped = Scenario { stop: Some(at(3)), ..Scenario::default() };
         let ended = Scenario { init: vec![Action::End { success: true }], ..Scenario::default() };
         let circle = vec![controller(&[Some(4)], Some((0, 900))); 9];

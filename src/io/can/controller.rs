@@ -11,52 +11,52 @@ use super::link;
 use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 
-/// The interval at which the kernel is asked when nothing happens.
-const LOOK_INTERVAL: Duration = Duration::from_secs(1);
+/// The interval at which the kernel is queried when nothing happens.
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// The shortest interval at which it is asked, however many error frames come.
+/// The shortest interval of queries, however many error frames come.
 const MIN_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Asks for one controller's state again and again.
+/// Polls the state of one controller.
 pub(super) struct ControllerWatch {
     interface: String,
-    last_look: Instant,
-    /// `None` for an interface without a controller: there is nothing to ask for.
-    next_look: Option<Instant>,
+    last_query: Instant,
+    /// `None` for an interface without a controller, which has no state.
+    next_query: Option<Instant>,
 }
 
 impl ControllerWatch {
-    /// Starts watching; the first look is due at once.
+    /// Starts watching; the first query is due at once.
     pub(super) fn new(interface: &str) -> Self {
         let now = Instant::now();
-        Self { interface: interface.to_owned(), last_look: now, next_look: Some(now) }
+        Self { interface: interface.to_owned(), last_query: now, next_query: Some(now) }
     }
 
-    /// Waits until it is time to look again.
+    /// Waits until the next query is due.
     pub(super) async fn due(&self) {
-        match self.next_look {
+        match self.next_query {
             Some(at) => sleep_until(at).await,
             None => std::future::pending().await,
         }
     }
 
-    /// Something has happened: look again soon.
+    /// Makes the next query due soon: something has happened.
     pub(super) fn hurry(&mut self) {
-        let soon = self.last_look + MIN_INTERVAL;
-        self.next_look = self.next_look.map(|at| at.min(soon));
+        let soon = self.last_query + MIN_INTERVAL;
+        self.next_query = self.next_query.map(|at| at.min(soon));
     }
 
-    /// The kernel's report now; `None` without a controller, or when it cannot be asked at present.
+    /// The kernel's report now; `None` without a controller, or when the query fails.
     pub(super) fn look(&mut self) -> Option<ControllerReport> {
-        self.last_look = Instant::now();
+        self.last_query = Instant::now();
         let params = params(&self.interface);
         let has_none = params.as_ref().is_ok_and(|params| params.state.is_none());
-        self.next_look = (!has_none).then(|| self.last_look + LOOK_INTERVAL);
+        self.next_query = (!has_none).then(|| self.last_query + POLL_INTERVAL);
         params.ok().as_ref().and_then(report)
     }
 }
 
-/// Whether there is a controller below an interface, and so perhaps a real vehicle; virtual interfaces
+/// True if there is a controller below an interface, and so perhaps a real vehicle; virtual interfaces
 /// have none.
 ///
 /// # Errors
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interface_that_is_not_there_is_no_failure() {
+    fn a_missing_interface_is_described_without_failure() {
         assert!(describe("nosuchcan7").starts_with("unknown: "));
     }
 
@@ -144,21 +144,21 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn the_kernel_is_asked_each_second_and_soon_but_not_at_once_when_something_happens() {
+    async fn the_kernel_is_queried_each_second_and_soon_but_not_at_once_when_something_happens() {
         let mut watch = ControllerWatch::new("nosuchcan7");
         let start = Instant::now();
         watch.due().await;
         assert_eq!((watch.look(), start.elapsed()), (None, Duration::ZERO));
         watch.due().await;
         watch.look();
-        assert_eq!(start.elapsed(), LOOK_INTERVAL);
+        assert_eq!(start.elapsed(), POLL_INTERVAL);
         for _error_frame in 0..1000 {
             watch.hurry();
         }
         watch.due().await;
-        assert_eq!(start.elapsed(), LOOK_INTERVAL + MIN_INTERVAL);
+        assert_eq!(start.elapsed(), POLL_INTERVAL + MIN_INTERVAL);
         watch.look();
         watch.due().await;
-        assert_eq!(start.elapsed(), LOOK_INTERVAL * 2 + MIN_INTERVAL);
+        assert_eq!(start.elapsed(), POLL_INTERVAL * 2 + MIN_INTERVAL);
     }
 }

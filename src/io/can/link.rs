@@ -12,7 +12,7 @@ use tokio::time::{Instant, sleep_until};
 use crate::core::can::link::LinkState;
 
 /// The interval at which the state is read when nothing is announced.
-const LOOK_INTERVAL: Duration = Duration::from_secs(1);
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The index of an interface that is up, or the reason why it has none. An interface that was deleted and
 /// made again has a new index.
@@ -21,11 +21,11 @@ pub(super) type Link = Result<c_int, LinkState>;
 /// Watches one interface, by name, whether it exists or not.
 pub(super) struct LinkWatch {
     interface: String,
-    /// Interfaces are asked for through any socket; this kind is never forbidden.
-    asking: io::Result<UnixDatagram>,
+    /// Socket for queries; any kind would do, and this one is never forbidden.
+    query_socket: io::Result<UnixDatagram>,
     /// The kernel's announcements; without them the interval has to do.
     announcements: Option<AsyncFd<OwnedFd>>,
-    next_look: Instant,
+    next_poll: Instant,
 }
 
 impl LinkWatch {
@@ -33,25 +33,25 @@ impl LinkWatch {
     pub(super) fn new(interface: &str) -> Self {
         let announcements = link_announcements();
         if let Err(error) = &announcements {
-            tracing::warn!(interface, %error, "the kernel does not announce link changes, looking every second");
+            tracing::warn!(interface, %error, "the kernel does not announce link changes, polling every second");
         }
         Self {
             interface: interface.to_owned(),
-            asking: UnixDatagram::unbound(),
+            query_socket: UnixDatagram::unbound(),
             announcements: announcements.ok(),
-            next_look: Instant::now() + LOOK_INTERVAL,
+            next_poll: Instant::now() + POLL_INTERVAL,
         }
     }
 
     /// The state of the interface now.
     ///
-    /// Up is what the administrator set up. The carrier is not asked for: a controller loses it when it
+    /// Up is what the administrator set up. The carrier is not read: a controller loses it when it
     /// goes bus-off, and some drivers do not give it back when frames come again. Bus-off shows as an
     /// error frame and as silence.
     pub(super) fn look(&self) -> Link {
-        let asking = self.asking.as_ref().map_err(failed)?;
-        let index = ask(asking, &self.interface, libc::SIOCGIFINDEX).map_err(|error| failed(&error))?;
-        let flags = ask(asking, &self.interface, libc::SIOCGIFFLAGS).map_err(|error| failed(&error))?;
+        let socket = self.query_socket.as_ref().map_err(failed)?;
+        let index = query(socket, &self.interface, libc::SIOCGIFINDEX).map_err(|error| failed(&error))?;
+        let flags = query(socket, &self.interface, libc::SIOCGIFFLAGS).map_err(|error| failed(&error))?;
         if flags & libc::IFF_UP == 0 { Err(LinkState::Down) } else { Ok(index) }
     }
 
@@ -59,9 +59,9 @@ impl LinkWatch {
     pub(super) async fn event(&mut self) {
         tokio::select! {
             () = announced(self.announcements.as_ref()) => {}
-            () = sleep_until(self.next_look) => {}
+            () = sleep_until(self.next_poll) => {}
         }
-        self.next_look = Instant::now() + LOOK_INTERVAL;
+        self.next_poll = Instant::now() + POLL_INTERVAL;
     }
 
     /// Waits until the state of the interface differs from `known`.
@@ -72,14 +72,14 @@ impl LinkWatch {
     }
 }
 
-/// Whether an interface that exists is a CAN interface (`ARPHRD_CAN`). One whose kind cannot be read counts as
-/// one: using it will show.
+/// True for a CAN interface (`ARPHRD_CAN`), and for one whose kind cannot be read: using it will show. The
+/// interface exists.
 pub(super) fn is_can(interface: &str) -> bool {
     let kind = std::fs::read_to_string(format!("/sys/class/net/{interface}/type"));
     kind.ok().is_none_or(|kind| kind.trim() == libc::ARPHRD_CAN.to_string())
 }
 
-/// The report for an interface that could not be asked for.
+/// The state of an interface whose query failed.
 fn failed(error: &io::Error) -> LinkState {
     match error.raw_os_error() {
         Some(libc::ENODEV | libc::ENXIO) => LinkState::Missing,
@@ -97,7 +97,7 @@ async fn announced(announcements: Option<&AsyncFd<OwnedFd>>) {
 
 /// The answer to a `SIOCGIF*` request whose result is an index or a set of flags.
 #[allow(unsafe_code)]
-fn ask(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::Result<c_int> {
+fn query(socket: &UnixDatagram, interface: &str, request: libc::c_ulong) -> io::Result<c_int> {
     // SAFETY: ifreq is integers and a union of plain values; zero is a value of each.
     let mut about: libc::ifreq = unsafe { std::mem::zeroed() };
     if interface.is_empty() || interface.len() >= about.ifr_name.len() {
@@ -166,11 +166,11 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn without_announcements_the_state_is_still_looked_at() {
+    async fn without_announcements_the_state_is_still_polled() {
         let mut watch = LinkWatch::new("no-such-can");
         watch.announcements = None;
         let before = Instant::now();
         watch.event().await;
-        assert_eq!(before.elapsed(), LOOK_INTERVAL);
+        assert_eq!(before.elapsed(), POLL_INTERVAL);
     }
 }

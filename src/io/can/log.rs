@@ -7,10 +7,10 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::candump::{BadLine, Content};
 use super::formats::blf::Blf;
 use super::formats::{
-    Entry, Format, HEAD, Interface, Lines, MAX_LINE, not_supported, without_byte_order_mark,
+    BadLine, Content, Entry, Format, HEAD, Interface, LineReader, MAX_LINE, not_supported,
+    without_byte_order_mark,
 };
 use crate::core::time::WallStamp;
 
@@ -25,7 +25,7 @@ pub struct Record {
     pub stamp: WallStamp,
     /// Interface that received it.
     pub interface: InterfaceIndex,
-    /// Content.
+    /// The frame or note.
     pub content: Content,
 }
 
@@ -37,7 +37,7 @@ pub struct Log {
     first_bad: Option<(u64, BadLine)>,
 }
 
-/// The length of a file's beginning in which its interface names are looked for, entries.
+/// The length of a file's beginning that is searched for interface names, entries.
 const LOOK_AHEAD: usize = 20_000;
 const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 const BUFFER: usize = 64 << 10;
@@ -46,7 +46,7 @@ const MAX_INTERFACES: usize = 64;
 
 /// The reader of a log.
 enum Reader {
-    Lines { source: Box<dyn BufRead + Send>, format: Box<dyn Lines>, line: Vec<u8>, number: u64 },
+    Lines { source: Box<dyn BufRead + Send>, format: Box<dyn LineReader>, line: Vec<u8>, number: u64 },
     Blf(Box<Blf>),
 }
 
@@ -145,7 +145,7 @@ fn position(names: &mut Vec<String>, interface: Interface<'_>) -> Result<Interfa
 }
 
 impl Reader {
-    /// Finds out the format from the beginning of `source`; reads no more than that takes.
+    /// Recognises the format by the beginning of `source`; reads no more than that takes.
     fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut head = Vec::with_capacity(HEAD);
         let mut format = None;
@@ -161,19 +161,21 @@ impl Reader {
             format = Format::of(&head);
         }
         let last = head.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
-        let format = format.or_else(|| Format::of_line(last.trim_ascii())).unwrap_or(Format::Candump);
+        let format = format.or_else(|| Format::of_line(last.trim_ascii())).unwrap_or_default();
         let text = head.len() - without_byte_order_mark(&head).len();
         let mut head = io::Cursor::new(head);
-        let Some(lines) = format.lines() else {
-            if format == Format::Mf4 {
-                return Err(not_supported());
-            }
-            let source = BufReader::with_capacity(BUFFER, head.chain(source));
-            return Ok(Self::Blf(Box::new(Blf::new(Box::new(source))?)));
-        };
-        head.set_position(text as u64);
+        if let Format::Lines(_) = format {
+            head.set_position(text as u64);
+        }
         let source = Box::new(BufReader::with_capacity(BUFFER, head.chain(source)));
-        Ok(Self::Lines { source, format: lines, line: Vec::with_capacity(MAX_LINE), number: 0 })
+        Ok(match format {
+            Format::Lines(format) => {
+                let format = (format.reader)();
+                Self::Lines { source, format, line: Vec::with_capacity(MAX_LINE), number: 0 }
+            }
+            Format::Blf => Self::Blf(Box::new(Blf::new(source)?)),
+            Format::Mf4 => return Err(not_supported()),
+        })
     }
 
     /// Number of the next line or object, and its entry: `None` if it is not a frame and need not be.

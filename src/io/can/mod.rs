@@ -9,11 +9,9 @@
 //! | [`transmit`] | sending on that socket |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | recordings on disk, in any format, plain or gzip |
-//! | [`candump`] | one line of a candump log |
-//! | [`formats`] | the other formats, and the mark of each |
+//! | [`formats`] | the formats of recordings, and how each is recognised |
 
 pub mod bus;
-pub mod candump;
 pub mod controller;
 pub mod formats;
 mod link;

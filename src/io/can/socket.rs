@@ -51,9 +51,9 @@ impl CanSocket {
         set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[libc::CAN_ERR_MASK])?;
         // A kernel without CAN FD has no FD frames to miss.
         let _no_fd = set_option(&fd, libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, &[1]);
-        let asked = [c_int::try_from(receive_buffer).unwrap_or(c_int::MAX)];
-        set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, &asked)
-            .or_else(|_not_privileged| set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUF, &asked))?;
+        let requested = [c_int::try_from(receive_buffer).unwrap_or(c_int::MAX)];
+        set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, &requested)
+            .or_else(|_not_privileged| set_option(&fd, libc::SOL_SOCKET, libc::SO_RCVBUF, &requested))?;
         set_option(&fd, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW, &[1])?;
         set_option(&fd, libc::SOL_SOCKET, libc::SO_RXQ_OVFL, &[1])?;
         bind(&fd, interface)?;

@@ -26,7 +26,7 @@ pub(super) fn filter(id: CanId) -> libc::can_filter {
 /// A message that a socket delivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Message {
-    /// A data frame.
+    /// A data frame, classic or FD.
     Data(Frame),
     /// An error frame.
     Error(ErrorFrame),
@@ -40,20 +40,20 @@ pub(super) fn message(bytes: &[u8]) -> Option<Message> {
         libc::CANFD_MTU => Frame::fd,
         _ => return None,
     };
-    let word = u32::from_ne_bytes(*bytes.first_chunk()?);
+    let can_id = u32::from_ne_bytes(*bytes.first_chunk()?);
     // Both structures: identifier, length, three bytes of other matters, data.
     let len = usize::from(*bytes.get(4)?);
     let data = bytes.get(8..)?.get(..len)?;
-    if word & libc::CAN_ERR_FLAG != 0 {
-        return Some(Message::Error(ErrorFrame::new(word & libc::CAN_ERR_MASK, data)));
+    if can_id & libc::CAN_ERR_FLAG != 0 {
+        return Some(Message::Error(ErrorFrame::new(can_id & libc::CAN_ERR_MASK, data)));
     }
-    if word & libc::CAN_RTR_FLAG != 0 {
+    if can_id & libc::CAN_RTR_FLAG != 0 {
         return None;
     }
-    let id = if word & libc::CAN_EFF_FLAG == 0 {
-        CanId::standard(word & libc::CAN_SFF_MASK)
+    let id = if can_id & libc::CAN_EFF_FLAG == 0 {
+        CanId::standard(can_id & libc::CAN_SFF_MASK)
     } else {
-        CanId::extended(word & libc::CAN_EFF_MASK)
+        CanId::extended(can_id & libc::CAN_EFF_MASK)
     }?;
     make(id, data).map(Message::Data)
 }
@@ -66,22 +66,22 @@ pub(super) fn bytes(frame: &Frame) -> ([u8; libc::CANFD_MTU], usize) {
         CanId::Extended(id) => id | libc::CAN_EFF_FLAG,
     };
     let data = frame.data();
-    let (head, body) = bytes.split_at_mut(8);
+    let (header, payload) = bytes.split_at_mut(8);
     // A frame has 64 bytes at most, so the length fits.
-    let words = id.to_ne_bytes().into_iter().chain(u8::try_from(data.len()));
-    head.iter_mut().zip(words).for_each(|(to, from)| *to = from);
-    body.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
+    let can_id_and_length = id.to_ne_bytes().into_iter().chain(u8::try_from(data.len()));
+    header.iter_mut().zip(can_id_and_length).for_each(|(to, from)| *to = from);
+    payload.iter_mut().zip(data).for_each(|(to, from)| *to = *from);
     (bytes, if frame.is_fd() { libc::CANFD_MTU } else { libc::CAN_MTU })
 }
 
 /// An error frame as a `can_frame`, as drivers make it.
 pub(super) fn error_bytes(error: ErrorFrame) -> [u8; libc::CAN_MTU] {
     let mut bytes = [0; libc::CAN_MTU];
-    let (head, body) = bytes.split_at_mut(8);
-    let words =
-        (libc::CAN_ERR_FLAG | error.class() & libc::CAN_ERR_MASK).to_ne_bytes().into_iter().chain([8]);
-    head.iter_mut().zip(words).for_each(|(to, from)| *to = from);
-    body.copy_from_slice(&error.data());
+    let (header, payload) = bytes.split_at_mut(8);
+    let can_id = libc::CAN_ERR_FLAG | error.class() & libc::CAN_ERR_MASK;
+    let can_id_and_length = can_id.to_ne_bytes().into_iter().chain([8]);
+    header.iter_mut().zip(can_id_and_length).for_each(|(to, from)| *to = from);
+    payload.copy_from_slice(&error.data());
     bytes
 }
 
@@ -101,11 +101,11 @@ pub(super) const CONTROL_SPACE: usize = 2 * size_of::<libc::cmsghdr>() + 16 + si
 /// Reads the control messages of one frame; stops at the first malformed one.
 pub(super) fn controls(mut bytes: &[u8]) -> Controls {
     let mut found = Controls::default();
-    while let Some((level, kind, body, rest)) = next_control(bytes) {
+    while let Some((level, kind, data, rest)) = next_control(bytes) {
         match (level, kind) {
-            (libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW) => found.stamp = stamp(body),
+            (libc::SOL_SOCKET, libc::SO_TIMESTAMPNS_NEW) => found.stamp = stamp(data),
             (libc::SOL_SOCKET, libc::SO_RXQ_OVFL) => {
-                found.lost = body.first_chunk().map(|count| u32::from_ne_bytes(*count));
+                found.lost = data.first_chunk().map(|count| u32::from_ne_bytes(*count));
             }
             _ => {}
         }
@@ -114,22 +114,22 @@ pub(super) fn controls(mut bytes: &[u8]) -> Controls {
     found
 }
 
-/// Level, type and body of the first control message, and what follows it.
+/// Level, type and data of the first control message, and the messages behind it.
 fn next_control(bytes: &[u8]) -> Option<(i32, i32, &[u8], &[u8])> {
     const HEADER: usize = size_of::<libc::cmsghdr>();
     let int = |at: usize| Some(i32::from_ne_bytes(*bytes.get(at..)?.first_chunk()?));
     let len = usize::from_ne_bytes(*bytes.first_chunk()?);
     let level = int(offset_of!(libc::cmsghdr, cmsg_level))?;
     let kind = int(offset_of!(libc::cmsghdr, cmsg_type))?;
-    let body = bytes.get(HEADER..len)?;
+    let data = bytes.get(HEADER..len)?;
     let next = len.checked_next_multiple_of(size_of::<usize>())?;
-    Some((level, kind, body, bytes.get(next..).unwrap_or_default()))
+    Some((level, kind, data, bytes.get(next..).unwrap_or_default()))
 }
 
 /// A `__kernel_timespec`: seconds and nanoseconds, 64 bits each on every architecture.
-fn stamp(body: &[u8]) -> Option<WallStamp> {
-    let sec = i64::from_ne_bytes(*body.first_chunk()?);
-    let nanos = i64::from_ne_bytes(*body.get(8..)?.first_chunk()?);
+fn stamp(data: &[u8]) -> Option<WallStamp> {
+    let sec = i64::from_ne_bytes(*data.first_chunk()?);
+    let nanos = i64::from_ne_bytes(*data.get(8..)?.first_chunk()?);
     Some(WallStamp::from_nanos(sec.saturating_mul(1_000_000_000).saturating_add(nanos)))
 }
 
@@ -156,19 +156,19 @@ mod tests {
 
     use super::*;
 
-    fn can_frame(word: u32, len: u8, data: &[u8], size: usize) -> Vec<u8> {
-        let mut bytes = word.to_ne_bytes().to_vec();
+    fn can_frame(can_id: u32, len: u8, data: &[u8], size: usize) -> Vec<u8> {
+        let mut bytes = can_id.to_ne_bytes().to_vec();
         bytes.extend([len, 0, 0, 0]);
         bytes.extend(data);
         bytes.resize(size, 0xEE);
         bytes
     }
 
-    fn control(level: i32, kind: i32, body: &[u8]) -> Vec<u8> {
-        let mut bytes = (size_of::<libc::cmsghdr>() + body.len()).to_ne_bytes().to_vec();
+    fn control(level: i32, kind: i32, data: &[u8]) -> Vec<u8> {
+        let mut bytes = (size_of::<libc::cmsghdr>() + data.len()).to_ne_bytes().to_vec();
         bytes.extend(level.to_ne_bytes());
         bytes.extend(kind.to_ne_bytes());
-        bytes.extend(body);
+        bytes.extend(data);
         bytes.resize(bytes.len().next_multiple_of(size_of::<usize>()), 0);
         bytes
     }
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn remote_requests_and_malformed_frames_are_no_messages() {
+    fn remote_requests_and_malformed_frames_are_not_messages() {
         assert_eq!(message(&can_frame(0x4000_0123, 0, &[], 16)), None);
         assert_eq!(message(&can_frame(0x123, 9, &[], 16)), None, "classic ends at 8 bytes");
         assert_eq!(message(&can_frame(0x123, 200, &[], 72)), None);
@@ -282,7 +282,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_can_make_reading_fail(bytes in prop::collection::vec(any::<u8>(), 0..96)) {
+        fn any_bytes_are_read_without_panic(bytes in prop::collection::vec(any::<u8>(), 0..96)) {
             controls(&bytes);
             message(&bytes);
         }

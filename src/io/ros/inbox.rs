@@ -1,4 +1,4 @@
-//! What was received over ROS 2, on its way to the gateway.
+//! The queue of received ROS 2 messages on their way to the gateway.
 //!
 //! The inbox is bounded: a state that waits is replaced by a newer one of the same subscription, and so
 //! are commands for the vehicle, which their sender repeats; text commands keep their order, and when
@@ -82,7 +82,7 @@ impl Inbox {
     }
 }
 
-/// Whether every one of these inputs counts; of all others only the newest does.
+/// True for inputs of which every one counts; of all others only the newest does.
 const fn is_text_command(input: &Input) -> bool {
     matches!(input, Input::TrafficLight(TrafficLightInput::Command(_)))
 }

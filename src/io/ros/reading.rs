@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::messages::{
     ControlModeReport, HazardLightsCommand, LaneletRoute, Odometry, OperationModeState, PathWithLaneId,
-    PlanningFactorArray, ReceivedGroups, Scenario, Text, TrafficLightGroupArray, TurnIndicatorsCommand,
+    PlanningFactorArray, Scenario, Text, TrafficLightGroupArray, TurnIndicatorsCommand,
 };
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
@@ -19,9 +19,9 @@ use crate::core::turn_signal::planner_input::PlannerInput;
 /// Byte order of CDR, as the sample's header names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Endian {
-    /// `CDR_BE`.
+    /// Most significant byte first, `CDR_BE`.
     Big,
-    /// `CDR_LE`.
+    /// Least significant byte first, `CDR_LE`.
     Little,
 }
 
@@ -48,10 +48,7 @@ pub enum Unreadable {
 pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Input, Unreadable> {
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
-        SubscriptionKind::Groups(store) => {
-            let message: TrafficLightGroupArray = bytes.whole()?;
-            ReceivedGroups::from(&message).for_store(store).into()
-        }
+        SubscriptionKind::Groups(store) => bytes.whole::<TrafficLightGroupArray>()?.for_store(store).into(),
         SubscriptionKind::Command => TrafficLightInput::Command(bytes.whole::<Text>()?.data).into(),
         SubscriptionKind::Odometry => Input::Planner(bytes.whole::<Odometry>()?.into()),
         SubscriptionKind::Route => Input::Planner(bytes.whole::<LaneletRoute>()?.into()),

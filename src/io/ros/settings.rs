@@ -1,4 +1,4 @@
-//! What a ROS 2 session needs to know.
+//! Settings of a ROS 2 session.
 
 use std::net::IpAddr;
 use std::time::Duration;

@@ -52,11 +52,11 @@ pub struct LightsTopicSettings {
     pub name: String,
     /// The message they become.
     pub lights: LightsType,
-    /// Whose numbers for shapes and colours the message has.
+    /// The numbering of shapes and the width of ids that the message uses.
     pub compat: Compat,
 }
 
-/// Whether a late reader is handed the current sample.
+/// The durability of a topic: does a late reader get the current sample?
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Durability {
     /// It is. A writer serves transient-local and volatile readers alike; a reader takes transient-local writers only.
@@ -66,7 +66,7 @@ pub enum Durability {
     Volatile,
 }
 
-/// Whether lost samples are sent again, as a reader asks for it.
+/// The reliability that a reader requests: are lost samples sent again?
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reliability {
     /// They are, by reliable writers; others are not read at all.
@@ -83,9 +83,9 @@ pub struct Subscription {
     pub name: String,
     /// The message, and what it is for.
     pub kind: SubscriptionKind,
-    /// Reliability asked of writers.
+    /// Reliability requested from writers.
     pub reliability: Reliability,
-    /// Durability asked of writers.
+    /// Durability requested from writers.
     pub durability: Durability,
     /// Samples kept while the session is busy, at least 1.
     pub depth: i32,
@@ -156,7 +156,7 @@ impl SubscriptionKind {
         }
     }
 
-    /// Durability to ask of writers: what is published only when it changes is handed to late readers too; of the
+    /// Durability to request from writers: what is published only when it changes is handed to late readers too; of the
     /// rest, what was published before may no longer hold.
     pub const fn durability(self) -> Durability {
         if matches!(self, Self::Route | Self::OperationMode) {

@@ -1,4 +1,4 @@
-//! Values along a chart, seconds or metres: where they lie, and where the ticks go.
+//! Values along a chart, seconds or metres: their positions, and those of the ticks.
 
 /// Steps of seconds on clocks; below and above them 1, 2, 5 times powers of ten.
 const CLOCK_STEPS_S: [f64; 17] = [
@@ -11,9 +11,9 @@ const LONG_S: f64 = 300.0;
 /// The quantity along a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Along {
-    /// Seconds.
+    /// Time, in seconds.
     Time,
-    /// Metres.
+    /// Distance, metres.
     Distance,
 }
 
@@ -81,7 +81,7 @@ impl Axis {
     /// Quantity and unit of the numbers.
     pub(super) fn caption(&self) -> &'static str {
         if self.along == Along::Distance {
-            "way [m]"
+            "distance [m]"
         } else if self.is_long() {
             if self.to >= 3_600.0 { "time [h:min:s]" } else { "time [min:s]" }
         } else {
@@ -152,7 +152,7 @@ mod tests {
             labels,
             ["0", "100", "200", "300", "400", "500", "600", "700", "800", "900", "1000", "1100", "1200"]
         );
-        assert_eq!(axis.caption(), "way [m]");
+        assert_eq!(axis.caption(), "distance [m]");
     }
 
     #[test]

@@ -1,33 +1,33 @@
-//! Turn signals and hazard lights in a chart: as they were sent, wanted or expected.
+//! Turn signals and hazard lights in a chart: sent, requested by a section, or expected.
 
 use super::ink;
-use super::svg::{Element, Place, rect};
+use super::svg::{Area, Element, rect};
 
-/// What a command in a chart is.
+/// The meaning of a command in a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommandKind {
-    /// It was sent.
+    /// The command that was sent.
     Signal,
     /// A section in which a side may be signalled.
     Desired,
     /// A section in which a side must be signalled.
     Required,
-    /// It was expected.
+    /// The command that was expected.
     Expected,
 }
 
 /// State of turn indicators and hazard lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum IndicatorState {
-    /// Left.
+    /// The left indicators blink.
     Left,
-    /// Right.
+    /// The right indicators blink.
     Right,
-    /// Neither.
+    /// Neither side blinks.
     Off,
-    /// Hazard lights.
+    /// The hazard lights are on.
     Hazard,
-    /// No command.
+    /// There is no command.
     Nothing,
 }
 
@@ -43,7 +43,7 @@ impl CommandKind {
     }
 
     /// The box; desired sections and expectations leave room above and below.
-    pub(super) fn field(self, indicator: IndicatorState, place: Place) -> Element {
+    pub(super) fn field(self, indicator: IndicatorState, area: Area) -> Element {
         let (fill, edge) = indicator.inks();
         let (share, opacity) = match self {
             Self::Signal => (1.0, None),
@@ -51,8 +51,8 @@ impl CommandKind {
             Self::Required => (1.0, Some(0.75)),
             Self::Expected => (0.4, Some(0.6)),
         };
-        let height = place.height * share;
-        let field = rect(place.x, place.y + (place.height - height) / 2.0, place.width, height);
+        let height = area.height * share;
+        let field = rect(area.x, area.y + (area.height - height) / 2.0, area.width, height);
         let field = field.with("fill", fill);
         match opacity {
             None => field.with("stroke", edge).with("stroke-width", 0.75),
@@ -60,7 +60,7 @@ impl CommandKind {
         }
     }
 
-    /// What is written in the box, and its colour.
+    /// The text in the box, and its colour.
     pub(super) fn label(self, indicator: IndicatorState) -> (&'static str, &'static str) {
         let name = match self {
             Self::Signal | Self::Required => indicator.name(),
@@ -75,7 +75,7 @@ impl CommandKind {
 }
 
 impl IndicatorState {
-    /// As the command is called.
+    /// The name of the command.
     const fn name(self) -> &'static str {
         match self {
             Self::Left => "LEFT",

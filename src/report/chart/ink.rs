@@ -13,12 +13,12 @@ pub(super) const GRID: &str = "#d9dfe6";
 pub(super) const SHADE: &str = "#f4f6f8";
 /// Boxes with names, such as phases.
 pub(super) const BOX: &str = "#dfe7f0";
-/// Their borders.
+/// Borders of boxes with names.
 pub(super) const BOX_EDGE: &str = "#8a9bb0";
 /// Marks and their texts.
 pub(super) const MARK: &str = "#7b3f98";
 
-/// How a colour is drawn.
+/// The inks of a colour.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ink {
     /// The colour itself.
@@ -27,7 +27,7 @@ pub(super) struct Ink {
     pub(super) edge: &'static str,
     /// Signs on top of it.
     pub(super) sign: &'static str,
-    /// Its letter.
+    /// Letter that repeats the colour.
     pub(super) letter: &'static str,
 }
 

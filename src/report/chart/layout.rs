@@ -1,11 +1,10 @@
-//! Where everything of a chart lies.
+//! The layout of a chart: the position of each of its parts.
 
 use super::axis::{Along, Axis, Tick};
 use super::legend;
 use super::look;
 use super::mark::Marks;
-use super::style::Style;
-use super::svg::{self, Element, Place, line, rect, text_at};
+use super::svg::{self, Area, Element, line, rect, text_at};
 use super::{Bar, Chart, Lane, Row};
 use super::{ink, text};
 
@@ -16,7 +15,13 @@ const SMALL_PX: f64 = 11.0;
 /// Bold letters are wider by this factor.
 const BOLD: f64 = 1.1;
 const MAX_LABEL_PX: f64 = 240.0;
+const LABEL_GAP_PX: f64 = 14.0;
+const HEADER_GAP_PX: f64 = 6.0;
 const LANE_GAP_PX: f64 = 6.0;
+const ROW_PX: f64 = 18.0;
+const ROW_GAP_PX: f64 = 3.0;
+const CAPTION_GAP_PX: f64 = 32.0;
+const LEGEND_GAP_PX: f64 = 16.0;
 const AXIS_PX: f64 = 22.0;
 /// Least distance of ticks.
 const TICK_GAP_PX: f64 = 64.0;
@@ -32,53 +37,46 @@ const DENSE_PX: f64 = 1.0;
 impl Chart {
     /// The chart as an SVG document. The same data gives the same text.
     pub fn to_svg(&self) -> String {
-        let style = self.along.style();
-        let labels_px = widest(self.lanes.iter().map(|lane| &lane.label), LABEL_PX * style.label_factor);
+        let labels_px = widest(self.lanes.iter().map(|lane| &lane.label), LABEL_PX);
         let rows_px = widest(self.lanes.iter().flat_map(|lane| &lane.rows).map(|row| &row.label), SMALL_PX);
-        let left = MARGIN_PX + labels_px + style.label_gap + rows_px + 8.0;
+        let left = MARGIN_PX + labels_px + LABEL_GAP_PX + rows_px + 8.0;
         let axis = Axis::new(self.along, (self.from, self.to), left, self.plot_width());
-        let drawing = Drawing { style, axis, labels_px, rows_px };
+        let drawing = Drawing { axis, labels_px, rows_px };
         let marks = Marks::new(&self.marks, &drawing.axis);
         let (_, right) = drawing.axis.edges();
 
-        let mut content = Vec::new();
-        if style.is_framed {
-            content.push(look::patterns());
-        }
+        let mut content = vec![look::patterns()];
         let title = text_at(MARGIN_PX, 28.0, TITLE_PX, &self.title);
         content.push(title.with("fill", ink::DARK).with("font-weight", "bold"));
         let mut y = 38.0;
         if !self.subtitle.is_empty() {
-            let subtitle = text_at(MARGIN_PX, y + style.subtitle, SMALL_PX, &self.subtitle);
+            let subtitle = text_at(MARGIN_PX, y + 9.0, SMALL_PX, &self.subtitle);
             content.push(subtitle.with("fill", ink::SOFT));
             y += 18.0;
         }
-        let marks_top = y + style.header_gap;
+        let marks_top = y + HEADER_GAP_PX;
         let top = marks_top + marks.height_above() + AXIS_PX;
-        let bottom = top + self.lanes.iter().map(|lane| drawing.lane_height(lane)).sum::<f64>();
+        let bottom = top + self.lanes.iter().map(Lane::height).sum::<f64>();
         content.extend(drawing.backgrounds(&self.lanes, top));
         content.extend(drawing.grid(top, bottom));
         let mut lane_top = top;
         for lane in &self.lanes {
             content.push(drawing.lane(lane, lane_top));
-            lane_top += drawing.lane_height(lane);
+            lane_top += lane.height();
         }
         content.extend(marks.draw(&drawing.axis, marks_top, bottom));
-        if style.is_framed {
-            let ticks = drawing.axis.ticks(TICK_GAP_PX);
-            content.extend(ticks.iter().flat_map(|tick| drawing.number(tick, top, bottom)));
-            content.push(drawing.caption(bottom));
-        }
-        y = bottom + AXIS_PX + style.legend_gap;
-        let (samples, height) = legend::draw(self.bars().map(|bar| &bar.look), style, (left, right), y);
+        let ticks = drawing.axis.ticks(TICK_GAP_PX);
+        content.extend(ticks.iter().flat_map(|tick| drawing.number(tick, top, bottom)));
+        content.push(drawing.caption(bottom));
+        y = bottom + AXIS_PX + LEGEND_GAP_PX;
+        let (samples, height) = legend::draw(self.bars().map(|bar| &bar.look), (left, right), y);
         content.extend(samples);
         y += height;
         let (listed, height) = marks.draw_list(left, right, y);
         content.extend(listed);
         y += height;
-        let last_number =
-            drawing.axis.ticks(TICK_GAP_PX).last().map_or(0.0, |tick| text::width(&tick.label, SMALL_PX));
-        let overhang = marks.overhang(&drawing.axis).max(last_number / 2.0).max(style.right_gap);
+        let last_number = ticks.last().map_or(0.0, |tick| text::width(&tick.label, SMALL_PX));
+        let overhang = marks.overhang(&drawing.axis).max(last_number / 2.0);
         let headings = [(&self.title, TITLE_PX * BOLD), (&self.subtitle, SMALL_PX)];
         let headings = headings.map(|(text, size)| MARGIN_PX + text::width(text, size)).into_iter();
         let width = headings.fold(right + overhang, f64::max) + MARGIN_PX;
@@ -98,8 +96,8 @@ impl Chart {
         spans.sort_by(f64::total_cmp);
         let none = if self.bars().next().is_some() { hopeless } else { span };
         let short = spans.get(spans.len() / 10).copied().unwrap_or(none);
-        let wanted = READABLE_BAR_PX * span / short;
-        if wanted.is_finite() { wanted.clamp(MIN_WIDTH_PX, MAX_WIDTH_PX) } else { MIN_WIDTH_PX }
+        let ideal = READABLE_BAR_PX * span / short;
+        if ideal.is_finite() { ideal.clamp(MIN_WIDTH_PX, MAX_WIDTH_PX) } else { MIN_WIDTH_PX }
     }
 
     fn bars(&self) -> impl Iterator<Item = &Bar> {
@@ -113,28 +111,30 @@ fn widest<'a>(texts: impl Iterator<Item = &'a String>, size_px: f64) -> f64 {
 
 /// The axis, and the two columns of labels left of it.
 struct Drawing {
-    style: &'static Style,
     axis: Axis,
     labels_px: f64,
     rows_px: f64,
 }
 
+impl Row {
+    fn height(&self) -> f64 {
+        self.bars.iter().map(|bar| bar.look.height(ROW_PX)).fold(ROW_PX, f64::max)
+    }
+}
+
+impl Lane {
+    fn height(&self) -> f64 {
+        let rows: f64 = self.rows.iter().map(|row| row.height() + ROW_GAP_PX).sum();
+        rows.max(ROW_PX) + 2.0 * LANE_GAP_PX - ROW_GAP_PX
+    }
+}
+
 impl Drawing {
-    fn row_height(&self, row: &Row) -> f64 {
-        row.bars.iter().map(|bar| bar.look.height(self.style.row)).fold(self.style.row, f64::max)
-    }
-
-    fn lane_height(&self, lane: &Lane) -> f64 {
-        let gap = self.style.row_gap;
-        let rows: f64 = lane.rows.iter().map(|row| self.row_height(row) + gap).sum();
-        rows.max(self.style.row) + 2.0 * LANE_GAP_PX - gap
-    }
-
     fn backgrounds(&self, lanes: &[Lane], top: f64) -> Vec<Element> {
         let (mut y, (_, right)) = (top, self.axis.edges());
         let mut drawn = Vec::new();
         for (index, lane) in lanes.iter().enumerate() {
-            let height = self.lane_height(lane);
+            let height = lane.height();
             if index % 2 == 0 {
                 let shade = rect(MARGIN_PX / 2.0, y, right - MARGIN_PX / 2.0, height);
                 drawn.push(shade.with("fill", ink::SHADE));
@@ -144,39 +144,30 @@ impl Drawing {
         drawn
     }
 
-    /// Lines at round values; bars that have no frame have the numbers behind them.
+    /// Lines at round values, and a frame.
     fn grid(&self, top: f64, bottom: f64) -> Vec<Element> {
         let mut drawn = Vec::new();
         for tick in self.axis.ticks(TICK_GAP_PX) {
             let x = self.axis.x(tick.value);
             drawn.push(line((x, top - 4.0), (x, bottom + 4.0), ink::GRID));
-            if !self.style.is_framed {
-                drawn.extend(self.number(&tick, top, bottom));
-            }
         }
-        if self.style.is_framed {
-            let (left, right) = self.axis.edges();
-            drawn.extend([top, bottom].map(|y| line((left, y), (right, y), ink::SOFT)));
-        } else {
-            drawn.push(self.caption(bottom));
-        }
+        let (left, right) = self.axis.edges();
+        drawn.extend([top, bottom].map(|y| line((left, y), (right, y), ink::SOFT)));
         drawn
     }
 
-    /// The number of a tick, above and below; where a mark goes through, it gives way.
+    /// The number of a tick, above and below, with a halo that covers marks.
     fn number(&self, tick: &Tick, top: f64, bottom: f64) -> [Element; 2] {
         [top - 8.0, bottom + 16.0].map(|y| {
             let number =
                 text_at(self.axis.x(tick.value), y, SMALL_PX, &tick.label).with("text-anchor", "middle");
-            let halo = |number: Element| number.with("stroke", "#ffffff").with("stroke-width", 4);
-            let number =
-                if self.style.is_framed { halo(number).with("paint-order", "stroke") } else { number };
-            number.with("fill", ink::SOFT)
+            let halo = number.with("stroke", "#ffffff").with("stroke-width", 4).with("paint-order", "stroke");
+            halo.with("fill", ink::SOFT)
         })
     }
 
     fn caption(&self, bottom: f64) -> Element {
-        let x = self.axis.edges().0 - self.style.caption_gap;
+        let x = self.axis.edges().0 - CAPTION_GAP_PX;
         let caption = text_at(x, bottom + 16.0, SMALL_PX, self.axis.caption());
         caption.with("text-anchor", "end").with("fill", ink::SOFT)
     }
@@ -186,10 +177,10 @@ impl Drawing {
         let label = text::fitted(&lane.label, LABEL_PX, self.labels_px);
         let label = text_at(MARGIN_PX, top + LANE_GAP_PX + 13.0, LABEL_PX, &label).with("fill", ink::DARK);
         let label = label.with("font-weight", "bold");
-        let mut group = Element::new("g").with("class", self.style.lane_class).child(name).child(label);
+        let mut group = Element::new("g").with("class", "lane").child(name).child(label);
         let mut y = top + LANE_GAP_PX;
         for row in &lane.rows {
-            let height = self.row_height(row);
+            let height = row.height();
             let label = text::fitted(&row.label, SMALL_PX, self.rows_px);
             let x = self.axis.edges().0 - 8.0;
             let label = text_at(x, y + height / 2.0 + 4.0, SMALL_PX, &label).with("text-anchor", "end");
@@ -197,7 +188,7 @@ impl Drawing {
             let drawn =
                 Element::new("g").with("class", "row").child(name).child(label.with("fill", ink::SOFT));
             group = group.child(drawn.children(self.bars(row, y, height)));
-            y += height + self.style.row_gap;
+            y += height + ROW_GAP_PX;
         }
         group
     }
@@ -216,12 +207,12 @@ impl Drawing {
             }) {
                 (end, hidden) = (next.to, hidden + 1);
             }
-            let place = Place { x, y, width: (axis.x(end) - x).max(DENSE_PX), height };
+            let area = Area { x, y, width: (axis.x(end) - x).max(DENSE_PX), height };
             let (class, what, shapes) = if hidden > 0 {
-                ("dense", format!("{} states, too short to be drawn", hidden + 1), look::dense(place))
+                ("dense", format!("{} states, too short to be drawn", hidden + 1), look::dense(area))
             } else {
-                let shapes = bar.look.draw(place, self.style.base_line);
-                (self.style.bar_class, bar.look.description(), shapes)
+                let shapes = bar.look.draw(area);
+                ("bar", bar.look.description(), shapes)
             };
             let title = Element::new("title").text(&format!("{}: {what}", axis.interval(bar.from, end)));
             drawn.push(Element::new("g").with("class", class).child(title).children(shapes));

@@ -1,14 +1,16 @@
-//! What the looks of a chart mean: those that occur in it, each with a sample.
+//! The legend of a chart: the looks that occur in it, each with a sample.
 
 use std::collections::BTreeSet;
 
-use super::look::Look;
-use super::style::Style;
-use super::svg::{Element, Place, text_at};
+use super::look::{BASE_LINE, Look};
+use super::svg::{Area, Element, text_at};
 use super::{ink, text};
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
 const SIZE_PX: f64 = 11.0;
+/// Width and height of a sample.
+const SAMPLE_PX: (f64, f64) = (26.0, 16.0);
+const LINE_PX: f64 = 22.0;
 
 /// Samples with their meaning, for what occurs among these looks.
 fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
@@ -54,24 +56,23 @@ fn entries<'a>(looks: impl Iterator<Item = &'a Look>) -> Vec<(Look, String)> {
 /// Draws the entries from left to right, in as many lines as needed; returns the height as well.
 pub(super) fn draw<'a>(
     looks: impl Iterator<Item = &'a Look>,
-    style: &Style,
     (left, right): (f64, f64),
     top: f64,
 ) -> (Vec<Element>, f64) {
-    let (sample_px, height) = style.sample;
+    let (sample_px, height) = SAMPLE_PX;
     let (mut x, mut y) = (left, top);
     let mut drawn = Vec::new();
     let entries = entries(looks);
     for (look, meaning) in &entries {
         let width = sample_px + 6.0 + text::width(meaning, SIZE_PX) + 16.0;
         if x + width > right && x > left {
-            (x, y) = (left, y + style.legend_line);
+            (x, y) = (left, y + LINE_PX);
         }
-        drawn.extend(look.draw(Place { x, y, width: sample_px, height }, style.base_line));
-        let base_line = y + height / 2.0 + SIZE_PX * style.base_line;
+        drawn.extend(look.draw(Area { x, y, width: sample_px, height }));
+        let base_line = y + height / 2.0 + SIZE_PX * BASE_LINE;
         drawn.push(text_at(x + sample_px + 6.0, base_line, SIZE_PX, meaning).with("fill", ink::SOFT));
         x += width;
     }
-    let height = if entries.is_empty() { 0.0 } else { y + style.legend_line - top };
+    let height = if entries.is_empty() { 0.0 } else { y + LINE_PX - top };
     (drawn, height)
 }

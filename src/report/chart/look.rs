@@ -1,12 +1,12 @@
-//! How the state of a bar looks: bulbs, a name, or a command.
+//! The look of a bar: bulbs, a name, or a command.
 
 use super::command::{CommandKind, IndicatorState};
 use super::ink::{self, Ink};
-use super::svg::{Element, Place, line, pixels, rect, text_at};
+use super::svg::{Area, Element, line, pixels, rect, text_at};
 use super::text;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 
-/// What a bar shows.
+/// The state that a bar shows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Look {
     /// A light: a stripe for each bulb, from the first in the order of keys at the top. Without
@@ -23,6 +23,8 @@ const MAX_STRIPES: u8 = 6;
 /// A narrower bar is all border.
 const BORDERLESS_PX: f64 = 4.0;
 const SIGN_PX: f64 = 11.0;
+/// From the middle of a line of text down to its base line, as a factor of its size.
+pub(super) const BASE_LINE: f64 = 0.36;
 
 impl Look {
     /// The look as text.
@@ -35,7 +37,7 @@ impl Look {
         }
     }
 
-    /// How high a row must be to show it, where `single_px` is enough for a line of text.
+    /// Height that a row needs to show it, pixels; `single_px` is enough for a line of text.
     pub(super) fn height(&self, single_px: f64) -> f64 {
         match self {
             Self::Bulbs(bulbs) => {
@@ -46,40 +48,33 @@ impl Look {
         }
     }
 
-    /// Whether bars of this look may lie one over the other.
+    /// Returns whether bars of this look may lie one over the other.
     pub(super) fn overlaps(&self) -> bool {
         matches!(self, Self::Command(..))
     }
 
-    /// The bar; `base_line` is where text stands below its middle, as a factor of its size.
-    pub(super) fn draw(&self, place: Place, base_line: f64) -> Vec<Element> {
+    /// Draws the bar in an area.
+    pub(super) fn draw(&self, area: Area) -> Vec<Element> {
         match self {
-            Self::Bulbs(bulbs) if bulbs.is_empty() => vec![dark(place)],
-            Self::Bulbs(bulbs) => stripes(bulbs, place),
+            Self::Bulbs(bulbs) if bulbs.is_empty() => vec![dark(area)],
+            Self::Bulbs(bulbs) => stripes(bulbs, area),
             Self::Named(name) => {
-                let edge = if place.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
-                let field = rect(place.x, place.y, place.width, place.height);
-                labelled(
-                    field.with("fill", ink::BOX).with("stroke", edge),
-                    (name, ink::DARK),
-                    place,
-                    base_line,
-                )
+                let edge = if area.width < BORDERLESS_PX { "none" } else { ink::BOX_EDGE };
+                let field = rect(area.x, area.y, area.width, area.height);
+                labelled(field.with("fill", ink::BOX).with("stroke", edge), (name, ink::DARK), area)
             }
             Self::Command(kind, indicator) => {
                 let label = kind.label(*indicator);
-                labelled(kind.field(*indicator, place), label, place, base_line)
+                labelled(kind.field(*indicator, area), label, area)
             }
         }
     }
 }
 
 /// A field with as much of its label as fits.
-fn labelled(field: Element, (label, fill): (&str, &str), place: Place, base_line: f64) -> Vec<Element> {
-    let shown = text::fitted(label, SIGN_PX, place.width - 6.0);
-    let y = place.y + place.height / 2.0 + SIGN_PX * base_line;
-    let label = text_at(place.x + place.width / 2.0, y, SIGN_PX, &shown).with("text-anchor", "middle");
-    let label = (!shown.is_empty()).then(|| label.with("fill", fill));
+fn labelled(field: Element, (label, fill): (&str, &str), area: Area) -> Vec<Element> {
+    let shown = text::fitted(label, SIGN_PX, area.width - 6.0);
+    let label = (!shown.is_empty()).then(|| centred(area, SIGN_PX, &shown).with("fill", fill));
     [field].into_iter().chain(label).collect()
 }
 
@@ -105,11 +100,11 @@ pub(super) fn patterns() -> Element {
 }
 
 /// Bars too narrow to be distinguished.
-pub(super) fn dense(place: Place) -> Vec<Element> {
+pub(super) fn dense(area: Area) -> Vec<Element> {
     let fill = format!("url(#{})", pattern_name("flashing", Color::Unknown));
     vec![
-        rect(place.x, place.y, place.width, place.height).with("fill", "#ffffff"),
-        rect(place.x, place.y, place.width, place.height).with("fill", fill),
+        rect(area.x, area.y, area.width, area.height).with("fill", "#ffffff"),
+        rect(area.x, area.y, area.width, area.height).with("fill", fill),
     ]
 }
 
@@ -117,36 +112,36 @@ fn pattern_name(kind: &str, color: Color) -> String {
     format!("{kind}-{}", color.name())
 }
 
-fn dark(place: Place) -> Element {
-    let y = place.y + place.height / 2.0;
-    line((place.x, y), (place.x + place.width, y), ink::DARK).with("stroke-width", 1.5)
+fn dark(area: Area) -> Element {
+    let y = area.y + area.height / 2.0;
+    line((area.x, y), (area.x + area.width, y), ink::DARK).with("stroke-width", 1.5)
 }
 
-fn stripes(bulbs: &BulbSet, place: Place) -> Vec<Element> {
+fn stripes(bulbs: &BulbSet, area: Area) -> Vec<Element> {
     let count = u32::try_from(bulbs.len()).map_or(1.0, f64::from);
-    let height = place.height / count;
-    let mut y = place.y;
+    let height = area.height / count;
+    let mut y = area.y;
     let mut drawn = Vec::new();
     for bulb in bulbs.iter() {
-        drawn.extend(stripe(bulb, Place { y, height, ..place }));
+        drawn.extend(stripe(bulb, Area { y, height, ..area }));
         y += height;
     }
     drawn
 }
 
-fn stripe(bulb: Bulb, place: Place) -> Vec<Element> {
+fn stripe(bulb: Bulb, area: Area) -> Vec<Element> {
     let ink = ink::of(bulb.color);
-    let mut drawn = field(bulb, ink, place);
-    let size = SIGN_PX.min(place.height - 2.0);
+    let mut drawn = field(bulb, ink, area);
+    let size = SIGN_PX.min(area.height - 2.0);
     if size >= 7.0 {
         let sign = if bulb.status == Status::SolidOff { ink.edge } else { ink.sign };
-        drawn.extend(signs(bulb, ink, sign, place, size));
+        drawn.extend(signs(bulb, ink, sign, area, size));
     }
     drawn
 }
 
-fn field(bulb: Bulb, ink: Ink, place: Place) -> Vec<Element> {
-    let Place { x, y, width, height } = place;
+fn field(bulb: Bulb, ink: Ink, area: Area) -> Vec<Element> {
+    let Area { x, y, width, height } = area;
     let wide = width >= BORDERLESS_PX && height >= BORDERLESS_PX;
     let edge = if wide { ink.edge } else { "none" };
     let field = rect(x, y, width, height).with("stroke", edge).with("stroke-width", 0.75);
@@ -177,15 +172,15 @@ fn field(bulb: Bulb, ink: Ink, place: Place) -> Vec<Element> {
 }
 
 /// Letter and outline, as much of it as there is room for; the outline goes first.
-fn signs(bulb: Bulb, ink: Ink, color: &str, place: Place, size: f64) -> Vec<Element> {
-    let outline = |x: f64| outline(bulb, (x, place.y + place.height / 2.0), size, color);
-    let middle = place.x + place.width / 2.0;
+fn signs(bulb: Bulb, ink: Ink, color: &str, area: Area, size: f64) -> Vec<Element> {
+    let outline = |x: f64| outline(bulb, (x, area.y + area.height / 2.0), size, color);
+    let middle = area.x + area.width / 2.0;
     let letter = |x: f64| {
-        let place = Place { x, width: 0.0, ..place };
+        let area = Area { x, width: 0.0, ..area };
         let halo =
             if bulb.status == Status::Flashing && bulb.color != Color::White { ink.edge } else { "none" };
         let halo = if bulb.color == Color::Yellow && halo != "none" { ink.fill } else { halo };
-        centred(place, size, ink.letter)
+        centred(area, size, ink.letter)
             .with("font-weight", "bold")
             .with("fill", color)
             .with("stroke", halo)
@@ -193,22 +188,22 @@ fn signs(bulb: Bulb, ink: Ink, color: &str, place: Place, size: f64) -> Vec<Elem
             .with("paint-order", "stroke")
     };
     match outline(middle + size * 0.55) {
-        Some(second) if place.width >= size * 2.4 => vec![letter(middle - size * 0.6), second],
-        Some(_) if place.width >= size + 4.0 => outline(middle).into_iter().collect(),
-        None if place.width >= size + 3.0 => vec![letter(middle)],
+        Some(second) if area.width >= size * 2.4 => vec![letter(middle - size * 0.6), second],
+        Some(_) if area.width >= size + 4.0 => outline(middle).into_iter().collect(),
+        None if area.width >= size + 3.0 => vec![letter(middle)],
         Some(_) | None => Vec::new(),
     }
 }
 
-/// The sign of a shape; none for the circle, which is what a light is without further notice.
+/// The sign of a shape; none for the circle, which is the default.
 fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Element> {
     let turn_deg = match bulb.shape {
         Shape::Circle => return None,
         // The letter is a question mark already.
         Shape::Unknown if bulb.color == Color::Unknown => return None,
         Shape::Unknown => {
-            let place = Place { x, y: y - size, width: 0.0, height: 2.0 * size };
-            return Some(centred(place, size, "?").with("font-weight", "bold").with("fill", color));
+            let area = Area { x, y: y - size, width: 0.0, height: 2.0 * size };
+            return Some(centred(area, size, "?").with("font-weight", "bold").with("fill", color));
         }
         Shape::Cross => {
             let arm = size * 0.36;
@@ -234,7 +229,7 @@ fn outline(bulb: Bulb, (x, y): (f64, f64), size: f64, color: &str) -> Option<Ele
     Some(arrow.with("transform", transform))
 }
 
-fn centred(place: Place, size_px: f64, text: &str) -> Element {
-    let y = place.y + place.height / 2.0 + size_px * 0.36;
-    text_at(place.x + place.width / 2.0, y, size_px, text).with("text-anchor", "middle")
+fn centred(area: Area, size_px: f64, text: &str) -> Element {
+    let y = area.y + area.height / 2.0 + size_px * BASE_LINE;
+    text_at(area.x + area.width / 2.0, y, size_px, text).with("text-anchor", "middle")
 }

@@ -51,13 +51,13 @@ impl<'a> Marks<'a> {
         Self { moments, levels }
     }
 
-    /// How much room they need above the lanes.
+    /// Height of their texts above the lanes, pixels.
     pub(super) fn height_above(&self) -> f64 {
         let numbers = usize::from(!self.moments.is_empty());
         pixels(self.levels.iter().max().map_or(numbers, |top| top + 1)) * LEVEL_PX
     }
 
-    /// How far the texts reach beyond the right edge of the axis.
+    /// Width of the texts beyond the right edge of the axis, pixels.
     pub(super) fn overhang(&self, axis: &Axis) -> f64 {
         if self.levels.is_empty() {
             return 0.0;

@@ -2,15 +2,14 @@
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `layout` | where everything lies |
-//! | `style` | the measures of charts over time and over metres |
+//! | `layout` | the position of each part |
 //! | `look` | one bar: bulbs, a name or a command |
 //! | `command` | turn signals and hazard lights as bars |
 //! | `mark` | vertical marks with their texts above the lanes |
-//! | `legend` | what the looks mean |
-//! | `axis` | values to pixels, ticks where people expect them |
+//! | `legend` | the meaning of the looks |
+//! | `axis` | values to pixels, ticks at round values |
 //! | `ink` | colours that stay apart for colour-blind eyes |
-//! | `text` | how wide a text is, and how much of it fits |
+//! | `text` | the width of a text, and as much of it as fits |
 //! | `svg` | elements, attributes, escaping |
 
 mod axis;
@@ -20,7 +19,6 @@ mod layout;
 mod legend;
 mod look;
 mod mark;
-mod style;
 mod svg;
 mod text;
 
@@ -31,7 +29,7 @@ pub use look::Look;
 /// Lanes of bars over time or distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Heading.
+    /// Heading of the chart.
     pub title: String,
     /// A line below it; may be empty.
     pub subtitle: String,
@@ -59,7 +57,7 @@ pub struct Lane {
 /// Bars side by side.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
-    /// What it shows of the lane.
+    /// The part of the lane that it shows.
     pub label: String,
     /// Ascending, without overlap; only commands may come in any order, and lie one over the other. Where
     /// there is none nothing is drawn.
@@ -69,19 +67,19 @@ pub struct Row {
 /// One state over an interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bar {
-    /// Begin.
+    /// Position of its begin.
     pub from: f64,
-    /// End, not before the begin.
+    /// Position of its end, not before the begin.
     pub to: f64,
-    /// How it looks.
+    /// The state that it shows.
     pub look: Look,
 }
 
 /// A position with a text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
-    /// Position.
+    /// Position on the axis.
     pub at: f64,
-    /// What happened there.
+    /// Text beside the mark.
     pub text: String,
 }

@@ -4,7 +4,7 @@ use std::fmt::{self, Display, Write};
 
 /// A rectangle of the chart, pixels.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct Area {
     pub(super) x: f64,
     pub(super) y: f64,
     pub(super) width: f64,
@@ -76,7 +76,7 @@ impl Display for Element {
     }
 }
 
-/// A box.
+/// A rectangle, pixels.
 pub(super) fn rect(x: f64, y: f64, width: f64, height: f64) -> Element {
     Element::new("rect").at("x", x).at("y", y).at("width", width).at("height", height)
 }

@@ -1,4 +1,4 @@
-//! How wide a text will be, roughly: the font is the reader's.
+//! The approximate width of texts: the font is the reader's.
 
 /// Width of a text, pixels; a little more than common sans-serif fonts need.
 pub(super) fn width(text: &str, size_px: f64) -> f64 {

@@ -1,19 +1,18 @@
-//! A drive as a chart: the lanelets of its route, what the planner does, and for each behaviour the
-//! sections of every candidate and the signal that came out.
+//! A drive as a chart: the lanelets of its route, what the planner does, and for each
+//! `compat` the sections of every candidate and the signal that came out.
 
 use super::Snapshot;
-use crate::config::drive::{AvoidanceLine, DriveFile, Expectation, Interval, PlanKind};
+use crate::config::drive::{DriveFile, Expectation, IntervalUnit, PlanKind, PlannedShift};
 use crate::core::map::lane_network::TurnDirection;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::Source;
 use crate::core::turn_signal::signal::{Hazard, Signal};
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
-use crate::report::decision::evaluated;
 
 /// Records whose ends are nearer than this are one, metres; starts may move on.
 const SAME_M: f64 = 1.0;
 
-/// Collects what is drawn while a drive goes on, behaviour by behaviour.
+/// Collects what is drawn while a drive goes on, for one `compat` after the other.
 #[derive(Debug, Clone)]
 pub struct DriveChart<'a> {
     file: &'a DriveFile,
@@ -51,7 +50,7 @@ impl<'a> DriveChart<'a> {
         Self { file, lanelets: Vec::new(), runs: Vec::new() }
     }
 
-    /// Adds what was decided at a cycle; the cycles of one behaviour come one after the other.
+    /// Adds the decision at a cycle; the cycles with one `compat` follow each other.
     pub fn add(&mut self, snapshot: &Snapshot<'_>) {
         let &Snapshot { compat, at_m, decision, .. } = snapshot;
         if self.runs.last().is_none_or(|run| run.compat != compat) {
@@ -63,7 +62,7 @@ impl<'a> DriveChart<'a> {
         let front_m = self.file.vehicle.front_m();
         let Some(run) = self.runs.last_mut() else { return };
         run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
-        for evaluated in evaluated(decision) {
+        for evaluated in decision.evaluated() {
             let (Some(_), Some(distances)) = (evaluated.turn.side(), evaluated.distances) else { continue };
             let front_at = |distance_m: f64| at_m + front_m + distance_m;
             run.add_record(Record {
@@ -86,9 +85,9 @@ impl<'a> DriveChart<'a> {
         let plans = file.manoeuvres.iter().map(|plan| planner(planned(&plan.kind)));
         let lanelets = Row { label: "lanelets".to_owned(), bars: self.lanelets };
         let rows = std::iter::once(lanelets).chain(plans).collect();
-        let mut lanes = vec![Lane { label: "way".to_owned(), rows }];
+        let mut lanes = vec![Lane { label: "route".to_owned(), rows }];
         lanes.extend(self.runs.iter().map(|run| {
-            let ours = file.expectations.iter().filter(|one| one.modes.contains(&run.compat));
+            let ours = file.expectations.iter().filter(|one| one.compats.contains(&run.compat));
             run.lane(ours.filter_map(expected).collect())
         }));
         for lane in &mut lanes {
@@ -104,7 +103,7 @@ impl<'a> DriveChart<'a> {
         }
         let front_m = file.vehicle.front_m();
         let subtitle = format!(
-            "signals over the place of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
+            "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
              starts of sections, the rear axle for their ends"
         );
         Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks: Vec::new() }
@@ -204,7 +203,7 @@ impl CompatRun {
 }
 
 impl Driven {
-    /// Whether the vehicle changes direction.
+    /// Returns whether the vehicle changes direction.
     fn turns_around(&self, at_m: f64) -> bool {
         (self.to_m - self.from_m) * (at_m - self.to_m) < 0.0
     }
@@ -228,35 +227,27 @@ const fn indicator_of(turn: Signal, hazard: Hazard) -> IndicatorState {
     }
 }
 
-/// Expected commands by place; those by time have none.
+/// The bar of commands that are expected by position; those by time have none.
 fn expected(expectation: &Expectation) -> Option<Bar> {
-    let Interval::Metres { from, to, .. } = expectation.interval else { return None };
-    let hazard = expectation.wanted.hazard.unwrap_or_default();
-    let indicator = indicator_of(expectation.wanted.command?, hazard);
-    Some(Bar { from, to, look: Look::Command(CommandKind::Expected, indicator) })
+    let interval = Some(expectation.interval).filter(|interval| interval.unit == IntervalUnit::Metres)?;
+    let hazard = expectation.decision.hazard.unwrap_or_default();
+    let indicator = indicator_of(expectation.decision.command?, hazard);
+    let look = Look::Command(CommandKind::Expected, indicator);
+    Some(Bar { from: interval.from, to: interval.to, look })
 }
 
 fn planned(kind: &PlanKind) -> Vec<Bar> {
-    let bar = |from: &f64, to: &f64, name: String| Bar { from: *from, to: *to, look: Look::Named(name) };
-    let one = |from_m, to_m, name| vec![bar(from_m, to_m, name)];
+    let bar = |from: f64, to: f64, name: String| Bar { from, to, look: Look::Named(name) };
+    let shifted = |shift: &PlannedShift, name: &str| {
+        bar(shift.from_m, shift.to_m, format!("{name} {} m", shift.offset_m))
+    };
     match kind {
-        PlanKind::Avoidance { lines } => {
-            let shift = |line: &AvoidanceLine| {
-                bar(&line.from_m, &line.to_m, format!("avoidance to {} m", line.offset_m))
-            };
-            lines.iter().map(shift).collect()
-        }
+        PlanKind::Avoidance { lines } => lines.iter().map(|line| shifted(line, "avoidance to")).collect(),
         PlanKind::LaneChange { from_m, to_m, side, .. } => {
-            one(from_m, to_m, format!("lane change {}", side.to_string().to_lowercase()))
+            vec![bar(*from_m, *to_m, format!("lane change {}", side.to_string().to_lowercase()))]
         }
-        PlanKind::PullOut { from_m, to_m, offset_m, .. } => {
-            one(from_m, to_m, format!("pull-out from {offset_m} m"))
-        }
-        PlanKind::PullOver { from_m, to_m, offset_m, .. } => {
-            one(from_m, to_m, format!("pull-over to {offset_m} m"))
-        }
-        PlanKind::SideShift { from_m, to_m, offset_m } => {
-            one(from_m, to_m, format!("side shift to {offset_m} m"))
-        }
+        PlanKind::PullOut { shift, .. } => vec![shifted(shift, "pull-out from")],
+        PlanKind::PullOver { shift, .. } => vec![shifted(shift, "pull-over to")],
+        PlanKind::SideShift(shift) => vec![shifted(shift, "side shift to")],
     }
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::decision;
 use super::{Form, joined};
-use crate::config::drive::{Expectation, Interval};
+use crate::config::drive::Expectation;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
@@ -16,10 +16,10 @@ use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::headline::Headline;
 use crate::core::turn_signal::signal::Hazard;
 
-/// What was decided at one cycle of a drive.
+/// The decision at one cycle of a drive.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {
-    /// The behaviour of the decider.
+    /// The `compat` of the decider.
     pub compat: DeciderCompat,
     /// Seconds from the start.
     pub at_s: f64,
@@ -27,7 +27,7 @@ pub struct Snapshot<'a> {
     pub at_m: f64,
     /// The rear axle on the map.
     pub pose: Pose,
-    /// m/s; negative while backing up.
+    /// Speed, m/s; negative while backing up.
     pub speed_mps: f64,
     /// The lanelet of the rear axle.
     pub lane: Option<LaneId>,
@@ -35,12 +35,12 @@ pub struct Snapshot<'a> {
     pub decision: &'a Decision,
 }
 
-/// How the expectations of one behaviour fared.
+/// The outcome of the expectations with one `compat`.
 #[derive(Debug, Clone)]
 pub struct Verdict<'a> {
-    /// The behaviour of the decider.
+    /// The `compat` of the decider.
     pub compat: DeciderCompat,
-    /// How many expectations held.
+    /// The number of expectations that held.
     pub met: usize,
     /// Those that did not.
     pub failed: Vec<Failed<'a>>,
@@ -49,22 +49,22 @@ pub struct Verdict<'a> {
 /// An expectation that failed.
 #[derive(Debug, Clone)]
 pub struct Failed<'a> {
-    /// What was expected.
+    /// The expectation.
     pub expectation: &'a Expectation,
-    /// The behaviour of the decider.
+    /// The `compat` of the decider.
     pub compat: DeciderCompat,
-    /// What came out instead, and where.
+    /// The first mismatch, with its position.
     pub reason: String,
 }
 
-/// Writes a drive as lines, for one behaviour after the other.
+/// Writes a drive as lines, for one `compat` after the other.
 #[derive(Debug, Clone)]
 pub struct DriveWriter {
     form: Form,
     last: Option<Headline>,
 }
 
-/// What stands before reasons.
+/// Indentation of reasons.
 const INDENT: &str = "                                   ";
 
 impl DriveWriter {
@@ -73,15 +73,14 @@ impl DriveWriter {
         Self { form, last: None }
     }
 
-    /// Begins a behaviour; the first decision after it is a change.
+    /// Begins a `compat`; the first decision after it is a change.
     pub fn begin(&mut self, compat: DeciderCompat) -> Option<String> {
         self.last = None;
         let columns = format!("{:>9}  {:>9}  {:>8}", "seconds", "metres", "m/s");
         (self.form == Form::Text).then(|| format!("{}\n{columns}", compat.name()))
     }
 
-    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and `whole` is
-    /// not asked for.
+    /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and not `whole`.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
         let headline = Some(Headline::of(snapshot.decision));
         if self.last == headline && !whole {
@@ -94,7 +93,7 @@ impl DriveWriter {
         })
     }
 
-    /// The lines that end a behaviour: how many expectations held, and each that failed.
+    /// The lines that end a `compat`: the number of expectations that held, and each that failed.
     pub fn end(&self, verdict: &Verdict<'_>) -> String {
         let Verdict { compat, met, failed } = verdict;
         if self.form == Form::Text {
@@ -125,7 +124,7 @@ fn text(snapshot: &Snapshot<'_>) -> String {
 
 fn fields(snapshot: &Snapshot<'_>) -> Value {
     let position = snapshot.pose.position;
-    let place = json!({
+    let vehicle = json!({
         "compat": snapshot.compat.name(),
         "t": snapshot.at_s,
         "at_m": snapshot.at_m,
@@ -134,17 +133,14 @@ fn fields(snapshot: &Snapshot<'_>) -> Value {
         "yaw_rad": snapshot.pose.yaw_rad,
         "speed_mps": snapshot.speed_mps,
     });
-    joined(place, decision::fields(snapshot.decision))
+    joined(vehicle, decision::fields(snapshot.decision))
 }
 
-/// `file:line:column: key: from 37 to 116 m, improved: LEFT wanted, DISABLE at 40.00 m (4.000 s)`
+/// `file:line:column: key: from 37 to 116 m, improved: expected LEFT, found DISABLE at 40.00 m (4.000 s)`
 impl fmt::Display for Failed<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (from, to, unit) = match self.expectation.interval {
-            Interval::Metres { from, to, .. } => (from, to, "m"),
-            Interval::Seconds { from, to, .. } => (from, to, "s"),
-        };
-        let (location, compat) = (&self.expectation.location, self.compat.name());
-        write!(f, "{location}: from {from} to {to} {unit}, {compat}: {}", self.reason)
+        let Expectation { location, interval, .. } = self.expectation;
+        let (from, to, unit) = (interval.from, interval.to, interval.unit);
+        write!(f, "{location}: from {from} to {to} {unit}, {}: {}", self.compat.name(), self.reason)
     }
 }

@@ -1,23 +1,21 @@
-//! A scenario as a chart: controllers, then lights with what is detected above what is so, then
-//! groups as they were sent.
+//! A scenario as a chart: controllers, then lights with detections above ground truth, then sent groups.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::display::list;
 use super::entry::{action_of, entry};
-use super::snapshot::{STORES, Snapshot};
+use super::snapshot::Snapshot;
 use crate::core::map::light_map::LightMap;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::BulbSet;
-use crate::core::traffic_light::emission::GroupState;
 use crate::core::traffic_light::event_log::ScenarioEvent;
 use crate::core::traffic_light::scenario::{Action, Scenario};
-use crate::core::traffic_light::target::{Channel, Layer};
+use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 use crate::report::chart::{Along, Bar, Chart, Lane, Look, Mark, Row};
 use crate::report::seconds;
 
-/// Collects bars while a scenario runs.
+/// The chart of a scenario, which grows while it runs.
 #[derive(Debug)]
 pub struct LightsChart {
     map: Arc<LightMap>,
@@ -25,7 +23,7 @@ pub struct LightsChart {
     marks: Vec<Mark>,
 }
 
-/// What a row shows, in the order of rows.
+/// The subject of a row. Rows are in the order of their subjects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Subject {
     Controller(usize),
@@ -33,7 +31,7 @@ enum Subject {
     Group { id: i64, is_external: bool },
 }
 
-/// Bars that have ended, and the one that has not.
+/// The bars of a row that have ended, and the one that has not.
 #[derive(Debug, Default)]
 struct Growing {
     bars: Vec<Bar>,
@@ -41,7 +39,7 @@ struct Growing {
 }
 
 impl LightsChart {
-    /// A chart without any snapshot; the map says which groups a light belongs to.
+    /// Creates a chart without snapshots. The map gives the groups of each light.
     pub fn new(map: Arc<LightMap>) -> Self {
         Self { map, rows: BTreeMap::new(), marks: Vec::new() }
     }
@@ -52,9 +50,9 @@ impl LightsChart {
             return;
         }
         let at_s = seconds(snapshot.at);
-        for note in snapshot.notes {
-            let text = || entry(&note.what, snapshot.scenario).text;
-            match &note.what {
+        for logged in snapshot.events {
+            let text = || entry(&logged.event, snapshot.scenario).text;
+            match &logged.event {
                 // Entering the phase that is on begins it anew.
                 ScenarioEvent::PhaseEntered { controller, .. } => {
                     self.rows.entry(Subject::Controller(controller.0)).or_default().end(at_s);
@@ -67,7 +65,7 @@ impl LightsChart {
                     None | Some(Action::End { .. }) => {}
                     Some(_) => self.marks.push(Mark { at: at_s, text: text() }),
                 },
-                // Acts and events show in what they do.
+                // Acts and events show by their actions.
                 ScenarioEvent::ActStarted { .. }
                 | ScenarioEvent::ActEnded { .. }
                 | ScenarioEvent::EventStarted { .. } => {}
@@ -121,7 +119,7 @@ impl LightsChart {
 
     /// Upstream may have detected a group under its own id.
     fn light(&self, id: i64) -> String {
-        let head = self.map.head(id).and_then(|head| self.map.heads().get(head.0 as usize));
+        let head = self.map.head(id).and_then(|head| self.map.at(head));
         match head.map(|head| &*head.relation_ids) {
             None => format!("{id} (a group)"),
             Some([]) => format!("{id} (no group)"),
@@ -153,19 +151,18 @@ fn looks(snapshot: &Snapshot<'_>) -> BTreeMap<Subject, Look> {
         let phase = controller.phases.get((*phase)?)?;
         Some((Subject::Controller(index), Look::Named(phase.name.clone())))
     });
-    let lights = STORES.into_iter().flat_map(|store| {
+    let lights = StoreId::ALL.into_iter().flat_map(|store| {
         let (channel, is_truth) = (store.channel, store.layer == Layer::GroundTruth);
         let subject = move |id| Subject::Light { id, channel, is_truth };
         states.store(store).map(move |(id, light)| (subject(id), Look::Bulbs(light.bulbs)))
     });
     let mut looks: BTreeMap<_, _> = phases.chain(lights).collect();
-    for (groups, is_external) in [(states.internal(), false), (states.external(), true)] {
+    for (groups, is_external) in [(&states.internal, false), (&states.external, true)] {
         let mut bulbs: BTreeMap<i64, BulbSet> = BTreeMap::new();
-        for group in groups.unwrap_or_default() {
-            let GroupState { relation_id, elements, .. } = &**group;
-            // More than one of a group in upstream's behaviour: all of their bulbs.
-            let sent = bulbs.entry(*relation_id).or_default();
-            *sent = sent.union(elements.iter().map(|element| element.bulb).collect());
+        for group in groups.iter().flat_map(|groups| groups.iter()) {
+            // Upstream may send a group more than once: the row shows the bulbs of all.
+            let sent = bulbs.entry(group.relation_id).or_default();
+            *sent = sent.union(group.elements.iter().map(|element| element.bulb).collect());
         }
         let sent = bulbs.into_iter();
         looks.extend(sent.map(|(id, bulbs)| (Subject::Group { id, is_external }, Look::Bulbs(bulbs))));

@@ -1,15 +1,14 @@
-//! Lights and groups in short words.
+//! Lights and groups as short text.
 
 use super::snapshot::time_of;
 use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
 use crate::core::traffic_light::engine::LightObservation;
-use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
 const RESET: &str = "\x1b[0m";
 
-/// Whether text has colours.
+/// The style of text for a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Style {
     /// Without terminal colours.
@@ -20,7 +19,7 @@ pub enum Style {
 }
 
 impl Style {
-    /// A light: its bulbs, or `dark`; with its confidence, unless that is 1.
+    /// A light as its bulbs, or `dark`; with its confidence, unless that is 1.
     pub(super) fn light(self, light: &LightObservation) -> String {
         self.bulbs(&light.bulbs) + &unsure(light.confidence)
     }
@@ -29,7 +28,7 @@ impl Style {
         lit(bulbs.iter().map(|bulb| self.bulb(bulb)))
     }
 
-    /// A group as it was sent: its bulbs, and how it will look if that was sent as well.
+    /// A group as its bulbs, with its predictions if it has any.
     pub(super) fn group(self, group: &GroupState) -> String {
         let now = self.elements(&group.elements);
         let next: Vec<_> = group.predictions.iter().map(|prediction| self.prediction(prediction)).collect();
@@ -46,17 +45,17 @@ impl Style {
 
     /// A state text without its defaults.
     fn bulb(self, bulb: Bulb) -> String {
-        let mut words = vec![bulb.color.name()];
+        let mut parts = vec![bulb.color.name()];
         if bulb.status != Status::SolidOn || bulb.shape == Shape::Unknown {
-            words.push(bulb.status.name());
+            parts.push(bulb.status.name());
         }
         if bulb.shape != Shape::Circle {
-            words.push(bulb.shape.name());
+            parts.push(bulb.shape.name());
         }
-        let words = words.join(" ");
-        match (self, color_code(bulb.color)) {
-            (Self::Plain, _) => words,
-            (Self::Colored, code) => format!("{code}{words}{RESET}"),
+        let text = parts.join(" ");
+        match self {
+            Self::Plain => text,
+            Self::Colored => format!("{}{text}{RESET}", color_code(bulb.color)),
         }
     }
 }
@@ -66,16 +65,6 @@ pub(super) fn seconds(at: MonoTime) -> String {
     // To the nearest, as a frame at 1/30 s is not quite 0.033 s.
     let millis = (at.as_nanos() + 500_000) / 1_000_000;
     format!("{}.{:03}", millis / 1_000, millis % 1_000)
-}
-
-/// The name of a store in scenarios.
-pub(super) fn store(store: StoreId) -> &'static str {
-    match (store.channel, store.layer) {
-        (Channel::Conventional, Layer::GroundTruth) => "conventional",
-        (Channel::Conventional, Layer::Detected) => "conventional_detected",
-        (Channel::V2i, Layer::GroundTruth) => "v2i",
-        (Channel::V2i, Layer::Detected) => "v2i_detected",
-    }
 }
 
 /// Ids joined by `, `.
@@ -110,29 +99,29 @@ mod tests {
     use crate::core::traffic_light::text::parse_bulbs;
 
     #[test]
-    fn every_bulb_is_written_as_a_state_text_that_means_it() {
+    fn every_bulb_is_written_as_its_state_text() {
         for color in Color::ALL {
             for status in Status::ALL {
                 for shape in Shape::ALL {
                     let bulb = Bulb { color, status, shape };
-                    let words = Style::Plain.bulb(bulb);
-                    assert_eq!(parse_bulbs(&words), Ok([bulb].into_iter().collect()), "{words}");
+                    let text = Style::Plain.bulb(bulb);
+                    assert_eq!(parse_bulbs(&text), Ok([bulb].into_iter().collect()), "{text}");
                 }
             }
         }
     }
 
     #[test]
-    fn lights_are_written_in_short() {
+    fn lights_are_written_without_defaults() {
         let cases = [
             ("red, green right", 1.0, "green right + red"),
             ("", 1.0, "dark"),
             ("yellow flashing", 0.5, "yellow flashing (0.5)"),
             ("unknown unknown unknown", 1.0, "unknown unknown unknown"),
         ];
-        for (text, confidence, words) in cases {
-            let bulbs = parse_bulbs(text).unwrap();
-            assert_eq!(Style::Plain.light(&LightObservation { bulbs, confidence }), words);
+        for (state, confidence, text) in cases {
+            let bulbs = parse_bulbs(state).unwrap();
+            assert_eq!(Style::Plain.light(&LightObservation { bulbs, confidence }), text);
         }
         let red = parse_bulbs("red").unwrap();
         assert_eq!(Style::Colored.bulbs(&red), "\x1b[31mred\x1b[0m");

@@ -1,11 +1,11 @@
-//! What happens in a scenario.
+//! Events of a scenario as entries of a report.
 
 use serde_json::json;
 
 use super::display::list;
 use crate::core::traffic_light::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{Action, Scenario};
-use crate::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use crate::core::traffic_light::target::{StoreId, Target};
 use crate::report::Entry;
 
 /// The entry of an event, with the names behind its positions.
@@ -58,7 +58,7 @@ pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
     }
 }
 
-/// The action that was done.
+/// The action of a source; `None` for one from outside.
 pub(super) fn action_of(source: ActionSource, scenario: &Scenario) -> Option<&Action> {
     match source {
         ActionSource::Init(index) => scenario.init.get(index),
@@ -82,9 +82,8 @@ fn action(action: &Action, scenario: &Scenario) -> String {
             format!("{controller} shall enter {phase}")
         }
         Action::SetV2iState { id, state, rate_hz } => {
-            let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
             let rate = rate_hz.map(|rate| format!(", v2i at {rate} Hz")).unwrap_or_default();
-            set(&Target { id: *id, store }, &state.text) + &rate
+            set(&Target { id: *id, store: StoreId::V2I }, &state.text) + &rate
         }
         Action::SetV2iRate { rate_hz } => format!("send v2i at {rate_hz} Hz"),
         Action::EnableV2i { ids } => format!("enable v2i of {}", list(ids)),

@@ -1,4 +1,4 @@
-//! Objects for programs: all there is to see, whether it changed or not. `lights --help` describes them.
+//! Objects for programs: all states, changed or not. `lights --help` describes them.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use crate::report::seconds;
 
 pub(super) fn object(snapshot: &Snapshot<'_>) -> Value {
     let states = snapshot.states;
-    let events = snapshot.notes.iter().map(|note| entry(&note.what, snapshot.scenario).fields);
+    let events = snapshot.events.iter().map(|logged| entry(&logged.event, snapshot.scenario).fields);
     json!({
         "t": seconds(snapshot.at),
         "events": events.collect::<Vec<_>>(),
         "ground_truth": channels(states, Layer::GroundTruth),
         "detected": channels(states, Layer::Detected),
-        "internal": states.internal().map(|groups| list(groups, internal)),
-        "external": states.external().map(|groups| list(groups, external)),
+        "internal": states.internal.as_ref().map(|groups| list(groups, internal)),
+        "external": states.external.as_ref().map(|groups| list(groups, external)),
     })
 }
 

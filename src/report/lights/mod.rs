@@ -1,13 +1,13 @@
-//! A scenario of traffic lights, written down.
+//! Reports of a scenario of traffic lights.
 //!
 //! | file | what it is |
 //! |---|---|
-//! | `snapshot` | what there is to see at a time |
-//! | `display` | lights and groups in short words |
-//! | `entry` | what happens in the scenario |
-//! | `text` | columns for people: what happens, and what is different |
-//! | `json` | objects for programs: what happens, and all there is |
-//! | [`chart`] | how long each light looked how |
+//! | `snapshot` | the state of a scenario at a time |
+//! | `display` | lights and groups as short text |
+//! | `entry` | events of the scenario |
+//! | `text` | columns for people: events and changes |
+//! | `json` | objects for programs: events and all states |
+//! | [`chart`] | the states of each light as bars |
 
 pub mod chart;
 mod display;
@@ -19,7 +19,7 @@ mod text;
 use super::Form;
 use crate::core::time::MonoTime;
 pub use display::Style;
-pub use snapshot::{STORES, Snapshot, States};
+pub use snapshot::{Snapshot, States};
 use text::Columns;
 
 /// Writes the snapshots of a scenario as lines.
@@ -31,13 +31,13 @@ pub struct LightsWriter {
 }
 
 impl LightsWriter {
-    /// A writer that has written nothing; `style` is that of text.
+    /// Creates a writer that has written nothing; `style` is that of text.
     pub fn new(form: Form, style: Style) -> Self {
         Self { form, columns: Columns::new(style), is_first: true }
     }
 
-    /// The lines of a snapshot: of text what happened and what is different, or all of it when `whole` is asked for;
-    /// of JSON one with all there is, when anything is different or `whole` is asked for.
+    /// The lines of a snapshot. Text has events and changes, or all states when `whole`; JSON has one line with all
+    /// states, when there are events or changes or `whole`.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Vec<String> {
         let is_first = std::mem::replace(&mut self.is_first, false);
         match self.form {
@@ -49,7 +49,7 @@ impl LightsWriter {
         }
     }
 
-    /// The line that says where a scenario that has not ended is left; text only.
+    /// The line for the end of a run whose scenario has not ended; text only.
     pub fn until(&self, at: MonoTime, why: &str) -> Option<String> {
         (self.form == Form::Text).then(|| text::line(at, "until", why))
     }

@@ -1,24 +1,24 @@
-//! Columns for people: time, subject, what happened or is different.
+//! Columns for people: time, subject, event or change.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use super::display::{self, Style};
 use super::entry::entry;
-use super::snapshot::{STORES, Snapshot, States};
+use super::snapshot::{Snapshot, States};
 use crate::core::time::MonoTime;
-use crate::core::traffic_light::emission::GroupState;
+use crate::core::traffic_light::emission::Groups;
+use crate::core::traffic_light::target::StoreId;
 
-/// One line: `seconds  subject  what`.
+/// One line of text: `seconds  subject  what`.
 pub(super) fn line(at: MonoTime, subject: &str, what: &str) -> String {
     format!("{:>9}  {subject:<21}  {what}", display::seconds(at))
 }
 
-/// Finds what is different from snapshot to snapshot.
+/// Finds the changes from snapshot to snapshot.
 #[derive(Debug)]
 pub(super) struct Columns {
     style: Style,
-    /// What was shown last, by subject, then id.
+    /// The texts shown last, by subject, then id.
     shown: BTreeMap<&'static str, BTreeMap<i64, String>>,
 }
 
@@ -27,11 +27,11 @@ impl Columns {
         Self { style, shown: BTreeMap::new() }
     }
 
-    /// What happened, then what is different, or all there is when `whole` is asked for.
+    /// The lines of a snapshot: its events, then its changes, or all states when `whole`.
     pub(super) fn lines(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Vec<String> {
         let mut lines = Vec::new();
-        for note in snapshot.notes {
-            let entry = entry(&note.what, snapshot.scenario);
+        for logged in snapshot.events {
+            let entry = entry(&logged.event, snapshot.scenario);
             lines.push(line(snapshot.at, entry.subject, &entry.text));
         }
         if !snapshot.has_changed && !whole {
@@ -54,18 +54,17 @@ impl Columns {
 }
 
 fn columns(states: &States, style: Style) -> impl Iterator<Item = (&'static str, BTreeMap<i64, String>)> {
-    let stores = STORES.into_iter().map(move |store| {
-        let lights = states.store(store).map(|(id, light)| (id, style.light(light))).collect();
-        (display::store(store), lights)
+    let stores = StoreId::ALL.into_iter().map(move |store| {
+        (store.name(), states.store(store).map(|(id, light)| (id, style.light(light))).collect())
     });
-    let topics = [("internal", states.internal()), ("external", states.external())].into_iter();
-    stores.chain(topics.map(move |(topic, groups)| (topic, by_id(groups.unwrap_or_default(), style))))
+    let topics = [("internal", &states.internal), ("external", &states.external)].into_iter();
+    stores.chain(topics.map(move |(topic, groups)| (topic, by_id(groups.as_ref(), style))))
 }
 
-/// Upstream sends a group once for each of its heads; ` & ` stands between.
-fn by_id(groups: &[Arc<GroupState>], style: Style) -> BTreeMap<i64, String> {
+/// The texts of groups by id. Upstream sends a group once for each of its heads: those are joined by ` & `.
+fn by_id(groups: Option<&Groups>, style: Style) -> BTreeMap<i64, String> {
     let mut texts: BTreeMap<i64, String> = BTreeMap::new();
-    for group in groups {
+    for group in groups.into_iter().flat_map(|groups| groups.iter()) {
         let text = texts.entry(group.relation_id).or_default();
         if !text.is_empty() {
             text.push_str(" & ");

@@ -1,4 +1,4 @@
-//! The merged topic, when it is wanted.
+//! The merged topic, when it is configured.
 
 use crate::dds::daemon_on_ros::Bench;
 use crate::dds::daemon_on_ros::peer::ARBITER;

@@ -1,5 +1,5 @@
 //! The turn signal decider on ROS: an independent Autoware drives the shipped scenarios in real time, and
-//! the daemon's commands come at the places where the scenarios expect them.
+//! the daemon's commands come at the positions where the scenarios expect them.
 
 mod verdict;
 
@@ -14,10 +14,10 @@ use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
-use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, Reader};
-use crate::support::drive_script::{MODES, Script};
+use crate::support::drive_script::{COMPATS, Script};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::{Missing, require};
@@ -29,11 +29,11 @@ const REPRESENTATIVE: &[&str] =
     &["crossing_left.toml", "lane_change_left.toml", "pull_out_left.toml", "roundabout_first_exit.toml"];
 
 /// A drive of which planning factors carry less than the scenario holds.
-struct Lost {
+struct Deviation {
     name: &'static str,
     modes: &'static [DeciderCompat],
     why: &'static str,
-    /// What that is about; `None` = the commands are others.
+    /// Tolerance that is enough, metres; `None` = the commands are others.
     within_m: Option<f64>,
 }
 
@@ -41,55 +41,65 @@ const OUT_AND_BACK: &str = "one factor for lines out and back: where they meet i
 const GAP: &str =
     "one factor for lines out and back: the first one ends a little early, so that it is dark between";
 
-const LOST_ON_THE_WAY: &[Lost] = &[
-    Lost {
+const DEVIATIONS: &[Deviation] = &[
+    Deviation {
         name: "avoidance_narrow_road.toml",
         modes: &[DeciderCompat::Improved],
         why: OUT_AND_BACK,
         within_m: Some(4.0),
     },
-    Lost { name: "avoidance_narrow_road.toml", modes: &[DeciderCompat::Upstream], why: GAP, within_m: None },
-    Lost {
+    Deviation {
+        name: "avoidance_narrow_road.toml",
+        modes: &[DeciderCompat::Upstream],
+        why: GAP,
+        within_m: None,
+    },
+    Deviation {
         name: "avoidance_out_and_back.toml",
         modes: &[DeciderCompat::Improved],
         why: OUT_AND_BACK,
         within_m: Some(4.0),
     },
-    Lost { name: "avoidance_out_and_back.toml", modes: &[DeciderCompat::Upstream], why: GAP, within_m: None },
-    Lost {
+    Deviation {
+        name: "avoidance_out_and_back.toml",
+        modes: &[DeciderCompat::Upstream],
+        why: GAP,
+        within_m: None,
+    },
+    Deviation {
         name: "front_on_required_start.toml",
         modes: &[DeciderCompat::Upstream],
         why: "one sample with the front exactly on a start: poses are rounded, and cycles are not those of odometry",
         within_m: None,
     },
-    Lost {
+    Deviation {
         name: "hazard_erased.toml",
         modes: &[DeciderCompat::Upstream],
-        why: "offsets are told as one: that of the pull-out passes for that of the avoidance",
+        why: "offsets are published as one: that of the pull-out passes for that of the avoidance",
         within_m: None,
     },
-    Lost {
+    Deviation {
         name: "lane_change_masked.toml",
         modes: &[DeciderCompat::Improved],
-        why: "the scenario says where the bound is crossed, but its path stays in the lane",
+        why: "the scenario gives the position at which the bound is crossed, but its path stays in the lane",
         within_m: Some(10.0),
     },
-    Lost {
+    Deviation {
         name: "reroute_stale_start.toml",
         modes: &[DeciderCompat::Improved],
-        why: "shift lines are told without ids: on another route the line ends elsewhere and is another one",
+        why: "shift lines are published without ids: on another route the line ends elsewhere and is another one",
         within_m: None,
     },
-    Lost {
+    Deviation {
         name: "side_shift.toml",
         modes: &[DeciderCompat::Improved],
-        why: "side shifts are not told: that of the path passes for the avoidance's",
+        why: "side shifts are not published: that of the path passes for the avoidance's",
         within_m: Some(12.0),
     },
-    Lost {
+    Deviation {
         name: "side_shift.toml",
         modes: &[DeciderCompat::Upstream],
-        why: "side shifts are not told, so that they erase nothing",
+        why: "side shifts are not published, so that they erase nothing",
         within_m: None,
     },
 ];
@@ -97,17 +107,17 @@ const LOST_ON_THE_WAY: &[Lost] = &[
 const TURN: Kind<Signal> = Kind {
     name: "turn",
     decided: |step, mode| step.decided[mode].0,
-    wanted: |wanted| wanted.command,
+    expected: |expected| expected.command,
     number: |command| command as u8,
 };
 const HAZARD: Kind<Hazard> = Kind {
     name: "hazard",
     decided: |step, mode| step.decided[mode].1,
-    wanted: |wanted| wanted.hazard,
+    expected: |expected| expected.hazard,
     number: |command| command as u8,
 };
 
-const PATIENT: &str = "[turn_signal.age_limits]\nodometry_ms = 3000\nplanned_path_ms = 3000\n\
+const LONG_AGE_LIMITS: &str = "[turn_signal.age_limits]\nodometry_ms = 3000\nplanned_path_ms = 3000\n\
     manoeuvre_ms = 3000\nscenario_ms = 3000\n\
     hazard_request_ms = 3000\n";
 
@@ -124,13 +134,13 @@ fn file(name: &str) -> DriveFile {
     read(&Disk, &drives().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"))
 }
 
-fn course(file: DriveFile) -> Course {
-    Course::new(file).unwrap_or_else(|refused| panic!("{refused}"))
+fn simulation(file: DriveFile) -> DriveSimulation {
+    DriveSimulation::new(file).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
-/// A drive up to a place.
-fn first_part(name: &str, until_m: f64) -> Course {
-    course(DriveFile { until_m: Some(until_m), ..file(name) })
+/// A drive up to a position.
+fn first_part(name: &str, until_m: f64) -> DriveSimulation {
+    simulation(DriveFile { until_m: Some(until_m), ..file(name) })
 }
 
 /// A gateway that decides as a scenario has it, with these keys of `[turn_signal]`.
@@ -164,7 +174,7 @@ fn gateway(bench: &Bench, file: &DriveFile, keys: &str, sections: &str) -> (Fold
     (folder, process)
 }
 
-/// Whether cycles wait for the gateway's commands; see `tests/peer/autoware_drive.py`.
+/// The pace of cycles: by time, or waiting for the gateway's commands; see `tests/peer/autoware_drive.py`.
 #[derive(Debug, Clone, Copy)]
 enum Pace {
     Timed,
@@ -182,7 +192,7 @@ impl Bench {
         Ok(Self { cyclone: Cyclone::on_loopback()?, domain: domain() })
     }
 
-    /// Lets the peer drive; gives what it says at the end.
+    /// Lets the peer drive; returns its output at the end.
     fn drive(&self, script: &Script, gateways: u32, pace: Pace, topics: &[String]) -> Value {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive.jsonl");
@@ -198,7 +208,7 @@ impl Bench {
     }
 }
 
-/// How a scenario was driven.
+/// The result of driving a scenario.
 #[derive(Default)]
 struct Report {
     figures: Figures,
@@ -206,42 +216,46 @@ struct Report {
     stall_s: f64,
 }
 
-/// A scenario in both behaviours at once, each with a gateway of its own.
+/// A scenario in both modes at once, each with a gateway of its own.
 fn scenario(bench: &Bench, name: &str) -> Report {
-    let course = course(file(name));
+    let simulation = simulation(file(name));
     let mut gateways = Vec::new();
     let mut topics = Vec::new();
-    // What a busy machine holds up is not too old, unless that is what the drive is about.
-    let (ages, pace) =
-        if course.file().disturbances.is_empty() { (PATIENT, Pace::Paced) } else { ("", Pace::Timed) };
+    // Inputs that a busy machine delays are not too old, unless the drive is about age.
+    let (ages, pace) = if simulation.file().disturbances.is_empty() {
+        (LONG_AGE_LIMITS, Pace::Paced)
+    } else {
+        ("", Pace::Timed)
+    };
     for (mode, compat) in ["improved", "upstream"].into_iter().enumerate() {
         let keys = format!("enabled = true\ncompat = {compat:?}\n");
         let outputs = format!(
             "{ages}[turn_signal.outputs]\nturn_command = \"/{compat}/turn\"\nhazard_command = \"/{compat}/hazard\"\n"
         );
-        gateways.push(gateway(bench, course.file(), &keys, &outputs));
+        gateways.push(gateway(bench, simulation.file(), &keys, &outputs));
         topics.extend(["turn", "hazard"].map(|kind| format!("{kind}{mode}=/{compat}/{kind}")));
     }
-    let script = Script::new(&course);
+    let script = Script::new(&simulation);
     let line = bench.drive(&script, 2, pace, &topics);
-    let driven = Driven::new(&script.steps, &line, 1.0 / course.file().planning_hz);
+    let driven = Driven::new(&script.steps, &line, 1.0 / simulation.file().planning_hz);
     let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
-    for (index, mode) in MODES.into_iter().enumerate() {
-        let lost = LOST_ON_THE_WAY.iter().find(|lost| lost.name == name && lost.modes.contains(&mode));
-        let more_m = lost.and_then(|lost| lost.within_m).unwrap_or_default();
+    for (index, mode) in COMPATS.into_iter().enumerate() {
+        let deviation =
+            DEVIATIONS.iter().find(|deviation| deviation.name == name && deviation.modes.contains(&mode));
+        let more_m = deviation.and_then(|deviation| deviation.within_m).unwrap_or_default();
         let mut own = Figures::default();
         let mut wrong = driven.judge(index, &TURN, &format!("turn{index}"), more_m, &mut own);
         wrong.extend(driven.judge(index, &HAZARD, &format!("hazard{index}"), more_m, &mut own));
-        match lost.filter(|lost| lost.within_m.is_none()) {
-            Some(Lost { why, .. }) if wrong.is_empty() => {
+        match deviation.filter(|deviation| deviation.within_m.is_none()) {
+            Some(Deviation { why, .. }) if wrong.is_empty() => {
                 println!("{name}, {mode:?}: this time as expected, though {why}");
             }
-            Some(Lost { why, .. }) => {
+            Some(Deviation { why, .. }) => {
                 println!("{name}, {mode:?}: not as expected, {why}: {}", wrong.join("; "));
             }
             None => {
                 let (off_m, latency_ms) = (summary(&own.off_m), summary(&own.latency_ms));
-                let why = lost.map_or("", |lost| lost.why);
+                let why = deviation.map_or("", |deviation| deviation.why);
                 println!("{name}, {mode:?}: changes off by m {off_m}; latency ms {latency_ms} {why}");
                 report.objections.extend(wrong.iter().map(|wrong| format!("{name}, {mode:?}: {wrong}")));
                 report.figures.append(own);
@@ -259,7 +273,7 @@ fn undisturbed(name: &str, drive: impl Fn() -> Report) -> Report {
             return report;
         }
         let objections = report.objections.join("\n");
-        println!("{name}: once more, the machine stalled for {:.2} s:\n{objections}", report.stall_s);
+        println!("{name}: again, the machine stalled for {:.2} s:\n{objections}", report.stall_s);
     }
     drive()
 }
@@ -276,8 +290,8 @@ pub(crate) fn shipped() -> Vec<String> {
     let mut names: Vec<String> =
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.retain(|name| name != "README.md");
-    names.sort_by_cached_key(|name| course(file(name)).cycles().count());
-    for Lost { name, .. } in LOST_ON_THE_WAY {
+    names.sort_by_cached_key(|name| simulation(file(name)).cycles().count());
+    for Deviation { name, .. } in DEVIATIONS {
         assert!(names.iter().any(|shipped| shipped == name), "{name} is not shipped");
     }
     names
@@ -310,21 +324,21 @@ pub(crate) fn drive_through(names: Vec<String>, abreast: usize) {
     assert!(objections.is_empty(), "{}", objections.join("\n"));
 }
 
-/// The system wants them on for a while, the planner does not.
+/// The system requests them for a while, the planner does not.
 #[test]
 fn the_systems_hazard_request_is_joined_with_the_planners() {
     let bench = require!(Bench::new());
-    let course = first_part("crossing_left.toml", 45.0);
-    let mut script = Script::new(&course);
-    let is_wanted = |index: usize| (10..25).contains(&index);
-    script.add("hazard_request", |index, _| Some(if is_wanted(index) { 2 } else { 1 }));
+    let simulation = first_part("crossing_left.toml", 45.0);
+    let mut script = Script::new(&simulation);
+    let is_requested = |index: usize| (10..25).contains(&index);
+    script.add("hazard_request", |index, _| Some(if is_requested(index) { 2 } else { 1 }));
     let mut steps = script.steps.clone();
     for (index, step) in steps.iter_mut().enumerate() {
-        step.decided[0].1 = if is_wanted(index) { Hazard::Enable } else { Hazard::Disable };
+        step.decided[0].1 = if is_requested(index) { Hazard::Enable } else { Hazard::Disable };
     }
     let topics = ["turn=/planning/turn_indicators_cmd", "hazard=/planning/hazard_lights_cmd"];
     let report = undisturbed("the system's request", || {
-        let _gateway = gateway(&bench, course.file(), "enabled = true\n", PATIENT);
+        let _gateway = gateway(&bench, simulation.file(), "enabled = true\n", LONG_AGE_LIMITS);
         let line = bench.drive(&script, 1, Pace::Paced, &topics.map(str::to_owned));
         let driven = Driven::new(&steps, &line, 0.1);
         let mut report = Report { stall_s: driven.stall_s(), ..Report::default() };
@@ -339,12 +353,12 @@ fn the_systems_hazard_request_is_joined_with_the_planners() {
 
 /// Autoware's own decider commands what ours would, but for 2 s of the wrong side.
 #[test]
-fn a_shadow_publishes_nothing_and_tells_how_far_it_agrees() {
+fn a_shadow_publishes_nothing_and_reports_its_agreement() {
     let bench = require!(Bench::new());
-    let course = first_part("crossing_left.toml", 80.0);
-    let (_folder, mut process) = gateway(&bench, course.file(), "shadow = true\n", PATIENT);
+    let simulation = first_part("crossing_left.toml", 80.0);
+    let (_folder, mut process) = gateway(&bench, simulation.file(), "shadow = true\n", LONG_AGE_LIMITS);
     let reader = Reader::start(&bench.cyclone, bench.domain, &[DIAGNOSTICS, ENDPOINTS]);
-    let mut script = Script::new(&course);
+    let mut script = Script::new(&simulation);
     script.add("own_turn", |index, step| {
         Some(if (50..70).contains(&index) { Signal::Right as u8 } else { step.decided[0].0 as u8 })
     });
@@ -374,7 +388,7 @@ fn a_shadow_publishes_nothing_and_tells_how_far_it_agrees() {
         .map(|line| line["data"]["topic"].as_str().unwrap().to_owned())
         .filter(|topic| topic.ends_with("_cmd"))
         .collect();
-    // Autoware's own, and nobody else's.
+    // Autoware's own, and no other.
     assert_eq!(commanding.len(), 2, "{commanding:?}");
     process.stop("TERM");
 }

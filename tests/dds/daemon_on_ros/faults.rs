@@ -4,10 +4,10 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::dds::daemon_on_ros::{add_crossing, words};
+use crate::dds::daemon_on_ros::{add_crossing, light_text};
 use crate::support::process::Folder;
 
-/// What `replay --json` prints in 30 s of the crossing, with these faults.
+/// The output of `replay --json` in 30 s of the crossing, with these faults.
 fn replayed(faults: &str) -> String {
     let lights = format!("[ros]\nenabled = false\n[traffic_lights]\nscenario = \"crossing.xosc\"\n{faults}");
     let folder = Folder::with_demo_vehicle("can0", &lights);
@@ -27,11 +27,11 @@ fn of_topic(text: &str, part: &str) -> Vec<Value> {
 /// From the stamp to the arrival, ms; the recording begins at 1000 s.
 #[allow(clippy::cast_precision_loss)] // far below 2^52
 fn delay_ms(line: &Value) -> f64 {
-    line["t"].as_f64().unwrap() * 1e3 - (words::nanos(&line["data"]) - 1_000_000_000_000) as f64 / 1e6
+    line["t"].as_f64().unwrap() * 1e3 - (light_text::nanos(&line["data"]) - 1_000_000_000_000) as f64 / 1e6
 }
 
 fn states(lines: &[Value]) -> Vec<String> {
-    lines.iter().map(|line| words::of(&line["data"])).collect()
+    lines.iter().map(|line| light_text::of(&line["data"])).collect()
 }
 
 const CAMERA: &str = "seed = 7\nlatency_ms = 80\njitter_ms = 40\nloss = 0.1\nmiss = 0.1\nmiss_messages = 3\n\
@@ -56,7 +56,7 @@ fn the_same_seed_gives_the_same_faults_byte_for_byte_and_another_seed_others() {
 }
 
 #[test]
-fn each_fault_of_the_configuration_is_seen_on_its_topic() {
+fn each_fault_of_the_configuration_shows_on_its_topic() {
     let plain = replayed("");
     let [plain_camera, plain_v2i] = ["/internal/", "/external/"].map(|topic| of_topic(&plain, topic));
     assert!(plain_camera.iter().chain(&plain_v2i).all(|line| delay_ms(line).abs() < 0.001));
@@ -76,12 +76,13 @@ fn each_fault_of_the_configuration_is_seen_on_its_topic() {
     };
     let lost = 1.0 - share(camera.len(), plain_camera.len());
     assert!((0.05..0.15).contains(&lost), "{lost}");
-    let states_seen = states(&camera);
-    let missing = share(states_seen.iter().filter(|state| !state.contains("34806")).count(), camera.len());
+    let states_published = states(&camera);
+    let missing =
+        share(states_published.iter().filter(|state| !state.contains("34806")).count(), camera.len());
     // A spell of 3 messages begins with every tenth message that is in none.
     assert!((0.12..0.35).contains(&missing), "{missing}");
     let unknown = share(
-        states_seen.iter().filter(|state| state.contains("120666: unknown unknown circle")).count(),
+        states_published.iter().filter(|state| state.contains("120666: unknown unknown circle")).count(),
         camera.len(),
     );
     assert!((0.03..0.13).contains(&unknown), "{unknown}");
@@ -96,7 +97,7 @@ fn each_fault_of_the_configuration_is_seen_on_its_topic() {
 
     let v2i = of_topic(&faulty, "/external/");
     assert_eq!(v2i.len(), plain_v2i.len(), "a frozen sender goes on sending");
-    let stamps: Vec<_> = v2i.iter().map(|line| words::nanos(&line["data"])).collect();
+    let stamps: Vec<_> = v2i.iter().map(|line| light_text::nanos(&line["data"])).collect();
     let repeated = share(stamps.windows(2).filter(|pair| pair[0] == pair[1]).count(), stamps.len());
     assert!((0.08..0.35).contains(&repeated), "{repeated}");
     assert!(v2i.iter().map(delay_ms).any(|delay| (delay - 250.0).abs() < 0.001), "the stamp is off");

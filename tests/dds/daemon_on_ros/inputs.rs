@@ -1,4 +1,4 @@
-//! What others say over ROS 2 while it runs.
+//! Inputs of others over ROS 2 while it runs.
 
 use crate::dds::daemon_on_ros::Bench;
 use crate::dds::daemon_on_ros::peer::{CAMERA, DIAGNOSTICS, GROUND_TRUTH, V2I};
@@ -6,9 +6,9 @@ use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
 
 const INPUTS: &str = "map = \"crossroads.osm\"\n[traffic_lights.inputs]\nconventional = \"/truth\"\n\
-    conventional_detected = \"/camera\"\nv2i = \"/v2i\"\nv2i_detected = \"/v2i_seen\"\ncommand = \"/command\"\n";
+    conventional_detected = \"/camera\"\nv2i = \"/v2i\"\nv2i_detected = \"/v2i_received\"\ncommand = \"/command\"\n";
 const TRUTH: usize = 0;
-const SEEN: usize = 1;
+const DETECTED: usize = 1;
 const SENT: usize = 2;
 const RECEIVED: usize = 3;
 const COMMAND: usize = 4;
@@ -16,7 +16,7 @@ const TOPICS: [(&str, &str); 5] = [
     ("groups", "truth"),
     ("groups", "camera"),
     ("groups", "v2i"),
-    ("groups", "v2i_seen"),
+    ("groups", "v2i_received"),
     ("text", "command"),
 ];
 
@@ -32,7 +32,7 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     others.send(TRUTH, "1 34806 1 1 2 1, 34844 4 10 3 1");
     expect("truth", "34802: red on circle; 34836: red on circle; 34844: white flashing cross");
     expect("camera", "34806: red on circle; 120666: red on circle");
-    others.send(SEEN, "1 34802 0 1 0 0.5");
+    others.send(DETECTED, "1 34802 0 1 0 0.5");
     expect("camera", "34806: red on circle, unknown unknown circle 0.50; 120666: red on circle");
     reader.status(Mark::START, "traffic_lights_conventional", "detected", |count, _| count == "1");
     others.send(SENT, "1 34806 3 1 2 0.75");
@@ -55,7 +55,7 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     assert_eq!(status["message"], "an input for 999 was rejected");
     reader.status(mark, "traffic_lights_v2i", "rejected", |count, level| count == "0" && level == 0);
 
-    // Commands: nonsense, a phase of nobody, a light that is not there, then good ones.
+    // Commands: nonsense, a phase of an unknown controller, an unknown light, then good ones.
     let mark = reader.mark();
     for command in [
         "fly()",
@@ -74,12 +74,12 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     others.send(COMMAND, "ClearTrafficSignal(\"34802 v2i\")");
     expect("v2i", "34806: amber on left; 120666: amber on left");
 
-    // A group without elements: nothing is said of it any more.
+    // A group without elements: its state is removed.
     let forgotten = |task| {
         reader.status(reader.mark(), task, "detected", |count, _| count == "0");
         reader.mark()
     };
-    others.send(SEEN, "2 34806");
+    others.send(DETECTED, "2 34806");
     let mark = forgotten("traffic_lights_conventional");
     reader.wait_for_state(mark, "camera", "34806: amber on circle, red on up; 120666: amber on circle");
     others.send(RECEIVED, "2 34806");
@@ -96,7 +96,7 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
 }
 
 #[test]
-fn bytes_that_are_no_message_do_no_harm() {
+fn bytes_that_are_not_a_message_do_no_harm() {
     let bench = require!(Bench::new(INPUTS));
     let mut gateway = bench.run();
     let reader = bench.reader(&[CAMERA]);
@@ -118,7 +118,7 @@ fn bytes_that_are_no_message_do_no_harm() {
     let states: std::collections::BTreeSet<_> = reader
         .samples(Mark::START, "camera")
         .iter()
-        .map(|line| crate::dds::daemon_on_ros::words::of(&line["data"]))
+        .map(|line| crate::dds::daemon_on_ros::light_text::of(&line["data"]))
         .collect();
     assert_eq!(states.len(), 3, "nothing, red, and green as well: {states:?}");
     assert!(gateway.is_running());

@@ -1,14 +1,14 @@
-//! Who comes late, and the end.
+//! Late joiners, and the end.
 
 use serde_json::Value;
 
 use crate::dds::daemon_on_ros::Bench;
+use crate::dds::daemon_on_ros::light_text::{self, nanos};
 use crate::dds::daemon_on_ros::peer::{CAMERA, GROUND_TRUTH, V2I};
-use crate::dds::daemon_on_ros::words::{self, nanos};
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
 
-/// Messages that are kept at least for who comes late.
+/// Messages that are kept at least for late joiners.
 const DEPTH: usize = 10;
 
 /// V2I falls silent on request, so that nothing new can be taken for what was handed over.
@@ -34,17 +34,17 @@ fn a_late_joiner_gets_the_current_state_of_a_silent_topic_and_then_what_follows(
     late.wait_for_state(Mark::START, "camera", "34806: amber on circle; 120666: amber on circle");
     late.wait_for_state(Mark::START, "truth", "34802: amber on circle; 34836: amber on circle");
     let contents = |samples: Vec<Value>| samples.into_iter().map(|mut line| line["data"].take()).collect();
-    let said: Vec<Value> = contents(early.samples(Mark::START, "v2i"));
-    let newest = said.last().unwrap();
+    let published: Vec<Value> = contents(early.samples(Mark::START, "v2i"));
+    let newest = published.last().unwrap();
     late.wait(Mark::START, "v2i", "the newest", |data| (data == newest).then_some(()));
     let handed_over: Vec<Value> = contents(late.samples(Mark::START, "v2i"));
     // DDS tidies up now and then: more than the depth is handed over, and never less.
-    println!("handed over: {} of {}", handed_over.len(), said.len());
-    assert!(handed_over.len() >= DEPTH && said.ends_with(&handed_over), "{handed_over:?}");
+    println!("handed over: {} of {}", handed_over.len(), published.len());
+    assert!(handed_over.len() >= DEPTH && published.ends_with(&handed_over), "{handed_over:?}");
 
     commands.send(0, "V2ITrafficSignalStateAction(34802, green, 20)");
     let next = late.wait(Mark::START, "v2i", "what follows", |data| {
-        (nanos(data) > nanos(newest)).then(|| words::of(data))
+        (nanos(data) > nanos(newest)).then(|| light_text::of(data))
     });
     assert_eq!(next, "34806: green on circle, red on circle; 120666: red on circle");
     println!("SIGTERM: {:?}", gateway.stop("TERM"));

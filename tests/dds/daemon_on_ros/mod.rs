@@ -1,4 +1,4 @@
-//! Traffic lights and turn signal decisions end to end: scenarios, and what others say over ROS 2, come out of
+//! Traffic lights and turn signal decisions end to end: scenarios, and inputs of others over ROS 2, come out of
 //! the built binary at a reader of another make.
 //!
 //! Everything happens on the loopback.
@@ -8,16 +8,16 @@ pub(crate) mod drive;
 mod faults;
 mod inputs;
 mod joining;
+mod light_text;
 mod notes;
 mod peer;
 mod scenario;
 mod stale;
-mod words;
 
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::Missing;
 use crate::support::process::{Folder, Process, ros_in};
-use peer::{Reader, Wanted, Writer};
+use peer::{Reader, TopicToRead, Writer};
 
 const SCENARIO: &str = include_str!("crossing.xosc");
 const MAP: &str = include_str!("../../maps/crossroads.osm");
@@ -41,8 +41,8 @@ impl Bench {
         Process::run(&self.folder)
     }
 
-    fn reader(&self, wanted: &[Wanted<'_>]) -> Reader {
-        Reader::start(&self.cyclone, self.domain, wanted)
+    fn reader(&self, topics: &[TopicToRead<'_>]) -> Reader {
+        Reader::start(&self.cyclone, self.domain, topics)
     }
 
     fn writer(&self, topics: &[(&str, &str)]) -> Writer {

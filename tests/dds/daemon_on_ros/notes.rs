@@ -1,11 +1,11 @@
-//! What a scenario or a profile says that has no effect is told of.
+//! Notes on parts of a scenario or a profile that have no effect.
 
 use std::process::Command;
 
 use crate::dds::daemon_on_ros::folder;
 use crate::support::process::{Folder, Process};
 
-/// Each with its place.
+/// The notes, each with its location.
 const NOT_INTERPRETED: [&str; 3] = [
     "crossing.xosc:30:3: OpenSCENARIO/Entities: not interpreted: once, 3 elements",
     "crossing.xosc:38:9: OpenSCENARIO/Storyboard/Init/Actions/Private: not interpreted: once, 5 elements",
@@ -18,7 +18,7 @@ fn checked(folder: &Folder) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
     let output =
         command.arg("check").arg("--config").arg(folder.path().join("gateway.toml")).output().unwrap();
-    assert!(output.status.success(), "notes are nothing to be concerned about");
+    assert!(output.status.success(), "notes are not warnings");
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -46,7 +46,7 @@ fn parts_of_a_scenario_that_are_not_interpreted_are_named_by_check_and_at_the_st
 }
 
 #[test]
-fn a_profile_with_states_of_v2i_and_nowhere_to_send_them_is_noted() {
+fn a_profile_with_states_of_v2i_and_without_traffic_lights_is_noted() {
     let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles/v2x_unit.toml");
     let config = format!("profile = \"{profile}\"\n{OFF}[can.v2x]\ninterface = \"no-such-can\"\n");
     let alone = folder(&config);

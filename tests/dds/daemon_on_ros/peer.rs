@@ -6,33 +6,33 @@ use crate::support::json_process::{JsonProcess, Mark};
 use crate::support::peer::{Cyclone, Reading, Writing};
 
 /// A topic to read: kind of `tests/peer/messages.py`, name for the test, topic.
-pub(crate) type Wanted<'a> = (&'a str, &'a str, &'a str);
+pub(crate) type TopicToRead<'a> = (&'a str, &'a str, &'a str);
 
-pub(crate) const GROUND_TRUTH: Wanted<'_> = ("array_v1", "truth", "simulation/traffic_lights");
-pub(crate) const CAMERA: Wanted<'_> =
+pub(crate) const GROUND_TRUTH: TopicToRead<'_> = ("array_v1", "truth", "simulation/traffic_lights");
+pub(crate) const CAMERA: TopicToRead<'_> =
     ("groups", "camera", "perception/traffic_light_recognition/internal/traffic_signals");
-pub(crate) const V2I: Wanted<'_> =
+pub(crate) const V2I: TopicToRead<'_> =
     ("groups", "v2i", "perception/traffic_light_recognition/external/traffic_signals");
-pub(crate) const LEGACY: Wanted<'_> = ("groups", "legacy", "v2x/traffic_signals");
-pub(crate) const ARBITER: Wanted<'_> =
+pub(crate) const LEGACY: TopicToRead<'_> = ("groups", "legacy", "v2x/traffic_signals");
+pub(crate) const ARBITER: TopicToRead<'_> =
     ("groups", "arbiter", "perception/traffic_light_recognition/traffic_signals");
-pub(crate) const MARKERS: Wanted<'_> = ("markers", "markers", "traffic_light/marker");
-pub(crate) const DIAGNOSTICS: Wanted<'_> = ("diagnostics", "diagnostics", "diagnostics");
+pub(crate) const MARKERS: TopicToRead<'_> = ("markers", "markers", "traffic_light/marker");
+pub(crate) const DIAGNOSTICS: TopicToRead<'_> = ("diagnostics", "diagnostics", "diagnostics");
 /// All writers of the domain.
-pub(crate) const ENDPOINTS: Wanted<'_> = ("endpoints", "endpoints", "");
+pub(crate) const ENDPOINTS: TopicToRead<'_> = ("endpoints", "endpoints", "");
 
 /// A reader of some topics.
 pub(crate) struct Reader(JsonProcess);
 
 impl Reader {
-    /// Starts it and waits until it reads. All ask for reliable and transient local, the diagnostics for
+    /// Starts it and waits until it reads. All request reliable and transient local, the diagnostics for
     /// volatile.
-    pub(crate) fn start(cyclone: &Cyclone, domain: u16, wanted: &[Wanted<'_>]) -> Self {
-        let names: Vec<_> = wanted
+    pub(crate) fn start(cyclone: &Cyclone, domain: u16, topics_to_read: &[TopicToRead<'_>]) -> Self {
+        let names: Vec<_> = topics_to_read
             .iter()
             .map(|(kind, name, topic)| (format!("{kind}={name}"), format!("rt/{topic}")))
             .collect();
-        let topics = wanted.iter().zip(&names).map(|((kind, ..), (kind_and_name, topic))| Reading {
+        let topics = topics_to_read.iter().zip(&names).map(|((kind, ..), (kind_and_name, topic))| Reading {
             kind: kind_and_name,
             topic,
             durability: if *kind == "diagnostics" { "volatile" } else { "transient_local" },
@@ -40,7 +40,7 @@ impl Reader {
         Self(cyclone.reader(domain, &topics.collect::<Vec<_>>()))
     }
 
-    /// The present end of its output, to look from there on.
+    /// The present end of its output, to search from there on.
     pub(crate) fn mark(&self) -> Mark {
         self.0.mark()
     }
@@ -51,7 +51,7 @@ impl Reader {
         lines.filter(|line| is_sample(line, name)).collect()
     }
 
-    /// Waits for the first sample of `name` after `mark` that `find` makes something of.
+    /// Waits for the first sample of `name` after `mark` for which `find` returns a value.
     pub(crate) fn wait<T>(
         &self,
         mark: Mark,
@@ -64,11 +64,11 @@ impl Reader {
         })
     }
 
-    /// Waits until a sample after `mark` says `state`, in the words of [`crate::dds::daemon_on_ros::words`].
+    /// Waits until a sample after `mark` has `state`, as text of [`crate::dds::daemon_on_ros::light_text`].
     pub(crate) fn wait_for_state(&self, mark: Mark, name: &str, state: &str) {
         let mut last = String::new();
         self.wait(mark, name, state, |data| {
-            let now = crate::dds::daemon_on_ros::words::of(data);
+            let now = crate::dds::daemon_on_ros::light_text::of(data);
             if now != last {
                 println!("{name}: {now}");
                 last.clone_from(&now);
@@ -77,27 +77,27 @@ impl Reader {
         });
     }
 
-    /// Waits until a writer of `name` is there; gives its quality of service.
+    /// Waits until a writer of `name` is there; returns its quality of service.
     pub(crate) fn matched(&self, name: &str) -> String {
-        let is_it = |line: &Value| line["event"] == "matched" && line["kind"] == name;
-        let (_, line) = self.0.wait_for(Mark::START, &format!("a writer of {name}"), is_it);
+        let is_match = |line: &Value| line["event"] == "matched" && line["kind"] == name;
+        let (_, line) = self.0.wait_for(Mark::START, &format!("a writer of {name}"), is_match);
         line["qos"].as_str().unwrap().to_owned()
     }
 
-    /// Waits until diagnostics after `mark` say this of a task; gives the value of `key` then.
+    /// Waits until diagnostics after `mark` have a value and level of a task that satisfy `accept`; returns the status.
     pub(crate) fn status(
         &self,
         mark: Mark,
         task: &str,
         key: &str,
-        is_it: impl Fn(&str, u8) -> bool,
+        accept: impl Fn(&str, u8) -> bool,
     ) -> Value {
         let name = format!("signal_gateway: {task}");
         self.wait(mark, "diagnostics", &format!("{key} of {task}"), |data| {
             let status = data["status"].as_array()?.iter().find(|status| status["name"] == name.as_str())?;
             let value = status["values"].as_array()?.iter().find(|value| value["key"] == key)?;
             let level = u8::try_from(status["level"].as_u64()?).ok()?;
-            is_it(value["value"].as_str()?, level).then(|| status.clone())
+            accept(value["value"].as_str()?, level).then(|| status.clone())
         })
     }
 }
@@ -126,7 +126,7 @@ impl Writer {
         Self { process, topics: topics.len() }
     }
 
-    /// Sends a message, in the words of `tests/peer/writer.py`.
+    /// Sends a message, in the notation of `tests/peer/writer.py`.
     pub(crate) fn send(&self, topic: usize, text: &str) {
         let number = if self.topics == 1 { String::new() } else { format!("{topic} ") };
         self.process.send(&format!("{number}{text}"));

@@ -6,10 +6,10 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use crate::dds::daemon_on_ros::Bench;
+use crate::dds::daemon_on_ros::light_text::{self, nanos};
 use crate::dds::daemon_on_ros::peer::{
     CAMERA, DIAGNOSTICS, ENDPOINTS, GROUND_TRUTH, LEGACY, MARKERS, Reader, V2I,
 };
-use crate::dds::daemon_on_ros::words::{self, nanos};
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
 
@@ -38,20 +38,20 @@ fn expected_types(lights: &[(&str, &str)]) -> BTreeMap<String, String> {
         .collect()
 }
 
-/// What was said one after the other, with the stamp it was first said with.
+/// The states that were published one after the other, each with its first stamp.
 fn story(samples: &[Value]) -> Vec<(String, i64)> {
     let mut story: Vec<(String, i64)> = Vec::new();
     for data in samples.iter().map(|line| &line["data"]) {
-        let said = words::of(data);
-        if story.last().is_none_or(|(last, _)| *last != said) {
-            story.push((said, if data["stamp"].is_object() { nanos(data) } else { 0 }));
+        let state = light_text::of(data);
+        if story.last().is_none_or(|(last, _)| *last != state) {
+            story.push((state, if data["stamp"].is_object() { nanos(data) } else { 0 }));
         }
     }
     story
 }
 
-fn said(story: &[(String, i64)]) -> Vec<&str> {
-    story.iter().map(|(said, _)| said.as_str()).collect()
+fn states(story: &[(String, i64)]) -> Vec<&str> {
+    story.iter().map(|(state, _)| state.as_str()).collect()
 }
 
 /// Samples a second by when they were sent, of samples with these numbers: the slope of a line through
@@ -79,7 +79,7 @@ fn gap(pair: &[Value]) -> i64 {
     nanos(&pair[1]["data"]) - nanos(&pair[0]["data"])
 }
 
-/// How far a time is from a whole number of periods.
+/// Distance of a time from a whole number of periods, nanoseconds.
 fn off(ns: i64, period_ns: i64) -> i64 {
     ((ns + period_ns / 2).rem_euclid(period_ns) - period_ns / 2).abs()
 }
@@ -95,7 +95,7 @@ fn numbers(what: &str, samples: &[Value], period_ns: i64) -> Vec<f64> {
         samples.iter().map(|line| f64::from(u32::try_from(number(line)).unwrap())).collect();
     let (due, came) = (numbers.last().unwrap() + 1.0, f64::from(u32::try_from(samples.len()).unwrap()));
     println!("{what}: {came} of {due}");
-    assert!(due * f64::from(u32::try_from(period_ns).unwrap()) > 4.9e9, "{what}: too few to tell");
+    assert!(due * f64::from(u32::try_from(period_ns).unwrap()) > 4.9e9, "{what}: too few to judge");
     assert!(1.0 - came / due < MAY_BE_MISSING, "{what}: {came} of {due}");
     numbers
 }
@@ -116,7 +116,7 @@ fn a_scenario_comes_out_on_every_topic_with_its_type_its_quality_of_service_and_
     }
     // The second change to red, 11 s after the first frame, and a while more.
     let red = reader.wait(Mark::START, "v2i", "red", |data| {
-        words::of(data).starts_with("34806: red").then(|| nanos(data))
+        light_text::of(data).starts_with("34806: red").then(|| nanos(data))
     });
     reader.wait(Mark::START, "v2i", "the end", |data| (nanos(data) > red + 9_300_000_000).then_some(()));
 
@@ -136,24 +136,24 @@ fn a_scenario_comes_out_on_every_topic_with_its_type_its_quality_of_service_and_
         "34802: green on circle; 34836: green on circle",
         "34802: red on circle; 34836: green on left, red on circle",
     );
-    assert_eq!(said(&story(&truth))[..4], [go, stop, go, stop]);
-    let (go, doubt, stop) = (
+    assert_eq!(states(&story(&truth))[..4], [go, stop, go, stop]);
+    let (go, uncertain, stop) = (
         "34806: green on circle; 120666: green on circle",
         "34806: green on circle, unknown unknown circle; 120666: green on circle",
         "34806: green on left, red on circle; 120666: green on left, red on circle",
     );
     let camera_story = story(&camera);
-    assert_eq!(said(&camera_story)[..6], [go, doubt, stop, go, doubt, stop]);
+    assert_eq!(states(&camera_story)[..6], [go, uncertain, stop, go, uncertain, stop]);
     for (pair, seconds) in camera_story[1..6].windows(2).zip([2, 3, 2, 2]) {
         assert!((pair[1].1 - pair[0].1 - seconds * SECOND).abs() <= SLACK_NS, "{pair:?}");
     }
     let stop = "34806: red on circle; 120666: red on circle";
-    assert_eq!(said(&story(&v2i))[..4], [go, stop, go, stop]);
+    assert_eq!(states(&story(&v2i))[..4], [go, stop, go, stop]);
     assert_eq!(v2i.iter().map(|line| &line["data"]).collect::<Vec<_>>(), legacy_of(&legacy, &v2i));
     predictions(&v2i, &camera_story);
     markers(&reader, camera_story[2].1);
 
-    // The scenario asks for 25 Hz of V2I 8 s after its start, one frame before 1 s of the second `go`.
+    // The scenario sets 25 Hz of V2I 8 s after its start, one frame before 1 s of the second `go`.
     let change = v2i.windows(2).position(|pair| off(gap(pair), SECOND / 10) > 1_000);
     let (before, after) = v2i.split_at(change.unwrap() + 1);
     let late = nanos(&after[0]["data"]) - camera_story[3].1 - SECOND;
@@ -176,7 +176,7 @@ fn a_scenario_comes_out_on_every_topic_with_its_type_its_quality_of_service_and_
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
 }
 
-/// What came on the legacy topic with the stamps of `v2i`; the two may begin and end a message apart.
+/// The messages of the legacy topic with the stamps of `v2i`; the two may begin and end a message apart.
 fn legacy_of<'a>(legacy: &'a [Value], v2i: &'a [Value]) -> Vec<&'a Value> {
     let by_stamp: BTreeMap<i64, &Value> =
         legacy.iter().map(|line| (nanos(&line["data"]), &line["data"])).collect();
@@ -191,12 +191,12 @@ fn legacy_of<'a>(legacy: &'a [Value], v2i: &'a [Value]) -> Vec<&'a Value> {
         .collect()
 }
 
-/// In `stop`: green 3 s after its begin, green again (in doubt) 2 s later, then red.
+/// In `stop`: green 3 s after its begin, green again (uncertain) 2 s later, then red.
 fn predictions(v2i: &[Value], camera_story: &[(String, i64)]) {
     let begin = camera_story[2].1;
-    let is_it = |data: &&Value| (begin..begin + 3 * SECOND).contains(&nanos(data));
-    let mut looked_at = 0;
-    for data in v2i.iter().map(|line| &line["data"]).filter(is_it).skip(1) {
+    let is_stop = |data: &&Value| (begin..begin + 3 * SECOND).contains(&nanos(data));
+    let mut checked = 0;
+    for data in v2i.iter().map(|line| &line["data"]).filter(is_stop).skip(1) {
         for group in data["traffic_light_groups"].as_array().unwrap() {
             let listed = group["predictions"].as_array().unwrap().iter();
             let listed: Vec<_> = listed
@@ -205,18 +205,18 @@ fn predictions(v2i: &[Value], camera_story: &[(String, i64)]) {
                     assert_eq!(prediction["reliability"], json!(1.0));
                     let after = nanos(&prediction["predicted_stamp"]) - begin;
                     let after_ms = (after + SLACK_NS).div_euclid(2 * SLACK_NS) * 500;
-                    (after_ms, words::list_of(prediction["simultaneous_elements"].as_array().unwrap()))
+                    (after_ms, light_text::list_of(prediction["simultaneous_elements"].as_array().unwrap()))
                 })
                 .collect();
             let expected = [(3_000, "green on circle"), (5_000, "green on circle"), (7_000, "red on circle")];
             assert_eq!(listed[..3], expected.map(|(at, text)| (at, text.to_owned())), "{data}");
-            looked_at += 1;
+            checked += 1;
         }
     }
-    assert!(looked_at > 40, "{looked_at}");
+    assert!(checked > 40, "{checked}");
 }
 
-/// Lamps of the two heads, from 8 s on also of the third one, whose yellow V2I tells of.
+/// Lamps of the two heads, from 8 s on also of the third one, which V2I shows yellow.
 fn markers(reader: &Reader, red_from: i64) {
     let samples = reader.samples(Mark::START, "markers");
     let at = |data: &Value, id: i64| {
@@ -255,8 +255,8 @@ fn an_older_autoware_gets_its_own_types() {
     let older = [CAMERA, V2I, LEGACY].map(|(_, name, topic)| ("signals", name, topic));
     let reader = bench.reader(&[older[0], older[1], older[2], ENDPOINTS]);
     let mut gateway = bench.run();
-    let doubt = "34806: green on circle, unknown unknown circle; 120666: green on circle";
-    reader.wait_for_state(Mark::START, "camera", doubt);
+    let uncertain = "34806: green on circle, unknown unknown circle; 120666: green on circle";
+    reader.wait_for_state(Mark::START, "camera", uncertain);
     for name in ["v2i", "legacy"] {
         reader.wait_for_state(Mark::START, name, "34806: red on circle; 120666: red on circle");
     }

@@ -1,4 +1,4 @@
-//! States of V2I that nobody renews, and those of a V2X unit on a CAN bus, which watches over them itself.
+//! States of V2I that are not renewed, and those of a V2X unit on a CAN bus, which monitors them itself.
 
 use std::fmt::Write as _;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::dds::daemon_on_ros::peer::{CAMERA, DIAGNOSTICS, V2I};
-use crate::dds::daemon_on_ros::{Bench, folder, words};
+use crate::dds::daemon_on_ros::{Bench, folder, light_text};
 use crate::support::json_process::Mark;
 use crate::support::prerequisite::require;
 
@@ -31,12 +31,12 @@ fn v2i_states_that_are_not_renewed_are_removed_and_others_stay() {
         let mark = reader.mark();
         reader.wait_for_state(mark, "v2i", "");
         let status = reader.status(mark, "traffic_lights_v2i", "stale", is_stale);
-        assert_eq!(status["message"], "lights are no longer renewed");
+        assert_eq!(status["message"], "lights are no longer received");
         let mark = reader.mark();
         reader.wait_for_state(mark, "camera", RED);
     }
     let states: Vec<_> =
-        reader.samples(Mark::START, "v2i").iter().map(|line| words::of(&line["data"])).collect();
+        reader.samples(Mark::START, "v2i").iter().map(|line| light_text::of(&line["data"])).collect();
     let mut changes = states.clone();
     changes.dedup();
     assert_eq!(changes, ["", RED, "", RED, ""]);
@@ -66,7 +66,7 @@ fn a_state_that_a_v2x_unit_keeps_sending_over_can_stays_and_goes_when_it_is_sile
     let mut log = String::new();
     for tenth in 0_u8..50 {
         let second = 1000.0 + f64::from(tenth) / 10.0;
-        // The radio is well all the time, the light is told of for 3 s.
+        // The radio works all the time, the light is sent for 3 s.
         writeln!(log, "({second:.6}) can0 5A2#0100").unwrap();
         if tenth < 30 {
             writeln!(log, "({:.6}) can0 5A0#{}", second + 0.001, red_ahead(tenth)).unwrap();
@@ -81,7 +81,7 @@ fn a_state_that_a_v2x_unit_keeps_sending_over_can_stays_and_goes_when_it_is_sile
     for line in String::from_utf8(output.stdout).unwrap().lines() {
         let line: Value = serde_json::from_str(line).unwrap();
         if line["topic"].as_str().unwrap().contains("external") {
-            let state = words::of(&line["data"]);
+            let state = light_text::of(&line["data"]);
             if story.last().is_none_or(|(last, _)| *last != state) {
                 story.push((state, line["t"].as_f64().unwrap()));
             }

@@ -1,4 +1,4 @@
-//! The gateway's side of tests with Autoware: its topics, and what it tells of what it was told.
+//! The gateway's side of tests with Autoware: its topics, and the inputs that it received, as JSON.
 
 use serde_json::{Value, json};
 use signal_gateway::core::command::input::CommandInput;
@@ -25,7 +25,7 @@ pub(crate) const KINDS: [(&str, SubscriptionKind); 12] = [
 ];
 
 pub(crate) fn subscriptions() -> Vec<Subscription> {
-    // Deeper than they are: what is overtaken in time is not lost on the way.
+    // Deeper than they are: a sample that is overtaken in time is not lost.
     let deep = |kind, name: &str| Subscription { depth: 40, ..Subscription::new(name, kind) };
     KINDS.iter().map(|(name, kind)| deep(*kind, &format!("/{name}"))).collect()
 }
@@ -38,13 +38,13 @@ pub(crate) fn topics() -> Topics {
     }
 }
 
-/// What was received; of a large path the number of points. Nothing for what is not of Autoware.
+/// The input that was received, as JSON; of a large path the number of points. Null for other inputs.
 pub(crate) fn shown(input: &Input) -> Value {
     match input {
         Input::Planner(PlannerInput::PlannedPath(points)) if points.len() > 100 => {
             json!({"points": points.len()})
         }
-        Input::Planner(told) => json!({"told": format!("{told:?}")}),
+        Input::Planner(input) => json!({"input": format!("{input:?}")}),
         Input::Command(CommandInput::Turn { source: CommandSource::Topic, command, stamp }) => {
             json!({"turn": number(*command, |command| command as u8), "sec": stamp.sec()})
         }

@@ -1,5 +1,5 @@
 //! The gateway's side of tests with traffic lights and subscriptions: its topics, what it sends, and
-//! what it tells of what it received.
+//! its reports of received messages.
 
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -70,12 +70,12 @@ pub(crate) fn subscriptions() -> Vec<Subscription> {
 }
 
 /// `lights TOPIC SEC` sends one emission with a stamp of SEC s; `lights TOPIC SEC COUNT TIMES` sends so
-/// many of COUNT groups each, 30 a second, stamps ascending from SEC, and tells when it is done.
+/// many of COUNT groups each, 30 a second, stamps ascending from SEC, and reports when it is done.
 pub(crate) fn send(session: &RosSession, command: &str) {
-    let words: Vec<&str> = command.split(' ').collect();
-    let (first, topic): (i64, _) = (words[2].parse().unwrap(), words[1]);
-    let count = words.get(3).map_or(1, |count| count.parse().unwrap());
-    let times = words.get(4).map_or(1, |times| times.parse().unwrap());
+    let arguments: Vec<&str> = command.split(' ').collect();
+    let (first, topic): (i64, _) = (arguments[2].parse().unwrap(), arguments[1]);
+    let count = arguments.get(3).map_or(1, |count| count.parse().unwrap());
+    let times = arguments.get(4).map_or(1, |times| times.parse().unwrap());
     let (topic, content) = content(topic, count);
     let begin = Instant::now();
     let mut longest = Duration::ZERO;
@@ -83,12 +83,12 @@ pub(crate) fn send(session: &RosSession, command: &str) {
         thread::sleep((Duration::from_secs(1) / 30 * number).saturating_sub(begin.elapsed()));
         let content = content.clone();
         let stamp = WallStamp::from_nanos(sec * 1_000_000_000);
-        let (output, asked) = (
+        let (output, sent_at) = (
             Output::TrafficLights(TrafficLightOutput::Publish(Emission { topic, stamp, content })),
             Instant::now(),
         );
         session.send(&output);
-        longest = longest.max(asked.elapsed());
+        longest = longest.max(sent_at.elapsed());
     }
     if times > 1 {
         println!("{}", json!({"event": "sent", "longest_call_us": longest.as_micros()}));
@@ -121,7 +121,7 @@ fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
     }
 }
 
-/// Tells of each arrival, with the time of day.
+/// Prints each arrival, with the time of day.
 pub(crate) fn tell_arrivals(inbox: &Inbox) {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {

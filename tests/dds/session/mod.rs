@@ -21,7 +21,7 @@ use crate::support::peer::inside;
 /// The environment variable that makes [`process::session_process`] a session, with a [`Role`].
 const ROLE: &str = "SIGNAL_GATEWAY_TEST_SESSION";
 
-/// What a session is started with.
+/// Arguments of a session.
 #[derive(Debug, Clone)]
 pub(crate) struct Role {
     settings: Value,
@@ -113,7 +113,7 @@ impl Gateway {
         self.0.next("its status", |line| line["event"] == "status")
     }
 
-    /// Waits until its status is as wanted.
+    /// Waits until its status is as required.
     pub(crate) fn wait_until(&self, what: &str, is_it: impl Fn(&Value) -> bool) -> Value {
         self.wait_while_doing(what, is_it, || thread::sleep(Duration::from_millis(20)))
     }

@@ -1,4 +1,4 @@
-//! The gateway's side of the tests: a session told what to do over standard input.
+//! The gateway's side of the tests: a session that takes commands over standard input.
 
 use std::io::BufRead;
 use std::thread;
@@ -71,9 +71,9 @@ fn session_process() {
                 );
             }
             "stop" => {
-                let asked = Instant::now();
+                let requested_at = Instant::now();
                 session.stop();
-                println!("{}", json!({"event": "stopped", "millis": asked.elapsed().as_millis()}));
+                println!("{}", json!({"event": "stopped", "millis": requested_at.elapsed().as_millis()}));
                 return;
             }
             command if command.starts_with("lights") => lights::send(&session, command),
@@ -85,14 +85,14 @@ fn session_process() {
 /// Labels of what is always written.
 const REPORTS: [&str; 3] = ["turn", "hazard", "diagnostics"];
 
-fn readers(topics: &[OutgoingStatus], is_asked_for: impl Fn(&str) -> bool) -> Vec<usize> {
-    topics.iter().filter(|topic| is_asked_for(topic.label)).map(|topic| topic.readers).collect()
+fn readers(topics: &[OutgoingStatus], is_requested: impl Fn(&str) -> bool) -> Vec<usize> {
+    topics.iter().filter(|topic| is_requested(topic.label)).map(|topic| topic.readers).collect()
 }
 
 fn output(command: &str) -> Output {
-    let words: Vec<&str> = command.split(' ').collect();
-    let stamp = || WallStamp::from_nanos(words[2].parse::<i64>().unwrap() * 1_000_000_000 + 1);
-    match (words[0], words[1]) {
+    let arguments: Vec<&str> = command.split(' ').collect();
+    let stamp = || WallStamp::from_nanos(arguments[2].parse::<i64>().unwrap() * 1_000_000_000 + 1);
+    match (arguments[0], arguments[1]) {
         ("turn", "withdraw") => Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators),
         ("turn", "left") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
             report: TurnIndicators::EnableLeft,

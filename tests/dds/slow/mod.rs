@@ -1,4 +1,4 @@
-//! What takes longer than a quick run may: leases as they really are, and all drives.
+//! Tests that take longer than a quick run may: leases of real length, and all drives.
 
 mod drives;
 mod outage;

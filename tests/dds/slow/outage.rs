@@ -9,7 +9,7 @@ use crate::dds::session::Role;
 use crate::support::peer::{Cyclone, domain};
 use crate::support::prerequisite::require;
 
-/// Cyclone asks addresses that never answered every 30 s, if told not to forget them.
+/// Cyclone queries addresses that never answered every 30 s, if configured to keep them.
 #[test]
 fn without_multicast_too_reports_flow_again_after_an_outage_and_others_miss_nothing() {
     let unicast = "<ParticipantIndex>auto</ParticipantIndex><Peers><Peer Address=\"10.77.0.1\" PruneDelay=\"inf\"/></Peers></Discovery>\

@@ -6,7 +6,7 @@ use crate::pure::config_refusals::{load_texts, sound};
 type Row = (&'static str, &'static str, &'static str, &'static str);
 
 const ROWS: &[Row] = &[
-    // A behaviour of the turn signal decider.
+    // A mode of the turn signal decider.
     ("compat = @@'path_generator'", "compat", "unknown value \"path_generator\"", "improved, upstream"),
     ("v2i_rate_hz = @@0", "v2i_rate_hz", "0 Hz is out of range", "0.001 to 1000"),
     ("frame_rate_hz = @@nan", "frame_rate_hz", "nan Hz", "0.001 to 1000"),
@@ -32,6 +32,22 @@ const ROWS: &[Row] = &[
     ("inputs.v2i = @@'/v2x/traffic_signals'", "inputs.v2i", "another topic has this name", "its own"),
     ("arbiter.source_priority = @@'x'", "arbiter.source_priority", "unknown value \"x\"", "confidence"),
     ("arbiter.external_time_tolerance_s = @@-1", "arbiter.external_time_tolerance_s", "-1 s", "0 to 3600 s"),
+    ("faults.v2i.loss = @@1.1", "faults.v2i.loss", "1.1 is out of range", "0 to 1"),
+    ("faults.v2i.loss = @@nan", "faults.v2i.loss", "nan is out of range", "0 to 1"),
+    ("faults.v2i.unknown = @@-0.1", "faults.v2i.unknown", "-0.1 is out of range", "0 to 1"),
+    ("faults.v2i.freeze = @@2", "faults.v2i.freeze", "2 is out of range", "0 to 1"),
+    ("faults.v2i.freeze_messages = @@0.5", "faults.v2i.freeze_messages", "0.5 messages", "1 "),
+    ("faults.v2i.miss_messages = @@inf", "faults.v2i.miss_messages", "inf messages", "1 "),
+    ("faults.v2i.miss = @@-1", "faults.v2i.miss", "-1 is out of range", "0 to 1"),
+    ("faults.v2i.confidence = @@1.5", "faults.v2i.confidence", "1.5 is out of range", "0 to 1"),
+    ("faults.v2i.confidence_spread = @@nan", "faults.v2i.confidence_spread", "nan is out of range", "0 "),
+    ("faults.v2i.latency_ms = @@61000", "faults.v2i.latency_ms", "61000 ms", "0 to 60000 ms"),
+    (
+        "faults.v2i.confusion = [{ from = 'red', to = 'green', probability = @@1.2 }]",
+        "faults.v2i.confusion[1].probability",
+        "1.2 is out of range",
+        "0 to 1",
+    ),
 ];
 
 #[test]

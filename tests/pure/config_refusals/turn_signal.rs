@@ -69,7 +69,7 @@ fn broken_sections_are_refused_where_they_break() {
                 section!("country = @@\"FR\""),
                 "turn_signal.country",
                 "no rules for \"FR\"",
-                "give JP, DE, KR",
+                "give AT, CH, DE",
             ),
             row(
                 ROS,

@@ -3,6 +3,7 @@
 mod commands;
 mod lights;
 mod planner;
+mod process;
 mod traffic_lights;
 
 use signal_gateway::core::can::frame::CanId;
@@ -21,6 +22,7 @@ pub(super) fn drive_all(said: &mut Said) {
     commands::drive(said);
     planner::drive(said);
     traffic_lights::drive(said);
+    process::drive(said);
 }
 
 /// A gateway whose statuses are looked at after each input and each while.

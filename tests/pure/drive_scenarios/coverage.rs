@@ -1,6 +1,6 @@
-//! What the shipped scenarios are for: each manoeuvre, each conflict pattern, each weakness of upstream.
+//! The subjects of the shipped scenarios: each manoeuvre, each conflict pattern, each weakness of upstream.
 
-/// Manoeuvres and what can happen to inputs, with the scenarios that drive them.
+/// Manoeuvres and faults of inputs, with the scenarios that drive them.
 pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("intersection, left", &["crossing_left.toml", "short_signal_distance.toml"]),
     ("intersection, right", &["crossing_right.toml"]),
@@ -46,7 +46,7 @@ pub(crate) const CONFLICTS: &[(&str, &str, &[&str])] = &[
     ("C11", "conflict_11_together_later_first.toml", &["B2"]),
 ];
 
-/// Scenarios in which upstream's commands show a weakness that the default behaviour has not.
+/// Scenarios in which upstream's commands show a weakness that improved ones have not.
 pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     ("W1", &["slowing_before_turn.toml"]),
     ("W2", &["reroute_short_signal.toml"]),
@@ -77,8 +77,8 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Where both behaviours show the same sides in the same order, and only the darkness between two
-/// signals (W2) is longer by default.
+/// Scenarios in which upstream and improved show the same sides in the same order, and only the gap between two
+/// signals (W2) is longer when improved.
 pub(crate) const ONLY_A_GAP: &[&str] = &[
     "avoidance_before_turn.toml",
     "avoidance_narrow_road.toml",

@@ -1,5 +1,4 @@
-//! Every shipped drive scenario, driven in both behaviours: expectations, coverage, and what holds of all
-//! of them.
+//! Every shipped drive scenario, driven improved and as upstream: expectations, coverage, and laws for all of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -12,8 +11,8 @@ use signal_gateway::core::turn_signal::compat::DeciderCompat::{Improved, PathGen
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
-use signal_gateway::desk::drive::course::Course;
 use signal_gateway::desk::drive::run::Run;
+use signal_gateway::desk::drive::simulation::DriveSimulation;
 use signal_gateway::desk::drive::verdict::Verdicts;
 use signal_gateway::report::drive::Verdict;
 
@@ -26,18 +25,18 @@ struct Shown {
     at_m: f64,
     turn: Signal,
     hazard: Hazard,
-    /// Decided by weighing; otherwise a signal may be cut short.
-    is_weighed: bool,
+    /// Candidates were evaluated; otherwise a signal may be switched off early.
+    has_candidates: bool,
 }
 
-/// One scenario in one behaviour.
+/// One scenario with one `compat`.
 struct Driven {
     shown: Vec<Shown>,
     met: usize,
     failures: Vec<String>,
 }
 
-/// One scenario, upstream's behaviour and the default one, and the path generator's where the file is for it.
+/// One scenario, driven as upstream and improved, and as the path generator where the file is for it.
 struct Scenario {
     file: DriveFile,
     upstream: Driven,
@@ -75,10 +74,11 @@ fn names() -> Vec<String> {
 
 fn scenario(name: &str) -> Scenario {
     let file = read(&Disk, &folder().join(name)).unwrap_or_else(|refused| panic!("{name}: {refused}"));
-    let course = Course::new(file.clone()).unwrap_or_else(|refused| panic!("{name}: {refused}"));
+    let simulation = DriveSimulation::new(file.clone()).unwrap_or_else(|refused| panic!("{name}: {refused}"));
     let all = [Upstream, Improved, PathGenerator];
-    let mut runs = all.map(|mode| (Run::new(&course, mode), Verdicts::new(&course, mode), Vec::new()));
-    for cycle in course.cycles() {
+    let mut runs =
+        all.map(|compat| (Run::new(&simulation, compat), Verdicts::new(&simulation, compat), Vec::new()));
+    for cycle in simulation.cycles() {
         for (run, verdicts, shown) in &mut runs {
             let decision = run.step(&cycle);
             verdicts.take(&cycle, &decision);
@@ -87,7 +87,7 @@ fn scenario(name: &str) -> Scenario {
                 at_m: cycle.at_m,
                 turn: decision.turn,
                 hazard: decision.hazard,
-                is_weighed: matches!(decision.basis, Basis::Candidates(_)),
+                has_candidates: matches!(decision.basis, Basis::Candidates(_)),
             });
         }
     }
@@ -95,7 +95,7 @@ fn scenario(name: &str) -> Scenario {
         let Verdict { met, failed, .. } = verdicts.verdict();
         Driven { shown, met, failures: failed.iter().map(ToString::to_string).collect() }
     });
-    let path_generator = file.modes.contains(&PathGenerator).then_some(path_generator);
+    let path_generator = file.compats.contains(&PathGenerator).then_some(path_generator);
     Scenario { file, upstream, improved, path_generator }
 }
 
@@ -111,7 +111,7 @@ impl Driven {
         sides
     }
 
-    /// For people.
+    /// The commands with their positions, for messages.
     fn story(&self) -> String {
         let mut story = String::new();
         let mut before = None;
@@ -128,13 +128,13 @@ impl Driven {
 fn every_shipped_scenario_keeps_its_expectations() {
     let mut failures = Vec::new();
     for (name, scenario) in &*SCENARIOS {
-        assert_eq!(scenario.file.modes[..2], [Improved, Upstream], "{name}: for both behaviours");
-        let both = [("upstream", &scenario.upstream), ("default", &scenario.improved)];
+        assert_eq!(scenario.file.compats[..2], [Improved, Upstream], "{name}: for both");
+        let both = [("upstream", &scenario.upstream), ("improved", &scenario.improved)];
         let path_generator = scenario.path_generator.iter().map(|driven| ("path generator", driven));
-        for (mode, driven) in both.into_iter().chain(path_generator) {
-            assert!(driven.met + driven.failures.len() > 0, "{name}: nothing is expected, {mode}");
+        for (compat, driven) in both.into_iter().chain(path_generator) {
+            assert!(driven.met + driven.failures.len() > 0, "{name}: nothing is expected, {compat}");
             if !driven.failures.is_empty() {
-                failures.push(format!("{name}, {mode}:{}", driven.story()));
+                failures.push(format!("{name}, {compat}:{}", driven.story()));
                 failures.extend(driven.failures.iter().cloned());
             }
         }
@@ -152,15 +152,15 @@ fn manoeuvres_conflicts_and_weaknesses_are_covered() {
     let shipped: BTreeSet<&str> = SCENARIOS.keys().map(String::as_str).collect();
     assert_eq!(used, shipped);
     for (pattern, file, cases) in CONFLICTS {
-        for (mode, wanted) in
-            [Upstream, Improved].into_iter().flat_map(|mode| cases.iter().map(move |case| (mode, *case)))
+        for (compat, case) in
+            [Upstream, Improved].into_iter().flat_map(|compat| cases.iter().map(move |case| (compat, *case)))
         {
             let expects = SCENARIOS[*file].file.expectations.iter().any(|expected| {
-                let case = expected.wanted.case.map(|case| case.to_string());
-                expected.modes.contains(&mode) && case.as_deref() == Some(wanted)
+                let decided = expected.decision.case.map(|case| case.to_string());
+                expected.compats.contains(&compat) && decided.as_deref() == Some(case)
             });
-            // Half a second of A4 is too short to be expected by place where a gap follows.
-            assert!(expects || wanted == "A4" && mode == Improved, "{pattern}: {wanted} in {file}, {mode:?}");
+            // Half a second of A4 is too short to be expected by position where a gap follows.
+            assert!(expects || case == "A4" && compat == Improved, "{pattern}: {case} in {file}, {compat:?}");
         }
     }
     let numbers: Vec<&str> = WEAKNESSES.iter().map(|(weakness, _)| *weakness).collect();
@@ -168,32 +168,32 @@ fn manoeuvres_conflicts_and_weaknesses_are_covered() {
 }
 
 #[test]
-fn the_behaviours_differ_where_a_weakness_shows_and_nowhere_else() {
+fn improved_differs_from_upstream_where_a_weakness_shows_and_nowhere_else() {
     let weak: BTreeSet<&str> = WEAKNESSES.iter().flat_map(|(_, files)| files.iter().copied()).collect();
     for (name, Scenario { upstream, improved, .. }) in &*SCENARIOS {
         let same = upstream.commands() == improved.commands();
-        let told = format!("{name}\nupstream:{}\ndefault:{}", upstream.story(), improved.story());
+        let stories = format!("{name}\nupstream:{}\nimproved:{}", upstream.story(), improved.story());
         if weak.contains(name.as_str()) {
-            assert!(!same, "{told}");
+            assert!(!same, "{stories}");
         } else if ONLY_A_GAP.contains(&name.as_str()) {
-            assert!(!same, "{told}");
-            assert_eq!(upstream.sides(), improved.sides(), "{told}");
+            assert!(!same, "{stories}");
+            assert_eq!(upstream.sides(), improved.sides(), "{stories}");
         } else {
-            assert!(same, "{told}");
+            assert!(same, "{stories}");
         }
     }
 }
 
 #[test]
-fn the_path_generator_differs_from_both_other_behaviours() {
+fn the_path_generator_differs_from_both_others() {
     let mut differing = 0;
     for (name, Scenario { upstream, improved, path_generator, .. }) in &*SCENARIOS {
         let Some(path_generator) = path_generator else { continue };
-        let told = format!("{name}\npath generator:{}", path_generator.story());
+        let stories = format!("{name}\npath generator:{}", path_generator.story());
         for other in [upstream, improved] {
-            assert_ne!(path_generator.commands(), other.commands(), "{told}\nother:{}", other.story());
+            assert_ne!(path_generator.commands(), other.commands(), "{stories}\nother:{}", other.story());
         }
-        assert!(path_generator.shown.iter().all(|shown| shown.hazard == Hazard::NoCommand), "{told}");
+        assert!(path_generator.shown.iter().all(|shown| shown.hazard == Hazard::NoCommand), "{stories}");
         differing += 1;
     }
     assert!(differing >= 3, "{differing} drives are for the path generator");
@@ -213,7 +213,7 @@ fn by_default_no_signal_is_too_short_and_a_gap_lies_between_two() {
                     assert_eq!(next, None, "{name}: from {side} to the other at {:.1} m", shown.at_m);
                     let long_enough = after(since, shown.at_s) >= min_durations.minimum_on;
                     assert!(
-                        long_enough || !shown.is_weighed,
+                        long_enough || !shown.has_candidates,
                         "{name}: {side} too short at {:.1} m",
                         shown.at_m
                     );

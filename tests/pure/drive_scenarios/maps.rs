@@ -27,7 +27,7 @@ fn lanelet(map: &LaneNetwork, id: i64) -> &Lane {
     map.lane(id).unwrap_or_else(|| panic!("no lanelet {id}"))
 }
 
-/// Whether there is a lane on the left and on the right.
+/// A lane on the left, a lane on the right.
 fn beside(map: &LaneNetwork, id: i64) -> [bool; 2] {
     let lanelet = lanelet(map, id);
     [lanelet.left.lane, lanelet.right.lane]
@@ -52,7 +52,7 @@ fn the_shipped_maps_are_what_the_generator_makes() {
     }
 }
 
-/// Routes that must be drivable, and how many lanelets and roads lead on from nowhere to nowhere.
+/// Routes that must be drivable, and the numbers of lanelets and of connections.
 #[test]
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);

@@ -1,5 +1,5 @@
-//! The shipped maps and drive scenarios: each map is what its generator makes and says what its
-//! description says, each scenario keeps its expectations in both behaviours.
+//! The shipped maps and drive scenarios: each map is what its generator makes and has what its
+//! description names, each scenario keeps its expectations, improved and as upstream.
 
 mod coverage;
 mod drives;

@@ -1,4 +1,4 @@
-//! Any bytes are refused in words or accepted, but read to the end without a panic.
+//! Any bytes are refused with a reason or accepted, without a panic.
 
 use proptest::prelude::*;
 use proptest::test_runner::Config;
@@ -56,7 +56,7 @@ const PIECES: &[&str] = &[
     "<<: ",
 ];
 
-fn assert_words(which: usize, bytes: &[u8]) -> Result<(), TestCaseError> {
+fn assert_reasons(which: usize, bytes: &[u8]) -> Result<(), TestCaseError> {
     for compat in [Compat::Improved, Compat::Upstream] {
         match read_as(compat, NAMES[which], bytes) {
             Ok(file) => {
@@ -83,23 +83,23 @@ proptest! {
     #![proptest_config(Config { cases: 1_000, failure_persistence: None, ..Config::default() })]
 
     #[test]
-    fn arbitrary_bytes_are_refused_in_words(
+    fn arbitrary_bytes_are_refused_with_a_reason(
         which in 0..3_usize,
         bytes in proptest::collection::vec(any::<u8>(), 0..200),
     ) {
-        assert_words(which, &bytes)?;
+        assert_reasons(which, &bytes)?;
     }
 
     #[test]
-    fn pieces_in_any_order_are_refused_in_words(
+    fn pieces_in_any_order_are_refused_with_a_reason(
         which in 0..3_usize,
         pieces in proptest::collection::vec(proptest::sample::select(PIECES), 0..30),
     ) {
-        assert_words(which, pieces.concat().as_bytes())?;
+        assert_reasons(which, pieces.concat().as_bytes())?;
     }
 
     #[test]
-    fn damaged_scenarios_are_refused_in_words(
+    fn damaged_scenarios_are_refused_with_a_reason(
         which in 0..3_usize,
         damages in proptest::collection::vec((any::<usize>(), 0..30_usize, proptest::sample::select(PIECES)), 1..4),
     ) {
@@ -109,6 +109,6 @@ proptest! {
             let to = (from + cut).min(bytes.len());
             bytes.splice(from..to, piece.bytes());
         }
-        assert_words(which, &bytes)?;
+        assert_reasons(which, &bytes)?;
     }
 }

@@ -9,7 +9,7 @@ use signal_gateway::core::compat::Compat;
 use crate::pure::scenario_refusals::{accepted, read_as};
 
 #[test]
-fn files_that_are_not_scenarios_are_refused_in_words() {
+fn files_that_are_not_scenarios_are_refused_with_a_reason() {
     let deep_xml = "<a>".repeat(50_000) + &"</a>".repeat(50_000);
     let deeper_xml = "<a>".repeat(400_000);
     let deep_list = "[".repeat(100_000);
@@ -61,13 +61,13 @@ fn files_that_are_not_scenarios_are_refused_in_words() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_refused_by_its_name() {
+fn a_missing_file_is_refused_by_its_name() {
     let refused = read(&Disk, Path::new("no/such.xosc"), Compat::Improved).unwrap_err();
     assert!(refused.to_string().starts_with("no/such.xosc: cannot read it: "), "{refused}");
 }
 
 #[test]
-fn a_byte_order_mark_does_no_harm() {
+fn a_byte_order_mark_is_skipped() {
     for (name, text) in [
         ("s.xosc", "\u{FEFF}<?xml version=\"1.0\"?><OpenSCENARIO><Storyboard/></OpenSCENARIO>"),
         ("s.yaml", "\u{FEFF}OpenSCENARIO:\n  RoadNetwork: { LogicFile: { filepath: x.osm } }"),
@@ -82,6 +82,6 @@ fn a_byte_order_mark_does_no_harm() {
 fn huge_names_make_short_refusals() {
     let name = "n\\n".repeat(300_000);
     let problems = read_as(Compat::Improved, "s.toml", format!("\"{name}\" = 1").as_bytes()).unwrap_err();
-    let told = problems[0].to_string();
-    assert!(!told.contains('\n') && told.chars().count() < 1500, "{told}");
+    let text = problems[0].to_string();
+    assert!(!text.contains('\n') && text.chars().count() < 1500, "{text}");
 }

@@ -1,4 +1,4 @@
-//! Scenario files: what is refused, with which place and words; what is accepted, and what is left out.
+//! Scenario files: refusals with their locations and texts, accepted files, and parts that are left out.
 
 mod garbled;
 mod hostile;
@@ -32,11 +32,10 @@ fn shown(problems: &[Problem]) -> String {
     problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
-/// What must be refused: the text, `@@` at the place that must be named; the key; parts of reason and
-/// remedy.
+/// A text to be refused, with `@@` at the location that must be named; the key; parts of reason and remedy.
 type Row<'a> = (&'a str, &'a str, &'a str, &'a str);
 
-/// Every text must be refused with exactly one problem, at its mark, in those words.
+/// Checks that every text is refused with exactly one problem, at its mark and with those parts.
 fn assert_refused(compat: Compat, name: &str, rows: &[(String, Row<'_>)]) {
     let mut wrong = Vec::new();
     for (marked, (part, key, reason, remedy)) in rows {

@@ -1,4 +1,4 @@
-//! What is refused in OpenSCENARIO, in XML and as TIER IV writes it.
+//! Refusals of OpenSCENARIO, in XML and as TIER IV writes it.
 
 use signal_gateway::core::compat::Compat;
 
@@ -103,17 +103,17 @@ fn controllers_and_phases_that_cannot_run_are_refused() {
 }
 
 #[test]
-fn all_of_a_circle_and_nobody_else_is_refused() {
-    let follows = |name: &str, whom: &str| {
-        format!("<TrafficSignalController name=\"{name}\" reference=\"{whom}\" delay=\"1\"/>\n")
+fn exactly_the_controllers_of_a_circle_are_refused() {
+    let follows = |name: &str, reference: &str| {
+        format!("<TrafficSignalController name=\"{name}\" reference=\"{reference}\" delay=\"1\"/>\n")
     };
     let network = [("behind", "B"), ("B", "C"), ("C", "D"), ("alone", "alone"), ("D", "B")]
-        .map(|(name, whom)| follows(name, whom))
+        .map(|(name, reference)| follows(name, reference))
         .concat();
     let problems = read_text("s.xosc", &document(&network, "")).unwrap_err();
     let reasons: Vec<_> = problems.iter().map(|problem| problem.reason.as_str()).collect();
-    let wanted = ["B", "C", "alone", "D"].map(|name| format!("{name:?} waits for itself to begin"));
-    assert_eq!(reasons, wanted);
+    let expected = ["B", "C", "alone", "D"].map(|name| format!("{name:?} waits for itself to begin"));
+    assert_eq!(reasons, expected);
 }
 
 #[test]
@@ -185,8 +185,8 @@ fn conditions_that_cannot_be_tested_are_refused() {
         </Condition></ConditionGroup></StartTrigger></Act>";
     let row = (waits, "Ref", "2 events are called \"e\"", "Act::Name");
     refused(&[row], |part| document("", &format!("<Story>{part}</Story>")));
-    let told = waits.replace("@@e", "a::e");
-    let file = accepted(Compat::Improved, "s.xosc", &document("", &format!("<Story>{told}</Story>")));
+    let qualified = waits.replace("@@e", "a::e");
+    let file = accepted(Compat::Improved, "s.xosc", &document("", &format!("<Story>{qualified}</Story>")));
     let test = &file.scenario.acts[1].start.as_ref().unwrap().groups[0][0].test;
     assert_eq!(format!("{test:?}"), "Element { name: \"a/Event[1]\", state: Complete }");
 }
@@ -204,7 +204,7 @@ fn all_problems_of_a_document_come_at_once() {
 }
 
 #[test]
-fn the_form_in_yaml_is_refused_in_the_same_words() {
+fn the_yaml_form_is_refused_with_the_same_texts() {
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
         ("- { name: B, delay: @@1 }", "TrafficSignalController/@delay", "delay without a reference", "name the"),
@@ -224,7 +224,7 @@ fn the_form_in_yaml_is_refused_in_the_same_words() {
             (text, *row)
         })
         .collect();
-    // A controller without a name has a second problem: whom it follows.
+    // A controller without a name has a second problem: its reference.
     let (mut one, rest): (Vec<_>, Vec<_>) =
         rows.into_iter().partition(|(_, row)| row.0.contains("reference: x"));
     one[0].0 = one[0].0.replace("delay: 1, reference: x", "reference: ''");

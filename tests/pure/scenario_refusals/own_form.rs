@@ -1,4 +1,4 @@
-//! What is refused in the bench format.
+//! Refusals of the bench format.
 
 use signal_gateway::core::compat::Compat;
 

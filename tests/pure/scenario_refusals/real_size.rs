@@ -1,4 +1,4 @@
-//! A scenario as they are on test tracks: an ego, a crossing car, a pedestrian, weather, and lights.
+//! A scenario like those of test tracks: an ego, a crossing car, a pedestrian, weather, and lights.
 
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::traffic_light::scenario::Action;
@@ -13,7 +13,7 @@ fn line_of(text: &str) -> usize {
 }
 
 #[test]
-fn what_is_not_about_lights_is_listed_with_its_place() {
+fn parts_without_lights_are_listed_with_their_locations() {
     let file = accepted(Compat::Improved, "maps/crossing.xosc", CROSSING);
     let listed: Vec<_> = file
         .not_interpreted
@@ -48,13 +48,13 @@ fn what_is_not_about_lights_is_listed_with_its_place() {
         ("\"third\"", format!("{act}[3]: \"third\": its trigger needs TraveledDistanceCondition (line {})", line_of("<TraveledDistance"))),
         ("<!-- collision", format!("OpenSCENARIO/Storyboard/StopTrigger/ConditionGroup: its trigger needs CollisionCondition (line {})", line_of("<CollisionCondition"))),
     ];
-    let expected: Vec<_> = expected.map(|(text, words)| format!("{} {words}", line_of(text))).into();
+    let expected: Vec<_> = expected.map(|(text, part)| format!("{} {part}", line_of(text))).into();
     let shown = |listed: &String| listed.split("; commands are").next().unwrap().to_owned();
     assert_eq!(listed.iter().map(shown).collect::<Vec<_>>(), expected);
 }
 
 #[test]
-fn what_is_about_lights_is_kept() {
+fn parts_about_lights_are_interpreted() {
     let file = accepted(Compat::Improved, "maps/crossing.xosc", CROSSING);
     assert_eq!(file.map.unwrap(), std::path::Path::new("maps/lanelet2_map.osm"));
     let scenario = file.scenario;

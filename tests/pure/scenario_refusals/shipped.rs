@@ -20,20 +20,16 @@ fn both_forms_give_the_same_scenario() {
 }
 
 #[test]
-fn the_bench_scenario_says_what_it_shows() {
+fn the_bench_scenario_has_its_groups_and_events() {
     let file = accepted(Compat::Improved, "bench.toml", TOML);
-    let group = |relation_id, way_ids: &[i64], is_pedestrian| GroupEntry {
-        relation_id,
-        way_ids: way_ids.into(),
-        is_pedestrian,
-    };
-    assert_eq!(file.groups, [group(100, &[11, 12], false), group(200, &[21], true)]);
+    let crosswalk = GroupEntry { is_pedestrian: true, ..GroupEntry::new(200, [21]) };
+    assert_eq!(file.groups, [GroupEntry::new(100, [11, 12]), crosswalk]);
     assert_eq!(file.map, None);
     let events = &file.scenario.acts[0].events;
     let names: Vec<_> = events.iter().map(|event| event.name.as_str()).collect();
     assert_eq!(names, ["camera loses a light", "bench/Event[2]", "over"]);
     assert_eq!(events[1].action_names[1], "bench/Event[2]/Action[2]");
-    assert_eq!((events[1].most_executions, events[1].actions.len()), (2, 6));
+    assert_eq!((events[1].max_executions, events[1].actions.len()), (2, 6));
     assert_eq!(events[1].start.as_ref().unwrap().groups.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
     let follower = file.scenario.controllers[1].reference.unwrap();
     assert_eq!((follower.controller.0, follower.delay.as_millis()), (0, 4500));
@@ -53,7 +49,7 @@ fn every_key_that_is_commented_out_is_valid() {
         let mut lines: Vec<_> = TOML.lines().collect();
         lines[index] = bare;
         let mut text = lines.join("\n");
-        // Alternatives to what stands there.
+        // Alternatives to lines of the file.
         for (instead, line) in [
             ("map = ", "pedestrian_groups = [200]\n"),
             ("map = ", "[groups]\n100 = [11, 12]\n200 = [21]\n"),
@@ -67,22 +63,21 @@ fn every_key_that_is_commented_out_is_valid() {
         if let Err(problems) = read_text("bench.toml", &text) {
             panic!("{bare}:\n{}", shown(&problems));
         }
-        shown_keys.push(bare.split(' ').find(|word| *word != "{").unwrap().to_owned());
+        shown_keys.push(bare.split(' ').find(|part| *part != "{").unwrap().to_owned());
     }
     assert_eq!(shown_keys, ["map", "stop_when", "light", "before_s", "v2i_rate_hz"]);
 }
 
 #[test]
-fn ids_that_the_map_lacks_are_named_with_their_places() {
+fn ids_that_the_map_lacks_are_named_with_their_locations() {
     let file = accepted(Compat::Improved, "bench.xosc", XOSC);
-    let group = GroupEntry { relation_id: 100, way_ids: vec![11, 12], is_pedestrian: false };
-    let map = LightMap::new([], &[group]);
+    let map = LightMap::new([], &[GroupEntry::new(100, [11, 12])]);
     assert_eq!(file.check_against(&map, Compat::Upstream), []);
     let problems = file.check_against(&map, Compat::Improved);
     let lines: Vec<_> = problems.iter().map(|problem| problem.position.unwrap().0).collect();
     let line_of = |text: &str| XOSC.lines().position(|line| line.contains(text)).unwrap() + 1;
     let walk = line_of("trafficSignalId=\"200\" state=\"green\"");
-    let wanted = [
+    let expected = [
         walk,
         walk + 3,
         line_of("Enable"),
@@ -90,7 +85,7 @@ fn ids_that_the_map_lacks_are_named_with_their_places() {
         line_of("(21, 0.7)"),
         line_of("TrafficSignalCondition name=\"21\""),
     ];
-    assert_eq!(lines, wanted);
+    assert_eq!(lines, expected);
     let first = problems[0].to_string();
     assert!(
         first.starts_with(&format!("bench.xosc:{walk}:"))

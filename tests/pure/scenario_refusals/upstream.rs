@@ -1,4 +1,4 @@
-//! Where upstream's behaviour is wanted, its checks are the ones that are made.
+//! In upstream mode the checks are those of upstream.
 
 use std::time::Duration;
 
@@ -8,10 +8,10 @@ use signal_gateway::core::traffic_light::scenario::{Action, Rule, Test};
 use crate::pure::scenario_refusals::open_scenario::{A, by_value, document, light_action};
 use crate::pure::scenario_refusals::{Row, accepted, assert_refused, read_text};
 
-/// Makes a part a document.
+/// Makes a document of a part.
 type Whole = fn(&str) -> String;
 
-/// Accepted with upstream's behaviour and refused with ours.
+/// Reads a scenario that upstream mode accepts and improved mode refuses.
 fn only_upstream(text: &str) -> signal_gateway::config::scenario::ScenarioFile {
     assert!(read_text("s.xosc", text).is_err(), "{text}");
     accepted(Compat::Upstream, "s.xosc", text)
@@ -48,7 +48,7 @@ fn durations_below_zero_are_zero() {
 }
 
 #[test]
-fn times_before_the_start_are_over() {
+fn times_before_the_start_are_in_the_past() {
     for (rule, expected) in [("greaterThan", Rule::GreaterOrEqual), ("lessOrEqual", Rule::LessThan)] {
         let condition = format!("<SimulationTimeCondition value=\"-1\" rule=\"{rule}\"/>");
         let file = only_upstream(&document("", &by_value(&condition)));
@@ -65,7 +65,7 @@ fn names_of_phases_are_looked_up_when_they_are_needed() {
     only_upstream(&document(A, &by_value(condition)));
 }
 
-/// Durations of two controllers, and whether ours and upstream accept that one follows the other (Q11).
+/// Durations of two controllers, and whether each mode accepts that one follows the other (Q11).
 #[test]
 fn cycles_are_compared_as_each_counts_them() {
     let rows: &[(&[&str], &[&str], bool, bool)] = &[
@@ -84,34 +84,34 @@ fn cycles_are_compared_as_each_counts_them() {
     let phases = |durations: &[&str]| -> String {
         durations.iter().map(|duration| format!("<Phase name=\"p\" duration=\"{duration}\"/>")).collect()
     };
-    for (own, other, ours, upstream) in rows {
+    for (own, other, improved, upstream) in rows {
         let text = format!(
             "<TrafficSignalController name=\"A\">{}</TrafficSignalController>\
              <TrafficSignalController name=\"B\" reference=\"A\" delay=\"0\">{}</TrafficSignalController>",
             phases(other),
             phases(own)
         );
-        for (compat, expected) in [(Compat::Improved, ours), (Compat::Upstream, upstream)] {
+        for (compat, expected) in [(Compat::Improved, improved), (Compat::Upstream, upstream)] {
             let read =
                 crate::pure::scenario_refusals::read_as(compat, "s.xosc", document(&text, "").as_bytes());
             assert_eq!(read.is_ok(), *expected, "{own:?} {other:?} {compat:?}");
             if let Err(problems) = read {
-                let told = crate::pure::scenario_refusals::shown(&problems);
-                assert!(told.contains("\"A\"") && told.contains("\"B\""), "{told}");
+                let text = crate::pure::scenario_refusals::shown(&problems);
+                assert!(text.contains("\"A\"") && text.contains("\"B\""), "{text}");
             }
         }
     }
 }
 
 #[test]
-fn circles_are_upstreams_own_business() {
+fn upstream_accepts_circles() {
     let circle = "<TrafficSignalController name=\"A\" reference=\"B\" delay=\"1\"/>\
                   <TrafficSignalController name=\"B\" reference=\"A\" delay=\"1\"/>";
     only_upstream(&document(circle, ""));
 }
 
 #[test]
-fn what_upstream_refuses_is_refused() {
+fn refusals_of_upstream_remain_in_upstream_mode() {
     let id = "a plain id here";
     #[rustfmt::skip]
     let rows: &[(Row<'_>, Whole)] = &[

@@ -1,4 +1,4 @@
-//! Inputs from outside: states in bulk, their age, actions that are refused, gaps in time; diagnostics.
+//! Inputs from outside: received states and their expiry, refused actions, gaps in time; diagnostics.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::refusal::Refusal;
 use signal_gateway::core::traffic_light::scenario::{Action, ControllerIndex, Scenario, StateText};
-use signal_gateway::core::traffic_light::target::{Channel, StoreId};
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
 use signal_gateway::core::traffic_light::text::parse_bulbs;
 
 use super::scene::{BOTH, SECOND, controller, set, small_map, target};
@@ -25,10 +25,6 @@ fn engine(compat: Compat, phases: &[(&str, &str, &str)]) -> TrafficLights {
     TrafficLights::new(settings, at_ns(0))
 }
 
-fn store(word: &str) -> StoreId {
-    target(&format!("1 {word}")).store
-}
-
 fn red() -> LightObservation {
     LightObservation { bulbs: parse_bulbs("red").unwrap(), confidence: 0.5 }
 }
@@ -42,39 +38,43 @@ fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
 }
 
 #[test]
-fn what_v2i_does_not_renew_is_removed() {
+fn v2i_states_that_are_no_longer_received_are_removed() {
     for compat in BOTH {
-        for word in ["v2i", "v2i_detected"] {
+        for layer in [Layer::GroundTruth, Layer::Detected] {
             let mut lights = engine(compat, &[]);
-            let known = |lights: &TrafficLights| match word {
-                "v2i" => lights.ground_truth(Channel::V2i).map(|light| light.way_id).collect::<Vec<_>>(),
-                _ => lights.detected(Channel::V2i).map(|(id, _)| id).collect(),
+            let store = StoreId { channel: Channel::V2i, layer };
+            let known = |lights: &TrafficLights| match layer {
+                Layer::GroundTruth => {
+                    lights.ground_truth(Channel::V2i).map(|light| light.way_id).collect::<Vec<_>>()
+                }
+                Layer::Detected => lights.detected(Channel::V2i).map(|(id, _)| id).collect(),
             };
-            assert_eq!(lights.set_states(store(word), [(11, Some(red())), (21, Some(red()))], at_ns(0)), 0);
-            lights.set_states(store(word), [(21, Some(red()))], at_ns(300_000_000));
+            let states = [(11, Some(red())), (21, Some(red()))];
+            assert_eq!(lights.set_states(store, states, true, at_ns(0)), 0);
+            lights.set_states(store, [(21, Some(red()))], true, at_ns(300_000_000));
             lights.advance(at_ns(499_999_999));
             assert_eq!(known(&lights), [11, 21]);
             lights.advance(at_ns(500_000_000));
-            assert_eq!(known(&lights), [21], "{compat:?} {word}");
+            assert_eq!(known(&lights), [21], "{compat:?} {layer:?}");
             lights.advance(at_ns(800_000_000));
             assert_eq!(known(&lights), [] as [i64; 0]);
             let of_v2i = status(&lights, 1, 1);
             assert_eq!(
                 (of_v2i.level, of_v2i.message.as_str()),
-                (Level::Warn, "lights are no longer renewed")
+                (Level::Warn, "lights are no longer received")
             );
             assert!(of_v2i.values.contains(&("stale", "2".to_owned())));
-            lights.set_states(store(word), [(11, Some(red())), (21, None)], at_ns(900_000_000));
+            lights.set_states(store, [(11, Some(red())), (21, None)], true, at_ns(900_000_000));
             assert_eq!((known(&lights), status(&lights, 1, 1).level), (vec![11], Level::Ok));
         }
     }
 }
 
 #[test]
-fn what_was_written_since_is_not_removed() {
+fn a_state_written_since_does_not_expire() {
     for compat in BOTH {
         let mut lights = engine(compat, &[]);
-        lights.set_states(store("v2i"), [(11, Some(red()))], at_ns(0));
+        lights.set_states(StoreId::V2I, [(11, Some(red()))], true, at_ns(0));
         lights.apply(&set("11 v2i", "red"), at_ns(SECOND / 10)).unwrap();
         lights.advance(at_ns(SECOND));
         assert_eq!(truth(&lights, Channel::V2i), [(11, "red solidOn circle".to_owned())], "{compat:?}");
@@ -82,20 +82,20 @@ fn what_was_written_since_is_not_removed() {
 }
 
 #[test]
-fn bad_inputs_are_counted_and_the_others_taken() {
+fn rejected_inputs_are_counted_and_the_others_written() {
     for compat in BOTH {
         let mut lights = engine(compat, &[]);
-        let sure = |confidence| Some(LightObservation { confidence, ..red() });
+        let with = |confidence| Some(LightObservation { confidence, ..red() });
         let states = [
             (5, Some(red())),
             (11, Some(red())),
-            (12, sure(1.5)),
-            (21, sure(f64::NAN)),
+            (12, with(1.5)),
+            (21, with(f64::NAN)),
             (6, None),
             (100, None),
             (12, Some(red())),
         ];
-        assert_eq!(lights.set_states(store("conventional"), states, at_ns(0)), 4);
+        assert_eq!(lights.set_states(StoreId::CONVENTIONAL, states, true, at_ns(0)), 4);
         let known: Vec<_> = lights.ground_truth(Channel::Conventional).map(|light| light.way_id).collect();
         assert_eq!(known, [12], "removed by their group, then set again: {compat:?}");
         let of_camera = status(&lights, 0, 1);
@@ -118,7 +118,7 @@ fn bad_inputs_are_counted_and_the_others_taken() {
 fn states_from_outside_are_copied_and_sent() {
     let mut lights = engine(Compat::Improved, &[]);
     lights.apply(&Action::EnableV2i { ids: vec![100] }, at_ns(0)).unwrap();
-    lights.set_states(store("conventional"), [(100, Some(red()))], at_ns(0));
+    lights.set_states(StoreId::CONVENTIONAL, [(100, Some(red()))], true, at_ns(0));
     let both = [(11, "red solidOn circle".to_owned()), (12, "red solidOn circle".to_owned())];
     assert_eq!(truth(&lights, Channel::V2i), both);
     lights.advance(at_ns(SECOND / 10));
@@ -153,31 +153,31 @@ fn refused_actions_change_nothing() {
     }
     assert!(matches!(lights.apply(&set("21", "red,,"), at_ns(SECOND)), Err(Refusal::State { .. })));
     assert_eq!((truth(&lights, Channel::Conventional), truth(&lights, Channel::V2i)), (before, Vec::new()));
-    assert_eq!(lights.verdict(), None, "the scenario goes on");
+    assert_eq!(lights.verdict(), None, "the scenario continues");
     let mut upstream = engine(Compat::Upstream, &[]);
     assert_eq!(upstream.apply(&Action::EnableV2i { ids: vec![5] }, at_ns(0)), Ok(()), "Q14");
 }
 
 #[test]
-fn enabling_announces_and_copies_what_no_phase_says_itself() {
+fn enabling_v2i_predicts_and_copies_states_that_are_not_explicit() {
     let phases = [("p1", "4", "21=green;11=green;11 v2i=red"), ("p2", "4", "21=red")];
     let mut lights = engine(Compat::Improved, &phases);
     lights.apply(&Action::EnableV2i { ids: vec![21, 100] }, at_ns(SECOND)).unwrap();
     let expected = [(11, "red solidOn circle".to_owned()), (21, "green solidOn circle".to_owned())];
     assert_eq!(truth(&lights, Channel::V2i), expected);
-    let announced = |lights: &mut TrafficLights, until: u64| {
+    let predicted = |lights: &mut TrafficLights, until: u64| {
         lights.advance(at_ns(until * SECOND));
         let sent = std::iter::from_fn(|| lights.poll_output()).filter(|sent| sent.topic == LightsTopic::V2i);
         let Content::Groups(groups) = &sent.last().unwrap().content else { unreachable!() };
         groups.iter().find(|group| group.relation_id == 200).map_or(0, |group| group.predictions.len())
     };
-    assert_eq!(announced(&mut lights, 2), 6);
+    assert_eq!(predicted(&mut lights, 2), 6);
     lights.apply(&Action::DisableV2i { ids: vec![200] }, at_ns(2 * SECOND)).unwrap();
-    assert_eq!(announced(&mut lights, 3), 0);
+    assert_eq!(predicted(&mut lights, 3), 0);
 }
 
 #[test]
-fn a_long_gap_is_not_made_up_for() {
+fn a_long_gap_is_skipped() {
     for compat in BOTH {
         let mut lights = engine(compat, &[("p1", "1", "21=green"), ("p2", "1", "21=red")]);
         lights.advance(at_ns(SECOND));
@@ -195,7 +195,7 @@ fn a_long_gap_is_not_made_up_for() {
 }
 
 #[test]
-fn the_scenario_is_told_in_the_diagnostics() {
+fn diagnostics_show_the_phases_and_the_end_of_the_scenario() {
     let mut lights = engine(Compat::Improved, &[("p1", "3", "21=green"), ("p2", "inf", "21=unknown")]);
     let of_scenario = |lights: &TrafficLights, at| {
         let status = status(lights, 2, at);
@@ -212,7 +212,7 @@ fn the_scenario_is_told_in_the_diagnostics() {
     lights.apply(&Action::End { success: false }, at_ns(4 * SECOND)).unwrap();
     assert_eq!(
         of_scenario(&lights, 4),
-        (Level::Warn, "ended in failure".to_owned(), "A: p2, stands still".to_owned())
+        (Level::Warn, "ended in failure".to_owned(), "A: p2, stopped".to_owned())
     );
     assert_eq!(status(&engine(Compat::Improved, &[]), 2, 0).message, "no scenario");
 }

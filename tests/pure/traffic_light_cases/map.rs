@@ -1,4 +1,4 @@
-//! Group M: what a map says of its lights. Even numbers are our own neighbours of the listed cases.
+//! Group M: the lights of a map. Even numbers are our own neighbours of the listed cases.
 
 use signal_gateway::core::map::light_map::{LampColor, LampSource, LightMap};
 use signal_gateway::core::map::osm;

@@ -1,11 +1,11 @@
-//! An independent model of controllers and stores, driven by random scenarios, and laws that hold for
-//! all of them.
+//! An independent model of controllers and stores for random scenarios, and properties of all of them.
 //!
-//! The model knows whole seconds only and looks everything up by plain loops.
+//! The model has whole seconds only and finds everything by plain loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
+use proptest::sample::select;
 use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet};
 use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
@@ -16,11 +16,10 @@ use super::scene::{Scene, controller, script, settings, small_map};
 
 const IDS: [i64; 5] = [11, 12, 21, 100, 200];
 const STATES: [&str; 5] = ["green", "red", "yellow", "red, green right", ""];
-const WORDS: [&str; 4] = ["conventional", "conventional_detected", "v2i", "v2i_detected"];
 
 type Bulbs = BTreeSet<Bulb>;
 
-/// Everything by (channel, is detected, id).
+/// All states by (channel, is detected, id).
 #[derive(Default)]
 struct Model {
     upstream: bool,
@@ -38,7 +37,7 @@ fn heads(id: i64) -> Vec<i64> {
 }
 
 impl Model {
-    /// What it does to each light; none = clear.
+    /// Adds bulbs to each light of a target, or clears it.
     fn write(&mut self, at: Target, add: Option<&Bulbs>) {
         let StoreId { channel, layer } = at.store;
         if layer == Layer::Detected {
@@ -53,8 +52,8 @@ impl Model {
         }
         for head in heads(at.id) {
             let mut channels = vec![channel];
-            let is_asked = if self.upstream { at.id } else { head };
-            if channel == Channel::Conventional && self.enabled.contains(&is_asked) {
+            let enabled = if self.upstream { at.id } else { head };
+            if channel == Channel::Conventional && self.enabled.contains(&enabled) {
                 channels.push(Channel::V2i);
             }
             for channel in channels {
@@ -79,13 +78,11 @@ impl Model {
         for entry in entries {
             self.clear(entry.target);
         }
-        let told =
-            |target: &Target| target.store == StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
         for entry in entries {
             self.write(entry.target, Some(&entry.state.bulbs.iter().collect()));
         }
         if !self.upstream {
-            let own: Vec<_> = entries.iter().filter(|entry| told(&entry.target)).collect();
+            let own: Vec<_> = entries.iter().filter(|entry| entry.target.store == StoreId::V2I).collect();
             for entry in &own {
                 self.clear(entry.target);
             }
@@ -95,7 +92,7 @@ impl Model {
         }
     }
 
-    /// Ours makes no light by clearing it.
+    /// Improved mode does not make a light by clearing it.
     fn clear(&mut self, at: Target) {
         if self.upstream || at.store.layer == Layer::Detected {
             return self.write(at, None);
@@ -139,20 +136,18 @@ impl Model {
     }
 
     fn of(&self, channel: Channel, is_detected: bool) -> Vec<(i64, BulbSet)> {
-        let wanted =
+        let of_store =
             self.lights.iter().filter(|((of, detected, _), _)| (*of, *detected) == (channel, is_detected));
-        wanted.map(|((.., id), bulbs)| (*id, bulbs.iter().copied().collect())).collect()
+        of_store.map(|((.., id), bulbs)| (*id, bulbs.iter().copied().collect())).collect()
     }
 }
 
 fn some_target() -> impl Strategy<Value = Target> {
-    (0..IDS.len(), 0..WORDS.len())
-        .prop_map(|(id, word)| Target::parse(&format!("{} {}", IDS[id], WORDS[word])).unwrap())
+    (select(&IDS[..]), select(&StoreId::ALL[..])).prop_map(|(id, store)| Target { id, store })
 }
 
 fn some_controllers() -> impl Strategy<Value = Vec<Controller>> {
-    let entry = (0..IDS.len(), 0..WORDS.len(), 0..STATES.len())
-        .prop_map(|(id, word, state)| format!("{} {}={}", IDS[id], WORDS[word], STATES[state]));
+    let entry = (some_target(), select(&STATES[..])).prop_map(|(target, state)| format!("{target}={state}"));
     let phase = (0..4_u32, proptest::collection::vec(entry, 0..4)).prop_map(|(seconds, entries)| {
         (if seconds == 3 { "inf".to_owned() } else { seconds.to_string() }, entries.join(";"))
     });
@@ -166,11 +161,11 @@ fn some_controllers() -> impl Strategy<Value = Vec<Controller>> {
 
 fn some_action() -> impl Strategy<Value = Action> {
     prop_oneof![
-        3 => (some_target(), 0..STATES.len())
-            .prop_map(|(target, state)| Action::SetState { target, state: StateText::new(STATES[state]) }),
+        3 => (some_target(), select(&STATES[..]))
+            .prop_map(|(target, state)| Action::SetState { target, state: StateText::new(state) }),
         1 => some_target().prop_map(|target| Action::Clear { target }),
-        1 => (0..IDS.len()).prop_map(|id| Action::EnableV2i { ids: vec![IDS[id]] }),
-        1 => (0..IDS.len()).prop_map(|id| Action::DisableV2i { ids: vec![IDS[id]] }),
+        1 => select(&IDS[..]).prop_map(|id| Action::EnableV2i { ids: vec![id] }),
+        1 => select(&IDS[..]).prop_map(|id| Action::DisableV2i { ids: vec![id] }),
     ]
 }
 
@@ -179,12 +174,12 @@ fn some_script() -> impl Strategy<Value = Vec<(u32, Action)>> {
 }
 
 fn some_compat() -> impl Strategy<Value = Compat> {
-    prop_oneof![Just(Improved), Just(Upstream)]
+    select(vec![Improved, Upstream])
 }
 
 proptest! {
     #[test]
-    fn the_engine_does_as_the_model(
+    fn the_engine_agrees_with_the_model(
         compat in some_compat(),
         controllers in some_controllers(),
         actions in some_script(),
@@ -200,7 +195,7 @@ proptest! {
             scene.run_to(u64::from(now));
             model.frame(&controllers, u64::from(now));
             actions.iter().filter(|(at, _)| *at == now).for_each(|(_, action)| model.act(action));
-            // A text with two bulbs ends upstream's scenario as soon as it has to be announced (Q10).
+            // A text with two bulbs ends upstream's scenario as soon as it has to be predicted (Q10).
             if compat == Upstream && scene.verdict().is_some() {
                 return Ok(());
             }
@@ -209,21 +204,24 @@ proptest! {
                     scene.lights.ground_truth(channel).map(|light| (light.way_id, light.bulbs)).collect();
                 prop_assert_eq!(truth, model.of(channel, false), "{:?} truth at {}", channel, now);
                 let detected: Vec<_> =
-                    scene.lights.detected(channel).map(|(id, sight)| (id, sight.bulbs)).collect();
+                    scene.lights.detected(channel).map(|(id, light)| (id, light.bulbs)).collect();
                 prop_assert_eq!(detected, model.of(channel, true), "{:?} detected at {}", channel, now);
             }
         }
     }
 
     #[test]
-    fn the_last_write_wins(compat in some_compat(), actions in some_script(), at in some_target(), state in 0..STATES.len()) {
-        let mut actions = actions;
-        actions.push((12, Action::SetState { target: at, state: StateText::new(STATES[state]) }));
+    fn the_last_write_wins(
+        compat in some_compat(),
+        mut actions in some_script(),
+        target in some_target(),
+        state in select(&STATES[..]).prop_map(StateText::new),
+    ) {
+        let expected = state.bulbs;
+        actions.push((12, Action::SetState { target, state }));
         let mut scene = Scene::of(compat, Vec::new(), &actions);
         scene.run_to(13);
-        let expected = StateText::new(STATES[state]).bulbs.to_string();
-        let texts = scene.lights.stores().state_text(at).unwrap();
-        prop_assert!(texts.split("; ").all(|text| text == expected), "{texts}");
+        prop_assert!(scene.lights.stores().bulbs(target).unwrap().all(|bulbs| bulbs == expected));
     }
 
     #[test]
@@ -233,8 +231,7 @@ proptest! {
         by_hand in proptest::collection::btree_set(0..3_usize, 0..4),
     ) {
         let entries: Vec<_> = named.iter().map(|head| format!("{} conventional_detected=red", IDS[*head])).collect();
-        let phases = [("p1", "3", entries.join(";")), ("p2", "3", String::new())];
-        let phases: Vec<_> = phases.iter().map(|(name, seconds, entries)| (*name, *seconds, entries.as_str())).collect();
+        let phases = [("p1", "3", &*entries.join(";")), ("p2", "3", "")];
         let hand = |head: &usize| {
             let target = Target::parse(&format!("{} conventional_detected", IDS[*head])).unwrap();
             (1, Action::SetState { target, state: StateText::new("yellow") })
@@ -261,11 +258,11 @@ proptest! {
         for now in 0..13 {
             scene.run_to(now);
             let Content::Groups(groups) = &scene.last[&LightsTopic::Camera].content else { unreachable!() };
-            for (id, sight) in scene.lights.detected(Channel::Conventional) {
+            for (id, light) in scene.lights.detected(Channel::Conventional) {
                 let relation = if [11, 12, 100].contains(&id) { 100 } else { 200 };
                 let sent = groups.iter().filter(|group| group.relation_id == relation);
                 let sent: BulbSet = sent.flat_map(|group| &group.elements).map(|element| element.bulb).collect();
-                prop_assert!(sent.contains_all(&sight.bulbs), "{id} at {now}: {sent}");
+                prop_assert!(sent.contains_all(&light.bulbs), "{id} at {now}: {sent}");
             }
             prop_assert!(groups.iter().all(|group| !group.elements.is_empty()));
         }

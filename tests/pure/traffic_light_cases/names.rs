@@ -1,11 +1,11 @@
 //! Groups A to H: ids, names, keys and texts. Rows without a number are neighbours of numbered ones.
 
-use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet, Category, Color, Shape, Status};
+use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use signal_gateway::core::traffic_light::signal_id::{SignalIdError, parse_id};
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
 use signal_gateway::core::traffic_light::text::{TextErrorKind, parse_bulb, parse_bulbs};
 
-/// A case's number; 0 = a neighbour.
+/// The number of a case; 0 for a neighbour.
 type Case = u32;
 
 #[test]
@@ -55,7 +55,7 @@ fn a_signal_ids() {
 }
 
 #[test]
-fn a_channel_words() {
+fn a_channel_names() {
     let cases: &[(Case, &str, Option<Channel>)] = &[
         (15, "conventional", Some(Channel::Conventional)),
         (0, "v2i", Some(Channel::V2i)),
@@ -63,16 +63,16 @@ fn a_channel_words() {
         (0, "Conventional", None),
         (0, "", None),
     ];
-    for (case, word, channel) in cases {
-        assert_eq!(word.parse::<Channel>().ok(), *channel, "A {case}: {word:?}");
-        let ground_truth = channel.map(|channel| StoreId { channel, layer: Layer::GroundTruth });
-        assert_eq!(word.parse().ok(), ground_truth, "A {case}: {word:?} as a store");
-        let detected = channel.map(|channel| StoreId { channel, layer: Layer::Detected });
-        let word = format!("{word}_detected");
-        assert_eq!(word.parse().ok(), detected, "A {case}: {word:?} as a store");
-        match word.parse::<StoreId>() {
-            Ok(store) => assert_eq!(store.to_string(), word),
-            Err(error) => assert_eq!(error, SignalIdError::Channel { found: word }),
+    for (case, name, channel) in cases {
+        for (name, layer) in
+            [((*name).to_owned(), Layer::GroundTruth), (format!("{name}_detected"), Layer::Detected)]
+        {
+            let expected = channel.map(|channel| StoreId { channel, layer });
+            assert_eq!(name.parse().ok(), expected, "A {case}: {name:?}");
+            match name.parse::<StoreId>() {
+                Ok(store) => assert_eq!(store.to_string(), name),
+                Err(error) => assert_eq!(error, SignalIdError::Channel(name)),
+            }
         }
     }
 }
@@ -90,15 +90,15 @@ fn b_colors() {
         (21, "white", Color::White),
         (23, "unknown", Color::Unknown),
     ];
-    for (case, word, color) in cases {
-        assert_eq!(word.parse(), Ok(*color), "B {case}: {word:?}");
+    for (case, text, color) in cases {
+        assert_eq!(text.parse(), Ok(*color), "B {case}: {text:?}");
         assert_eq!(color.name().parse(), Ok(*color), "B {case}: printed");
     }
     let names = ["green", "yellow", "red", "white", "unknown"];
     assert_eq!(Color::ALL.map(Color::name), names);
-    for word in ["wrong_color", "Amber", "White", "RED", "Unknown", "red ", " red", "", "solidOn"] {
-        let error = word.parse::<Color>().unwrap_err();
-        assert_eq!((error.found.as_str(), error.kind), (word, TextErrorKind::NoColor), "B 0: {word:?}");
+    for text in ["wrong_color", "Amber", "White", "RED", "Unknown", "red ", " red", "", "solidOn"] {
+        let error = text.parse::<Color>().unwrap_err();
+        assert_eq!((error.found.as_str(), error.kind), (text, TextErrorKind::NotAColor), "B 0: {text:?}");
     }
 }
 
@@ -112,44 +112,51 @@ fn c_statuses() {
         (27, "flashing", Status::Flashing),
         (0, "unknown", Status::Unknown),
     ];
-    for (case, word, status) in cases {
-        assert_eq!(word.parse(), Ok(*status), "C {case}: {word:?}");
+    for (case, text, status) in cases {
+        assert_eq!(text.parse(), Ok(*status), "C {case}: {text:?}");
         assert_eq!(status.name().parse(), Ok(*status), "C {case}: printed");
     }
     assert_eq!(Status::ALL.map(Status::name), ["solidOn", "solidOff", "flashing", "unknown"]);
     assert_eq!(Status::ALL.map(Status::is_lit), [true, false, true, false]);
-    for (case, word) in [(29, "wrong_status"), (0, "off"), (0, "blank"), (0, "None"), (0, "solidon"), (0, "")]
+    for (case, text) in [(29, "wrong_status"), (0, "off"), (0, "blank"), (0, "None"), (0, "solidon"), (0, "")]
     {
-        let error = word.parse::<Status>().unwrap_err();
-        assert_eq!((error.found.as_str(), error.kind), (word, TextErrorKind::NoStatus), "C {case}: {word:?}");
+        let error = text.parse::<Status>().unwrap_err();
+        assert_eq!(
+            (error.found.as_str(), error.kind),
+            (text, TextErrorKind::NotAStatus),
+            "C {case}: {text:?}"
+        );
     }
 }
 
 #[test]
 fn d_shapes() {
-    use Category::{Arrow, Circle, Cross, Unknown};
-    let cases: &[(Case, &str, Shape, Category, &str)] = &[
-        (0, "circle", Shape::Circle, Circle, "circle"),
-        (31, "cross", Shape::Cross, Cross, "cross"),
-        (0, "left", Shape::Left, Arrow, "left"),
-        (33, "down", Shape::Down, Arrow, "down"),
-        (0, "up", Shape::Up, Arrow, "up"),
-        (0, "straight", Shape::Up, Arrow, "up"),
-        (35, "right", Shape::Right, Arrow, "right"),
-        (0, "lowerLeft", Shape::LowerLeft, Arrow, "lowerLeft"),
-        (37, "upperLeft", Shape::UpperLeft, Arrow, "upperLeft"),
-        (0, "lowerRight", Shape::LowerRight, Arrow, "lowerRight"),
-        (39, "upperRight", Shape::UpperRight, Arrow, "upperRight"),
-        (0, "unknown", Shape::Unknown, Unknown, "unknown"),
+    let cases: &[(Case, &str, Shape, bool, &str)] = &[
+        (0, "circle", Shape::Circle, false, "circle"),
+        (31, "cross", Shape::Cross, false, "cross"),
+        (0, "left", Shape::Left, true, "left"),
+        (33, "down", Shape::Down, true, "down"),
+        (0, "up", Shape::Up, true, "up"),
+        (0, "straight", Shape::Up, true, "up"),
+        (35, "right", Shape::Right, true, "right"),
+        (0, "lowerLeft", Shape::LowerLeft, true, "lowerLeft"),
+        (37, "upperLeft", Shape::UpperLeft, true, "upperLeft"),
+        (0, "lowerRight", Shape::LowerRight, true, "lowerRight"),
+        (39, "upperRight", Shape::UpperRight, true, "upperRight"),
+        (0, "unknown", Shape::Unknown, false, "unknown"),
     ];
-    for (case, word, shape, category, printed) in cases {
-        assert_eq!(word.parse(), Ok(*shape), "D {case}: {word:?}");
-        assert_eq!((shape.category(), shape.name()), (*category, *printed), "D {case}: {word:?}");
+    for (case, text, shape, is_arrow, printed) in cases {
+        assert_eq!(text.parse(), Ok(*shape), "D {case}: {text:?}");
+        assert_eq!((shape.is_arrow(), shape.name()), (*is_arrow, *printed), "D {case}: {text:?}");
     }
     assert!(Shape::ALL.iter().all(|shape| cases.iter().any(|(_, _, parsed, ..)| parsed == shape)));
-    for (case, word) in [(41, "wrong_shape"), (0, "leftArrow"), (0, "Left"), (0, "upper"), (0, "upperleft")] {
-        let error = word.parse::<Shape>().unwrap_err();
-        assert_eq!((error.found.as_str(), error.kind), (word, TextErrorKind::NoShape), "D {case}: {word:?}");
+    for (case, text) in [(41, "wrong_shape"), (0, "leftArrow"), (0, "Left"), (0, "upper"), (0, "upperleft")] {
+        let error = text.parse::<Shape>().unwrap_err();
+        assert_eq!(
+            (error.found.as_str(), error.kind),
+            (text, TextErrorKind::NotAShape),
+            "D {case}: {text:?}"
+        );
     }
 }
 
@@ -242,7 +249,7 @@ fn f_texts() {
         let bulbs = parse_bulbs(text).map(|bulbs| bulbs.to_string()).ok();
         assert_eq!(bulbs.as_deref(), *list, "F {case}: {text:?} as a list");
     }
-    assert_eq!(parse_bulb("green solidOn right").unwrap().shape.category(), Category::Arrow); // 63
+    assert!(parse_bulb("green solidOn right").unwrap().shape.is_arrow(), "F 63");
 }
 
 #[test]

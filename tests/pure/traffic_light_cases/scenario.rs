@@ -1,4 +1,4 @@
-//! Group O: a whole scenario at 30 Hz; and when frames let phases begin.
+//! Group O: a whole scenario at 30 Hz, and the frames in which phases begin.
 
 use std::sync::Arc;
 
@@ -8,18 +8,19 @@ use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::traffic_light::bulb::{BulbSet, Color, Shape, Status};
 use signal_gateway::core::traffic_light::emission::{Content, Emission, GroupState, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::event_log::{ActionSource, Note, ScenarioEvent, ScenarioOutcome};
+use signal_gateway::core::traffic_light::event_log::{
+    ActionSource, LoggedEvent, ScenarioEvent, ScenarioOutcome,
+};
 use signal_gateway::core::traffic_light::scenario::{Act, Action, Rule, Scenario};
 
 use super::scene::{BOTH, SECOND, controller, event, set, time_condition};
 use crate::support::clock::{EPOCH_NS, at, at_ns};
 
 fn map() -> Arc<LightMap> {
-    let group = GroupEntry { relation_id: 34806, way_ids: vec![34836, 34802], is_pedestrian: false };
-    Arc::new(LightMap::new([], &[group]))
+    Arc::new(LightMap::new([], &[GroupEntry::new(34806, [34836, 34802])]))
 }
 
-/// Upstream's clock runs late, so ours has to disable a little earlier to be before the second phase.
+/// Upstream's clock runs late, so improved mode has to disable a little earlier to be before the second phase.
 fn four_phases(disabled_after: f64) -> Scenario {
     let phases = [
         ("phase-1", "3", "34802=green"),
@@ -55,26 +56,26 @@ fn settings(compat: Compat) -> LightsSettings {
     }
 }
 
-/// From deadline to deadline.
-fn run(settings: LightsSettings, seconds: u64) -> (TrafficLights, Vec<Emission>, Vec<Note>) {
+/// Runs a scenario from deadline to deadline.
+fn run(settings: LightsSettings, seconds: u64) -> (TrafficLights, Vec<Emission>, Vec<LoggedEvent>) {
     let mut lights = TrafficLights::new(settings, at_ns(0));
     while lights.next_deadline() <= MonoTime::from_nanos(seconds * SECOND) {
         let deadline = lights.next_deadline();
         lights.advance(at(deadline));
-        assert!(lights.next_deadline() > deadline, "a deadline is seen to");
+        assert!(lights.next_deadline() > deadline, "a deadline is handled");
     }
     let emissions = std::iter::from_fn(|| lights.poll_output()).collect();
-    let notes = std::iter::from_fn(|| lights.poll_note()).collect();
-    (lights, emissions, notes)
+    let events = std::iter::from_fn(|| lights.poll_event()).collect();
+    (lights, emissions, events)
 }
 
-/// When it was sent, in nanoseconds since the start.
+/// The time of an emission, nanoseconds since the start.
 fn since_start(emission: &Emission) -> i64 {
     emission.stamp.as_nanos() - EPOCH_NS
 }
 
-fn frame_of(note: &Note) -> u128 {
-    (note.at.as_nanos() * 30 + 500_000_000) / 1_000_000_000
+fn frame_of(logged: &LoggedEvent) -> u128 {
+    (logged.at.as_nanos() * 30 + 500_000_000) / 1_000_000_000
 }
 
 fn groups(emissions: &[Emission]) -> Vec<&Arc<GroupState>> {
@@ -94,7 +95,7 @@ fn first_colors(group: &GroupState) -> Vec<Color> {
 fn o_ground_truth() {
     for compat in BOTH {
         let (_, emissions, _) = run(settings(compat), 12);
-        let mut seen: Vec<BulbSet> = emissions
+        let mut states: Vec<BulbSet> = emissions
             .iter()
             .filter_map(|emission| match &emission.content {
                 Content::Lights(lights) => lights.iter().find(|light| light.way_id == 34802),
@@ -102,10 +103,10 @@ fn o_ground_truth() {
             })
             .map(|light| light.bulbs)
             .collect();
-        seen.dedup();
-        assert_eq!(seen.len(), 4, "O 193 {compat:?}");
+        states.dedup();
+        assert_eq!(states.len(), 4, "O 193 {compat:?}");
         for (case, change) in [(195, 1), (197, 3)] {
-            let bulb = seen[change].iter().next().unwrap();
+            let bulb = states[change].iter().next().unwrap();
             let expected = (Color::Red, Shape::Circle, Status::SolidOn);
             assert_eq!((bulb.color, bulb.shape, bulb.status), expected, "O {case} {compat:?}");
         }
@@ -145,23 +146,23 @@ fn o_clock() {
     for (compat, phases, others, end) in
         [(Improved, [1, 91, 181, 271], [88, 180], 361), (Upstream, [1, 92, 183, 274], [91, 181], 361)]
     {
-        let (lights, _, notes) = run(settings(compat), 13);
-        let entered = |note: &&Note| matches!(note.what, ScenarioEvent::PhaseEntered { .. });
-        let frames: Vec<_> = notes.iter().filter(entered).map(frame_of).collect();
+        let (lights, _, events) = run(settings(compat), 13);
+        let entered = |logged: &&LoggedEvent| matches!(logged.event, ScenarioEvent::PhaseEntered { .. });
+        let frames: Vec<_> = events.iter().filter(entered).map(frame_of).collect();
         assert_eq!(frames[..4], phases, "{compat:?}");
-        let of_event = |wanted: usize| {
-            let is = |note: &&Note| matches!(note.what, ScenarioEvent::EventStarted { event, .. } if event == wanted);
-            notes.iter().find(is).map(frame_of)
+        let of_event = |event| {
+            let started = ScenarioEvent::EventStarted { act: 0, event };
+            events.iter().find(|logged| logged.event == started).map(frame_of)
         };
         assert_eq!([of_event(0), of_event(1), of_event(2)], [Some(others[0]), Some(others[1]), Some(end)]);
         assert_eq!(lights.verdict(), Some(&ScenarioOutcome::Success));
-        assert_eq!(notes[0].what, ScenarioEvent::ActionDone(ActionSource::Init(0)));
-        assert_eq!(notes.last().unwrap().what, ScenarioEvent::Ended(ScenarioOutcome::Success));
+        assert_eq!(events[0].event, ScenarioEvent::ActionDone(ActionSource::Init(0)));
+        assert_eq!(events.last().unwrap().event, ScenarioEvent::Ended(ScenarioOutcome::Success));
     }
 }
 
 #[test]
-fn messages_come_in_their_rhythms() {
+fn messages_have_their_periods() {
     for compat in BOTH {
         let (_, emissions, _) = run(settings(compat), 2);
         let stamps = |topic| {
@@ -211,11 +212,11 @@ fn an_id_that_the_map_does_not_have_ends_the_scenario_when_it_is_needed() {
     let phases = [("p1", "1", "34802=green"), ("p2", "1", "1000003=red")];
     let scenario = Scenario { controllers: vec![controller("A", &phases)], ..Scenario::default() };
     let settings = LightsSettings::new(map(), scenario, Upstream);
-    let (lights, _, notes) = run(settings, 3);
+    let (lights, _, events) = run(settings, 3);
     assert!(matches!(lights.verdict(), Some(ScenarioOutcome::Fault(_))));
-    let last = notes.last().unwrap();
+    let last = events.last().unwrap();
     assert!(
-        frame_of(last) >= 31 && matches!(last.what, ScenarioEvent::Ended(ScenarioOutcome::Fault(_))),
+        frame_of(last) >= 31 && matches!(last.event, ScenarioEvent::Ended(ScenarioOutcome::Fault(_))),
         "{last:?}"
     );
 }

@@ -1,7 +1,7 @@
-//! A scenario on a small map, written in few words, and what is seen of it second by second.
+//! A scenario on a small map, in a short notation, and its states second by second.
 //!
 //! Bulbs are G, Y, R (solid circles), GR and GL (green arrows), `?` (unknown unknown circle); any
-//! other is told by its three initials. Bulbs of one light are joined by `+`, `{}` is dark, `-` is nothing.
+//! other is written by its three initials. Bulbs of one light are joined by `+`, `{}` is dark, `-` is nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::traffic_light::bulb::Bulb;
 use signal_gateway::core::traffic_light::emission::{Content, Emission, GroupState, LightsTopic};
 use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
-use signal_gateway::core::traffic_light::event_log::{Note, ScenarioEvent, ScenarioOutcome};
+use signal_gateway::core::traffic_light::event_log::{LoggedEvent, ScenarioEvent, ScenarioOutcome};
 use signal_gateway::core::traffic_light::periodic_timer::Rate;
 use signal_gateway::core::traffic_light::scenario::{
     Act, Action, Condition, Controller, ControllerIndex, Edge, Event, Phase, PhaseEntry, Reference, Rule,
@@ -27,12 +27,7 @@ pub(crate) const SECOND: u64 = 1_000_000_000;
 
 /// Relation 100 refers to heads 11 and 12, relation 200 to head 21.
 pub(crate) fn small_map() -> Arc<LightMap> {
-    let group = |relation_id, way_ids: &[i64]| GroupEntry {
-        relation_id,
-        way_ids: way_ids.to_vec(),
-        is_pedestrian: false,
-    };
-    Arc::new(LightMap::new([], &[group(100, &[11, 12]), group(200, &[21])]))
+    Arc::new(LightMap::new([], &[GroupEntry::new(100, [11, 12]), GroupEntry::new(200, [21])]))
 }
 
 pub(crate) fn target(text: &str) -> Target {
@@ -57,10 +52,10 @@ pub(crate) fn controller(name: &str, phases: &[(&str, &str, &str)]) -> Controlle
     Controller { name: name.to_owned(), reference: None, phases: phases.iter().map(phase).collect() }
 }
 
-pub(crate) fn following(mut controller: Controller, whom: usize, delay_s: f64) -> Controller {
+pub(crate) fn following(mut follower: Controller, controller: usize, delay_s: f64) -> Controller {
     let delay = Duration::from_secs_f64(delay_s);
-    controller.reference = Some(Reference { controller: ControllerIndex(whom), delay });
-    controller
+    follower.reference = Some(Reference { controller: ControllerIndex(controller), delay });
+    follower
 }
 
 pub(crate) fn time_condition(rule: Rule, seconds: f64) -> Trigger {
@@ -71,7 +66,7 @@ pub(crate) fn time_condition(rule: Rule, seconds: f64) -> Trigger {
 
 pub(crate) fn event(name: &str, start: Trigger, actions: Vec<Action>) -> Event {
     let action_names = (0..actions.len()).map(|number| format!("{name}/{number}")).collect();
-    Event { name: name.to_owned(), start: Some(start), most_executions: 1, action_names, actions }
+    Event { name: name.to_owned(), start: Some(start), max_executions: 1, action_names, actions }
 }
 
 /// Actions at whole seconds.
@@ -96,7 +91,7 @@ pub(crate) fn settings(map: Arc<LightMap>, scenario: Scenario, compat: Compat) -
 
 pub(crate) struct Scene {
     pub(crate) lights: TrafficLights,
-    pub(crate) notes: Vec<Note>,
+    pub(crate) events: Vec<LoggedEvent>,
     pub(crate) last: BTreeMap<LightsTopic, Emission>,
     second: u64,
 }
@@ -105,7 +100,7 @@ impl Scene {
     pub(crate) fn new(settings: LightsSettings) -> Self {
         Self {
             lights: TrafficLights::new(settings, at_ns(0)),
-            notes: Vec::new(),
+            events: Vec::new(),
             last: BTreeMap::new(),
             second: 0,
         }
@@ -123,32 +118,27 @@ impl Scene {
             while let Some(emission) = self.lights.poll_output() {
                 self.last.insert(emission.topic, emission);
             }
-            self.notes.extend(std::iter::from_fn(|| self.lights.poll_note()));
+            self.events.extend(std::iter::from_fn(|| self.lights.poll_event()));
             self.second += 1;
         }
     }
 
-    /// Rows of second and `what=value` pairs, see [`Scene::see`].
+    /// Checks rows of a second and `what=value` pairs, see [`Scene::value`].
     pub(crate) fn check(mut self, case: &str, rows: &[(u64, &str)]) -> Self {
         for (second, expected) in rows {
             self.run_to(*second);
             for pair in expected.split_whitespace() {
                 let (what, value) = pair.split_once('=').unwrap();
-                let seen = self.see(what, *second);
-                assert_eq!(
-                    seen,
-                    value,
-                    "{case} at {second}: {what} in {expected}, {:?}",
-                    self.lights.verdict()
-                );
+                let (found, verdict) = (self.value(what, *second), self.lights.verdict());
+                assert_eq!(found, value, "{case} at {second}: {what} in {expected}, {verdict:?}");
             }
         }
         self
     }
 
-    /// `gt21`, `v2i21`: ground truth of a head. `det`, `v2idet`: all detections. `int`, `ext`: groups as
-    /// sent. `p200`: what is announced for group 200, seconds from now. `A`: phase of controller A.
-    pub(crate) fn see(&self, what: &str, second: u64) -> String {
+    /// A state by its short name. `gt21`, `v2i21`: ground truth of a head. `det`, `v2idet`: all detections. `int`,
+    /// `ext`: groups as sent. `p200`: predictions of group 200, seconds from now. `A`: phase of controller A.
+    pub(crate) fn value(&self, what: &str, second: u64) -> String {
         match what {
             "det" => self.detections(Channel::Conventional),
             "v2idet" => self.detections(Channel::V2i),
@@ -166,21 +156,15 @@ impl Scene {
         }
     }
 
-    /// When phases were entered, in frames of so many nanoseconds: (controller, phase, frame).
+    /// The entered phases, for frames of this length, nanoseconds: (controller, phase, frame).
     pub(crate) fn entries(&self, frame_nanos: f64) -> Vec<(usize, usize, u64)> {
-        let entry = |note: &Note| match note.what {
-            ScenarioEvent::PhaseEntered { controller, phase } => {
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // small and positive
-                let frame = (note.at.as_secs_f64() * 1e9 / frame_nanos).round() as u64;
-                Some((controller.0, phase, frame))
-            }
-            ScenarioEvent::ActStarted { .. }
-            | ScenarioEvent::ActEnded { .. }
-            | ScenarioEvent::EventStarted { .. }
-            | ScenarioEvent::ActionDone(_)
-            | ScenarioEvent::Ended(_) => None,
+        let entry = |logged: &LoggedEvent| {
+            let ScenarioEvent::PhaseEntered { controller, phase } = logged.event else { return None };
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // small and positive
+            let frame = (logged.at.as_secs_f64() * 1e9 / frame_nanos).round() as u64;
+            Some((controller.0, phase, frame))
         };
-        self.notes.iter().filter_map(entry).collect()
+        self.events.iter().filter_map(entry).collect()
     }
 
     pub(crate) fn verdict(&self) -> Option<&ScenarioOutcome> {
@@ -201,7 +185,7 @@ impl Scene {
     }
 
     fn detections(&self, channel: Channel) -> String {
-        let text = |(id, sight): (i64, LightObservation)| format!("{id}:{}", bulbs_text(sight.bulbs.iter()));
+        let text = |(id, light): (i64, LightObservation)| format!("{id}:{}", bulbs_text(light.bulbs.iter()));
         let texts: Vec<_> = self.lights.detected(channel).map(text).collect();
         if texts.is_empty() { "-".to_owned() } else { texts.join(",") }
     }
@@ -238,6 +222,6 @@ fn bulb_text(bulb: Bulb) -> String {
         "green solidOn right" => "GR".to_owned(),
         "green solidOn left" => "GL".to_owned(),
         "unknown unknown circle" => "?".to_owned(),
-        other => other.split(' ').filter_map(|word| word.chars().next()).collect(),
+        other => other.split(' ').filter_map(|part| part.chars().next()).collect(),
     }
 }

@@ -17,7 +17,7 @@ fn when(test: Test) -> Trigger {
     Trigger { groups: vec![vec![condition]] }
 }
 
-fn looks(at: &str, state: &str, exact: bool) -> Test {
+fn state_is(at: &str, state: &str, exact: bool) -> Test {
     let state = (state != "none").then(|| StateText::new(state));
     Test::State { target: target(at), state, exact }
 }
@@ -38,15 +38,9 @@ fn scene(compat: Compat, acts: Vec<Act>) -> Scene {
 
 /// Seconds in which each event started, by name.
 fn starts(scene: &Scene) -> Vec<(&str, u64)> {
-    let started = scene.notes.iter().filter_map(|note| match note.what {
-        ScenarioEvent::EventStarted { act, event } => {
-            Some((scene.lights.scenario().acts[act].events[event].name.as_str(), note.at.as_secs()))
-        }
-        ScenarioEvent::PhaseEntered { .. }
-        | ScenarioEvent::ActStarted { .. }
-        | ScenarioEvent::ActEnded { .. }
-        | ScenarioEvent::ActionDone(_)
-        | ScenarioEvent::Ended(_) => None,
+    let started = scene.events.iter().filter_map(|logged| {
+        let ScenarioEvent::EventStarted { act, event } = logged.event else { return None };
+        Some((scene.lights.scenario().acts[act].events[event].name.as_str(), logged.at.as_secs()))
     });
     started.collect()
 }
@@ -60,16 +54,16 @@ fn run(compat: Compat, acts: Vec<Act>) -> Scene {
 #[test]
 fn states_of_lights_start_events() {
     let cases = [
-        ("contained", looks("21", "red", false), Some(0), Some(0)),
-        ("not exactly", looks("21", "red", true), None, Some(0)),
-        ("a list", looks("21", "green right, red", true), Some(0), None),
-        ("none", looks("21", "none", false), Some(3), Some(6)),
-        ("a group", looks("200", "green none circle", true), Some(3), Some(3)),
-        ("untouched", looks("100", "none", false), Some(0), Some(0)),
-        ("another store", looks("21 conventional_detected", "red", false), None, None),
+        ("contained", state_is("21", "red", false), Some(0), Some(0)),
+        ("not exactly", state_is("21", "red", true), None, Some(0)),
+        ("a list", state_is("21", "green right, red", true), Some(0), None),
+        ("none", state_is("21", "none", false), Some(3), Some(6)),
+        ("a group", state_is("200", "green none circle", true), Some(3), Some(3)),
+        ("untouched", state_is("100", "none", false), Some(0), Some(0)),
+        ("another store", state_is("21 conventional_detected", "red", false), None, None),
     ];
-    for (case, test, ours, upstream) in cases {
-        for (compat, expected) in [(Improved, ours), (Upstream, upstream)] {
+    for (case, test, improved, upstream) in cases {
+        for (compat, expected) in [(Improved, improved), (Upstream, upstream)] {
             let scene = run(compat, vec![act("act", vec![event("e", when(test.clone()), Vec::new())])]);
             assert_eq!(starts(&scene).first().map(|(_, at)| *at), expected, "{case} {compat:?}");
             // Upstream compares with one bulb only (Q9).
@@ -79,7 +73,7 @@ fn states_of_lights_start_events() {
 }
 
 #[test]
-fn phases_start_events_and_there_is_none_before_the_first() {
+fn phases_start_events_from_the_first_one_on() {
     for compat in BOTH {
         let phase = |name: &str| when(Test::Phase { controller: ControllerIndex(0), phase: name.to_owned() });
         let stray = when(Test::Phase { controller: ControllerIndex(7), phase: "p1".to_owned() });
@@ -104,7 +98,7 @@ fn rules_of_time() {
     ] {
         for compat in BOTH {
             let mut thrice = event("e", time_condition(rule, 2.0), Vec::new());
-            thrice.most_executions = 3;
+            thrice.max_executions = 3;
             let scene = run(compat, vec![act("act", vec![thrice])]);
             let seconds: Vec<_> = starts(&scene).iter().map(|(_, at)| *at).collect();
             assert_eq!(seconds, expected, "{rule:?} {compat:?}");
@@ -113,7 +107,7 @@ fn rules_of_time() {
 }
 
 #[test]
-fn groups_are_alternatives_and_conditions_of_a_group_hold_together() {
+fn a_trigger_fires_when_all_conditions_of_a_group_are_true() {
     let time = |rule, seconds| time_condition(rule, seconds).groups.remove(0).remove(0);
     let start = Trigger {
         groups: vec![
@@ -122,40 +116,40 @@ fn groups_are_alternatives_and_conditions_of_a_group_hold_together() {
         ],
     };
     let mut often = event("e", start, Vec::new());
-    often.most_executions = 9;
+    often.max_executions = 9;
     let never = event("never", Trigger::default(), Vec::new());
     let scene = run(Improved, vec![act("act", vec![often, never])]);
     assert_eq!(starts(&scene), [("e", 3), ("e", 7)]);
 }
 
 #[test]
-fn transitions_are_seen_once_from_before_and_from_behind() {
+fn transitions_are_observed_once_by_earlier_and_later_elements() {
     for compat in BOTH {
-        for (state, seen) in [
-            (ElementState::StartTransition, vec![("behind", 2), ("before", 3)]),
-            (ElementState::EndTransition, vec![("behind", 2), ("before", 3)]),
-            (ElementState::Running, vec![("behind", 2), ("before", 3)]),
+        for (state, expected) in [
+            (ElementState::StartTransition, vec![("after", 2), ("before", 3)]),
+            (ElementState::EndTransition, vec![("after", 2), ("before", 3)]),
+            (ElementState::Running, vec![("after", 2), ("before", 3)]),
             (ElementState::StopTransition, vec![]),
         ] {
             let often =
-                |name: &str| Event { most_executions: 9, ..event(name, element("it/0", state), Vec::new()) };
+                |name: &str| Event { max_executions: 9, ..event(name, element("it/0", state), Vec::new()) };
             let it = event("it", time_condition(Rule::GreaterOrEqual, 2.0), vec![set("11", "red")]);
             let acts = vec![
                 act("one", vec![often("before")]),
                 act("two", vec![it]),
-                act("three", vec![often("behind")]),
+                act("three", vec![often("after")]),
             ];
             let scene = run(compat, acts);
             let others: Vec<_> = starts(&scene).into_iter().filter(|(name, _)| *name != "it").collect();
-            assert_eq!(others, seen, "{state:?} {compat:?}");
+            assert_eq!(others, expected, "{state:?} {compat:?}");
         }
     }
 }
 
 #[test]
-fn an_event_that_may_happen_again_is_waiting() {
+fn an_event_that_can_happen_again_is_in_standby() {
     let mut twice = event("twice", time_condition(Rule::GreaterOrEqual, 2.0), Vec::new());
-    twice.most_executions = 2;
+    twice.max_executions = 2;
     let watch = |name: &str, state| event(name, element("twice", state), Vec::new());
     let events =
         vec![twice, watch("standby", ElementState::Standby), watch("complete", ElementState::Complete)];
@@ -172,11 +166,7 @@ fn acts_start_and_stop_and_end() {
             ..act(
                 "late",
                 vec![
-                    Event {
-                        most_executions: 9,
-                        start: None,
-                        ..event("each", Trigger::default(), Vec::new())
-                    },
+                    Event { max_executions: 9, start: None, ..event("each", Trigger::default(), Vec::new()) },
                     event("never", time_condition(Rule::GreaterOrEqual, 5.0), Vec::new()),
                 ],
             )
@@ -191,14 +181,11 @@ fn acts_start_and_stop_and_end() {
             [("each", 2), ("each", 3), ("stopped", 4), ("act stopped", 4)],
             "{compat:?}"
         );
-        let of_acts: Vec<_> = scene
-            .notes
-            .iter()
-            .filter(|note| {
-                matches!(note.what, ScenarioEvent::ActStarted { .. } | ScenarioEvent::ActEnded { .. })
-            })
-            .map(|note| (note.what.clone(), note.at.as_secs()))
-            .collect();
+        let mut of_acts = scene.events.clone();
+        of_acts.retain(|logged| {
+            matches!(logged.event, ScenarioEvent::ActStarted { .. } | ScenarioEvent::ActEnded { .. })
+        });
+        let of_acts: Vec<_> = of_acts.into_iter().map(|logged| (logged.event, logged.at.as_secs())).collect();
         let expected = [
             (ScenarioEvent::ActStarted { act: 1 }, 0),
             (ScenarioEvent::ActStarted { act: 0 }, 2),
@@ -210,7 +197,7 @@ fn acts_start_and_stop_and_end() {
 }
 
 #[test]
-fn after_the_end_everything_stands_still() {
+fn after_the_end_controllers_and_events_stop() {
     let end = |success| {
         let actions = vec![Action::End { success }, set("11", "red")];
         vec![act("act", vec![event("end", time_condition(Rule::GreaterOrEqual, 2.0), actions)])]
@@ -219,8 +206,8 @@ fn after_the_end_everything_stands_still() {
         for (success, verdict) in [(true, ScenarioOutcome::Success), (false, ScenarioOutcome::Failure)] {
             let scene = run(compat, end(success));
             assert_eq!(scene.verdict(), Some(&verdict));
-            assert_eq!((scene.see("A", 10), scene.see("gt11", 10)), ("p1".to_owned(), "-".to_owned()));
-            assert!(scene.see("int", 10).starts_with("200:"), "it is still sent");
+            assert_eq!((scene.value("A", 10), scene.value("gt11", 10)), ("p1".to_owned(), "-".to_owned()));
+            assert!(scene.value("int", 10).starts_with("200:"), "it is still sent");
         }
     }
     let scenario = Scenario { stop: Some(time_condition(Rule::GreaterThan, 4.0)), ..Scenario::default() };
@@ -232,13 +219,13 @@ fn after_the_end_everything_stands_still() {
 }
 
 #[test]
-fn a_wrong_text_is_applied_up_to_the_mistake_by_upstream_alone() {
+fn only_upstream_applies_a_wrong_text_up_to_its_mistake() {
     let wrong = || vec![act("act", vec![event("e", Trigger::default(), vec![set("11", "red,,green")])])];
-    for (compat, seen) in [(Improved, "-"), (Upstream, "R")] {
+    for (compat, expected) in [(Improved, "-"), (Upstream, "R")] {
         let mut acts = wrong();
         acts[0].events[0].start = None;
         let scene = run(compat, acts);
         assert!(matches!(scene.verdict(), Some(ScenarioOutcome::Fault(Refusal::State { .. }))), "{compat:?}");
-        assert_eq!(scene.see("gt11", 10), seen, "{compat:?}");
+        assert_eq!(scene.value("gt11", 10), expected, "{compat:?}");
     }
 }

@@ -1,11 +1,11 @@
-//! T1 to T14 of docs/spec/traffic-lights.md, "Worked timelines", in both behaviours.
+//! T1 to T14 of docs/spec/traffic-lights.md, "Worked timelines", in both modes.
 
 use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::traffic_light::scenario::{Action, ControllerIndex, Scenario};
 
 use super::scene::{BOTH, Scene, controller, following, script, set, settings, small_map, target};
 
-/// Both behave alike.
+/// Checks that both modes give the same rows.
 fn alike(case: &str, scene: impl Fn(Compat) -> Scene, rows: &[(u64, &str)]) {
     for compat in BOTH {
         scene(compat).check(&format!("{case} {compat:?}"), rows);
@@ -36,7 +36,7 @@ fn t1_cycling() {
 }
 
 #[test]
-fn t2_several_bulbs_and_a_silent_phase() {
+fn t2_several_bulbs_and_a_phase_without_states() {
     let phases = [("p1", "2", "21=red;21=green right"), ("p2", "2", "21=red, green left"), ("p3", "2", "")];
     let rows = [
         (0, "gt21=GR+R int=200:GR+R"),
@@ -82,7 +82,7 @@ fn t5_detected_by_phase_and_by_hand() {
     let actions =
         [(1, set("21 conventional_detected", "red")), (1, set("11 conventional_detected", "unknown"))];
     let rows = |hand: &'static [(u64, &'static str)]| hand;
-    let ours = rows(&[
+    let improved = rows(&[
         (0, "gt21=G det=21:Y int=200:Y"),
         (1, "gt21=G det=11:usc,21:R int=100:usc,200:R"),
         (3, "gt21=R det=11:usc int=100:usc,200:R"),
@@ -94,7 +94,7 @@ fn t5_detected_by_phase_and_by_hand() {
         (3, "gt21=R det=11:usc int=200:R,100:usc"),
         (6, "gt21=G det=11:usc,21:Y int=200:Y,100:usc"),
     ]);
-    for (compat, rows) in [(Improved, ours), (Upstream, upstream)] {
+    for (compat, rows) in [(Improved, improved), (Upstream, upstream)] {
         Scene::of(compat, vec![controller("A", &phases)], &actions).check(&format!("T5 {compat:?}"), rows);
     }
 }
@@ -212,7 +212,7 @@ fn t10_copying() {
 }
 
 #[test]
-fn t11_copying_beside_an_own_state() {
+fn t11_copying_beside_an_explicit_state() {
     let phases = [("p1", "3", "21=green"), ("p2", "3", "21=red;21 v2i=green")];
     for (compat, union) in
         [(Improved, "gt21=R v2i21=G ext=200:G"), (Upstream, "gt21=R v2i21=G+R ext=200:G+R")]
@@ -302,7 +302,7 @@ fn t14_variants() {
             "4Y+R,10G,14Y+R,20G",
             "4Y+R,10G,14Y+R,20G",
         ),
-        ("p2 silent", vec![green, ("p2", "2", ""), red], "6R,12G,16G,18R,24G", "6R,12G,16G,18R,24G"),
+        ("p2 without states", vec![green, ("p2", "2", ""), red], "6R,12G,16G,18R,24G", "6R,12G,16G,18R,24G"),
         ("p3 endless", vec![green, ("p2", "2", "21 v2i=yellow"), ("p3", "inf", "21 v2i=red")], "4Y,6R", ""),
         (
             "one phase",
@@ -324,14 +324,14 @@ fn t14_variants() {
             "4G,6R,12G,16G,18R,24G",
         ),
     ];
-    for (case, phases, ours, upstream) in cases {
-        for (compat, expected) in [(Improved, ours), (Upstream, upstream)] {
+    for (case, phases, improved, upstream) in cases {
+        for (compat, expected) in [(Improved, improved), (Upstream, upstream)] {
             let mut scene = Scene::of(compat, vec![controller("A", &phases)], &[]);
             scene.run_to(0);
             if expected == "fault" {
                 assert!(scene.verdict().is_some(), "{case} {compat:?}");
             } else {
-                assert_eq!(scene.see("p200", 0), expected, "T14 {case} {compat:?}: {:?}", scene.verdict());
+                assert_eq!(scene.value("p200", 0), expected, "T14 {case} {compat:?}: {:?}", scene.verdict());
             }
         }
     }
@@ -353,7 +353,7 @@ fn t14_two_controllers() {
         ],
     );
     Scene::of(Improved, controllers(), &[]).check(
-        "T14 two, ours",
+        "T14 two, improved",
         &[
             (0, "p200=4Y,6R,12G,16Y,18R,24G p100=5R,10G,15R,20G,25R,30G"),
             (4, "p200=2R,8G,12Y,14R,20G,24Y p100=1R,6G,11R,16G,21R,26G"),

@@ -1,5 +1,4 @@
-//! Whatever is told: a clear finding, no panic, no invented signal, and what was good before is good
-//! again afterwards.
+//! Bad inputs of any kind: a clear finding, no panic, no invented signal, and the next good inputs count again.
 
 use std::sync::Arc;
 
@@ -7,28 +6,27 @@ use proptest::prelude::*;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::WallStamp;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, FactorTopic, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+    ControlPoint, FactorTopic, Odometry, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
-use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::signal::Signal;
 
-use super::bench::{announcing, decider, path, route};
+use super::bench::{announcing, decider, factor, path, route};
+use super::drive::segments;
 
 const NAN: f64 = f64::NAN;
 
-/// What goes wrong while the vehicle stands before its turn.
+/// The fault that occurs while the vehicle stands before its turn.
 enum Bad {
-    /// This is told once, then all is well but for it.
+    /// This input comes once, between good ones.
     PlannerInput(PlannerInput),
-    /// This is the odometry now.
+    /// The odometry is this one.
     Odometry(Odometry),
-    /// Odometry is no longer received, for so long.
+    /// No odometry is received for this time, ms.
     Silence(u64),
-    /// The same measurement comes again and again, for so long.
+    /// The same measurement is received repeatedly for this time, ms.
     Frozen(u64),
-    /// The clock jumps ahead.
+    /// The clock jumps ahead by this time, ms.
     Jump(u64),
     /// The stamps of the odometry go back.
     StampsBack,
@@ -38,33 +36,17 @@ fn at(x: f64, y: f64, yaw: f64, speed_mps: f64) -> Bad {
     Bad::Odometry(Odometry { pose: Pose::new(x, y, yaw), speed_mps })
 }
 
-fn factor(behavior: u16, points: &[(f64, f64)]) -> PlanningFactor {
-    let point = |(x, shift_length_m): &(f64, f64)| ControlPoint {
-        pose: Pose::new(*x, 0.0, 0.0),
-        distance_m: 0.0,
-        speed_mps: 0.0,
-        shift_length_m: *shift_length_m,
-    };
-    let control_points = points.iter().map(point).collect();
-    PlanningFactor { behavior, is_driving_forward: true, detail: "".into(), control_points }
-}
-
 fn factors(topic: FactorTopic, behavior: u16, points: &[(f64, f64)]) -> Bad {
-    Bad::PlannerInput(PlannerInput::Factors { topic, factors: Arc::new([factor(behavior, points)]) })
+    Bad::PlannerInput(PlannerInput::Factors { topic, factors: Arc::new([factor(behavior, true, points)]) })
 }
 
 fn planned(points: Vec<PathPoint>) -> Bad {
     Bad::PlannerInput(PlannerInput::PlannedPath(points.into()))
 }
 
-fn starting_at(start: Pose) -> Bad {
-    let segments = vec![Segment { preferred: 1, lanes: vec![1] }];
-    Bad::PlannerInput(PlannerInput::Route(Arc::new(PlannerRoute {
-        id: 2,
-        start,
-        goal: Pose::default(),
-        segments,
-    })))
+fn route_from(start: Pose) -> Bad {
+    let route = PlannerRoute { id: 2, start, goal: Pose::default(), segments: segments(&[1]) };
+    Bad::PlannerInput(PlannerInput::Route(Arc::new(route)))
 }
 
 fn spoilt_path() -> Vec<PathPoint> {
@@ -98,10 +80,10 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
         ),
         (
             "route from nowhere",
-            starting_at(Pose::new(NAN, 0.0, 0.0)),
+            route_from(Pose::new(NAN, 0.0, 0.0)),
             NoCommand,
             Error,
-            "start of the route is no",
+            "the start of the route is not a number",
         ),
         ("x is not a number", at(NAN, 0.0, 0.0, 5.0), NoCommand, Error, "odometry is not a number"),
         ("yaw is not a number", at(36.0, 0.0, NAN, 5.0), NoCommand, Error, "odometry is not a number"),
@@ -125,10 +107,10 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
             "not lane driving",
         ),
         ("empty path", planned(Vec::new()), NoCommand, Warn, "the planned path is empty"),
-        ("path of one place", planned(vec![path(30.0, 1)[0].clone(); 9]), Left, Ok, "none"),
+        ("path of one point", planned(vec![path(30.0, 1)[0].clone(); 9]), Left, Ok, "none"),
         ("path with a hole", planned(spoilt_path()), Left, Warn, "point of the planned path is not a number"),
         (
-            "factor at no place",
+            "factor at no pose",
             factors(LaneChangeLeft, 5, &[(NAN, 0.0), (99.0, 0.0)]),
             Left,
             Warn,
@@ -148,14 +130,14 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
         let mut bench = announcing();
         let before = bench.now.wall;
         match bad {
-            Bad::PlannerInput(told) => {
-                bench.tell(told);
+            Bad::PlannerInput(input) => {
+                bench.handle(input);
                 bench.stay(36.0, 5.0, 200);
             }
             Bad::Odometry(odometry) => {
                 // A stamp of its own for every measurement.
                 for _ in 0..3 {
-                    bench.tell(PlannerInput::Odometry { odometry, stamp: bench.now.wall });
+                    bench.handle(PlannerInput::Odometry { odometry, stamp: bench.now.wall });
                     bench.pass_without_end(100);
                 }
             }
@@ -163,7 +145,7 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
             Bad::Frozen(ms) => {
                 let odometry = Odometry { pose: Pose::new(36.0, 0.0, 0.0), speed_mps: 5.0 };
                 for _ in 0..ms / 50 {
-                    bench.tell(PlannerInput::Odometry { odometry, stamp: before });
+                    bench.handle(PlannerInput::Odometry { odometry, stamp: before });
                     bench.pass_without_end(50);
                 }
             }
@@ -172,7 +154,7 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
                 let odometry = Odometry { pose: Pose::new(36.0, 0.0, 0.0), speed_mps: 5.0 };
                 for step in 0..10_i64 {
                     let stamp = WallStamp::from_nanos(before.as_nanos() - step * 1_000_000);
-                    bench.tell(PlannerInput::Odometry { odometry, stamp });
+                    bench.handle(PlannerInput::Odometry { odometry, stamp });
                     bench.pass_without_end(100);
                 }
             }
@@ -180,35 +162,29 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
         let status = bench.status("turn_signal_decider");
         assert_eq!((bench.turn(), status.level), (Some(turn), level), "{name}: {status:?}");
         assert!(bench.decider_value("findings").contains(finding), "{name}: {status:?}");
-        // What was good is good again, all of it told anew.
-        bench.tell(route(3, &[1, 2, 3]));
-        bench.tell(PlannerInput::LaneDriving(true));
-        bench.tell(PlannerInput::PlannedPath(path(30.0, 100).into()));
+        // All inputs are good again.
+        bench.handle(route(3, &[1, 2, 3]));
+        bench.handle(PlannerInput::LaneDriving(true));
+        bench.handle(PlannerInput::PlannedPath(path(30.0, 100).into()));
         for topic in FactorTopic::ALL {
-            bench.tell(PlannerInput::Factors { topic, factors: Arc::new([]) });
+            bench.handle(PlannerInput::Factors { topic, factors: Arc::new([]) });
         }
         bench.stay(36.0, 5.0, 900);
-        assert_eq!(
-            (bench.turn(), bench.status("turn_signal_decider").level),
-            (Some(Left), Ok),
-            "{name}: {:?}",
-            bench.status("turn_signal_decider")
-        );
+        let status = bench.status("turn_signal_decider");
+        assert_eq!((bench.turn(), status.level), (Some(Left), Ok), "{name}: {status:?}");
     }
 }
 
 #[test]
-fn a_scenario_that_is_told_no_more_is_no_reason_to_go_on() {
+fn a_scenario_no_longer_received_ends_the_signal() {
     let mut bench = announcing();
-    bench.tell(PlannerInput::LaneDriving(true));
+    bench.handle(PlannerInput::LaneDriving(true));
     bench.stay(36.0, 5.0, 1_000);
     assert_eq!(bench.turn(), Some(Signal::Left));
     bench.stay(36.0, 5.0, 300);
-    assert_eq!(
-        (bench.turn(), bench.status("turn_signal_decider").level),
-        (Some(Signal::NoCommand), Level::Error)
-    );
-    assert_eq!(bench.status("turn_signal_decider").message, "NO_COMMAND: the scenario is too old");
+    let status = bench.status("turn_signal_decider");
+    assert_eq!((bench.turn(), status.level), (Some(Signal::NoCommand), Level::Error));
+    assert_eq!(status.message, "NO_COMMAND: the scenario is too old");
 }
 
 fn any_number() -> impl Strategy<Value = f64> {
@@ -221,7 +197,7 @@ fn any_pose() -> impl Strategy<Value = Pose> {
     (any_number(), y, yaw).prop_map(|(x, y, yaw)| Pose::new(x, y, yaw))
 }
 
-fn any_told() -> impl Strategy<Value = PlannerInput> {
+fn any_input() -> impl Strategy<Value = PlannerInput> {
     let lane = prop_oneof![9 => prop::sample::select(vec![1_i64, 2, 3, 11, 12, 13]), 1 => any::<i64>()];
     let lanes = prop::collection::vec(lane, 0..4);
     let odometry = (any_pose(), any_number(), any::<i64>()).prop_map(|(pose, speed_mps, stamp)| {
@@ -254,13 +230,13 @@ fn any_told() -> impl Strategy<Value = PlannerInput> {
             control_points,
         },
     );
-    let told_factors = (prop::sample::select(FactorTopic::ALL.to_vec()), prop::collection::vec(factor, 0..3))
+    let factors = (prop::sample::select(FactorTopic::ALL.to_vec()), prop::collection::vec(factor, 0..3))
         .prop_map(|(topic, factors)| PlannerInput::Factors { topic, factors: factors.into() });
     prop_oneof![
         4 => odometry,
         2 => routes,
         2 => paths,
-        3 => told_factors,
+        3 => factors,
         1 => any::<bool>().prop_map(PlannerInput::LaneDriving),
         1 => any::<u8>().prop_map(PlannerInput::OwnTurnCommand),
     ]
@@ -271,30 +247,30 @@ proptest! {
 
     /// A side is only ever commanded with an odometry of numbers and a route of this map.
     #[test]
-    fn whatever_is_told_a_side_has_a_ground(
-        steps in prop::collection::vec((any_told(), 0..300_u64), 1..40),
+    fn no_input_makes_a_side_without_odometry_and_route(
+        steps in prop::collection::vec((any_input(), 0..300_u64), 1..40),
         upstream in any::<bool>(),
     ) {
         let compat = if upstream { "compat = \"upstream\"" } else { "" };
         let mut bench = decider(&format!("enabled = true\n{compat}"));
-        let (mut is_placed, mut is_routed) = (false, false);
-        for (told, ms) in steps {
-            if let PlannerInput::Odometry { odometry, .. } = &told {
-                is_placed = odometry.pose.is_finite() && odometry.speed_mps.is_finite();
+        let (mut has_odometry, mut has_route) = (false, false);
+        for (input, ms) in steps {
+            if let PlannerInput::Odometry { odometry, .. } = &input {
+                has_odometry = odometry.pose.is_finite() && odometry.speed_mps.is_finite();
             }
-            if let PlannerInput::Route(told) = &told {
-                let lanes: Vec<i64> = told.segments.iter().map(|segment| segment.preferred).collect();
+            if let PlannerInput::Route(route) = &input {
+                let lanes: Vec<i64> = route.segments.iter().map(|segment| segment.preferred).collect();
                 let mut once = lanes.clone();
                 once.sort_unstable();
                 once.dedup();
                 let known = lanes.iter().all(|lane| [1, 2, 3, 11, 12, 13].contains(lane));
-                is_routed = !lanes.is_empty() && once.len() == lanes.len() && known;
+                has_route = !lanes.is_empty() && once.len() == lanes.len() && known;
             }
-            bench.tell(told);
+            bench.handle(input);
             let before = bench.turn_commands().len();
             bench.pass_without_end(ms);
             let sides = bench.turn_commands()[before..].iter().any(|(_, turn)| turn.side().is_some());
-            prop_assert!(!sides || is_placed && is_routed, "{:?}", bench.status("turn_signal_decider"));
+            prop_assert!(!sides || has_odometry && has_route, "{:?}", bench.status("turn_signal_decider"));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A gateway with nothing but the decider, told by hand, on virtual time: a straight road of two lanes,
+//! A gateway with nothing but the decider, on virtual time: a straight road of two lanes,
 //! one of which has a piece tagged as a left turn.
 
 use std::sync::Arc;
@@ -9,11 +9,12 @@ use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::turn_signal::decision::Decision;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::planner_input::{PathPoint, PlannerInput, PlannerRoute};
-use signal_gateway::core::turn_signal::route::Segment;
+use signal_gateway::core::turn_signal::planner_input::{
+    ControlPoint, Odometry, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
+};
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 
+use super::drive::segments;
 use crate::support::clock::{at, at_ms, millis};
 use crate::support::files::MemoryFiles;
 use crate::support::virtual_gateway::VirtualGateway;
@@ -56,16 +57,12 @@ pub(crate) fn decider(keys: &str) -> VirtualGateway {
     VirtualGateway::starting_at(MonoTime::from_millis(10_000), files.settings().gateway)
 }
 
-/// The planner's words in, commands and decisions out.
+/// Planner inputs go in, commands and decisions come out.
 impl VirtualGateway {
-    pub(crate) fn tell(&mut self, told: PlannerInput) {
-        self.handle(told);
-    }
-
     /// Odometry on the lane of lanelets 1 to 3.
     pub(crate) fn odometry(&mut self, x_m: f64, speed_mps: f64) {
         let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps };
-        self.tell(PlannerInput::Odometry { odometry, stamp: self.now.wall });
+        self.handle(PlannerInput::Odometry { odometry, stamp: self.now.wall });
     }
 
     /// The clock jumps: no deadline is handled before it has.
@@ -74,7 +71,7 @@ impl VirtualGateway {
         self.handle(Input::Tick);
     }
 
-    /// So long at one place, told ten times a second.
+    /// Odometry at one position, ten times a second.
     pub(crate) fn stay(&mut self, x_m: f64, speed_mps: f64, ms: u64) {
         for _ in 0..ms / 100 {
             self.odometry(x_m, speed_mps);
@@ -82,7 +79,7 @@ impl VirtualGateway {
         }
     }
 
-    /// The turn commands as they went out: when, ms, and what.
+    /// The turn commands, each with the time it was sent at, ms.
     pub(crate) fn turn_commands(&self) -> Vec<(u64, Signal)> {
         self.stamped(|output| {
             if let Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) = output {
@@ -126,12 +123,12 @@ impl VirtualGateway {
         self.value("turn_signal_decider", key)
     }
 
-    /// What of the outputs `pick` picks; its stamp is when it came.
+    /// The outputs that `pick` picks; the stamp of each is the time it came at.
     fn stamped<T>(&self, pick: impl Fn(&Output) -> Option<(T, WallStamp)>) -> Vec<(u64, T)> {
         let picked = self.outputs.iter().filter_map(|(mono, output)| Some((*mono, pick(output)?)));
-        let checked = picked.map(|(mono, (what, stamp))| {
+        let checked = picked.map(|(mono, (value, stamp))| {
             assert_eq!(stamp, at(mono).wall);
-            (millis(mono), what)
+            (millis(mono), value)
         });
         checked.collect()
     }
@@ -139,14 +136,12 @@ impl VirtualGateway {
 
 /// A route over these lanelets.
 pub(crate) fn route(id: u128, lanes: &[i64]) -> PlannerInput {
-    let segments = lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] }).collect();
     let (start, goal) = (Pose::default(), Pose::new(190.0, 0.0, 0.0));
-    PlannerInput::Route(Arc::new(PlannerRoute { id, start, goal, segments }))
+    PlannerInput::Route(Arc::new(PlannerRoute { id, start, goal, segments: segments(lanes) }))
 }
 
 /// A planned path of this many points along the middle, a point each metre, from `x_m` on.
 pub(crate) fn path(x_m: f64, points: u32) -> Vec<PathPoint> {
-    let place = |index: u32| x_m + f64::from(index);
     let lane = |x: f64| {
         if x < 60.0 {
             1
@@ -157,13 +152,25 @@ pub(crate) fn path(x_m: f64, points: u32) -> Vec<PathPoint> {
         }
     };
     let point = |x: f64| PathPoint { pose: Pose::new(x, 0.0, 0.0), speed_mps: 5.0, lanes: vec![lane(x)] };
-    (0..points).map(place).map(point).collect()
+    (0..points).map(|index| point(x_m + f64::from(index))).collect()
+}
+
+/// A planning factor with control points at these positions along the road, each with its offset.
+pub(crate) fn factor(behavior: u16, is_driving_forward: bool, points: &[(f64, f64)]) -> PlanningFactor {
+    let point = |(x_m, shift_length_m): &(f64, f64)| ControlPoint {
+        pose: Pose::new(*x_m, 0.0, 0.0),
+        distance_m: 0.0,
+        speed_mps: 0.0,
+        shift_length_m: *shift_length_m,
+    };
+    let control_points = points.iter().map(point).collect();
+    PlanningFactor { behavior, is_driving_forward, detail: "".into(), control_points }
 }
 
 /// A decider that has announced the turn for two seconds, standing 20 m before it.
 pub(crate) fn announcing() -> VirtualGateway {
     let mut bench = decider("enabled = true");
-    bench.tell(route(1, &[1, 2, 3]));
+    bench.handle(route(1, &[1, 2, 3]));
     bench.stay(36.0, 5.0, 2_000);
     assert_eq!(bench.turn(), Some(Signal::Left));
     bench

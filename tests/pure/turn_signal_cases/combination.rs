@@ -1,5 +1,4 @@
-//! docs/spec/turn-signal-decider.md, "Joining records":
-//! how the record of a manoeuvre joins that of the one before it.
+//! docs/spec/turn-signal-decider.md, "Joining records": the record of a manoeuvre joined with that of the one before it.
 
 use signal_gateway::core::map::geometry::path::PathFrame;
 use signal_gateway::core::turn_signal::chain::{join_present, overwrite, pairwise_prior};
@@ -12,7 +11,7 @@ fn hazard() -> Section {
     Section { hazard: Hazard::Enable, ..Section::default() }
 }
 
-/// The same places with no command.
+/// The same points without a command.
 fn silenced(record: Section) -> Section {
     Section { turn: Signal::NoCommand, ..record }
 }
@@ -58,7 +57,7 @@ fn the_pairwise_rule_goes_by_position() {
         let path_frame = PathFrame::new(&path, at(x), 2.0, NEAREST);
         assert_eq!(pairwise_prior(&path_frame, previous, new), expected, "x = {x}");
         // Which came first plays a part only when starts are equal.
-        assert_eq!(pairwise_prior(&path_frame, new, previous), expected, "x = {x}, the other way round");
+        assert_eq!(pairwise_prior(&path_frame, new, previous), expected, "x = {x}, in reverse");
     }
 }
 

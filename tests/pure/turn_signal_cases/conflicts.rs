@@ -1,5 +1,5 @@
-//! docs/spec/turn-signal-decider.md, "Conflict patterns":
-//! conflicts of two and three records over a whole drive, in both behaviours.
+//! docs/spec/turn-signal-decider.md, "Conflict patterns": conflicts of two and three records over a whole drive,
+//! improved and as upstream.
 
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Case, Rules, Source};
 use signal_gateway::core::turn_signal::section::Section;
@@ -14,18 +14,18 @@ fn pair(p: Section, q: Section) -> Candidates {
     Candidates { intersection: Some(p), manoeuvre: Some(q), ..Candidates::default() }
 }
 
-/// Where each side is signalled: from, whether from itself, to, whether to itself.
+/// A side with the stretch it is signalled on: start, with the start itself, end, with the end itself.
 pub(crate) type Stretch = (Side, f64, bool, f64, bool);
 
-/// Both ends belong to it.
+/// A stretch with both ends.
 const fn closed(side: Side, from: f64, to: f64) -> Stretch {
     (side, from, true, to, true)
 }
-/// The end does not.
+/// A stretch without its end.
 const fn until(side: Side, from: f64, to: f64) -> Stretch {
     (side, from, true, to, false)
 }
-/// The start does not.
+/// A stretch without its start.
 const fn after(side: Side, from: f64, to: f64) -> Stretch {
     (side, from, false, to, true)
 }
@@ -37,7 +37,7 @@ fn expected_at(stretches: &[Stretch], x: f64) -> Signal {
     stretches.iter().find(within).map_or(Signal::Disable, |(side, ..)| (*side).into())
 }
 
-fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: Rules) {
+fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: &Rules) {
     // Quarters are exact, so that boundaries are met and just missed.
     for x in (-40..=480).map(|quarter| f64::from(quarter) / 4.0) {
         let got = resolve_at(x, FRONT_M, candidates, rules);
@@ -174,7 +174,7 @@ pub(crate) fn cases() -> Vec<(&'static str, Candidates, Vec<Stretch>)> {
 #[test]
 fn every_listed_conflict_is_settled_as_upstream_does() {
     for (id, candidates, stretches) in cases() {
-        check(id, &candidates, &stretches, Rules::default());
+        check(id, &candidates, &stretches, &Rules::default());
     }
 }
 
@@ -184,7 +184,7 @@ fn by_default_no_single_sample_stands_out_at_the_required_start() {
     let rules = Rules { start_belongs_to_before: true, ..Rules::default() };
     for (id, candidates, mut stretches) in cases() {
         stretches.retain(|(_, from, _, to, _)| from != to);
-        check(id, &candidates, &stretches, rules);
+        check(id, &candidates, &stretches, &rules);
     }
 }
 
@@ -206,7 +206,7 @@ fn three_records_name_their_winners() {
         ("T3", 50.0, Manoeuvre),
     ] {
         let (_, candidates, _) = cases().into_iter().find(|(other, ..)| *other == id).unwrap();
-        let got = resolve_at(x, FRONT_M, &candidates, Rules::default());
+        let got = resolve_at(x, FRONT_M, &candidates, &Rules::default());
         assert_eq!(got.winner.unwrap().source, winner, "{id} at {x}");
     }
 }
@@ -224,7 +224,7 @@ fn every_branch_has_its_label_and_the_loser_its_reason() {
         ("C4", 20.0, Case::B2, Source::Manoeuvre),
         ("C4", 40.0, Case::B2, Source::Intersection),
     ] {
-        let got = resolve_at(x, FRONT_M, &candidates(id), Rules::default());
+        let got = resolve_at(x, FRONT_M, &candidates(id), &Rules::default());
         assert_eq!((got.case, got.winner.unwrap().source), (Some(case), winner), "{id} at {x}");
         let lost = got
             .evaluated
@@ -234,11 +234,11 @@ fn every_branch_has_its_label_and_the_loser_its_reason() {
         assert_eq!(lost.outcome, CandidateOutcome::LostTo { source: winner, case }, "{id} at {x}");
         assert_ne!(lost.source, winner);
     }
-    let fates =
-        |x: f64| resolve_at(x, FRONT_M, &candidates("C1"), Rules::default()).evaluated.map(|w| w.outcome);
+    let outcomes =
+        |x: f64| resolve_at(x, FRONT_M, &candidates("C1"), &Rules::default()).evaluated.map(|w| w.outcome);
     assert_eq!(
-        fates(-3.0),
+        outcomes(-3.0),
         [CandidateOutcome::NotReached, CandidateOutcome::Absent, CandidateOutcome::NotReached]
     );
-    assert_eq!(fates(65.0), [CandidateOutcome::Passed, CandidateOutcome::Absent, CandidateOutcome::Won]);
+    assert_eq!(outcomes(65.0), [CandidateOutcome::Passed, CandidateOutcome::Absent, CandidateOutcome::Won]);
 }

@@ -1,28 +1,66 @@
-//! A drive along the straight road with turns, roundabouts and manoeuvres put on it by hand, since on
-//! a straight lanelet the whole of it is required section.
+//! A drive along the straight road with turns, roundabouts and manoeuvres added by hand, since on a straight lanelet
+//! the whole of it is required section.
 
 use std::time::Duration;
 
 use signal_gateway::core::map::geometry::path::{Path, PathFrame};
 use signal_gateway::core::map::geometry::{Point, Pose};
-use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
+use signal_gateway::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::{DeciderCompat, UpstreamQuirks};
 use signal_gateway::core::turn_signal::decider::{Decider, Observed, Settings};
 use signal_gateway::core::turn_signal::decision::{Basis, Decision};
 use signal_gateway::core::turn_signal::decision_context::DecisionContext;
+use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
+use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::core::turn_signal::route::Route;
+use signal_gateway::core::turn_signal::planner_input::Odometry;
+use signal_gateway::core::turn_signal::route::{Route, Segment};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::Signal;
+use signal_gateway::core::turn_signal::signal::{Side, Signal};
 use signal_gateway::core::turn_signal::turn_lane::TurnLane;
 
 use super::line::{NEAREST, at, line};
 
 /// Half the width of the lane, metres.
 pub(crate) const HALF_WIDTH_M: f64 = 1.75;
+
+/// Segments of one lanelet each.
+pub(crate) fn segments(lanes: &[LaneId]) -> Vec<Segment> {
+    lanes.iter().map(|lane| Segment { preferred: *lane, lanes: vec![*lane] }).collect()
+}
+
+/// A route over single lanelets.
+pub(crate) fn route_from(id: u128, start: Pose, lanes: &[LaneId]) -> Route {
+    Route::new(id, start, segments(lanes)).unwrap()
+}
+
+/// A lane change that is driven.
+pub(crate) fn lane_change(side: Side, start: Option<Pose>, end: Option<Pose>) -> LaneChange {
+    LaneChange {
+        side,
+        phase: LaneChangePhase::Running,
+        start,
+        crossing: None,
+        end,
+        previous_path: Vec::new(),
+        minimum_length_m: 0.0,
+    }
+}
+
+/// Inputs with odometry, map and route alone.
+pub(crate) fn inputs<'a>(odometry: Timed<Odometry>, road: &'a LaneNetwork, route: &'a Route) -> Inputs<'a> {
+    Inputs {
+        odometry: Some(odometry),
+        road: Some(road),
+        route: Some(route),
+        planned_path: None,
+        manoeuvres: &[],
+        lane_driving: true,
+    }
+}
 
 /// A straight lanelet from `from` to `to`.
 pub(crate) fn straight_lane(id: i64, from: f64, to: f64) -> Lane {
@@ -66,7 +104,7 @@ pub(crate) struct Drive {
     pub(crate) route: Route,
     pub(crate) parameters: Parameters,
     pub(crate) settings: Settings,
-    pub(crate) seen: Observed,
+    pub(crate) observed: Observed,
     pub(crate) decider: Decider,
     path: Path,
     now: MonoTime,
@@ -74,26 +112,26 @@ pub(crate) struct Drive {
 
 impl Drive {
     /// One long lanelet, nothing else.
-    pub(crate) fn new(mode: DeciderCompat) -> Self {
-        Self::on(LaneNetwork::new([straight_lane(1, -60.0, 300.0)], Vec::new()), &[1], mode)
+    pub(crate) fn new(compat: DeciderCompat) -> Self {
+        Self::on(LaneNetwork::new([straight_lane(1, -60.0, 300.0)], Vec::new()), &[1], compat)
     }
 
     /// This road and route, along the same line.
-    pub(crate) fn on(road: LaneNetwork, route: &[i64], mode: DeciderCompat) -> Self {
-        let settings = Settings::deployed(mode);
+    pub(crate) fn on(road: LaneNetwork, route: &[i64], compat: DeciderCompat) -> Self {
+        let settings = Settings::deployed(compat);
         Self {
             road,
-            route: Route::single_file(1, Pose::new(-50.0, 0.0, 0.0), route).unwrap(),
+            route: route_from(1, Pose::new(-50.0, 0.0, 0.0), route),
             parameters: Parameters::DEPLOYED,
             decider: Decider::new(settings.clone()),
             settings,
-            seen: Observed::default(),
+            observed: Observed::default(),
             path: line(-60, 300),
             now: MonoTime::from_millis(1_000_000),
         }
     }
 
-    /// Every change at once, to look at sections alone.
+    /// Without minimum durations, to test sections alone.
     pub(crate) fn at_once(mut self) -> Self {
         self.settings.min_durations = MinDurations::NONE;
         self.decider = Decider::new(self.settings.clone());
@@ -104,7 +142,7 @@ impl Drive {
         self.now = self.now.after(time);
     }
 
-    pub(crate) fn scene(&self, ego: Pose, speed_mps: f64) -> DecisionContext<'_> {
+    pub(crate) fn context(&self, ego: Pose, speed_mps: f64) -> DecisionContext<'_> {
         DecisionContext {
             road: &self.road,
             route: &self.route,
@@ -120,14 +158,14 @@ impl Drive {
     /// One cycle with the rear axle at `x_m`.
     pub(crate) fn step(&mut self, x_m: f64, speed_mps: f64, manoeuvres: &[Manoeuvre]) -> Decision {
         let mut decider = self.decider.clone();
-        let seen = self.seen.clone();
-        let decision = decider.decide_on(&self.scene(at(x_m), speed_mps), manoeuvres, |_| seen);
+        let observed = self.observed.clone();
+        let decision = decider.decide_on(&self.context(at(x_m), speed_mps), manoeuvres, |_| observed);
         self.decider = decider;
         decision
     }
 
-    /// Where the intersection candidate of a decision with the rear axle at `x_m` may be signalled from; `None`
-    /// without a candidate.
+    /// Position from which the intersection candidate of a decision with the rear axle at `x_m` may be signalled;
+    /// `None` without a candidate.
     pub(crate) fn announced_m(&self, decision: &Decision, x_m: f64) -> Option<f64> {
         let Basis::Candidates(resolution) = &decision.basis else { return None };
         let [intersection, ..] = &resolution.evaluated;

@@ -1,65 +1,49 @@
-//! The decider as a flow of the gateway: commands at its rate, hazard requests, the shadow, what is
-//! said of a decision.
+//! The decider as a flow of the gateway: commands at its rate, hazard requests, the shadow, diagnostics.
 
 use std::sync::Arc;
 
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, FactorTopic, PlannerInput, PlanningFactor,
-};
+use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput, PlanningFactor};
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::io::ros::topics::Topics;
 use signal_gateway::report::gateway::JsonTimeline;
 
-use super::bench::{PERIOD, announcing, decider, path, route};
+use super::bench::{PERIOD, announcing, decider, factor, path, route};
 
-fn factor(behavior: u16, forward: bool, from_m: f64, to_m: f64) -> Arc<[PlanningFactor]> {
-    let point = |x: f64| ControlPoint {
-        pose: Pose::new(x, 0.0, 0.0),
-        distance_m: 0.0,
-        speed_mps: 0.0,
-        shift_length_m: 0.0,
-    };
-    let factor = PlanningFactor {
-        behavior,
-        is_driving_forward: forward,
-        detail: "".into(),
-        control_points: vec![point(from_m), point(to_m)],
-    };
-    Arc::new([factor])
+fn factors(behavior: u16, forward: bool, from_m: f64, to_m: f64) -> Arc<[PlanningFactor]> {
+    Arc::new([factor(behavior, forward, &[(from_m, 0.0), (to_m, 0.0)])])
 }
 
 /// From 41.21 m before the turn on: 3 s at 5 m/s and 30 m, from the front.
 #[test]
-fn a_turn_is_commanded_on_its_way_and_each_change_is_told_once() {
+fn a_turn_is_commanded_from_announcement_to_end_and_each_change_reported_once() {
     let mut bench = decider("enabled = true");
-    bench.tell(route(1, &[1, 2, 3]));
-    let mut places = Vec::new();
+    bench.handle(route(1, &[1, 2, 3]));
+    let mut commands = Vec::new();
     for step in 0..400 {
         let x_m = f64::from(step) * 0.25;
         let before = bench.turn_commands().len();
         bench.odometry(x_m, 5.0);
         bench.pass_without_end(50);
-        places.extend(bench.turn_commands()[before..].iter().map(|(_, turn)| (x_m, *turn)));
+        commands.extend(bench.turn_commands()[before..].iter().map(|(_, turn)| (x_m, *turn)));
     }
-    let left: Vec<f64> = places.iter().filter(|(_, turn)| *turn == Signal::Left).map(|(x, _)| *x).collect();
+    let left: Vec<f64> = commands.iter().filter(|(_, turn)| *turn == Signal::Left).map(|(x, _)| *x).collect();
     let (first, last) = (left[0], *left.last().unwrap());
     assert!((11.21..11.75).contains(&first) && (79.5..=80.0).contains(&last), "{first} {last}");
-    assert!(places.iter().all(|(_, turn)| matches!(turn, Signal::Left | Signal::Disable)));
+    assert!(commands.iter().all(|(_, turn)| matches!(turn, Signal::Left | Signal::Disable)));
     let times: Vec<u64> = bench.turn_commands().iter().map(|(ms, _)| *ms).collect();
     let period = u64::try_from(PERIOD.as_millis()).unwrap();
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] == period), "{times:?}");
     assert_eq!(bench.hazard_commands().len(), bench.turn_commands().len());
-    let told: Vec<_> = bench.decisions().iter().map(|(_, decision)| decision.turn).collect();
+    let decided: Vec<_> = bench.decisions().iter().map(|(_, decision)| decision.turn).collect();
     // Without odometry, before, during and after the turn.
-    assert_eq!(told, [Signal::NoCommand, Signal::Disable, Signal::Left, Signal::Disable]);
-    let said: Vec<_> = bench.changes.iter().map(|change| change.message.as_str()).collect();
+    assert_eq!(decided, [Signal::NoCommand, Signal::Disable, Signal::Left, Signal::Disable]);
+    let messages: Vec<_> = bench.changes.iter().map(|change| change.message.as_str()).collect();
     for text in ["DISABLE: nothing to signal", "LEFT: intersection"] {
-        assert!(said.contains(&text), "{said:?}");
+        assert!(messages.contains(&text), "{messages:?}");
     }
 }
 
@@ -80,9 +64,9 @@ fn a_decision_is_a_json_line_with_its_reasons() {
 }
 
 #[test]
-fn what_is_not_enabled_sends_nothing_and_says_nothing() {
+fn a_decider_that_is_not_enabled_sends_and_reports_nothing() {
     let mut bench = decider("");
-    bench.tell(route(1, &[1, 2, 3]));
+    bench.handle(route(1, &[1, 2, 3]));
     bench.stay(36.0, 5.0, 1_000);
     assert!(
         bench.turn_commands().is_empty()
@@ -92,12 +76,12 @@ fn what_is_not_enabled_sends_nothing_and_says_nothing() {
 }
 
 #[test]
-fn diagnostics_tell_winner_rule_distances_and_losers() {
+fn diagnostics_name_winner_rule_distances_and_losers() {
     let mut bench = announcing();
-    bench.tell(PlannerInput::PlannedPath(path(30.0, 100).into()));
-    bench.tell(PlannerInput::Factors {
+    bench.handle(PlannerInput::PlannedPath(path(30.0, 100).into()));
+    bench.handle(PlannerInput::Factors {
         topic: FactorTopic::LaneChangeLeft,
-        factors: factor(5, true, 50.0, 90.0),
+        factors: factors(5, true, 50.0, 90.0),
     });
     bench.stay(36.0, 5.0, 200);
     assert_eq!(bench.decider_value("command"), "LEFT");
@@ -112,7 +96,7 @@ fn diagnostics_tell_winner_rule_distances_and_losers() {
     assert_eq!(bench.decider_value("route"), format!("{:032x}", 1));
 }
 
-/// What the planner wants, what the system asks for, and what is commanded.
+/// The requests of planner and system, and the command.
 #[test]
 fn hazard_requests_are_joined() {
     use Hazard::{Disable, Enable, NoCommand};
@@ -123,37 +107,33 @@ fn hazard_requests_are_joined() {
         (false, Some(Enable), 0, Enable),
         (true, None, 0, Enable),
         (true, Some(Disable), 0, Enable),
-        // Who asked is silent: off is not taken for granted.
+        // The request is too old: off is not assumed.
         (false, Some(Enable), 1_200, NoCommand),
         (false, Some(Disable), 1_200, NoCommand),
         (true, Some(Disable), 1_200, Enable),
     ] {
         let mut bench = announcing();
-        bench.tell(request.map_or(PlannerInput::LaneDriving(true), PlannerInput::HazardRequest));
+        bench.handle(request.map_or(PlannerInput::LaneDriving(true), PlannerInput::HazardRequest));
         bench.stay(36.0, 5.0, age_ms);
-        bench.tell(PlannerInput::LaneDriving(true));
+        bench.handle(PlannerInput::LaneDriving(true));
         let topic = FactorTopic::StartPlanner;
-        bench.tell(PlannerInput::Factors { topic, factors: factor(1, !backing, 36.0, 46.0) });
+        bench.handle(PlannerInput::Factors { topic, factors: factors(1, !backing, 36.0, 46.0) });
         bench.stay(36.0, 5.0, 200);
         assert_eq!(bench.hazard(), Some(joined), "{backing} {request:?} {age_ms}");
         let turn = if backing { Signal::Disable } else { Signal::Left };
         assert_eq!(bench.turn(), Some(turn));
-        assert_eq!(
-            bench.status("turn_signal_decider").level == Level::Warn,
-            age_ms > 0,
-            "{:?}",
-            bench.status("turn_signal_decider")
-        );
+        let status = bench.status("turn_signal_decider");
+        assert_eq!(status.level == Level::Warn, age_ms > 0, "{status:?}");
     }
 }
 
 #[test]
-fn without_anything_to_go_by_only_a_wish_for_hazard_lights_is_passed_on() {
+fn without_odometry_only_a_request_for_hazard_lights_is_passed_on() {
     let mut bench = decider("enabled = true");
-    bench.tell(PlannerInput::HazardRequest(Hazard::Disable));
+    bench.handle(PlannerInput::HazardRequest(Hazard::Disable));
     bench.pass_without_end(200);
     assert_eq!((bench.turn(), bench.hazard()), (Some(Signal::NoCommand), Some(Hazard::NoCommand)));
-    bench.tell(PlannerInput::HazardRequest(Hazard::Enable));
+    bench.handle(PlannerInput::HazardRequest(Hazard::Enable));
     bench.pass_without_end(200);
     assert_eq!((bench.turn(), bench.hazard()), (Some(Signal::NoCommand), Some(Hazard::Enable)));
 }
@@ -161,11 +141,11 @@ fn without_anything_to_go_by_only_a_wish_for_hazard_lights_is_passed_on() {
 #[test]
 fn a_shadow_compares_and_is_silent() {
     let mut bench = decider("shadow = true\nshadow_tolerance_ms = 300");
-    bench.tell(route(1, &[1, 2, 3]));
+    bench.handle(route(1, &[1, 2, 3]));
     let mut stay = |own: Option<u8>, ms: u64| {
         for _ in 0..ms / 100 {
             if let Some(own) = own {
-                bench.tell(PlannerInput::OwnTurnCommand(own));
+                bench.handle(PlannerInput::OwnTurnCommand(own));
             }
             bench.odometry(36.0, 5.0);
             bench.pass_without_end(100);
@@ -177,28 +157,23 @@ fn a_shadow_compares_and_is_silent() {
         )
     };
     let none = "none".to_owned();
-    // The first cycle was before the first word.
-    let counts = |text: &str| text.to_owned();
+    // The first cycle was before the first command of Autoware.
     let alike = stay(Some(2), 1_000);
-    assert_eq!(alike.0, counts("9 alike, 0 tolerated, 0 different, 1 skipped"));
+    assert_eq!(alike.0, "9 alike, 0 tolerated, 0 different, 1 skipped");
     assert_eq!((alike.1, alike.2), (none.clone(), Level::Ok));
     let tolerated = stay(Some(1), 400);
-    assert_eq!(tolerated.0, counts("9 alike, 4 tolerated, 0 different, 1 skipped"));
+    assert_eq!(tolerated.0, "9 alike, 4 tolerated, 0 different, 1 skipped");
     assert_eq!(tolerated.2, Level::Ok);
     let different = stay(Some(1), 400);
-    assert_eq!(different.0, counts("9 alike, 4 tolerated, 4 different, 1 skipped"));
+    assert_eq!(different.0, "9 alike, 4 tolerated, 4 different, 1 skipped");
     assert_eq!(different.1, "LEFT here, DISABLE of Autoware, for 800 ms");
     assert_eq!(different.2, Level::Warn);
-    let unheard = stay(Some(9), 100);
-    assert!(unheard.1.contains("9 of Autoware"), "{}", unheard.1);
+    let undefined = stay(Some(9), 100);
+    assert!(undefined.1.contains("9 of Autoware"), "{}", undefined.1);
     let silent = stay(None, 1_500);
     assert_eq!((silent.1, silent.2), (none, Level::Ok), "what is too old is not compared");
-    assert_eq!(
-        bench.decider_value("turn_agreement_percent").len(),
-        5,
-        "{}",
-        bench.decider_value("turn_agreement_percent")
-    );
+    let percent = bench.decider_value("turn_agreement_percent");
+    assert_eq!(percent.len(), 5, "{percent}");
     assert_eq!(bench.decider_value("hazard_agreement_percent"), "nothing compared");
     assert!(bench.turn_commands().is_empty() && bench.hazard_commands().is_empty());
 }

@@ -1,7 +1,8 @@
-//! What holds for any records at any place: symmetries of the resolver, and of measuring.
+//! Laws for any records at any position: symmetries of the resolver, and of measuring.
 
 use proptest::prelude::*;
 use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
+use signal_gateway::core::map::geometry::polyline::nearest;
 use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules, Source, resolve};
 use signal_gateway::core::turn_signal::section::Section;
@@ -9,7 +10,7 @@ use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
 use super::line::{at, line, resolve_at};
 
-fn any_place() -> impl Strategy<Value = f64> {
+fn any_position() -> impl Strategy<Value = f64> {
     // Whole metres often: equal starts and exact boundaries are the interesting ones.
     prop_oneof![(0..100_i32).prop_map(f64::from), 0.0..100.0_f64]
 }
@@ -17,11 +18,20 @@ fn any_place() -> impl Strategy<Value = f64> {
 pub(crate) fn any_record() -> impl Strategy<Value = Section> {
     let side =
         prop_oneof![Just(Signal::Left), Just(Signal::Right), Just(Signal::Disable), Just(Signal::NoCommand)];
-    (side, [any_place(), any_place(), any_place(), any_place()]).prop_map(|(turn, mut places)| {
-        places.sort_by(f64::total_cmp);
-        let [desired_start, required_start, required_end, desired_end] = places.map(at);
-        Section { turn, hazard: Hazard::NoCommand, desired_start, desired_end, required_start, required_end }
-    })
+    (side, [any_position(), any_position(), any_position(), any_position()]).prop_map(
+        |(turn, mut positions)| {
+            positions.sort_by(f64::total_cmp);
+            let [desired_start, required_start, required_end, desired_end] = positions.map(at);
+            Section {
+                turn,
+                hazard: Hazard::NoCommand,
+                desired_start,
+                desired_end,
+                required_start,
+                required_end,
+            }
+        },
+    )
 }
 
 pub(crate) fn any_candidates() -> impl Strategy<Value = Candidates> {
@@ -49,11 +59,11 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn left_and_right_are_treated_alike(candidates in any_candidates(), x in any_place()) {
+    fn left_and_right_are_treated_alike(candidates in any_candidates(), x in any_position()) {
         let swapped = mapped(&candidates, |record| Section { turn: other_side(record.turn), ..record });
         let (one, other) = (
-            resolve_at(x, 2.0, &candidates, Rules::default()),
-            resolve_at(x, 2.0, &swapped, Rules::default()),
+            resolve_at(x, 2.0, &candidates, &Rules::default()),
+            resolve_at(x, 2.0, &swapped, &Rules::default()),
         );
         prop_assert_eq!(one.signal(), other_side(other.signal()));
         prop_assert_eq!(one.winner.map(|w| w.source), other.winner.map(|w| w.source));
@@ -61,7 +71,7 @@ proptest! {
     }
 
     #[test]
-    fn where_the_road_lies_does_not_matter(
+    fn moving_and_turning_the_road_changes_nothing(
         candidates in any_candidates(), x in 0..100_i32, quarter in 0..4_u32, dx in -500..500_i32,
     ) {
         // Quarter turns and whole metres keep every distance exact.
@@ -93,13 +103,13 @@ proptest! {
         let path = Path::new(line(-20, 140).poses().iter().map(|pose| turned(*pose))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.046 };
         let path_frame = PathFrame::new(&path, turned(at(f64::from(x))), 2.0, limits);
-        let moved = resolve(&path_frame, &mapped(&rounded, change), Rules::default());
-        prop_assert_eq!(moved, resolve_at(f64::from(x), 2.0, &rounded, Rules::default()));
+        let moved = resolve(&path_frame, &mapped(&rounded, change), &Rules::default());
+        prop_assert_eq!(moved, resolve_at(f64::from(x), 2.0, &rounded, &Rules::default()));
     }
 
     #[test]
-    fn who_wins_is_valid_and_exactly_one_does(candidates in any_candidates(), x in any_place()) {
-        let got = resolve_at(x, 2.0, &candidates, Rules::default());
+    fn exactly_one_valid_candidate_wins(candidates in any_candidates(), x in any_position()) {
+        let got = resolve_at(x, 2.0, &candidates, &Rules::default());
         let winners: Vec<Source> =
             got.evaluated.iter().filter(|w| w.outcome == CandidateOutcome::Won).map(|w| w.source).collect();
         prop_assert_eq!(winners, got.winner.map(|w| w.source).into_iter().collect::<Vec<_>>());
@@ -115,8 +125,8 @@ proptest! {
     }
 
     #[test]
-    fn an_invalid_record_changes_nothing(candidates in any_candidates(), x in any_place()) {
-        let got = resolve_at(x, 2.0, &candidates, Rules::default());
+    fn an_invalid_record_changes_nothing(candidates in any_candidates(), x in any_position()) {
+        let got = resolve_at(x, 2.0, &candidates, &Rules::default());
         let keep = |source: Source, record: Option<Section>| {
             let outcome = got.evaluated.iter().find(|w| w.source == source).unwrap().outcome;
             record.filter(|_| matches!(outcome, CandidateOutcome::Won | CandidateOutcome::LostTo { .. }))
@@ -126,21 +136,21 @@ proptest! {
             roundabout: keep(Source::Roundabout, candidates.roundabout),
             manoeuvre: keep(Source::Manoeuvre, candidates.manoeuvre),
         };
-        prop_assert_eq!(resolve_at(x, 2.0, &valid, Rules::default()).winner, got.winner);
+        prop_assert_eq!(resolve_at(x, 2.0, &valid, &Rules::default()).winner, got.winner);
     }
 
     #[test]
-    fn without_a_boundary_the_two_behaviours_are_one(candidates in any_candidates(), x in any_place()) {
+    fn improved_and_upstream_agree_off_boundaries(candidates in any_candidates(), x in any_position()) {
         let on_start = |record: &Section| (record.required_start.position.x_m - x - 2.0).abs() < 1e-9;
         let records = [candidates.intersection, candidates.roundabout, candidates.manoeuvre];
         prop_assume!(!records.iter().flatten().any(on_start));
         let improved = Rules { start_belongs_to_before: true, ..Rules::default() };
-        prop_assert_eq!(resolve_at(x, 2.0, &candidates, improved), resolve_at(x, 2.0, &candidates, Rules::default()));
+        prop_assert_eq!(resolve_at(x, 2.0, &candidates, &improved), resolve_at(x, 2.0, &candidates, &Rules::default()));
     }
 
     #[test]
-    fn a_point_that_is_no_number_never_wins(
-        candidates in any_candidates(), x in any_place(), which in 0..4_usize, bad in prop_oneof![Just(f64::NAN), Just(f64::INFINITY)],
+    fn a_point_that_is_not_a_number_never_wins(
+        candidates in any_candidates(), x in any_position(), which in 0..4_usize, bad in prop_oneof![Just(f64::NAN), Just(f64::INFINITY)],
     ) {
         let spoil = |mut record: Section| {
             let pose = Pose::new(bad, 0.0, 0.0);
@@ -152,11 +162,11 @@ proptest! {
             }
             record
         };
-        let got = resolve_at(x, 2.0, &mapped(&candidates, spoil), Rules::default());
+        let got = resolve_at(x, 2.0, &mapped(&candidates, spoil), &Rules::default());
         prop_assert_eq!(got.signal(), Signal::Disable);
     }
 
-    /// Against the nearest point found by looking at every piece.
+    /// Compared with the nearest point among all pieces.
     #[test]
     fn stations_are_those_of_the_nearest_piece(
         turns in proptest::collection::vec(-12.0..12.0_f64, 4..40), ahead in 0.05..0.95_f64, aside in -1.5..1.5_f64,
@@ -164,24 +174,24 @@ proptest! {
         let mut pose = Pose::new(5.0, -3.0, 0.4);
         let mut poses = vec![pose];
         for turn in &turns {
-            let position = pose.place(2.0, 0.0);
+            let position = pose.point_at(2.0, 0.0);
             pose = Pose { position, yaw_rad: pose.yaw_rad + turn.to_radians() };
             poses.push(pose);
         }
         let path = Path::new(poses.clone()).unwrap();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
         let piece = ((turns.len() as f64) * ahead) as usize;
-        let query = Pose { position: poses[piece].place(1.0, aside), yaw_rad: poses[piece].yaw_rad };
+        let query = Pose { position: poses[piece].point_at(1.0, aside), yaw_rad: poses[piece].yaw_rad };
         let points: Vec<Point> = poses.iter().map(|pose| pose.position).collect();
-        let foot = signal_gateway::core::map::geometry::polyline::nearest(&points, query.position).unwrap();
+        let projection = nearest(&points, query.position).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.046 };
-        // Projections on a bent path differ from the foot by what the bend makes of the offset.
-        prop_assert!((path.station_m(query, limits) - foot.arc_m).abs() < 0.5);
+        // Projections on a bent path differ from the projection by what the bend makes of the offset.
+        prop_assert!((path.station_m(query, limits) - projection.arc_m).abs() < 0.5);
     }
 }
 
 #[test]
-fn a_second_visit_is_not_looked_at() {
+fn only_the_first_visit_counts() {
     let out_and_back = (0..=20)
         .map(|x| at(f64::from(x)))
         .chain((0..=20).rev().map(|x| Pose::new(f64::from(x), 1.0, std::f64::consts::PI)));
@@ -207,7 +217,7 @@ fn beyond_the_ends_a_path_goes_on_straight() {
 }
 
 #[test]
-fn what_is_no_path_is_refused() {
+fn poses_that_are_not_a_path_are_refused() {
     use signal_gateway::core::map::geometry::path::PathError::{NotFinite, TooShort};
     for (poses, error) in [
         (vec![], TooShort),

@@ -1,4 +1,4 @@
-//! A straight road along x, records on it, and what is signalled where.
+//! A straight road along x, records on it, and the signals along it.
 
 use std::sync::OnceLock;
 
@@ -10,7 +10,7 @@ use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
 /// The front of the sample vehicle, metres before its rear axle.
 pub(crate) const FRONT_M: f64 = 3.79;
-/// What finds the vehicle and all else, as deployed.
+/// Limits of the nearest point, as deployed.
 pub(crate) const NEAREST: NearestLimits = NearestLimits { distance_m: 3.0, yaw_rad: 1.046 };
 
 /// A pose on the line.
@@ -29,8 +29,8 @@ pub(crate) fn record(side: Side, desired: [f64; 2], required: [f64; 2]) -> Secti
     Section::blinking(side, pair(desired), pair(required))
 }
 
-/// What is resolved with the rear axle at `x_m` on a long line.
-pub(crate) fn resolve_at(x_m: f64, front_m: f64, candidates: &Candidates, rules: Rules) -> Resolution {
+/// The resolution with the rear axle at `x_m` on a long line.
+pub(crate) fn resolve_at(x_m: f64, front_m: f64, candidates: &Candidates, rules: &Rules) -> Resolution {
     static LONG: OnceLock<Path> = OnceLock::new();
     let path = LONG.get_or_init(|| line(-20, 140));
     resolve(&PathFrame::new(path, at(x_m), front_m, NEAREST), candidates, rules)

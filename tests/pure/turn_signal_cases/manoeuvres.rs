@@ -1,4 +1,4 @@
-//! L1 to L3, P-2 to P-5 and the mixed scenes: whole drives with manoeuvres of the planner.
+//! L1 to L3, P-2 to P-5 and combinations of manoeuvres with turns: whole drives with manoeuvres of the planner.
 
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::lane_network::{LaneNetwork, TurnDirection};
@@ -12,25 +12,16 @@ use signal_gateway::core::turn_signal::manoeuvre::pull_out::PullOut;
 use signal_gateway::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver, Undecided};
 use signal_gateway::core::turn_signal::parameters::CandidatePolicy;
 use signal_gateway::core::turn_signal::resolve::{Case, Source};
+use signal_gateway::core::turn_signal::shift::ShiftedPath;
 use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
-use signal_gateway::core::turn_signal::shift::ShiftedPath;
-
-use super::drive::{Drive, straight_lane, turn};
+use super::drive::{self, Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};
 use super::shifts::{line_of, ramp};
 
 fn lane_change(side: Side, start: Option<f64>, end: f64) -> Manoeuvre {
-    Manoeuvre::LaneChange(LaneChange {
-        side,
-        phase: LaneChangePhase::Running,
-        start: start.map(at),
-        crossing: None,
-        end: Some(at(end)),
-        previous_path: Vec::new(),
-        minimum_length_m: 0.0,
-    })
+    Manoeuvre::LaneChange(drive::lane_change(side, start.map(at), Some(at(end))))
 }
 
 fn avoidance(side: Side, start: usize, end: usize, x: f64) -> Manoeuvre {
@@ -53,9 +44,9 @@ fn avoiding(side: Side, start: usize, end: usize, x: f64) -> Avoidance {
     }
 }
 
-fn with_right_turn(mode: DeciderCompat) -> Drive {
-    let mut drive = Drive::new(mode).at_once();
-    drive.seen.turns = vec![turn(5, TurnDirection::Right, 100.0, 116.0, 111.0)];
+fn with_right_turn(compat: DeciderCompat) -> Drive {
+    let mut drive = Drive::new(compat).at_once();
+    drive.observed.turns = vec![turn(5, TurnDirection::Right, 100.0, 116.0, 111.0)];
     drive
 }
 
@@ -74,13 +65,13 @@ fn l1_to_l3_upstream() {
     drive.step(96.0, 10.0, &[lane_change(Left, None, 105.0)]);
     let Basis::Candidates(resolution) = drive.step(97.0, 10.0, &[lane_change(Left, None, 105.0)]).basis
     else {
-        panic!("not weighed")
+        panic!("no candidates")
     };
     assert_eq!((resolution.case, resolution.winner.unwrap().source), (Some(Case::B2), Source::Intersection));
 }
 
 #[test]
-fn by_default_a_lane_change_begins_where_it_begins() {
+fn improved_a_lane_change_begins_where_the_steering_begins() {
     for (what, start, end, expected) in [
         // 30 m before steering, measured from the front, at the earliest.
         ("L1, steering at 40", 40.0, 60.0, vec![(Left, 7.0, 60.0), (Right, 61.0, 116.0)]),
@@ -105,13 +96,10 @@ fn by_default_a_lane_change_begins_where_it_begins() {
 fn a_lane_change_that_waits() {
     let waiting = |phase, end: Option<f64>| {
         Manoeuvre::LaneChange(LaneChange {
-            side: Left,
             phase,
-            start: None,
-            crossing: None,
-            end: end.map(at),
             previous_path: (0..=150).map(|x| at(f64::from(x))).collect(),
             minimum_length_m: 30.0,
+            ..drive::lane_change(Left, None, end.map(at))
         })
     };
     use LaneChangePhase::{Running, Unsignalled, Waiting};
@@ -140,17 +128,17 @@ fn a_lane_change_that_waits() {
 }
 
 #[test]
-fn mixed_scenes() {
-    for mode in [Upstream, Improved] {
-        let mut drive = Drive::new(mode).at_once();
-        drive.seen.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
+fn an_avoidance_before_and_behind_a_turn() {
+    for compat in [Upstream, Improved] {
+        let mut drive = Drive::new(compat).at_once();
+        drive.observed.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
         let signals = drive.through(samples(0.0, 140.0, 1.0), 8.0, |x| vec![avoidance(Right, 50, 80, x)]);
-        assert_eq!(blinking(signals), [(Right, 23.0, 80.0), (Left, 81.0, 116.0)], "before {mode:?}");
+        assert_eq!(blinking(signals), [(Right, 23.0, 80.0), (Left, 81.0, 116.0)], "before {compat:?}");
 
-        let mut drive = Drive::new(mode).at_once();
-        drive.seen.turns = vec![turn(5, TurnDirection::Left, 60.0, 76.0, 71.0)];
+        let mut drive = Drive::new(compat).at_once();
+        drive.observed.turns = vec![turn(5, TurnDirection::Left, 60.0, 76.0, 71.0)];
         let signals = drive.through(samples(0.0, 140.0, 1.0), 8.0, |x| vec![avoidance(Right, 90, 120, x)]);
-        assert_eq!(blinking(signals), [(Left, 3.0, 76.0), (Right, 77.0, 120.0)], "behind {mode:?}");
+        assert_eq!(blinking(signals), [(Left, 3.0, 76.0), (Right, 77.0, 120.0)], "behind {compat:?}");
     }
 }
 
@@ -168,21 +156,21 @@ fn pull_out(forward: bool) -> Manoeuvre {
     })
 }
 
-fn wide(mode: DeciderCompat) -> Drive {
+fn wide(compat: DeciderCompat) -> Drive {
     let mut lane = straight_lane(1, -60.0, 300.0);
     for point in &mut lane.right_bound {
         point.y_m = -5.0;
     }
-    let mut drive = Drive::on(LaneNetwork::new([lane], Vec::new()), &[1], mode);
-    drive.seen.turns = vec![turn(5, TurnDirection::Left, 60.0, 76.0, 71.0)];
+    let mut drive = Drive::on(LaneNetwork::new([lane], Vec::new()), &[1], compat);
+    drive.observed.turns = vec![turn(5, TurnDirection::Left, 60.0, 76.0, 71.0)];
     drive.at_once()
 }
 
 #[test]
 fn p2_pulling_out_before_a_turn() {
-    for mode in [Upstream, Improved] {
-        let signals = wide(mode).through(samples(1.0, 90.0, 1.0), 4.0, |_| vec![pull_out(true)]);
-        assert_eq!(blinking(signals), [(Right, 1.0, 40.0), (Left, 41.0, 76.0)], "P-2 {mode:?}");
+    for compat in [Upstream, Improved] {
+        let signals = wide(compat).through(samples(1.0, 90.0, 1.0), 4.0, |_| vec![pull_out(true)]);
+        assert_eq!(blinking(signals), [(Right, 1.0, 40.0), (Left, 41.0, 76.0)], "P-2 {compat:?}");
     }
 }
 
@@ -199,7 +187,7 @@ fn p3_pulling_over_and_standing() {
             lanes: vec![1],
         }))
     };
-    for mode in [Upstream, Improved] {
+    for compat in [Upstream, Improved] {
         for (what, x, speed, lateral, on) in [
             ("too early", 41.1, 5.0, 0.0, false),
             ("in range", 41.3, 5.0, 0.0, true),
@@ -208,21 +196,21 @@ fn p3_pulling_over_and_standing() {
             ("there", 89.0, 5.0, 2.11, false),
             ("standing", 88.0, 0.0, 2.0, true),
         ] {
-            let turn = Drive::new(mode).step(x, speed, &[pull_over(lateral)]).turn;
-            assert_eq!(turn == Signal::Left, on, "P-3 {what} {mode:?}: {turn}");
+            let turn = Drive::new(compat).step(x, speed, &[pull_over(lateral)]).turn;
+            assert_eq!(turn == Signal::Left, on, "P-3 {what} {compat:?}: {turn}");
         }
-        let mut drive = Drive::new(mode).at_once();
+        let mut drive = Drive::new(compat).at_once();
         assert_eq!(drive.step(88.0, 5.0, &[pull_over(2.2)]).turn, Signal::Disable);
         assert_eq!(drive.step(88.0, 5.0, &[pull_over(0.0)]).turn, Signal::Disable, "ignored in this lanelet");
     }
 }
 
 #[test]
-fn p4_backing_out_is_hazard_lights_whatever_the_map_says() {
-    for mode in [Upstream, Improved] {
-        let mut drive = wide(mode);
+fn p4_backing_out_is_hazard_lights_on_any_map() {
+    for compat in [Upstream, Improved] {
+        let mut drive = wide(compat);
         let decision = drive.step(55.0, -1.0, &[pull_out(false)]);
-        assert_eq!((decision.turn, decision.hazard), (Signal::Disable, Hazard::Enable), "P-4 {mode:?}");
+        assert_eq!((decision.turn, decision.hazard), (Signal::Disable, Hazard::Enable), "P-4 {compat:?}");
         let next = drive.step(56.0, 1.0, &[]);
         assert_eq!(drive.announced_m(&next, 56.0), Some(56.0), "memories stand still meanwhile");
     }
@@ -237,15 +225,16 @@ fn p5_the_signal_before_a_pull_over_is_decided() {
             stop: Some(at(70.0)),
         }))
     };
-    for (mode, parking, side) in [(Upstream, Left, Left), (Improved, Left, Left), (Upstream, Right, Right)] {
-        let mut drive = Drive::new(mode).at_once();
+    for (compat, parking, side) in [(Upstream, Left, Left), (Improved, Left, Left), (Upstream, Right, Right)]
+    {
+        let mut drive = Drive::new(compat).at_once();
         drive.parameters.parking_side = parking;
         let signals = drive.through(samples(0.0, 100.0, 1.0), 5.0, |_| vec![undecided()]);
-        assert_eq!(blinking(signals), [(side, 40.0, 85.0)], "P-5 {mode:?}");
+        assert_eq!(blinking(signals), [(side, 40.0, 85.0)], "P-5 {compat:?}");
     }
     let mut drive = Drive::new(Upstream);
     let decision = drive.step(50.0, 5.0, &[undecided()]);
-    let Basis::Candidates(resolution) = decision.basis else { panic!("not weighed") };
+    let Basis::Candidates(resolution) = decision.basis else { panic!("no candidates") };
     let distances = resolution.winner.unwrap().distances;
     // D[40,85] R[70,85]
     let expected = [40.0 - 53.79, 85.0 - 50.0, 70.0 - 53.79, 85.0 - 50.0];
@@ -260,24 +249,24 @@ fn p5_the_signal_before_a_pull_over_is_decided() {
 
 #[test]
 fn an_empty_record_erases_a_signal_upstream_and_not_by_default() {
-    for (mode, late, side_shift, hazard) in [
+    for (compat, late, side_shift, hazard) in [
         (Upstream, Signal::Disable, Signal::Disable, Hazard::Disable),
         (Improved, Signal::Left, Signal::Left, Hazard::Enable),
     ] {
         let change = || lane_change(Left, None, 120.0);
-        let mut drive = Drive::new(mode).at_once();
+        let mut drive = Drive::new(compat).at_once();
         // The avoidance is 50 m ahead: its record has no command.
         let got = drive.step(10.0, 4.0, &[change(), avoidance(Right, 60, 90, 10.0)]);
-        assert_eq!(got.turn, late, "W5 {mode:?}");
-        let got = Drive::new(mode).at_once().step(10.0, 4.0, &[change(), Manoeuvre::SideShift]);
-        assert_eq!(got.turn, side_shift, "W5, side shift {mode:?}");
-        let got = Drive::new(mode).step(10.0, -1.0, &[pull_out(false), change()]);
-        assert_eq!(got.hazard, hazard, "W5, hazard {mode:?}");
+        assert_eq!(got.turn, late, "W5 {compat:?}");
+        let got = Drive::new(compat).at_once().step(10.0, 4.0, &[change(), Manoeuvre::SideShift]);
+        assert_eq!(got.turn, side_shift, "W5, side shift {compat:?}");
+        let got = Drive::new(compat).step(10.0, -1.0, &[pull_out(false), change()]);
+        assert_eq!(got.hazard, hazard, "W5, hazard {compat:?}");
     }
 }
 
 #[test]
-fn avoiding_there_and_back() {
+fn avoiding_out_and_back() {
     let both = |x: f64| {
         let offset = |x: f64| ((x - 50.0) / 20.0).clamp(0.0, 1.5) - ((x - 100.0) / 20.0).clamp(0.0, 1.5);
         let poses: Vec<Pose> = (0..=200).map(f64::from).map(|x| Pose::new(x, offset(x), 0.0)).collect();
@@ -306,14 +295,15 @@ fn avoiding_there_and_back() {
         change(&mut avoidance);
         let ego = Pose::new(x, avoidance.current_shift_m, 0.0);
         let mut drive = Drive::new(Upstream);
-        let scene = drive.scene(ego, 8.0);
+        let context = drive.context(ego, 8.0);
         let mut decider = drive.decider.clone();
-        let decision = decider.decide_on(&scene, &[Manoeuvre::Avoidance(avoidance)], |_| Observed::default());
+        let decision =
+            decider.decide_on(&context, &[Manoeuvre::Avoidance(avoidance)], |_| Observed::default());
         drive.decider = decider;
         decision.turn
     };
     assert_eq!(turn_at(60.0, |_| {}), Signal::Left, "out");
-    assert_eq!(turn_at(75.0, |_| {}), Signal::Left, "the way back is 25 m off, more than 3 s");
+    assert_eq!(turn_at(75.0, |_| {}), Signal::Left, "the shift back is 25 m off, more than 3 s");
     assert_eq!(turn_at(77.0, |_| {}), Signal::Right, "it is 23 m off");
     assert_eq!(turn_at(120.0, |_| {}), Signal::Right, "back");
     assert_eq!(turn_at(129.0, |_| {}), Signal::Disable, "0.05 m are left of it");

@@ -1,5 +1,4 @@
-//! The whole decider sees no difference between left and right: on a mirrored road every command is
-//! the other one.
+//! The whole decider treats left and right alike: on a mirrored road every command is the other one.
 
 use std::time::Duration;
 
@@ -13,15 +12,15 @@ use signal_gateway::core::turn_signal::decider::{Decider, Settings};
 use signal_gateway::core::turn_signal::inputs::{Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, AvoidanceLine};
-use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
+use signal_gateway::core::turn_signal::manoeuvre::lane_change::LaneChange;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::shift::{ShiftLine, ShiftedPath};
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
+use super::drive::{inputs, lane_change, route_from};
 use super::path_generator::{ROUTE, consecutive_turn};
 
-/// A pose seen in a mirror along the x axis.
+/// A pose mirrored at the x axis.
 fn mirrored_pose(pose: Pose) -> Pose {
     Pose { position: mirrored_point(&pose.position), yaw_rad: -pose.yaw_rad }
 }
@@ -48,7 +47,7 @@ fn mirrored_lane(lane: &Lane) -> Lane {
     }
 }
 
-/// What happens besides the turns, along the way.
+/// The manoeuvres besides the turns, along the route.
 #[derive(Debug, Clone)]
 struct Events {
     side: Side,
@@ -56,42 +55,37 @@ struct Events {
     avoidance_m: Option<[f64; 2]>,
 }
 
-/// A drive over the way, seen as it is or in the mirror.
+/// A drive along the route, or its mirror image.
 struct Drive {
-    way: Vec<Pose>,
+    centerline: Vec<Pose>,
     is_mirrored: bool,
 }
 
 impl Drive {
     fn pose_at(&self, arc_m: f64) -> Pose {
-        let points: Vec<Point> = self.way.iter().map(|pose| pose.position).collect();
+        let points: Vec<Point> = self.centerline.iter().map(|pose| pose.position).collect();
         let position = at_arc(&points, arc_m).unwrap();
         let ahead = at_arc(&points, arc_m + 0.1).unwrap();
         let pose = Pose { position, yaw_rad: (ahead.y_m - position.y_m).atan2(ahead.x_m - position.x_m) };
         if self.is_mirrored { mirrored_pose(pose) } else { pose }
     }
 
-    fn seen(&self, side: Side) -> Side {
+    fn side(&self, side: Side) -> Side {
         if self.is_mirrored { side.opposite() } else { side }
     }
 
     fn lane_change(&self, events: &Events, ego_m: f64) -> Option<Manoeuvre> {
         let [from_m, to_m] = events.lane_change_m.filter(|[_, to_m]| ego_m <= *to_m)?;
-        Some(Manoeuvre::LaneChange(LaneChange {
-            side: self.seen(events.side),
-            phase: LaneChangePhase::Running,
-            start: Some(self.pose_at(from_m)),
-            crossing: Some(self.pose_at((from_m + to_m) / 2.0)),
-            end: Some(self.pose_at(to_m)),
-            previous_path: Vec::new(),
-            minimum_length_m: 0.0,
-        }))
+        let [start, crossing, end] =
+            [from_m, (from_m + to_m) / 2.0, to_m].map(|arc_m| Some(self.pose_at(arc_m)));
+        let change = lane_change(self.side(events.side), start, end);
+        Some(Manoeuvre::LaneChange(LaneChange { crossing, ..change }))
     }
 
     /// Around something on the other side than the lane change; `ego_m` comes with every cycle.
     fn avoidance(&self, events: &Events) -> Option<(f64, impl Fn(f64) -> Manoeuvre)> {
         let [from_m, to_m] = events.avoidance_m?;
-        let offset_m = match self.seen(events.side.opposite()) {
+        let offset_m = match self.side(events.side.opposite()) {
             Side::Left => 1.5,
             Side::Right => -1.5,
         };
@@ -99,7 +93,7 @@ impl Drive {
         let arcs = (0..70).map(|step| f64::from(step) * 2.0);
         let aside = |arc_m: f64| {
             let pose = self.pose_at(arc_m);
-            Pose { position: pose.place(0.0, shift_at(arc_m)), ..pose }
+            Pose { position: pose.point_at(0.0, shift_at(arc_m)), ..pose }
         };
         let shifts_m = arcs.clone().map(shift_at).collect();
         let path = ShiftedPath::new(arcs.map(aside).collect(), shifts_m).unwrap();
@@ -121,7 +115,7 @@ impl Drive {
         Some((to_m, at))
     }
 
-    fn commands(&self, mode: DeciderCompat, speeds_mps: &[f64], events: &Events) -> Vec<Signal> {
+    fn commands(&self, compat: DeciderCompat, speeds_mps: &[f64], events: &Events) -> Vec<Signal> {
         let road = consecutive_turn();
         let lanes = ROUTE.map(|id| road.lane(id).unwrap().clone());
         let road = if self.is_mirrored {
@@ -129,8 +123,8 @@ impl Drive {
         } else {
             road
         };
-        let route = Route::single_file(1, self.pose_at(0.0), &ROUTE).unwrap();
-        let mut decider = Decider::new(Settings::deployed(mode));
+        let route = route_from(1, self.pose_at(0.0), &ROUTE);
+        let mut decider = Decider::new(Settings::deployed(compat));
         let avoidance = self.avoidance(events);
         let (mut now, mut ego_m) = (MonoTime::from_millis(1000), 0.0);
         let mut commands = Vec::new();
@@ -144,21 +138,15 @@ impl Drive {
             let manoeuvres: Vec<_> =
                 manoeuvres.into_iter().flatten().map(|value| Timed { at: now, value }).collect();
             let odometry = Odometry { pose: self.pose_at(ego_m), speed_mps: *speed_mps };
-            let inputs = Inputs {
-                odometry: Some(Timed { at: now, value: odometry }),
-                road: Some(&road),
-                route: Some(&route),
-                planned_path: None,
-                manoeuvres: &manoeuvres,
-                lane_driving: true,
-            };
+            let odometry = Timed { at: now, value: odometry };
+            let inputs = Inputs { manoeuvres: &manoeuvres, ..inputs(odometry, &road, &route) };
             commands.push(decider.decide(&inputs, now).turn);
         }
         commands
     }
 }
 
-fn way() -> Vec<Pose> {
+fn centerline() -> Vec<Pose> {
     let road = consecutive_turn();
     let centerlines = ROUTE.iter().flat_map(|id| road.lane(*id).unwrap().centerline.clone());
     headed(&centerlines.collect::<Vec<_>>())
@@ -184,13 +172,13 @@ proptest! {
     ) {
         let side = if left { Side::Left } else { Side::Right };
         let events = Events { side, lane_change_m, avoidance_m };
-        let [plain, mirror] = [false, true].map(|is_mirrored| Drive { way: way(), is_mirrored });
-        for mode in [Upstream, Improved] {
-            let seen = plain.commands(mode, &speeds_mps, &events);
+        let [plain, mirror] = [false, true].map(|is_mirrored| Drive { centerline: centerline(), is_mirrored });
+        for compat in [Upstream, Improved] {
+            let signals = plain.commands(compat, &speeds_mps, &events);
             let mirrored: Vec<Signal> =
-                mirror.commands(mode, &speeds_mps, &events).into_iter().map(other).collect();
-            prop_assert_eq!(&seen, &mirrored, "{:?}", mode);
-            prop_assert!(seen.iter().any(|signal| signal.side().is_some()), "the first turn at least");
+                mirror.commands(compat, &speeds_mps, &events).into_iter().map(other).collect();
+            prop_assert_eq!(&signals, &mirrored, "{:?}", compat);
+            prop_assert!(signals.iter().any(|signal| signal.side().is_some()), "the first turn at least");
         }
     }
 }

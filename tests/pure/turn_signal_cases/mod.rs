@@ -1,17 +1,19 @@
-//! The turn signal decider, case by case, in both behaviours where they differ
+//! The turn signal decider, case by case, improved and as upstream where they differ
 //! (docs/spec/turn-signal-decider.md, "Labels of test cases").
 
 #![allow(clippy::float_cmp)] // whole and quarter metres are exact, and boundaries are the point
 #![allow(clippy::items_after_statements, clippy::too_many_lines)] // tables with their short names
 #![allow(clippy::many_single_char_names, clippy::manual_midpoint)] // formulas as they are printed
-#![allow(clippy::struct_excessive_bools)] // a case is made of yes and no
+#![allow(clippy::struct_excessive_bools)] // independent switches of a case
 
 mod bad_inputs;
 pub(super) mod bench;
 mod combination;
 mod conflicts;
+mod decider;
 mod drive;
 mod gateway;
+mod improved;
 mod laws;
 mod line;
 mod manoeuvres;
@@ -21,7 +23,5 @@ mod required_end;
 mod roundabouts;
 mod settings;
 mod shifts;
-mod steadiness;
 mod three_records;
 mod turns;
-mod whole;

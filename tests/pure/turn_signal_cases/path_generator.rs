@@ -9,18 +9,18 @@ use signal_gateway::core::turn_signal::decider::{Decider, Settings};
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
-use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::path_generator::{TaggedLanelet, decide};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::route::Route;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+
+use super::drive::{inputs, lane_change, route_from};
 
 pub(crate) const ROUTE: [i64; 5] = [500, 501, 489, 497, 494];
 
 fn lane(id: i64, turn_direction: TurnDirection, points: &[(f64, f64)], followers: Vec<i64>) -> Lane {
     let centerline: Vec<Point> = points.iter().map(|(x, y)| Point::new(*x, *y)).collect();
-    let aside = |left_m: f64| headed(&centerline).iter().map(|pose| pose.place(0.0, left_m)).collect();
+    let aside = |left_m: f64| headed(&centerline).iter().map(|pose| pose.point_at(0.0, left_m)).collect();
     Lane {
         id,
         turn_direction,
@@ -57,12 +57,17 @@ pub(crate) fn consecutive_turn() -> LaneNetwork {
     )
 }
 
+/// Odometry at a distance before the end of a lanelet.
+fn odometry(road: &LaneNetwork, (lane, before_end_m): (i64, f64), speed_mps: f64) -> Odometry {
+    let centerline = &road.lane(lane).unwrap().centerline;
+    let position = at_arc(centerline, length_m(centerline) - before_end_m).unwrap();
+    Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps }
+}
+
 fn signal(before_end_of: (i64, f64), speed_mps: f64, change: fn(&mut Parameters)) -> Signal {
     let road = consecutive_turn();
-    let route = Route::single_file(1, Pose::default(), &ROUTE).unwrap();
-    let centerline = &road.lane(before_end_of.0).unwrap().centerline;
-    let position = at_arc(centerline, length_m(centerline) - before_end_of.1).unwrap();
-    let odometry = Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps };
+    let route = route_from(1, Pose::default(), &ROUTE);
+    let odometry = odometry(&road, before_end_of, speed_mps);
     let mut parameters = Parameters::DEPLOYED;
     change(&mut parameters);
     decide((&road, &route), &ROUTE, odometry, 3.79, &parameters).0
@@ -77,8 +82,8 @@ fn the_lengths_are_those_of_the_map() {
 }
 
 #[test]
-fn every_listed_place_gives_its_command() {
-    for (id, place, speed, expected) in [
+fn every_listed_position_gives_its_command() {
+    for (id, position, speed, expected) in [
         ("P1", (500, 40.0), 0.0, Signal::NoCommand),
         ("P3", (500, 40.0), 3.5, Signal::Right),
         ("P5", (501, 1.0), 0.0, Signal::Left),
@@ -88,7 +93,7 @@ fn every_listed_place_gives_its_command() {
         ("before the required end", (501, 5.0), 0.0, Signal::Right),
         ("on the last lanelet of the route", (494, 10.0), 0.0, Signal::NoCommand),
     ] {
-        assert_eq!(signal(place, speed, |_| {}), expected, "{id}");
+        assert_eq!(signal(position, speed, |_| {}), expected, "{id}");
     }
     let narrow = |parameters: &mut Parameters| parameters.intersection_search_distance_m = 0.0;
     assert_eq!(signal((501, 1.0), 0.0, narrow), Signal::NoCommand, "0.6 m before the next turn");
@@ -96,19 +101,11 @@ fn every_listed_place_gives_its_command() {
 }
 
 #[test]
-fn the_decider_commands_what_the_rule_says_and_names_the_lanelet() {
-    let (road, route) = (consecutive_turn(), Route::single_file(1, Pose::default(), &ROUTE).unwrap());
+fn the_decider_follows_the_rule_and_names_the_lanelet() {
+    let (road, route) = (consecutive_turn(), route_from(1, Pose::default(), &ROUTE));
     let mut decider = Decider::new(Settings::deployed(DeciderCompat::PathGenerator));
-    // Neither the lane change nor a minimum duration has a say.
-    let change = LaneChange {
-        side: Side::Left,
-        phase: LaneChangePhase::Running,
-        start: None,
-        crossing: None,
-        end: Some(Pose::new(60.0, 100.0, 0.0)),
-        previous_path: Vec::new(),
-        minimum_length_m: 0.0,
-    };
+    // Neither the lane change nor a minimum duration has an effect.
+    let change = lane_change(Side::Left, None, Some(Pose::new(60.0, 100.0, 0.0)));
     for (cycle, (before_end_of, expected, tagged)) in (1..).zip([
         ((500, 34.0), Signal::NoCommand, TaggedLanelet::TooFar(501)),
         ((500, 33.0), Signal::Right, TaggedLanelet::Ahead(501)),
@@ -118,18 +115,9 @@ fn the_decider_commands_what_the_rule_says_and_names_the_lanelet() {
         ((494, 10.0), Signal::NoCommand, TaggedLanelet::None),
     ]) {
         let now = MonoTime::from_millis(100 * cycle);
-        let centerline = &road.lane(before_end_of.0).unwrap().centerline;
-        let position = at_arc(centerline, length_m(centerline) - before_end_of.1).unwrap();
-        let odometry = Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps: 0.0 };
+        let odometry = Timed { at: now, value: odometry(&road, before_end_of, 0.0) };
         let manoeuvres = [Timed { at: now, value: Manoeuvre::LaneChange(change.clone()) }];
-        let inputs = Inputs {
-            odometry: Some(Timed { at: now, value: odometry }),
-            road: Some(&road),
-            route: Some(&route),
-            planned_path: None,
-            manoeuvres: &manoeuvres,
-            lane_driving: true,
-        };
+        let inputs = Inputs { manoeuvres: &manoeuvres, ..inputs(odometry, &road, &route) };
         let decision = decider.decide(&inputs, now);
         assert_eq!((decision.turn, decision.hazard), (expected, Hazard::NoCommand), "{before_end_of:?}");
         assert_eq!(decision.basis, Basis::PathGenerator(tagged), "{before_end_of:?}");

@@ -1,4 +1,4 @@
-//! Q1 to Q14: where a turn is as good as done; neighbours of them; a simple independent reference.
+//! Q1 to Q14: required ends of turns; variations of them; a simple independent reference.
 
 use std::f64::consts::PI;
 
@@ -76,7 +76,7 @@ fn cases() -> Vec<Case> {
 }
 
 #[test]
-fn the_listed_lines_end_where_they_should() {
+fn the_listed_lines_have_the_listed_ends() {
     for (id, line, threshold, (x, y), heading_deg) in cases() {
         let end = required_end(&line, threshold).unwrap();
         let (dx, dy) = (end.position.x_m - x, end.position.y_m - y);
@@ -107,7 +107,7 @@ fn turning_a_line_turns_its_end_and_repeated_points_do_not_count() {
 }
 
 #[test]
-fn what_is_no_line_has_no_end() {
+fn points_that_are_not_a_line_have_no_end() {
     for line in [&[][..], &[(1.0, 1.0)], &[(1.0, 1.0), (1.0, 1.0)], &[(0.0, 0.0), (f64::NAN, 1.0)]] {
         assert_eq!(required_end(&points(line), 15.0), None, "{line:?}");
         assert_eq!(first_aligned(&points(line), 15.0), None, "{line:?}");
@@ -115,7 +115,7 @@ fn what_is_no_line_has_no_end() {
 }
 
 #[test]
-fn tiny_lines_are_taken_as_they_are() {
+fn tiny_lines_are_not_resampled() {
     let line = points(&[(0.0, 0.0), (1e-7, 0.0), (0.0, 3.0)]);
     let end = required_end(&line, 15.0).unwrap();
     assert_eq!((end.position, end.yaw_rad), (line[0], 0.0), "a piece too short to interpolate");
@@ -130,7 +130,7 @@ fn the_forward_rule_is_the_first_aligned_piece() {
     assert_eq!(first_aligned(&lanelet_497(), 15.0).unwrap().position, lanelet_497()[3]);
 }
 
-/// The cubic and the walk written out anew, one sample at a time, as plainly as possible.
+/// The cubic and the search written again, one sample at a time, as plainly as possible.
 fn reference(line: &[Point], threshold_deg: f64) -> Point {
     let mut knots = vec![0.0];
     for pair in line.windows(2) {
@@ -170,16 +170,16 @@ fn reference(line: &[Point], threshold_deg: f64) -> Point {
             + h * slope(i) * (u.powi(3) - 2.0 * u.powi(2) + u)
             + h * slope(i + 1) * (u.powi(3) - u.powi(2))
     };
-    let places: Vec<Point> =
+    let samples: Vec<Point> =
         at.iter().map(|s| Point::new(sample(*s, &|i| line[i].x_m), sample(*s, &|i| line[i].y_m))).collect();
-    let last = places.len() - 1;
+    let last = samples.len() - 1;
     let heading = |i: usize| {
         let i = i.min(last - 1);
-        (places[i + 1].y_m - places[i].y_m).atan2(places[i + 1].x_m - places[i].x_m)
+        (samples[i + 1].y_m - samples[i].y_m).atan2(samples[i + 1].x_m - samples[i].x_m)
     };
     let found =
         (0..=last).rev().find(|i| wrapped(heading(*i) - heading(last)).abs() >= threshold_deg * PI / 180.0);
-    places[found.unwrap_or(last)]
+    samples[found.unwrap_or(last)]
 }
 
 #[test]
@@ -193,7 +193,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_line_ends_where_the_reference_says(
+    fn any_line_ends_as_by_the_reference(
         steps in proptest::collection::vec((0.5..8.0_f64, -40.0..40.0_f64), 1..12),
         threshold in 1.0..90.0_f64,
     ) {

@@ -1,4 +1,4 @@
-//! R1 to R11: into a roundabout and out of it, in both behaviours.
+//! R1 to R11: into a roundabout and out of it, improved and as upstream.
 
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roundabout};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
@@ -12,7 +12,7 @@ use signal_gateway::core::turn_signal::signal::Side::{self, Left, Right};
 use super::drive::{Drive, straight_lane};
 use super::line::{at, blinking, samples};
 
-/// What a case is made of.
+/// The setup of a case.
 #[derive(Clone, Copy, Default)]
 struct Setup {
     on_entry: Option<Side>,
@@ -62,30 +62,30 @@ fn road(setup: Setup) -> LaneNetwork {
     LaneNetwork::new(lanes, vec![element])
 }
 
-fn drive(setup: Setup, mode: DeciderCompat) -> Drive {
-    let mut drive = Drive::on(road(setup), &ROUTE, mode).at_once();
+fn drive(setup: Setup, compat: DeciderCompat) -> Drive {
+    let mut drive = Drive::on(road(setup), &ROUTE, compat).at_once();
     drive.parameters.roundabout_on_entry = setup.on_entry;
     drive.parameters.roundabout_on_exit = setup.on_exit;
     drive.parameters.roundabout_entry_persists = setup.persists;
-    let mut seen: RoundaboutLegs = legs(&drive.scene(at(0.0), 5.0), &ROUTE);
+    let mut legs: RoundaboutLegs = legs(&drive.context(at(0.0), 5.0), &ROUTE);
     // Required ends as the cases give them.
-    for entry in &mut seen.entries {
+    for entry in &mut legs.entries {
         entry.lane.required_end = at(108.0);
     }
-    for exit in &mut seen.exits {
+    for exit in &mut legs.exits {
         exit.lane.required_end = at(160.0);
     }
-    drive.seen.legs = seen;
+    drive.observed.legs = legs;
     drive
 }
 
-fn blinks(setup: Setup, mode: DeciderCompat) -> Vec<(Side, f64, f64)> {
-    blinking(drive(setup, mode).through(samples(0.0, 200.0, 0.5), 5.0, |_| Vec::new()))
+fn blinks(setup: Setup, compat: DeciderCompat) -> Vec<(Side, f64, f64)> {
+    blinking(drive(setup, compat).through(samples(0.0, 200.0, 0.5), 5.0, |_| Vec::new()))
 }
 
 type Case = (&'static str, Setup, Vec<(Side, f64, f64)>, Vec<(Side, f64, f64)>);
 
-/// Id, setup, upstream's signals, those by default. Without tags the default announces the exit once
+/// Id, setup, upstream's signals, improved ones. Without tags, improved announces the exit once
 /// the front is in the ring, 45 m before it at the earliest: from 108.5 on.
 fn cases() -> Vec<Case> {
     let none = Setup::default();
@@ -149,7 +149,7 @@ fn cases() -> Vec<Case> {
             vec![(Left, 76.5, 108.0), (Right, 108.5, 165.0)],
         ),
         (
-            "left is looked at before right",
+            "left comes before right",
             Setup { exit_listed_left: true, ..listed },
             vec![(Left, 51.5, 112.0), (Left, 146.5, 165.0)],
             vec![(Left, 51.5, 165.0)],
@@ -180,21 +180,21 @@ fn by_default_exits_are_announced_and_silent_ones_displace_nothing() {
 #[test]
 fn slowing_down_does_not_drop_the_signal_of_an_entry() {
     let setup = Setup { on_entry: Some(Left), ..Setup::default() };
-    for mode in [Upstream, Improved] {
-        let mut drive = drive(setup, mode);
+    for compat in [Upstream, Improved] {
+        let mut drive = drive(setup, compat);
         let speeds = [(51.0, 5.0, false), (52.0, 5.0, true), (53.0, 0.5, true), (60.0, 0.0, true)];
         for (x, speed, on) in speeds {
-            assert_eq!(drive.step(x, speed, &[]).turn.side().is_some(), on, "{x} {mode:?}");
+            assert_eq!(drive.step(x, speed, &[]).turn.side().is_some(), on, "{x} {compat:?}");
         }
     }
 }
 
 #[test]
-fn what_leaves_a_roundabout_is_the_last_lanelet_of_it_on_the_route() {
+fn a_route_leaves_a_roundabout_by_its_last_lanelet_there() {
     let lanes = |route: &[i64]| {
         let drive = Drive::on(road(Setup::default()), route, Upstream);
-        let seen = legs(&drive.scene(at(0.0), 5.0), route);
-        seen.entries.first().unwrap().leaving.map(|leaving| leaving.lane)
+        let observed = legs(&drive.context(at(0.0), 5.0), route);
+        observed.entries.first().unwrap().leaving.map(|leaving| leaving.lane)
     };
     assert_eq!(lanes(&ROUTE), Some(EXIT));
     assert_eq!(lanes(&[BEFORE, ENTRY, RING]), Some(RING), "the route ends inside");
@@ -213,30 +213,30 @@ fn a_closed_ring_of_tagged_lanelets_ends() {
     let start = Lane { followers: vec![1], ..straight_lane(7, -10.0, 0.0) };
     let element = Roundabout { entries: vec![7], exits: vec![EXIT], internals: vec![1, 2, 3] };
     let road = LaneNetwork::new([start, ring(1, 2), ring(2, 3), ring(3, 1), exit], vec![element]);
-    for mode in [Upstream, Improved] {
-        let drive = Drive::on(road.clone(), &[7, 1, 2, 3, EXIT], mode);
-        let seen = legs(&drive.scene(at(0.0), 5.0), &[7, 1, 2, 3, EXIT]);
-        assert!(seen.exits.first().unwrap().is_tagged, "{mode:?}");
+    for compat in [Upstream, Improved] {
+        let drive = Drive::on(road.clone(), &[7, 1, 2, 3, EXIT], compat);
+        let observed = legs(&drive.context(at(0.0), 5.0), &[7, 1, 2, 3, EXIT]);
+        assert!(observed.exits.first().unwrap().is_tagged, "{compat:?}");
     }
 }
 
 /// A ring of three lanelets, 20 m each, behind an entry of 12 m and a road of 100 m.
-fn backward_m(mode: DeciderCompat, start_x: f64, depth: Option<u32>, current: i64) -> f64 {
+fn backward_m(compat: DeciderCompat, start_x: f64, depth: Option<u32>, current: i64) -> f64 {
     let setup = Setup { on_entry: Some(Left), ..Setup::default() };
-    let mut drive = drive(setup, mode);
+    let mut drive = drive(setup, compat);
     let mut memory = RoundaboutMemory::default();
-    // Seen from afar: the entry has a distance of its own that is longer than any.
-    drive.seen.legs.entries[0].lane.search_distance_m = Some(1000.0);
-    memory.section(&drive.scene(at(start_x), 5.0), &drive.seen.legs);
+    // The entry has a search distance of its own that is longer than any.
+    drive.observed.legs.entries[0].lane.search_distance_m = Some(1000.0);
+    memory.section(&drive.context(at(start_x), 5.0), &drive.observed.legs);
     let parameters =
         Parameters { roundabout_backward_depth: depth, path_backward_length_m: 10.0, ..Parameters::DEPLOYED };
-    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, UpstreamQuirks::of(mode))
+    backward_length_m((&drive.road, &drive.route), &parameters, &memory, current, UpstreamQuirks::of(compat))
 }
 
 #[test]
 fn inside_a_roundabout_the_path_reaches_back_to_where_the_entry_came_into_view() {
     // 20 m of the ring, 18 m before, the entry's 12 m, the road's 160 m.
-    for (what, mode, start_x, depth, current, expected) in [
+    for (what, compat, start_x, depth, current, expected) in [
         ("from the end of the ring", Upstream, 50.0, Some(50), RING_END, 20.0 + 18.0 + 12.0 + 160.0),
         ("from the exit", Upstream, 50.0, Some(50), EXIT, 15.0 + 20.0 + 18.0 + 12.0 + 160.0),
         ("by default as well", Improved, 50.0, Some(50), RING_END, 210.0),
@@ -248,13 +248,13 @@ fn inside_a_roundabout_the_path_reaches_back_to_where_the_entry_came_into_view()
         ("remembered inside the entry", Upstream, 105.0, Some(50), RING_END, 10.0),
         ("which the default finds", Improved, 105.0, Some(50), RING_END, 20.0 + 18.0 + 12.0),
     ] {
-        let got = backward_m(mode, start_x, depth, current);
+        let got = backward_m(compat, start_x, depth, current);
         assert!((got - expected).abs() < 1e-9, "{what}: {got}");
     }
 }
 
 #[test]
-fn a_way_in_that_was_split_is_two_upstream_and_one_by_default() {
+fn a_split_entry_is_two_upstream_and_one_improved() {
     let lane = |id, from, to, followers| Lane {
         followers,
         roundabouts: vec![0],
@@ -264,11 +264,11 @@ fn a_way_in_that_was_split_is_two_upstream_and_one_by_default() {
     let element = Roundabout { entries: vec![1, 2], exits: vec![], internals: vec![3] };
     let lanes = [lane(1, 0.0, 10.0, vec![2]), lane(2, 10.0, 20.0, vec![3]), lane(3, 20.0, 40.0, vec![])];
     let road = LaneNetwork::new(lanes, vec![element]);
-    let entries = |mode| {
-        let drive = Drive::on(road.clone(), &[1, 2, 3], mode);
-        legs(&drive.scene(at(0.0), 5.0), &[1, 2, 3]).entries
+    let entries = |compat| {
+        let drive = Drive::on(road.clone(), &[1, 2, 3], compat);
+        legs(&drive.context(at(0.0), 5.0), &[1, 2, 3]).entries
     };
-    let ids = |mode| entries(mode).iter().map(|entry| entry.lane.id).collect::<Vec<_>>();
+    let ids = |compat| entries(compat).iter().map(|entry| entry.lane.id).collect::<Vec<_>>();
     assert_eq!([ids(Upstream), ids(Improved)], [vec![1, 2], vec![1]]);
     let joined = &entries(Improved)[0];
     assert_eq!((joined.lane.front, joined.lane.back), (at(0.0), at(20.0)));

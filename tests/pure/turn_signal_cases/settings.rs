@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use signal_gateway::config::country::{BUILT_IN, NoCountry, country};
+use signal_gateway::config::country::{NoCountry, built_in, country};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::{
     CandidatePolicy, PARAMETERS, ParameterError, Parameters,
@@ -70,7 +70,7 @@ fn no_two_parameters_share_a_name() {
 
 #[test]
 fn what_does_not_fit_is_refused_and_changes_nothing() {
-    for (name, value, wanted) in [
+    for (name, value, expected) in [
         ("turn_signal_search_time", "-1", "seconds"),
         ("turn_signal_search_time", "soon", "seconds"),
         ("turn_signal_search_time", "NaN", "seconds"),
@@ -85,7 +85,7 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
     ] {
         let mut parameters = Parameters::DEPLOYED;
         let error = parameters.set(name, value).unwrap_err().to_string();
-        assert!(error.contains(name) && error.contains(value) && error.contains(wanted), "{error}");
+        assert!(error.contains(name) && error.contains(value) && error.contains(expected), "{error}");
         assert_eq!(parameters, Parameters::DEPLOYED, "{name}");
     }
     let unknown = Parameters::DEPLOYED.clone().set("turn_signal_search_tim", "3");
@@ -103,15 +103,17 @@ fn sides_of_roundabouts_are_spelt_exactly() {
 
 #[test]
 fn countries_differ_where_their_law_does() {
-    for (code, distance, entry, exit, parks) in [
-        ("JP", 30.0, None, Left, Left),
-        ("DE", 30.0, None, Right, Right),
-        ("KR", 30.0, Some(Left), Right, Right),
+    let cases = [
         ("AT", 30.0, None, Right, Right),
         ("CH", 30.0, None, Right, Right),
+        ("DE", 30.0, None, Right, Right),
         ("GB", 30.0, None, Left, Left),
+        ("JP", 30.0, None, Left, Left),
+        ("KR", 30.0, Some(Left), Right, Right),
         ("US-CA", 30.48, None, Right, Right),
-    ] {
+    ];
+    assert_eq!(built_in(), cases.map(|(code, ..)| code));
+    for (code, distance, entry, exit, parks) in cases {
         let country = country(&Disk, Path::new(""), code).unwrap();
         let parameters = Parameters::for_country(&country);
         assert_eq!(parameters.intersection_search_distance_m, distance, "{code}");
@@ -120,7 +122,6 @@ fn countries_differ_where_their_law_does() {
         assert_eq!(parameters.parking_side, parks, "{code}");
         assert_eq!((country.code.as_str(), country.source.is_empty()), (code, false));
     }
-    assert_eq!(BUILT_IN.len(), 7);
     for unknown in ["jp", "", "../demo", "JP.yaml"] {
         let refused = country(&Disk, Path::new(""), unknown).unwrap_err();
         assert!(matches!(refused, NoCountry::Nowhere { .. }), "{unknown}: {refused:?}");

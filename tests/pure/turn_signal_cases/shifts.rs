@@ -1,5 +1,4 @@
-//! docs/spec/turn-signal-decider.md, "Shift rule":
-//! the rule for all that moves sideways, step by step; S1 to S12; P-1.
+//! docs/spec/turn-signal-decider.md, "Shift rule": the rule for all that moves sideways, step by step; S1 to S11; P-1.
 
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roadside};
@@ -32,7 +31,7 @@ pub(crate) fn line_of(path: &ShiftedPath, start_index: usize, end_index: usize) 
     ShiftLine { start_index, end_index, start: path.poses()[start_index], end: path.poses()[end_index] }
 }
 
-/// One judgement and what may differ from the basic one.
+/// A shift with its circumstances, to be judged.
 #[derive(Clone)]
 struct Judged {
     shift: (f64, f64),
@@ -89,10 +88,9 @@ impl Judged {
             current_shift_m: self.current_m,
             kind: self.kind,
             forward: self.forward,
-            own_lane: true,
             stop_override: self.stop_override,
         };
-        judge(&drive.scene(self.ego, self.speed_mps), &shift)
+        judge(&drive.context(self.ego, self.speed_mps), &shift)
     }
 
     fn verdict(&self) -> (ShiftVerdict, Signal) {
@@ -119,11 +117,11 @@ fn the_listed_positions_give_the_listed_records() {
         ("back 96.3", returning(96.3, 8.0, 1.5), Signalled, Right, Some((100.0, 100.0, 130.0))),
         ("back, 0.09 left", returning(128.0, 8.0, 0.09), NearlyDone, NoCommand, None),
     ];
-    for (what, judged, verdict, turn, places) in cases {
+    for (what, judged, verdict, turn, positions) in cases {
         let outcome = judged.outcome();
         assert_eq!((outcome.verdict, outcome.section.turn), (verdict, turn), "{what}");
         assert_eq!(outcome.ignore(), verdict == NearlyDone, "{what}");
-        if let Some((desired, start, end)) = places {
+        if let Some((desired, start, end)) = positions {
             let section = outcome.section;
             let xs =
                 [section.desired_start, section.required_start, section.desired_end, section.required_end]
@@ -134,7 +132,7 @@ fn the_listed_positions_give_the_listed_records() {
 }
 
 #[test]
-fn s1_to_s12() {
+fn s1_to_s11() {
     use Signal::{Left, NoCommand, Right};
     let at_48 = || outgoing(48.0, 8.0, 0.0);
     let hatched = Roadside { hatched: true, lane: false };
@@ -157,27 +155,6 @@ fn s1_to_s12() {
     ] {
         assert_eq!(judged.verdict(), (verdict, turn), "{id}");
     }
-}
-
-#[test]
-fn s12_offsets_of_the_other_lane() {
-    let drive = Drive::new(Upstream);
-    // The path runs into the lane to the right; offsets are seen from there.
-    let poses: Vec<Pose> = ramp(50, 80, 0.0, -3.5).poses().to_vec();
-    let offsets: Vec<f64> = poses.iter().map(|pose| pose.position.y_m + 3.5).collect();
-    let path = ShiftedPath::new(poses, offsets).unwrap();
-    let shift = Shift {
-        path: &path,
-        line: line_of(&path, 50, 80),
-        lanes: &[1],
-        current_shift_m: 0.0,
-        kind: ShiftKind::LaneChange,
-        forward: true,
-        own_lane: false,
-        stop_override: false,
-    };
-    let outcome = judge(&drive.scene(Pose::new(48.0, 0.0, 0.0), 8.0), &shift);
-    assert_eq!((outcome.verdict, outcome.section.turn), (Signalled, Signal::Right), "S12");
 }
 
 #[test]
@@ -241,16 +218,15 @@ fn backwards_is_hazard_lights_and_lines_off_the_path_are_nothing() {
             current_shift_m: 0.0,
             kind: ShiftKind::Avoidance,
             forward: true,
-            own_lane: true,
             stop_override: false,
         };
-        let outcome = judge(&drive.scene(Pose::new(48.0, 0.0, 0.0), 8.0), &shift);
+        let outcome = judge(&drive.context(Pose::new(48.0, 0.0, 0.0), 8.0), &shift);
         assert_eq!((outcome.verdict, outcome.ignore()), (OffPath, true));
     }
 }
 
 #[test]
-fn offsets_that_are_no_number_are_not_signalled() {
+fn offsets_that_are_not_numbers_are_not_signalled() {
     for judged in [
         Judged { shift: (0.0, 1.5), current_m: f64::NAN, ..outgoing(48.0, 8.0, 0.0) },
         Judged { current_m: f64::INFINITY, shift: (0.0, 0.1), ..outgoing(48.0, 8.0, 0.0) },

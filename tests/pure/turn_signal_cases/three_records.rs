@@ -27,7 +27,7 @@ fn signal_at(candidates: &Candidates, x_m: f64) -> Signal {
     let path = line(0, 69);
     let limits = NearestLimits { distance_m: 5.0, yaw_rad: std::f64::consts::FRAC_PI_3 };
     let path_frame = PathFrame::new(&path, at(x_m), 1.0, limits);
-    resolve(&path_frame, candidates, Rules::default()).signal()
+    resolve(&path_frame, candidates, &Rules::default()).signal()
 }
 
 #[test]

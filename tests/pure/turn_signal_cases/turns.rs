@@ -1,4 +1,4 @@
-//! I1 to I7: turns at intersections, in both behaviours.
+//! I1 to I7: turns at intersections, improved and as upstream.
 
 use std::time::Duration;
 
@@ -11,9 +11,9 @@ use signal_gateway::core::turn_signal::signal::Signal;
 use super::drive::{Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};
 
-fn with_left_turn(mode: DeciderCompat) -> Drive {
-    let mut drive = Drive::new(mode);
-    drive.seen.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
+fn with_left_turn(compat: DeciderCompat) -> Drive {
+    let mut drive = Drive::new(compat);
+    drive.observed.turns = vec![turn(5, TurnDirection::Left, 100.0, 116.0, 111.0)];
     drive
 }
 
@@ -23,10 +23,10 @@ fn none(_: f64) -> Vec<signal_gateway::core::turn_signal::manoeuvre::Manoeuvre> 
 
 #[test]
 fn i1_one_left_lanelet() {
-    for mode in [Upstream, Improved] {
-        let mut drive = with_left_turn(mode);
+    for compat in [Upstream, Improved] {
+        let mut drive = with_left_turn(compat);
         let signals = drive.through(samples(0.0, 116.0, 1.0), 10.0, none);
-        assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I1 {mode:?}");
+        assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I1 {compat:?}");
         let last = drive.step(116.0, 10.0, &[]);
         assert_eq!(drive.announced_m(&last, 116.0), Some(37.0), "the memory");
         let passed = drive.step(117.0, 10.0, &[]);
@@ -39,8 +39,8 @@ fn i1_one_left_lanelet() {
 #[test]
 fn i2_slowing_down_drops_the_signal_upstream_and_not_by_default() {
     use Signal::{Disable, Left};
-    let (mut upstream, mut default) = (with_left_turn(Upstream), with_left_turn(Improved));
-    for (x, speed, compat, improved) in [
+    let (mut upstream, mut improved) = (with_left_turn(Upstream), with_left_turn(Improved));
+    for (x, speed, upstream_turn, improved_turn) in [
         (36.0, 10.0, Disable, Disable),
         (37.0, 10.0, Left, Left),
         (40.0, 10.0, Left, Left),
@@ -51,19 +51,19 @@ fn i2_slowing_down_drops_the_signal_upstream_and_not_by_default() {
         (116.0, 3.0, Left, Left),
         (116.1, 3.0, Disable, Disable),
     ] {
-        for (drive, expected) in [(&mut upstream, compat), (&mut default, improved)] {
+        for (drive, expected) in [(&mut upstream, upstream_turn), (&mut improved, improved_turn)] {
             drive.wait(Duration::from_secs(2));
-            let mode = drive.settings.compat;
+            let compat = drive.settings.compat;
             let decision = drive.step(x, speed, &[]);
-            assert_eq!(decision.turn, expected, "I2 {mode:?} at {x}, {speed} m/s");
+            assert_eq!(decision.turn, expected, "I2 {compat:?} at {x}, {speed} m/s");
             let memory = drive.announced_m(&decision, x);
-            assert_eq!(memory, Some(37.0).filter(|_| expected == Left), "{mode:?} at {x}");
+            assert_eq!(memory, Some(37.0).filter(|_| expected == Left), "{compat:?} at {x}");
         }
     }
 }
 
 #[test]
-fn a_long_stop_far_away_ends_the_announcement_and_moving_on_begins_it_anew() {
+fn a_long_stop_out_of_range_ends_the_announcement_until_the_turn_is_in_range_again() {
     let mut drive = with_left_turn(Improved);
     assert_eq!(drive.step(37.0, 10.0, &[]).turn, Signal::Left);
     for second in 0..=40 {
@@ -74,28 +74,28 @@ fn a_long_stop_far_away_ends_the_announcement_and_moving_on_begins_it_anew() {
     }
     drive.wait(Duration::from_secs(1));
     let again = drive.step(50.0, 8.0, &[]);
-    assert_eq!((again.turn, drive.announced_m(&again, 50.0)), (Signal::Left, Some(50.0)), "in view again");
+    assert_eq!((again.turn, drive.announced_m(&again, 50.0)), (Signal::Left, Some(50.0)), "in range again");
 }
 
 #[test]
 fn i3_a_distance_of_its_own() {
-    for mode in [Upstream, Improved] {
-        let mut drive = with_left_turn(mode);
-        drive.seen.turns[0].search_distance_m = Some(10.0);
+    for compat in [Upstream, Improved] {
+        let mut drive = with_left_turn(compat);
+        drive.observed.turns[0].search_distance_m = Some(10.0);
         let signals = drive.through(samples(0.0, 130.0, 0.5), 10.0, none);
-        assert_eq!(blinking(signals), [(Left, 86.5, 116.0)], "I3 {mode:?}");
-        let mut drive = with_left_turn(mode);
-        drive.seen.turns[0].search_distance_m = Some(0.0);
+        assert_eq!(blinking(signals), [(Left, 86.5, 116.0)], "I3 {compat:?}");
+        let mut drive = with_left_turn(compat);
+        drive.observed.turns[0].search_distance_m = Some(0.0);
         let signals = drive.through(samples(0.0, 130.0, 0.5), 10.0, none);
-        assert_eq!(blinking(signals), [(Left, 96.5, 116.0)], "distance 0 {mode:?}");
+        assert_eq!(blinking(signals), [(Left, 96.5, 116.0)], "distance 0 {compat:?}");
     }
 }
 
 #[test]
 fn i4_right_then_left() {
-    let two = |mode| {
-        let mut drive = Drive::new(mode);
-        drive.seen.turns = vec![
+    let two = |compat| {
+        let mut drive = Drive::new(compat);
+        drive.observed.turns = vec![
             turn(501, TurnDirection::Right, 39.399, 45.590, 41.399),
             turn(497, TurnDirection::Left, 49.003, 62.376, 57.003),
         ];
@@ -118,9 +118,9 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
         LaneNetwork::new([before, lane(2, 100.0, 108.0, vec![3]), lane(3, 108.0, 116.0, vec![])], Vec::new())
     };
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Upstream);
-    let got = turns(&drive.scene(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
+    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
     assert_eq!(got.iter().map(|turn| turn.id).collect::<Vec<_>>(), [2, 3]);
-    drive.seen.turns = vec![
+    drive.observed.turns = vec![
         turn(2, TurnDirection::Left, 100.0, 108.0, 105.0),
         turn(3, TurnDirection::Left, 108.0, 116.0, 114.0),
     ];
@@ -129,15 +129,15 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
     for (x, start_m, turn_m) in [(105.0, 37.0, 100.0), (106.0, 45.0, 108.0)] {
         let decision = drive.step(x, 10.0, &[]);
         assert_eq!(drive.announced_m(&decision, x), Some(start_m));
-        assert_eq!(decision.intersection.turn.unwrap().pose, at(turn_m));
+        assert_eq!(decision.intersection.unwrap().pose, at(turn_m));
     }
     assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), [(Left, 106.0, 116.0)]);
 
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Improved);
-    let got = turns(&drive.scene(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
+    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
     let [joined] = got.as_slice() else { panic!("not joined: {got:?}") };
     assert_eq!((joined.id, joined.front, joined.back), (2, at(100.0), at(116.0)));
-    drive.seen.turns = got;
+    drive.observed.turns = got;
     let signals = drive.through(samples(0.0, 130.0, 1.0), 10.0, none);
     assert_eq!(blinking(signals), [(Left, 37.0, 116.0)], "I5 by default");
 }
@@ -161,21 +161,21 @@ fn turns_to_different_sides_or_apart_are_not_joined() {
             Vec::new(),
         );
         let drive = Drive::on(road, &[2, 3, 4], Improved);
-        let got = turns(&drive.scene(at(90.0), 10.0), &[2, 3, 4], Signal::NoCommand);
+        let got = turns(&drive.context(at(90.0), 10.0), &[2, 3, 4], Signal::NoCommand);
         assert_eq!(got.len(), count, "{what}");
     }
 }
 
 #[test]
-fn i6_the_stop_rule_lets_plain_lanelets_stand_in_the_queue() {
+fn i6_the_stop_rule_queues_plain_lanelets() {
     let road = || {
         let plain = Lane { followers: vec![2], ..straight_lane(1, -60.0, 100.0) };
         let left = Lane { turn_direction: TurnDirection::Left, ..straight_lane(2, 100.0, 116.0) };
         LaneNetwork::new([plain, left], Vec::new())
     };
-    let ids = |mode, x: f64, speed, manoeuvre| {
-        let drive = Drive::on(road(), &[1, 2], mode);
-        turns(&drive.scene(at(x), speed), &[1, 2], manoeuvre).iter().map(|turn| turn.id).collect::<Vec<_>>()
+    let ids = |compat, x: f64, speed, manoeuvre| {
+        let drive = Drive::on(road(), &[1, 2], compat);
+        turns(&drive.context(at(x), speed), &[1, 2], manoeuvre).iter().map(|turn| turn.id).collect::<Vec<_>>()
     };
     use Signal::{Left, NoCommand, Right};
     for (what, got, expected) in [
@@ -194,21 +194,21 @@ fn i6_the_stop_rule_lets_plain_lanelets_stand_in_the_queue() {
 fn i7_the_start_lies_at_the_rear_axle() {
     let mut drive = with_left_turn(Upstream);
     let decision = drive.step(37.0, 10.0, &[]);
-    let ahead = decision.intersection.turn.unwrap();
+    let ahead = decision.intersection.unwrap();
     assert!(!ahead.active && (ahead.distance_m - 59.21).abs() < 1e-9, "{ahead:?}");
-    let inside = drive.step(97.0, 10.0, &[]).intersection.turn.unwrap();
+    let inside = drive.step(97.0, 10.0, &[]).intersection.unwrap();
     assert!(inside.active);
 }
 
 #[test]
 fn by_default_a_lanelet_that_leaves_the_path_is_forgotten() {
-    for (mode, start_m) in [(Upstream, 40.0), (Improved, 42.0)] {
-        let mut drive = with_left_turn(mode);
+    for (compat, start_m) in [(Upstream, 40.0), (Improved, 42.0)] {
+        let mut drive = with_left_turn(compat);
         drive.step(40.0, 10.0, &[]);
-        let turns = std::mem::take(&mut drive.seen.turns);
+        let turns = std::mem::take(&mut drive.observed.turns);
         drive.step(41.0, 10.0, &[]);
-        drive.seen.turns = turns;
+        drive.observed.turns = turns;
         let back = drive.step(42.0, 10.0, &[]);
-        assert_eq!(drive.announced_m(&back, 42.0), Some(start_m), "W8 {mode:?}");
+        assert_eq!(drive.announced_m(&back, 42.0), Some(start_m), "W8 {compat:?}");
     }
 }

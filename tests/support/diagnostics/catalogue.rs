@@ -1,6 +1,7 @@
 //! The list itself. `docs/diagnostics.md` is made of it.
 
 mod planning;
+mod process;
 
 use signal_gateway::core::diagnostics::Level::{self, Error, Ok, Warn};
 
@@ -9,7 +10,7 @@ use super::{Key, Message, Task};
 const NOTHING: &str = "Nothing.";
 const SEE_INTERFACE: &str = "Read the status of the interface, which names the cause.";
 
-/// Why no value of a signal is known: all flows that receive signals say it in these words.
+/// Why no value of a signal is known: all flows that receive signals use these texts.
 const MISSING: &[(&str, &str)] = &[
     ("{interface} is down", "Set the interface up."),
     ("{interface} is missing", "Plug in the adapter, or correct `interface`."),
@@ -52,6 +53,8 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::channel(),
         planning::scenario(),
         planning::v2i_reception(),
+        process::black_box(),
+        process::log(),
     ]
 }
 

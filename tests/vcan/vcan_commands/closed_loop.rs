@@ -9,7 +9,7 @@ use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use super::recording::{BusTime, Recording, Seen};
 use super::vehicles::{Change, PACMOD};
@@ -80,15 +80,15 @@ fn drive_all(cyclone: &Cyclone, vcan: &Vcan, drives: &[Drive]) {
 /// One drive. Every change of the decider's command is looked for in each of the stages.
 fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spans) {
     let file = file(name);
-    let course = Course::new(DriveFile { until_m: until_m.or(file.until_m), ..file })
+    let simulation = DriveSimulation::new(DriveFile { until_m: until_m.or(file.until_m), ..file })
         .unwrap_or_else(|refused| panic!("{refused}"));
-    assert_eq!(course.file().parameters, Parameters::DEPLOYED, "{name}");
+    assert_eq!(simulation.file().parameters, Parameters::DEPLOYED, "{name}");
     let domain = domain();
     let ros = process::ros_in(domain);
     let keys = format!(
         "{ros}[command]\ntx = \"on\"\nsource = \"decider\"\nturn_timeout_ms = 60000\n\
          hazard_timeout_ms = 60000\ncontrol_mode_timeout_ms = 60000\n[turn_signal]\nenabled = true\nmap = \"{}\"\n{PATIENT}",
-        course.file().map.display()
+        simulation.file().map.display()
     );
     let folder = PACMOD.folder(vcan.name, &keys, &Change::NONE);
     let seen_by_vehicle = folder.path().join("vehicle.jsonl");
@@ -101,7 +101,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     let mut gateway = Process::run(&folder);
     gateway.wait_for_log("turn_indicators: publishing");
 
-    let mut script = Script::new(&course);
+    let mut script = Script::new(&simulation);
     script.add("control_mode", |_, _| Some(1));
     let path = folder.path().join("drive.jsonl");
     std::fs::write(&path, script.text()).unwrap();
@@ -112,8 +112,8 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     vehicle.stop("TERM");
     bus.finish();
 
-    let decided = changes(&line["heard"]["turn"]);
-    let reported = changes(&line["heard"]["report"]);
+    let decided = changes(&line["received"]["turn"]);
+    let reported = changes(&line["received"]["report"]);
     let (commands, reports) =
         (bus.since(BusTime::START, PACMOD.command), bus.since(BusTime::START, PACMOD.report));
     assert_eq!(values(&reported), values(&decided), "{name}: what is reported is what was decided");

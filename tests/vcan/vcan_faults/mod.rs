@@ -7,6 +7,7 @@
 mod unit;
 
 use std::cell::{Cell, RefCell};
+use std::io::Write as _;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -23,6 +24,8 @@ use unit::{DBC, LEFT, Manner, PROFILE, RIGHT, TURN, UNDEFINED, Unit, send};
 
 /// How old a frame may be when its report is sent: the timeout, and what a slow guest needs.
 const MAX_AGE_NS: i64 = 2_000_000_000;
+
+const BLACK_BOX: &str = "[black_box]\nfolder = \"box\"\nbefore_s = 1\nafter_s = 1\n";
 
 /// How long a fault lasts that the gateway need not notice.
 const WHILE: Duration = Duration::from_secs(3);
@@ -55,7 +58,8 @@ impl Bench {
         let cyclone = Cyclone::on_loopback()?;
         let domain = domain();
         let ros = process::ros_in(domain);
-        let text = format!("profile = \"bench.toml\"\n[can.body]\ninterface = \"{}\"\n{ros}", vcan.name);
+        let text =
+            format!("profile = \"bench.toml\"\n[can.body]\ninterface = \"{}\"\n{BLACK_BOX}{ros}", vcan.name);
         let folder = Folder::with_configuration(&text);
         folder.write("bench.toml", PROFILE);
         folder.write("bench.dbc", DBC);
@@ -136,6 +140,27 @@ impl Bench {
         assert!(Command::new("sh").args(["-c", &format!("kill -{signal} {id}")]).status().unwrap().success());
     }
 
+    /// A file stands where the black box writes, and there is something to write.
+    fn spoil_black_box(&self) {
+        let folder = self.folder.path().join("box");
+        let _absent = std::fs::remove_dir_all(&folder);
+        std::fs::write(folder, "").unwrap();
+        self.unit.set(UNDEFINED, Manner::Sound);
+    }
+
+    /// Starts a gateway whose standard error is a full pipe.
+    fn start_with_blocked_log(&self) {
+        let (reader, mut writer) = std::io::pipe().unwrap();
+        writer.write_all(&vec![b'\n'; 65536]).unwrap();
+        drop(self.gateway.replace(None));
+        let process = Process::run_with(&self.folder, |command| {
+            command.stderr(writer);
+        });
+        self.gateway.replace(Some(process));
+        // For as long as the test runs.
+        std::mem::forget(reader);
+    }
+
     /// The controller leaves the bus: it says so once, and receives nothing.
     fn bus_off(&self) {
         self.unit.set(LEFT, Manner::Dead);
@@ -203,6 +228,8 @@ fn try_all(bench: &Bench) {
         row("undefined value", Some("invalid"), &sends(UNDEFINED, Manner::Sound), &|| {}),
         row("3 s flood of foreign frames", None, &|| bench.flood(0x7FF), &|| {}),
         row("3 s flood with the message's identifier", None, &|| bench.flood(TURN), &|| {}),
+        row("folder of the black box is a file", Some("invalid"), &|| bench.spoil_black_box(), &|| {}),
+        row("started with a blocked standard error", None, &|| bench.start_with_blocked_log(), &|| {}),
         row("SIGSTOP, SIGCONT after 3 s", None, &|| bench.signal("STOP"), &|| bench.signal("CONT")),
         row("SIGKILL, started anew after 3 s", None, &|| drop(gateway.take()), &start),
         row("a second DDS reader is killed", None, &|| join().kill(), &|| {}),

@@ -101,7 +101,9 @@ impl Unit {
                 let is_sent = !matches!(manner, Manner::Dead | Manner::Silent);
                 let is_sent = is_sent && send(interface, TURN, &data).is_some();
                 if is_sent && manner == Manner::Sound {
-                    shared.lock().unwrap().sent.push((code, before..=wall()));
+                    // The clock may have been set back meanwhile.
+                    let after = wall();
+                    shared.lock().unwrap().sent.push((code, before.min(after)..=before.max(after)));
                 }
                 std::thread::sleep(Duration::from_millis(50));
             }

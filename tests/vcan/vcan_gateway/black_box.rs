@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::{Folder, HAZARD, HAZARD_OFF, LEFT, OFF, PATIENT, Process, RIGHT, Sender, TURN, UNDEFINED, Vcan};
-use crate::support::prerequisite::require;
+use crate::support::prerequisite::{Missing, Prerequisite, require};
 
 #[test]
 fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
@@ -45,6 +45,128 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
     let log = std::fs::read_to_string(log).unwrap();
     assert_eq!(differing, None, "replayed, recorded\n{settled}\n{decisions}\n{log}");
     assert_eq!(settled.lines().count(), decisions.lines().count(), "{settled}\n{decisions}\n{log}");
+}
+
+/// A gateway with a black box on `box`, which `prepare` has made or has not, that publishes both reports.
+struct Drive {
+    _vcan: Vcan,
+    sender: Sender,
+    gateway: Process,
+    folder: Folder,
+}
+
+impl Drive {
+    fn start(name: &'static str, after_s: u32, prepare: impl FnOnce(&Path)) -> Result<Self, Missing> {
+        let vcan = Vcan::new(name)?;
+        let keys = format!("[black_box]\nfolder = \"box\"\nafter_s = {after_s}\n[ros]\nenabled = false\n");
+        let folder = Folder::with_demo_vehicle(name, &keys);
+        folder.append("demo_vehicle.toml", PATIENT);
+        prepare(&folder.path().join("box"));
+        let sender = Sender::start(&vcan, &[(TURN, OFF), (HAZARD, HAZARD_OFF)]);
+        let mut gateway = Process::run(&folder);
+        gateway.wait_for_log("hazard_lights: publishing");
+        gateway.wait_for_log("turn_indicators: publishing");
+        Ok(Self { _vcan: vcan, sender, gateway, folder })
+    }
+
+    /// A change to ERROR and back, `times` of them so far.
+    fn fault(&mut self, times: usize) {
+        self.sender.set(TURN, UNDEFINED);
+        self.gateway.wait_for_logs("turn_indicators: invalid", times);
+        self.sender.set(TURN, OFF);
+        self.gateway.wait_for_logs("turn_indicators: publishing", times + 1);
+    }
+
+    fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path().join("box")).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<_> = names.filter(|name| name != "filler").collect();
+        names.sort();
+        names
+    }
+}
+
+#[test]
+fn stop_within_the_window_writes_what_there_is() {
+    let mut drive = require!(Drive::start("vcan16", 300, |_| ()));
+    drive.fault(1);
+    drive.gateway.stop("TERM");
+    let files = drive.files();
+    assert!(files.len() == 2 && files[0].ends_with(".decisions"), "{files:?}");
+    let decisions = std::fs::read_to_string(drive.folder.path().join("box").join(&files[0])).unwrap();
+    assert!(decisions.contains("invalid"), "{decisions}");
+}
+
+#[test]
+fn folder_removed_while_running_is_made_again() {
+    let mut drive = require!(Drive::start("vcan17", 1, |_| ()));
+    drive.fault(1);
+    drive.gateway.wait_for_logs("black box written", 1);
+    std::fs::remove_dir_all(drive.folder.path().join("box")).unwrap();
+    drive.fault(2);
+    drive.gateway.wait_for_logs("black box written", 2);
+    drive.gateway.stop("TERM");
+    assert!(drive.files().iter().all(|name| name.starts_with("fault-000002-")), "{:?}", drive.files());
+}
+
+#[test]
+fn read_only_folder_is_told_and_used_once_it_can_be_written() {
+    let mut tmpfs = None;
+    let mut drive = require!(Drive::start("vcan18", 1, |folder| tmpfs = Some(Tmpfs::new(folder, "ro"))));
+    let tmpfs = require!(tmpfs.unwrap());
+    drive.gateway.wait_for_log("black_box: recordings cannot be written: Read-only file system");
+    drive.fault(1);
+    tmpfs.remount("rw");
+    drive.gateway.wait_for_log("black_box: ready");
+    drive.fault(2);
+    drive.gateway.wait_for_log("black box written");
+    drive.gateway.stop("TERM");
+    assert!(!paths(&drive.folder.path().join("box"), "log").is_empty(), "{:?}", drive.files());
+}
+
+#[test]
+fn full_disk_costs_the_recording_and_nothing_else() {
+    let mut tmpfs = None;
+    let mut drive =
+        require!(Drive::start("vcan19", 1, |folder| tmpfs = Some(Tmpfs::new(folder, "size=64k"))));
+    let _tmpfs = require!(tmpfs.unwrap());
+    let filler = drive.folder.path().join("box/filler");
+    // It is full before the last byte.
+    assert!(std::fs::write(&filler, vec![0; 128 * 1024]).is_err());
+    drive.fault(1);
+    drive.gateway.wait_for_log("black_box: recordings cannot be written: No space left on device");
+    assert_eq!(drive.files(), [""; 0], "nothing is left of it");
+    std::fs::remove_file(&filler).unwrap();
+    drive.fault(2);
+    drive.gateway.wait_for_log("black box written");
+    drive.gateway.stop("TERM");
+    assert_eq!(drive.files().len(), 2, "{:?}", drive.files());
+}
+
+/// A file system of a test's own, mounted until it ends.
+struct Tmpfs(std::path::PathBuf);
+
+impl Tmpfs {
+    fn new(folder: &Path, options: &str) -> Result<Self, Missing> {
+        std::fs::create_dir(folder).unwrap();
+        let mut mount = Command::new("mount");
+        let mounted = mount.args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(folder).output().unwrap();
+        let why = String::from_utf8_lossy(&mounted.stderr).into_owned();
+        let tmpfs = Self(folder.to_owned());
+        if mounted.status.success() { Ok(tmpfs) } else { Err(Prerequisite::Tmpfs.missing(why)) }
+    }
+
+    fn remount(&self, options: &str) {
+        let mut mount = Command::new("mount");
+        mount.args(["-o", &format!("remount,{options}")]).arg(&self.0);
+        assert!(mount.status().unwrap().success());
+    }
+}
+
+impl Drop for Tmpfs {
+    fn drop(&mut self) {
+        let _gone = Command::new("umount").arg("--lazy").arg(&self.0).output();
+    }
 }
 
 fn paths(folder: &Path, extension: &str) -> Vec<std::path::PathBuf> {

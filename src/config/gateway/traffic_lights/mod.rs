@@ -28,10 +28,10 @@ use topics::{inputs, outputs};
 const DEFAULT_ARCHITECTURE: &str = "awf/universe/20240605";
 const COMPAT: Keywords<Compat> = &[("improved", Compat::Improved), ("upstream", Compat::Upstream)];
 
-/// Topics of the traffic lights, with what their messages refer to.
+/// Topics of the traffic lights.
 #[derive(Debug, Default)]
 pub struct LightTopics {
-    /// Whose numbers messages use.
+    /// The mode whose numbers messages use.
     pub compat: Compat,
     /// Topics that are written, with the message each carries.
     pub outputs: Vec<LightsOutput>,
@@ -43,7 +43,7 @@ pub struct LightTopics {
     pub not_interpreted: Vec<NotInterpreted>,
 }
 
-/// Reads the section; `None` when a problem was noted.
+/// Reads the section; `None` when it has a problem.
 pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(FlowSettings, LightTopics)> {
     let checker = fields.checker;
     let before = checker.count();
@@ -89,7 +89,7 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
 /// The topics that the engine must make for these outputs.
 fn topics(outputs: &[LightsOutput]) -> BTreeSet<LightsTopic> {
     let of_engine = |topic: LightsTopic| match topic {
-        // The arbiter judges the other two.
+        // The arbiter merges the other two.
         LightsTopic::Arbiter => vec![LightsTopic::Camera, LightsTopic::V2i],
         LightsTopic::GroundTruth | LightsTopic::Camera | LightsTopic::V2i | LightsTopic::Markers => {
             vec![topic]
@@ -113,7 +113,7 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
         return fields.checker.accept(fields.at("map"), map, "name a lanelet2 map, relative to this file");
     }
     let reason = match scenario {
-        // Its problems are noted already.
+        // Its problems are listed already.
         None if fields.has("scenario") => return None,
         None => "traffic lights without a map: none of them is known".to_owned(),
         Some(ScenarioFile { map: Some(path), .. }) => match read_lights(files, path, lamps) {

@@ -3,7 +3,7 @@
 use crate::config::reading::fields::Fields;
 use crate::core::traffic_light::architecture::LightsType;
 use crate::core::traffic_light::emission::LightsTopic;
-use crate::core::traffic_light::target::{Channel, Layer, StoreId};
+use crate::core::traffic_light::target::StoreId;
 
 /// A topic that is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub struct LightsOutput {
     pub message: LightsType,
 }
 
-/// Reads the topics that are written, of those that have a name.
+/// Reads the topics that are written; one without a name is not.
 pub(super) fn outputs(
     fields: Fields<'_>,
     [camera, v2i]: [LightsType; 2],
@@ -53,7 +53,7 @@ pub(super) fn outputs(
     outputs
 }
 
-/// Reads the topics that are read: for a store each, and for actions.
+/// Reads the topics that are read: those of states, each for one store, and that of actions.
 pub(super) fn inputs(
     fields: Fields<'_>,
     outputs: &[LightsOutput],
@@ -69,13 +69,7 @@ pub(super) fn inputs(
         taken.push(name.clone());
         Some(name)
     };
-    let stores = [
-        ("conventional", Channel::Conventional, Layer::GroundTruth),
-        ("conventional_detected", Channel::Conventional, Layer::Detected),
-        ("v2i", Channel::V2i, Layer::GroundTruth),
-        ("v2i_detected", Channel::V2i, Layer::Detected),
-    ];
-    let inputs = stores.map(|(key, channel, layer)| Some((StoreId { channel, layer }, input(key)?)));
+    let inputs = StoreId::ALL.map(|store| Some((store, input(store.name())?)));
     let command = input("command");
     fields.done();
     (inputs.into_iter().flatten().collect(), command)

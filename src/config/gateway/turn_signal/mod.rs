@@ -127,8 +127,8 @@ fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, Param
             Err(error @ ParameterError::Unknown { .. }) => {
                 checker.refuse_and_explain(&entry.location, error.to_string());
             }
-            Err(ParameterError::Value { wanted, .. }) => {
-                checker.refuse(&location, format!("invalid value {text}"), &format!("give {wanted}"));
+            Err(ParameterError::Value { expected, .. }) => {
+                checker.refuse(&location, format!("invalid value {text}"), &format!("give {expected}"));
             }
         }
         let Some(known) = Parameter::named(&entry.key).map(|parameter| parameter.name) else { continue };

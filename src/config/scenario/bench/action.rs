@@ -7,11 +7,11 @@ use crate::config::reading::value::{Value, items};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
 
-/// Keys that make an action; each has one of them.
+/// The kinds of actions by their keys; an action has exactly one of them.
 const KINDS: &[&str] =
     &["set", "clear", "enter", "enable_v2i", "disable_v2i", "v2i_rate_hz", "confidence", "end"];
 
-/// The actions of a list, or the one.
+/// Reads a list of actions, or one action.
 pub(super) fn actions(reader: &mut Reader<'_>, value: &Value, known: &Known<'_>) -> Vec<Action> {
     items(value).iter().filter_map(|item| action(reader, item, known)).collect()
 }
@@ -33,9 +33,7 @@ fn of_kind(
     match kind {
         "set" => {
             let (target, state) = (fields.required_text(kind), fields.required_text("state"));
-            let target = reader.target(&target?);
-            let (target, state) = (target?, state?);
-            let state = reader.state(target.store, &state, Writer::Action)?;
+            let (target, state) = reader.written(target, state, Writer::Action)?;
             Some(Action::SetState { target, state })
         }
         "clear" => {

@@ -6,14 +6,14 @@ use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Value, items};
 use crate::core::traffic_light::scenario::{Condition, Controller, Edge, ElementState, Rule, Test, Trigger};
 
-/// Controllers and events to which conditions and actions can refer.
+/// The controllers and events to which conditions and actions can refer.
 pub(super) struct Known<'a> {
     pub(super) controllers: &'a [Controller],
-    /// Names of events.
+    /// The names of the events.
     pub(super) events: &'a [String],
 }
 
-/// Keys that make a condition; each has one of them.
+/// The kinds of conditions by their keys; a condition has exactly one of them.
 const KINDS: &[&str] = &["after_s", "before_s", "controller", "light", "event"];
 const EDGES: Keywords<Edge> = &[
     ("none", Edge::None),

@@ -17,7 +17,6 @@ use crate::core::traffic_light::scenario::{
     Act, Condition, Edge, Event, PhaseEntry, Rule, Scenario, Test, Trigger,
 };
 use crate::core::traffic_light::state_check::Writer;
-use crate::core::traffic_light::target::Target;
 use condition::Known;
 
 /// Name of the one act that a file is.
@@ -54,7 +53,7 @@ pub(super) fn interpret(root: &Value, reader: &mut Reader<'_>) -> ScenarioFile {
 
 fn groups(reader: &mut Reader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> {
     let mut groups: Vec<GroupEntry> = Vec::new();
-    let mut places = BTreeMap::new();
+    let mut indices = BTreeMap::new();
     for entry in top.entries("groups", "give relation ids with their heads: 100 = [11, 12]") {
         let relation = reader.id(&key(entry));
         let heads: Vec<_> = items(&entry.value).iter().filter_map(|item| reader.id_in(item)).collect();
@@ -62,14 +61,14 @@ fn groups(reader: &mut Reader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> {
             reader.refuse(&entry.location, "a group without heads", "give way ids: 100 = [11, 12]");
         }
         let Some(relation_id) = relation else { continue };
-        if places.insert(relation_id, groups.len()).is_some() {
+        if indices.insert(relation_id, groups.len()).is_some() {
             reader.refuse(&entry.location, format!("a second group {relation_id}"), "keep one");
         }
-        groups.push(GroupEntry { relation_id, way_ids: heads, is_pedestrian: false });
+        groups.push(GroupEntry::new(relation_id, heads));
     }
     for value in top.value("pedestrian_groups").map(items).unwrap_or_default() {
         let Some(id) = reader.id_in(value) else { continue };
-        match places.get(&id).and_then(|place: &usize| groups.get_mut(*place)) {
+        match indices.get(&id).and_then(|index: &usize| groups.get_mut(*index)) {
             Some(group) => group.is_pedestrian = true,
             None => {
                 let reason = format!("{id} is not one of the groups");
@@ -80,7 +79,7 @@ fn groups(reader: &mut Reader<'_>, top: &Fields<'_>) -> Vec<GroupEntry> {
     groups
 }
 
-/// The key of an entry, which is a name.
+/// The key of an entry as a text with its location.
 fn key(entry: &Entry) -> LocatedText {
     LocatedText { text: entry.key.clone(), location: entry.location.clone() }
 }
@@ -106,21 +105,19 @@ fn phase(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
         None => {}
         Some((Kind::Map(states), _)) => {
             for state in states {
-                entries.extend(phase_entry(reader, &key(state), &state.value));
+                entries.extend(phase_entry(reader, Some(key(state)), &state.value));
             }
         }
         Some((Kind::List(pairs), _)) => {
             for pair in pairs {
-                let Kind::List(both) = &pair.kind else {
-                    refuse_pair(reader, pair);
-                    continue;
-                };
-                let [target, state] = both.as_slice() else {
-                    refuse_pair(reader, pair);
-                    continue;
-                };
-                if let Some(target) = reader.checker.text(target) {
-                    entries.extend(phase_entry(reader, &target, state));
+                if let Kind::List(both) = &pair.kind
+                    && let [target, state] = both.as_slice()
+                {
+                    let target = reader.checker.text(target);
+                    entries.extend(phase_entry(reader, target, state));
+                } else {
+                    let reason = format!("expected a target and its state, found {}", pair.described());
+                    reader.refuse(&pair.location, reason, "give [target, state]");
                 }
             }
         }
@@ -133,19 +130,13 @@ fn phase(reader: &mut Reader<'_>, fields: Fields<'_>) -> Option<PhaseDraft> {
     Some(PhaseDraft { name: name?.text, seconds: seconds?, entries })
 }
 
-fn refuse_pair(reader: &Reader<'_>, value: &Value) {
-    let reason = format!("expected a target and its state, found {}", value.described());
-    reader.refuse(&value.location, reason, "give [target, state]");
-}
-
-fn phase_entry(reader: &mut Reader<'_>, target: &LocatedText, state: &Value) -> Option<PhaseEntry> {
+fn phase_entry(reader: &mut Reader<'_>, target: Option<LocatedText>, state: &Value) -> Option<PhaseEntry> {
     let state = reader.checker.text(state);
-    let target: Target = reader.target(target)?;
-    let state = reader.state(target.store, &state?, Writer::PhaseEntry)?;
+    let (target, state) = reader.written(target, state, Writer::PhaseEntry)?;
     Some(PhaseEntry { target, state })
 }
 
-/// The names that events get, and those that conditions can use.
+/// The names that are assigned to the events, and those that conditions can use.
 fn event_names(events: &[Fields<'_>]) -> (Vec<String>, Vec<String>) {
     let mut own = Vec::new();
     for fields in events {
@@ -156,20 +147,21 @@ fn event_names(events: &[Fields<'_>]) -> (Vec<String>, Vec<String>) {
         own.push(name);
     }
     let mut names = Names::new(std::iter::once(ACT).chain(own.iter().map(String::as_str)));
-    names.give(ACT, "Act[1]".to_owned());
-    let given = own.iter().enumerate().map(|(index, own)| names.give(own, event_path(ACT, index))).collect();
+    names.assign(ACT, "Act[1]".to_owned());
+    let assigned = own.iter().enumerate().map(|(index, own)| names.assign(own, event_path(ACT, index)));
+    let assigned = assigned.collect();
     own.retain(|name| !name.is_empty());
-    (given, own)
+    (assigned, own)
 }
 
 fn event(reader: &mut Reader<'_>, fields: Fields<'_>, name: String, known: &Known<'_>) -> Event {
     let start = trigger(reader, &fields, ["at_s", "when"], known);
-    let most_executions = fields.number("times", 1..=u32::MAX, "").unwrap_or(1);
-    fields.require(&["do"], "say what is done: do = [{ clear = \"21\" }]");
+    let max_executions = fields.number("times", 1..=u32::MAX, "").unwrap_or(1);
+    fields.require(&["do"], "give the actions: do = [{ clear = \"21\" }]");
     let actions = fields.value("do").map(|value| action::actions(reader, value, known)).unwrap_or_default();
     fields.done();
     let action_names = (0..actions.len()).map(|index| action_path(&name, index)).collect();
-    Event { name, start, most_executions, action_names, actions }
+    Event { name, start, max_executions, action_names, actions }
 }
 
 /// Reads a trigger at a time or on conditions; not both.

@@ -8,8 +8,8 @@ use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
 
 impl Document<'_, '_> {
-    /// The light actions among the children of an `Action` or of `Init/Actions`; false when there is
-    /// anything else.
+    /// Reads the light actions among the children of an `Action` or of `Init/Actions`. Returns false when there are
+    /// other children.
     pub(super) fn actions(&mut self, parent: &Element) -> (Vec<Action>, bool) {
         let mut actions = Vec::new();
         let mut is_whole = true;
@@ -17,7 +17,7 @@ impl Document<'_, '_> {
             match child.name.as_str() {
                 "GlobalAction" => actions.extend(self.global(child)),
                 "UserDefinedAction" => {
-                    child.is_seen.set(true);
+                    child.is_interpreted.set(true);
                     for command in child.all("CustomCommandAction") {
                         let (action, is_ours) = self.command(command);
                         actions.extend(action);
@@ -26,13 +26,13 @@ impl Document<'_, '_> {
                 }
                 _ => {}
             }
-            is_whole &= child.is_all_seen();
+            is_whole &= child.is_all_interpreted();
         }
         (actions, is_whole)
     }
 
     fn global(&mut self, element: &Element) -> Vec<Action> {
-        element.is_seen.set(true);
+        element.is_interpreted.set(true);
         let infrastructure: Vec<_> = element.all("InfrastructureAction").collect();
         let signals = infrastructure.iter().flat_map(|inner| inner.all("TrafficSignalAction"));
         let mut actions = Vec::new();
@@ -47,7 +47,7 @@ impl Document<'_, '_> {
     }
 
     fn set_state(&mut self, element: &Element) -> Option<Action> {
-        element.is_seen.set(true);
+        element.is_interpreted.set(true);
         let (name, state) = (self.required(element, "name"), self.required(element, "state"));
         self.no_others(element);
         let target = self.reader.upstream_plain_target(&name?);
@@ -57,7 +57,7 @@ impl Document<'_, '_> {
     }
 
     fn enter_phase(&mut self, element: &Element) -> Option<Action> {
-        element.is_seen.set(true);
+        element.is_interpreted.set(true);
         let name = self.required(element, "trafficSignalControllerRef");
         let phase = self.required(element, "phase");
         self.no_others(element);
@@ -65,8 +65,8 @@ impl Document<'_, '_> {
         Some(Action::EnterPhase { controller, phase })
     }
 
-    /// The command in `type`; its arguments may stand between the tags instead. False when it is not
-    /// ours.
+    /// Reads the command in `type`; its arguments may be the content of the element instead. Returns false when it
+    /// is not ours.
     fn command(&mut self, element: &Element) -> (Option<Action>, bool) {
         let Some(LocatedText { text: name, location }) = self.required(element, "type") else {
             return (None, true);
@@ -78,8 +78,8 @@ impl Document<'_, '_> {
                 self.reader.use_ids_of(&action, &location);
                 (Some(action), true)
             }
-            Err(error @ CommandError::NotOurs { .. }) => {
-                element.see_all();
+            Err(error @ CommandError::NotOurs(_)) => {
+                element.mark_all_interpreted();
                 self.reader.leave_out(&location, &error.to_string());
                 (None, false)
             }

@@ -1,4 +1,4 @@
-//! An OpenSCENARIO document while it is read: attributes with parameters put in.
+//! An OpenSCENARIO document while it is read: attributes with their parameters replaced.
 
 use super::super::reader::Reader;
 use super::parameters::Parameters;
@@ -10,9 +10,9 @@ use crate::core::traffic_light::scenario::Controller;
 pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut Reader<'c>,
     pub(super) parameters: Parameters,
-    /// Known before the storyboard is read.
+    /// The controllers, which are read before the storyboard.
     pub(super) controllers: Vec<Controller>,
-    /// How many conditions so far refer to elements of the storyboard.
+    /// The number of conditions so far that refer to elements of the storyboard.
     pub(super) references: usize,
 }
 
@@ -22,7 +22,7 @@ impl Document<'_, '_> {
         self.parameters.enter();
         let Some(declarations) = element.child("ParameterDeclarations") else { return };
         for declaration in declarations.all("ParameterDeclaration") {
-            // The type follows from the place of use.
+            // The type follows from the use.
             let _ = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
             let (name, value) = (self.required(declaration, "name"), self.required(declaration, "value"));
             let (Some(name), Some(value)) = (name, value) else { continue };
@@ -30,11 +30,12 @@ impl Document<'_, '_> {
         }
     }
 
+    /// Closes the scope of an element.
     pub(super) fn leave(&mut self) {
         self.parameters.leave();
     }
 
-    /// The attribute, parameters put in; none when it is missing or refused.
+    /// The attribute with its parameters replaced; `None` when it is missing or refused.
     pub(super) fn given(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         let attribute = element.attribute(name)?;
         match self.parameters.value(&attribute.value) {
@@ -46,7 +47,7 @@ impl Document<'_, '_> {
         }
     }
 
-    /// As [`Self::given`], refusing when it is missing.
+    /// The attribute like [`Self::given`], refused when it is missing.
     pub(super) fn required(&mut self, element: &Element, name: &str) -> Option<LocatedText> {
         if element.attribute(name).is_none() {
             let reason = format!("the attribute {name} is missing");
@@ -60,10 +61,10 @@ impl Document<'_, '_> {
         self.given(element, "name").map(|given| given.text).unwrap_or_default()
     }
 
-    /// Attributes of a light's element that nobody knows are mistakes, not something to leave out.
+    /// Refuses unknown attributes of a light's element: they are mistakes, not something to leave out.
     pub(super) fn no_others(&mut self, element: &Element) {
-        for attribute in element.attributes.iter().filter(|attribute| !attribute.is_seen.get()) {
-            attribute.is_seen.set(true);
+        for attribute in element.attributes.iter().filter(|attribute| !attribute.is_interpreted.get()) {
+            attribute.is_interpreted.set(true);
             let reason = format!("{} has no attribute {}", element.name, attribute.name);
             self.reader.refuse(&attribute.location, reason, "remove it, or correct its name");
         }

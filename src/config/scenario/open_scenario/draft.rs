@@ -1,4 +1,4 @@
-//! The storyboard as it was read: references between its elements are still names.
+//! The storyboard as it was read, with names for the references between its elements.
 
 use std::time::Duration;
 
@@ -7,32 +7,32 @@ use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 use crate::core::traffic_light::scenario::{Action, Edge, ElementState, Test};
 
-/// An act as it was read.
+/// An act as it was read, with its references not resolved.
 pub(super) struct ActDraft<'e> {
     pub(super) element: &'e Element,
-    /// Names from the story to itself.
+    /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
     pub(super) start: Option<TriggerDraft>,
     pub(super) stop: Option<TriggerDraft>,
     pub(super) events: Vec<EventDraft<'e>>,
 }
 
-/// An event as it was read.
+/// An event as it was read, with its references not resolved.
 pub(super) struct EventDraft<'e> {
     pub(super) element: &'e Element,
-    /// Names from the story to itself.
+    /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
     pub(super) start: Option<TriggerDraft>,
-    pub(super) most_executions: u32,
+    pub(super) max_executions: u32,
     pub(super) actions: Vec<ActionDraft>,
 }
 
 /// An `Action` element as it was read.
 pub(super) struct ActionDraft {
-    /// Names from the story to itself.
+    /// The names from the story to the element itself.
     pub(super) path: Vec<String>,
     pub(super) actions: Vec<Action>,
-    /// It does nothing but what `actions` do.
+    /// True when `actions` are all that it does.
     pub(super) is_whole: bool,
 }
 
@@ -48,22 +48,20 @@ pub(super) struct ConditionDraft {
     pub(super) test: TestDraft,
 }
 
-/// What a condition looks at.
+/// The test of a condition as it was read.
 #[derive(Debug)]
 pub(super) enum TestDraft {
+    /// A test without references.
     Ready(Test),
-    /// An element of the storyboard, to be found when all are known.
+    /// The state of an element of the storyboard, which is resolved when all elements are read.
     Element {
-        /// Of the reference, within the document.
+        /// Number of the reference in the document.
         number: usize,
-        /// `act`, `event` or `action`.
+        /// Kind of the element: `act`, `event` or `action`.
         kind: &'static str,
         reference: LocatedText,
         state: ElementState,
     },
-    /// Nothing that is known here; what, and where.
-    Undecidable {
-        what: String,
-        location: Location,
-    },
+    /// A test that is not interpreted: the name of its element, and its location.
+    Undecidable { what: String, location: Location },
 }

@@ -1,4 +1,4 @@
-//! A summary of everything that was not seen.
+//! A summary of all elements that were not interpreted.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use super::super::reader::Reader;
 use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 
-/// Lists every element and attribute that was not seen, those of one kind together.
+/// Lists every element and attribute that was not interpreted, those of one kind together.
 pub(super) fn list(root: &Element, reader: &mut Reader<'_>) {
     let mut kinds = BTreeMap::new();
     collect(root, &mut kinds);
@@ -21,23 +21,23 @@ pub(super) fn list(root: &Element, reader: &mut Reader<'_>) {
     }
 }
 
-/// Things of one kind.
+/// Elements or attributes of one kind.
 struct Leftover {
-    /// Of the first.
+    /// Location of the first one.
     location: Location,
     times: usize,
     elements: usize,
 }
 
 fn collect(element: &Element, kinds: &mut BTreeMap<String, Leftover>) {
-    for attribute in element.attributes.iter().filter(|attribute| !attribute.is_seen.get()) {
+    for attribute in element.attributes.iter().filter(|attribute| !attribute.is_interpreted.get()) {
         add(kinds, &attribute.location, 0);
     }
-    if !element.content.is_seen.get() && !element.content.text.is_empty() {
+    if !element.content.is_interpreted.get() && !element.content.text.is_empty() {
         add(kinds, &element.location, 0);
     }
     for child in &element.children {
-        if child.is_seen.get() {
+        if child.is_interpreted.get() {
             collect(child, kinds);
         } else if !child.is_empty() {
             add(kinds, &child.location, child.count());
@@ -53,7 +53,7 @@ fn add(kinds: &mut BTreeMap<String, Leftover>, location: &Location, elements: us
     leftover.elements += elements;
 }
 
-/// `Act[2]/Event[3]` as `Act/Event`.
+/// A path without positions: `Act[2]/Event[3]` becomes `Act/Event`.
 fn without_numbers(path: &str) -> String {
     path.split('/').map(|step| step.split('[').next().unwrap_or(step)).collect::<Vec<_>>().join("/")
 }

@@ -21,7 +21,7 @@ pub(super) use transliterated::from_values;
 /// Name of the root element.
 pub(super) const ROOT: &str = "OpenSCENARIO";
 
-/// Reads the document; problems and what was left out go to `reader`.
+/// Reads the document. Problems and parts that are left out go to `reader`.
 pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile {
     let mut file = ScenarioFile::default();
     if root.name != ROOT {
@@ -29,7 +29,7 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
         reader.refuse(&root.location, reason, "give an OpenSCENARIO file");
         return file;
     }
-    root.is_seen.set(true);
+    root.is_interpreted.set(true);
     let (network, storyboard) = (root.child("RoadNetwork"), root.child("Storyboard"));
     if network.is_none() && storyboard.is_none() {
         let remedy = "give a scenario, not a catalog or a parameter distribution";
@@ -37,7 +37,7 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
         return file;
     }
     if let Some(header) = root.child("FileHeader") {
-        header.see_all(); // Nothing follows from it.
+        header.mark_all_interpreted(); // It has no effect.
     }
     let mut document =
         Document { reader, parameters: Parameters::default(), controllers: Vec::new(), references: 0 };

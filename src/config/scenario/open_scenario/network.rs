@@ -54,9 +54,7 @@ impl Document<'_, '_> {
         let target = self.required(element, "trafficSignalId");
         let state = self.required(element, "state");
         self.no_others(element);
-        let target = self.reader.target(&target?);
-        let (target, state) = (target?, state?);
-        let state = self.reader.state(target.store, &state, Writer::PhaseEntry)?;
+        let (target, state) = self.reader.written(target, state, Writer::PhaseEntry)?;
         Some(PhaseEntry { target, state })
     }
 }

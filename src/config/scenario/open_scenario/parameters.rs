@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::reader::listed;
 
-/// The parameters that are known, the innermost scope last.
+/// The declared parameters, those of the innermost scope last.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
     scopes: Vec<BTreeMap<String, String>>,
@@ -31,11 +31,11 @@ impl Parameters {
     /// The text itself, or the value of the parameter it refers to: `$name`, `${name}`, `${$name}`.
     ///
     /// # Errors
-    /// Reason and remedy.
+    /// The reason and the remedy.
     pub(super) fn value(&self, text: &str) -> Result<String, (String, String)> {
         let Some(reference) = text.strip_prefix('$') else { return Ok(text.to_owned()) };
         if reference.starts_with('(') {
-            let reason = "`$(…)` is put in by the launch system";
+            let reason = "`$(…)` is replaced by the launch system";
             return Err((reason.to_owned(), "write its value".to_owned()));
         }
         let inner = reference.strip_prefix('{').and_then(|inner| inner.strip_suffix('}'));
@@ -44,8 +44,8 @@ impl Parameters {
         if let Some(value) = self.scopes.iter().rev().find_map(|scope| scope.get(name)) {
             return Ok(value.clone());
         }
-        let is_word = |char: char| char.is_alphanumeric() || char == '_' || char == '-';
-        if name.is_empty() || !name.chars().all(is_word) {
+        let is_name = |char: char| char.is_alphanumeric() || char == '_' || char == '-';
+        if name.is_empty() || !name.chars().all(is_name) {
             return Err((
                 format!("{text:?} is an expression"),
                 "write its value: nothing is computed".into(),
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_reference_is_its_value_and_the_innermost_counts() {
+    fn a_reference_is_the_value_of_the_innermost_scope() {
         let scope = |value: &str| BTreeMap::from([("light".to_owned(), value.to_owned())]);
         let parameters = Parameters { scopes: vec![scope("1"), scope("2")] };
         for text in ["$light", "${light}", "${ $light }", "2"] {

@@ -1,7 +1,7 @@
-//! References between elements of the storyboard, and what cannot be decided.
+//! References between elements of the storyboard, and elements that cannot be decided.
 //!
-//! An event whose trigger needs something unknown is left out, and so is every event that waits for it, or for
-//! one that does more than set lights.
+//! An event is left out when its trigger needs an element that is not interpreted, and so is every event that waits
+//! for it, or for one that does more than set lights.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::{Act, Condition, Event, Test, Trigger};
 
-/// An act, one of its events, one of its actions.
+/// The position of an act, of one of its events, or of one of its actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct At {
     act: usize,
@@ -20,7 +20,21 @@ struct At {
     action: Option<usize>,
 }
 
-/// Gives the acts that can run and the stop trigger, and lists what was left out.
+impl At {
+    fn act(act: usize) -> Self {
+        Self { act, event: None, action: None }
+    }
+
+    fn event(self, event: usize) -> Self {
+        Self { event: Some(event), ..self }
+    }
+
+    fn action(self, action: usize) -> Self {
+        Self { action: Some(action), ..self }
+    }
+}
+
+/// Returns the acts that can run and the stop trigger, and lists the elements that were left out.
 pub(super) fn resolve(
     reader: &mut Reader<'_>,
     acts: Vec<ActDraft<'_>>,
@@ -39,40 +53,37 @@ pub(super) fn resolve(
 /// The acts with the references to them.
 struct Board {
     /// The target of each reference, by its number.
-    meant: BTreeMap<usize, At>,
+    targets: BTreeMap<usize, At>,
     /// Acts and events that are left out, with the reason.
     left_out: BTreeMap<At, String>,
-    /// Elements of which only a part runs, so that their state is unknown.
+    /// Elements of which only a part runs, so that their state is not known.
     partial: BTreeSet<At>,
 }
 
 impl Board {
     fn new(reader: &mut Reader<'_>, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
-        let mut board = Self { meant: BTreeMap::new(), left_out: BTreeMap::new(), partial: BTreeSet::new() };
+        let mut board =
+            Self { targets: BTreeMap::new(), left_out: BTreeMap::new(), partial: BTreeSet::new() };
         let known = known(acts);
         let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
         for condition in triggers.flatten().flatten() {
             let TestDraft::Element { number, kind, reference, .. } = &condition.test else { continue };
             if let Some(at) = find(reader, &known, kind, reference) {
-                board.meant.insert(*number, at);
+                board.targets.insert(*number, at);
             }
         }
         for (act, draft) in acts.iter().enumerate() {
             for (event, draft) in draft.events.iter().enumerate() {
                 for (action, _) in draft.actions.iter().enumerate().filter(|(_, action)| !action.is_whole) {
-                    let at = At { act, event: Some(event), action: Some(action) };
-                    board.partial.extend([
-                        at,
-                        At { action: None, ..at },
-                        At { act, event: None, action: None },
-                    ]);
+                    let at = At::act(act).event(event).action(action);
+                    board.partial.extend([at, At { action: None, ..at }, At::act(act)]);
                 }
             }
         }
         board
     }
 
-    /// Leaves out until nothing waits for what was left out.
+    /// Leaves out elements until none waits for one that was left out.
     fn leave_out_undecidable(&mut self, acts: &[ActDraft<'_>]) {
         for (at, event) in events(acts) {
             if event.actions.iter().all(|action| action.actions.is_empty())
@@ -97,7 +108,7 @@ impl Board {
     }
 
     fn leave_out(&mut self, at: At, reason: String) {
-        self.partial.insert(At { act: at.act, event: None, action: None });
+        self.partial.insert(At::act(at.act));
         self.left_out.entry(at).or_insert(reason);
     }
 
@@ -106,7 +117,7 @@ impl Board {
         self.left_out.contains_key(&event) || self.left_out.contains_key(&At { event: None, ..event })
     }
 
-    /// Why a condition cannot be decided.
+    /// The reason why a condition cannot be decided; `None` when it can be.
     fn obstacle(&self, condition: &ConditionDraft) -> Option<String> {
         match &condition.test {
             TestDraft::Ready(_) => None,
@@ -114,7 +125,7 @@ impl Board {
                 Some(format!("its trigger needs {what} (line {})", location.position.0))
             }
             TestDraft::Element { number, reference, .. } => {
-                let at = *self.meant.get(number)?;
+                let at = *self.targets.get(number)?;
                 (self.is_left_out(at) || self.partial.contains(&at)).then(|| {
                     let line = reference.location.position.0;
                     format!(
@@ -126,7 +137,7 @@ impl Board {
         }
     }
 
-    /// The groups of the stop trigger that can be decided; the others are never true, and are listed.
+    /// The groups of the stop trigger that can be decided. The others are never true and are listed.
     fn stop(&self, reader: &mut Reader<'_>, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
         let elements: Vec<_> =
             storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup")).collect();
@@ -134,7 +145,7 @@ impl Board {
         for (group, element) in groups.into_iter().zip(elements) {
             match group.iter().find_map(|condition| self.obstacle(condition)) {
                 Some(reason) => {
-                    element.see_all();
+                    element.mark_all_interpreted();
                     reader.leave_out(&element.location, &reason);
                 }
                 None => decidable.push(group),
@@ -150,7 +161,7 @@ impl Board {
             let (element, path) =
                 event.map_or((act.element, &act.path), |event| (event.element, &event.path));
             let is_within = at.event.is_some() && self.left_out.contains_key(&At { event: None, ..*at });
-            element.see_all();
+            element.mark_all_interpreted();
             if !is_within {
                 let name = path.last().map_or("", String::as_str);
                 reader.leave_out(&element.location, &format!("{name:?}: {reason}"));
@@ -159,7 +170,7 @@ impl Board {
     }
 }
 
-/// Elements that references can mean: kind, path of names, position.
+/// The elements to which references can refer: by kind and name, with their paths of names and positions.
 type Known<'a> = BTreeMap<(&'static str, &'a str), Vec<(&'a [String], At)>>;
 
 fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
@@ -170,18 +181,18 @@ fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
         }
     };
     for (act, draft) in acts.iter().enumerate() {
-        add("act", &draft.path, At { act, event: None, action: None });
+        add("act", &draft.path, At::act(act));
         for (event, draft) in draft.events.iter().enumerate() {
-            add("event", &draft.path, At { act, event: Some(event), action: None });
+            add("event", &draft.path, At::act(act).event(event));
             for (action, draft) in draft.actions.iter().enumerate() {
-                add("action", &draft.path, At { act, event: Some(event), action: Some(action) });
+                add("action", &draft.path, At::act(act).event(event).action(action));
             }
         }
     }
     known
 }
 
-/// `name`, or as much of the path in front of it as is needed: `Act::Event`.
+/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`.
 fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
     let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
     let name = steps.pop().unwrap_or_default();
@@ -209,15 +220,15 @@ fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &
 fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a EventDraft<'e>)> {
     acts.iter().enumerate().flat_map(|(act, draft)| {
         let events = draft.events.iter().enumerate();
-        events.map(move |(event, draft)| (At { act, event: Some(event), action: None }, draft))
+        events.map(move |(event, draft)| (At::act(act).event(event), draft))
     })
 }
 
-/// Triggers with the element that they start or stop.
+/// The triggers with the elements that they start or stop.
 fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a TriggerDraft)> {
     let of_acts = acts.iter().enumerate().flat_map(|(act, draft)| {
         let both = draft.start.iter().chain(&draft.stop);
-        both.map(move |trigger| (At { act, event: None, action: None }, trigger))
+        both.map(move |trigger| (At::act(act), trigger))
     });
     of_acts.chain(events(acts).filter_map(|(at, draft)| Some((at, draft.start.as_ref()?))))
 }
@@ -234,22 +245,22 @@ fn names(acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
         std::iter::once(own(&act.path)).chain(events)
     });
     let mut names = Names::new(all);
-    let mut given = BTreeMap::new();
+    let mut assigned = BTreeMap::new();
     for (act, draft) in acts.iter().enumerate() {
-        let at = At { act, event: None, action: None };
-        let act_name = names.give(own(&draft.path), format!("Act[{}]", act + 1));
+        let at = At::act(act);
+        let act_name = names.assign(own(&draft.path), format!("Act[{}]", act + 1));
         for (event, draft) in draft.events.iter().enumerate() {
-            let at = At { event: Some(event), ..at };
-            let event_name = names.give(own(&draft.path), event_path(&act_name, event));
+            let at = at.event(event);
+            let event_name = names.assign(own(&draft.path), event_path(&act_name, event));
             for (action, draft) in draft.actions.iter().enumerate() {
-                let name = names.give(own(&draft.path), action_path(&event_name, action));
-                given.insert(At { action: Some(action), ..at }, name);
+                let name = names.assign(own(&draft.path), action_path(&event_name, action));
+                assigned.insert(at.action(action), name);
             }
-            given.insert(at, event_name);
+            assigned.insert(at, event_name);
         }
-        given.insert(at, act_name);
+        assigned.insert(at, act_name);
     }
-    given
+    assigned
 }
 
 /// Turns drafts into the acts that the engine runs.
@@ -266,12 +277,12 @@ impl Finish<'_> {
     fn acts(&self, acts: Vec<ActDraft<'_>>) -> Vec<Act> {
         let mut finished = Vec::new();
         for (act, draft) in acts.into_iter().enumerate() {
-            let at = At { act, event: None, action: None };
+            let at = At::act(act);
             if self.board.is_left_out(at) {
                 continue;
             }
             let events = draft.events.into_iter().enumerate();
-            let events = events.map(|(event, draft)| (At { event: Some(event), ..at }, draft));
+            let events = events.map(|(event, draft)| (at.event(event), draft));
             let events = events.filter(|(at, _)| !self.board.is_left_out(*at));
             finished.push(Act {
                 name: self.name(at),
@@ -287,12 +298,12 @@ impl Finish<'_> {
         let mut event = Event {
             name: self.name(at),
             start: draft.start.map(|groups| self.trigger(groups)),
-            most_executions: draft.most_executions,
+            max_executions: draft.max_executions,
             action_names: Vec::new(),
             actions: Vec::new(),
         };
         for (action, draft) in draft.actions.into_iter().enumerate() {
-            let name = self.name(At { action: Some(action), ..at });
+            let name = self.name(at.action(action));
             event.action_names.extend(draft.actions.iter().map(|_| name.clone()));
             event.actions.extend(draft.actions);
         }
@@ -310,7 +321,7 @@ impl Finish<'_> {
         let test = match test {
             TestDraft::Ready(test) => test,
             TestDraft::Element { number, state, .. } => {
-                let at = self.board.meant.get(&number)?;
+                let at = self.board.targets.get(&number)?;
                 Test::Element { name: self.name(*at), state }
             }
             TestDraft::Undecidable { .. } => return None,

@@ -52,7 +52,7 @@ impl Document<'_, '_> {
         let path = self.below(maneuver, event);
         // Light actions end in the frame they begin, so no event meets another that still runs.
         let _ = event.attribute("priority");
-        let most_executions = self.most_executions(event);
+        let max_executions = self.max_executions(event);
         let start = self.trigger(event, "StartTrigger");
         let mut actions = Vec::new();
         for action in event.all("Action") {
@@ -60,10 +60,10 @@ impl Document<'_, '_> {
             let (done, is_whole) = self.actions(action);
             actions.push(ActionDraft { path, actions: done, is_whole });
         }
-        EventDraft { element: event, path, start, most_executions, actions }
+        EventDraft { element: event, path, start, max_executions, actions }
     }
 
-    fn most_executions(&mut self, event: &Element) -> u32 {
+    fn max_executions(&mut self, event: &Element) -> u32 {
         let Some(given) = self.given(event, "maximumExecutionCount") else { return 1 };
         let count = given.text.parse().ok().filter(|count| *count > 0);
         if count.is_none() {

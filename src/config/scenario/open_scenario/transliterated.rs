@@ -9,7 +9,7 @@ use crate::config::reading::location::{Key, Location, Text};
 use crate::config::reading::problem::Problem;
 use crate::config::reading::value::{Entry, Kind, Value};
 
-/// The root element, from the table under its name.
+/// Converts the table under the name of the root to the root element.
 ///
 /// # Errors
 /// Lists within lists, which are not elements.
@@ -25,7 +25,7 @@ fn element(text: &Text, name: &str, location: Location, value: &Value) -> Result
         attributes: Vec::new(),
         children: Vec::new(),
         content: Content::default(),
-        is_seen: Cell::new(false),
+        is_interpreted: Cell::new(false),
     };
     match &value.kind {
         Kind::Null => {}
@@ -51,7 +51,7 @@ fn add(text: &Text, parent: &mut Element, key: &Rc<Key>, entry: &Entry) -> Resul
             name: name.clone(),
             value: text.clone(),
             location: Location { position: entry.value.location.position, key: Key::below(key, "/@", name) },
-            is_seen: Cell::new(false),
+            is_interpreted: Cell::new(false),
         }),
         Kind::List(items) => {
             for (index, item) in items.iter().enumerate() {
@@ -75,8 +75,8 @@ mod tests {
     use crate::config::reading::yaml_text::from_yaml;
     use std::path::Path;
 
-    fn text(body: &str) -> Text {
-        Text::new(Path::new("a"), body.into()).unwrap()
+    fn text(content: &str) -> Text {
+        Text::new(Path::new("a"), content.into()).unwrap()
     }
 
     fn shape(element: &Element) -> String {

@@ -23,7 +23,7 @@ const RULES: Keywords<Rule> = &[
     ("lessThan", Rule::LessThan),
     ("lessOrEqual", Rule::LessOrEqual),
 ];
-/// Our events are never skipped, so the last one has no state of the engine.
+/// States and transitions. Our events are never skipped, so that the last one is not interpreted.
 const STATES: Keywords<Option<ElementState>> = &[
     ("standbyState", Some(ElementState::Standby)),
     ("runningState", Some(ElementState::Running)),
@@ -33,7 +33,7 @@ const STATES: Keywords<Option<ElementState>> = &[
     ("stopTransition", Some(ElementState::StopTransition)),
     ("skipTransition", None),
 ];
-/// The first three are known to the engine.
+/// Kinds of elements. Those without a kind of the engine are not interpreted.
 const KINDS: Keywords<Option<&str>> = &[
     ("act", Some("act")),
     ("event", Some("event")),
@@ -44,7 +44,7 @@ const KINDS: Keywords<Option<&str>> = &[
 ];
 
 impl Document<'_, '_> {
-    /// The trigger of that name, if there is one.
+    /// Reads the trigger of a name; `None` when there is none.
     pub(super) fn trigger(&mut self, parent: &Element, name: &str) -> Option<TriggerDraft> {
         let trigger = parent.child(name)?;
         let group = |group: &Element| group.all("Condition").filter_map(|it| self.condition(it)).collect();
@@ -68,7 +68,7 @@ impl Document<'_, '_> {
                 self.test(inner)
             }
             child => {
-                child.is_seen.set(true);
+                child.is_interpreted.set(true);
                 let inner = child.child("EntityCondition").and_then(|inner| inner.children.first());
                 Some(undecidable(inner.unwrap_or(child)))
             }
@@ -83,8 +83,8 @@ impl Document<'_, '_> {
             self.reader.refuse(&element.location, reason, "give exactly one");
             return None;
         };
-        child.is_seen.set(true);
-        element.is_seen.set(true);
+        child.is_interpreted.set(true);
+        element.is_interpreted.set(true);
         Some(child)
     }
 

@@ -1,4 +1,4 @@
-//! `stalk = { … }` of `[turn]`: rules and times of a stalk that springs back.
+//! `stalk = { … }` of `[turn]`: rules and times of a momentary stalk.
 
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;

@@ -6,7 +6,7 @@ use super::Point;
 /// Spacing of generated centrelines in Autoware's map loader, metres.
 const RESOLUTION_M: f64 = 5.0;
 
-/// The points half-way between two bounds (x, y, z in metres) at equal fractions of their lengths with heights.
+/// The points midway between two bounds (x, y, z in metres) at equal fractions of their lengths with heights.
 pub fn centerline(left: &[[f64; 3]], right: &[[f64; 3]]) -> Vec<Point> {
     let parts = centerline_parts(left, right);
     divided(left, parts)

@@ -44,7 +44,7 @@ impl Point {
         (other.y_m - self.y_m).atan2(other.x_m - self.x_m)
     }
 
-    /// The point `fraction` of the way to `other`; 0 is here, 1 is there.
+    /// The point on the line to `other` at `fraction` of its length; 0 is this point, 1 is `other`.
     pub fn toward(self, other: Self, fraction: f64) -> Self {
         let along = |from: f64, to: f64| from + (to - from) * fraction;
         Self::new(along(self.x_m, other.x_m), along(self.y_m, other.y_m))
@@ -80,8 +80,8 @@ impl Pose {
         self.position.is_finite() && self.yaw_rad.is_finite()
     }
 
-    /// The place `forward_m` ahead and `left_m` to the left, in the map frame.
-    pub fn place(self, forward_m: f64, left_m: f64) -> Point {
+    /// The point `forward_m` ahead and `left_m` to the left, in the map frame.
+    pub fn point_at(self, forward_m: f64, left_m: f64) -> Point {
         let (sin, cos) = self.yaw_rad.sin_cos();
         Point::new(
             self.position.x_m + cos * forward_m - sin * left_m,
@@ -91,7 +91,7 @@ impl Pose {
 }
 
 /// The cross product of `a - origin` and `b - origin`: positive when `b` lies to the left of the direction to `a`.
-fn cross(origin: Point, a: Point, b: Point) -> f64 {
+pub(crate) fn cross(origin: Point, a: Point, b: Point) -> f64 {
     (a.x_m - origin.x_m) * (b.y_m - origin.y_m) - (a.y_m - origin.y_m) * (b.x_m - origin.x_m)
 }
 

@@ -9,13 +9,13 @@ use super::{Point, Pose, wrapped};
 /// Limits of distance and heading within which the nearest point is preferred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearestLimits {
-    /// Wanted distance at most, metres.
+    /// Greatest distance that is preferred, metres.
     pub distance_m: f64,
-    /// Wanted difference of heading at most, radians.
+    /// Greatest difference of heading that is preferred, radians.
     pub yaw_rad: f64,
 }
 
-/// A path of at least two different points, all finite, no two neighbours in one place.
+/// A path of at least two different points, all finite, no two neighbours at one position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     poses: Vec<Pose>,
@@ -37,7 +37,7 @@ pub enum PathError {
 }
 
 impl Path {
-    /// The path through `poses`; of neighbours in one place the first stays.
+    /// The path through `poses`; of neighbours at one position the first stays.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Result<Self, PathError> {
         let mut kept: Vec<Pose> = Vec::new();
         for (index, pose) in poses.into_iter().enumerate() {
@@ -145,19 +145,9 @@ impl<'a> PathFrame<'a> {
         Self { path, ego, ego_station_m, front_m, limits }
     }
 
-    /// The path.
-    pub fn path(&self) -> &'a Path {
-        self.path
-    }
-
     /// The vehicle's rear axle.
     pub fn ego(&self) -> Pose {
         self.ego
-    }
-
-    /// Distance from the rear axle to the front, metres.
-    pub fn front_m(&self) -> f64 {
-        self.front_m
     }
 
     /// Signed distance from the rear axle to `pose` along the path, metres.

@@ -66,7 +66,7 @@ pub fn headed(points: &[Point]) -> Vec<Pose> {
     poses
 }
 
-/// The place on a line that is nearest to a point.
+/// The position on a line that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
     /// Index of the piece it is on: that of its first point.
@@ -79,7 +79,7 @@ pub struct Projection {
     pub yaw_rad: f64,
 }
 
-/// The nearest place of `points` to `query`; the first of equally near ones. `None` without points.
+/// The position on the line through `points` that is nearest to `query`; the first of equally near ones. `None` without points.
 pub fn nearest(points: &[Point], query: Point) -> Option<Projection> {
     let first = points.first()?;
     let yaw_rad = front_pose(points).map_or(0.0, |front| front.yaw_rad);
@@ -128,9 +128,9 @@ pub fn is_on_left(points: &[Point], query: Point) -> bool {
     }
 }
 
-/// The index of the pose nearest to a place, the first of equally near ones; 0 without poses.
-pub fn nearest_index(poses: &[Pose], place: Point) -> usize {
-    let far = |pose: &Pose| pose.position.squared_distance(place);
+/// The index of the pose nearest to a point, the first of equally near ones; 0 without poses.
+pub fn nearest_index(poses: &[Pose], query: Point) -> usize {
+    let far = |pose: &Pose| pose.position.squared_distance(query);
     let nearest = poses.iter().enumerate().min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)));
     nearest.map_or(0, |(index, _)| index)
 }
@@ -182,18 +182,18 @@ mod tests {
             ((12.0, 3.0), 2, 13.0, 2.0, false),
             ((-3.0, 4.0), 0, 0.0, 5.0, true),
         ];
-        for (place, piece, arc_m, distance_m, left) in cases {
-            let found = nearest(&bend, point(place)).unwrap();
-            assert_eq!((found.piece, is_on_left(&bend, point(place))), (piece, left), "{place:?}");
-            assert!((found.arc_m - arc_m).abs() < 1e-9, "{place:?}: {found:?}");
-            assert!((found.distance_m - distance_m).abs() < 1e-5, "{place:?}: {found:?}");
+        for (query, piece, arc_m, distance_m, left) in cases {
+            let found = nearest(&bend, point(query)).unwrap();
+            assert_eq!((found.piece, is_on_left(&bend, point(query))), (piece, left), "{query:?}");
+            assert!((found.arc_m - arc_m).abs() < 1e-9, "{query:?}: {found:?}");
+            assert!((found.distance_m - distance_m).abs() < 1e-5, "{query:?}: {found:?}");
         }
-        let mirrored = bend.map(|place| Point::new(place.x_m, -place.y_m));
+        let mirrored = bend.map(|point| Point::new(point.x_m, -point.y_m));
         assert!(is_on_left(&mirrored, point((13.0, 4.0))));
     }
 
     #[test]
-    fn lengths_and_places_are_measured_along_the_line() {
+    fn lengths_and_points_are_measured_along_the_line() {
         let line = [(0.0, 0.0), (3.0, 0.0), (3.0, 0.0), (3.0, 7.0)].map(|(x, y)| Point::new(x, y));
         assert_eq!((length_m(&line), arc_lengths_m(&line)), (10.0, vec![0.0, 3.0, 3.0, 10.0]));
         for (arc_m, x, y) in

@@ -27,13 +27,13 @@ impl Extent {
         })
     }
 
-    /// The line is at least and at most this far from `place`, metres.
-    pub(super) fn distances_m(&self, place: Point) -> (f64, f64) {
+    /// The line is at least and at most this far from `query`, metres.
+    pub(super) fn distances_m(&self, query: Point) -> (f64, f64) {
         let least = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let most = |low: f64, high: f64, at: f64| (at - low).max(high - at);
         let (low, high) = (self.low, self.high);
-        let nearest_m = least(low.x_m, high.x_m, place.x_m).hypot(least(low.y_m, high.y_m, place.y_m));
-        let farthest_m = most(low.x_m, high.x_m, place.x_m).hypot(most(low.y_m, high.y_m, place.y_m));
+        let nearest_m = least(low.x_m, high.x_m, query.x_m).hypot(least(low.y_m, high.y_m, query.y_m));
+        let farthest_m = most(low.x_m, high.x_m, query.x_m).hypot(most(low.y_m, high.y_m, query.y_m));
         (nearest_m, farthest_m + ROUNDING_M)
     }
 }

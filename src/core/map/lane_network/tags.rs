@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn turn_directions_are_exact_words() {
+    fn turn_directions_are_exact_values() {
         use TurnDirection::{Left, None, Right, Straight};
         let cases =
             [("left", Left), ("right", Right), ("straight", Straight), ("none", None), ("Left", None)];

@@ -8,7 +8,7 @@ use crate::core::map::osm::{Element, Kind, Osm, Way};
 use crate::core::map::points::Points;
 
 impl LightMap {
-    /// Finds the lights. Without points, no lamp has a place.
+    /// Finds the lights. Without points, heads have no lamps.
     ///
     /// # Errors
     /// [`MapError::BadTag`] for a `height` or `traffic_light_id` that is not a number.
@@ -58,14 +58,14 @@ impl<'a> Drawings<'a> {
     ) -> Result<Vec<Lamp>, MapError> {
         let height = number_tag(&head.tags, "height", Element { kind: Kind::Way, id: head.id })?;
         let Some(points) = points else { return Ok(Vec::new()) };
-        let place = |color| {
+        let position = |color| {
             let drawn = self.drawn(osm, head.id, color).and_then(|node| points.get(node));
             drawn.or_else(|| match source {
                 LampSource::Drawn => None,
                 LampSource::DrawnOrInferred => inferred(points, head, height?, color),
             })
         };
-        let lamp = |color| Some(Lamp { color, position_m: place(color)? });
+        let lamp = |color| Some(Lamp { color, position_m: position(color)? });
         Ok(LampColor::ALL.into_iter().filter_map(lamp).collect())
     }
 

@@ -13,7 +13,7 @@ pub use reader::read;
 /// Nodes, ways and relations of a file, each kind in the order of the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Osm {
-    /// Points.
+    /// Points, with coordinates.
     pub nodes: Layer<Node>,
     /// Lines of points.
     pub ways: Layer<Way>,
@@ -21,7 +21,7 @@ pub struct Osm {
     pub relations: Layer<Relation>,
 }
 
-/// A point. Where it is in metres is up to the map's projection.
+/// A point. Its coordinates in metres are up to the map's projection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
     /// Unique among nodes; editors give negative ids to new ones.
@@ -36,14 +36,14 @@ pub struct Node {
     pub tags: Tags,
 }
 
-/// A line.
+/// A line through nodes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Way {
     /// Unique among ways.
     pub id: i64,
     /// Positions in [`Osm::nodes`], in the order of the line.
     pub nodes: Vec<usize>,
-    /// Its tags.
+    /// Keys and values, in the order of the file.
     pub tags: Tags,
 }
 
@@ -54,7 +54,7 @@ pub struct Relation {
     pub id: i64,
     /// Its members, in the order of the file.
     pub members: Vec<Member>,
-    /// Its tags.
+    /// Keys and values, in the order of the file.
     pub tags: Tags,
 }
 
@@ -63,18 +63,18 @@ pub struct Relation {
 pub struct Member {
     /// Its role in the relation; can be empty.
     pub role: Box<str>,
-    /// The element.
+    /// Kind and id of the element.
     pub element: Element,
 }
 
 /// The kinds of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
-    /// A point.
+    /// A point, `<node>`.
     Node,
-    /// A line.
+    /// A line, `<way>`.
     Way,
-    /// A group.
+    /// A group, `<relation>`.
     Relation,
 }
 
@@ -95,8 +95,8 @@ pub struct Tags(Box<[(Box<str>, Box<str>)]>);
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer<T> {
     items: Vec<T>,
-    /// Positions in `items`, ascending by id.
-    by_id: Vec<usize>,
+    /// Ids with positions in `items`, ascending.
+    by_id: Vec<(i64, usize)>,
 }
 
 /// A reason for which a file is not read.
@@ -105,13 +105,13 @@ pub enum OsmError {
     /// Some byte is not UTF-8.
     #[error("line {line}: not UTF-8")]
     NotUtf8 {
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
     },
     /// The text is not XML.
     #[error("line {line}: not XML: {reason}")]
     NotXml {
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
         /// Message of the XML parser.
         reason: String,
@@ -119,7 +119,7 @@ pub enum OsmError {
     /// The text is XML, but not a map.
     #[error("line {line}: not an OSM file: <osm> expected at the top{}", found.as_ref().map_or_else(String::new, |name| format!(", found <{name}>")))]
     NotOsm {
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
         /// The outermost element, if there is one.
         found: Option<String>,
@@ -127,26 +127,26 @@ pub enum OsmError {
     /// The text ends before `</osm>`.
     #[error("line {line}: the file ends before </osm>: it is cut short")]
     Truncated {
-        /// The last line.
+        /// The last line of the text, from 1.
         line: usize,
     },
     /// An attribute is missing.
-    #[error("line {line}: {place} has no `{key}`")]
+    #[error("line {line}: {element} has no `{key}`")]
     MissingAttribute {
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
         /// The element it is missing in.
-        place: Place,
-        /// The attribute.
+        element: ElementRef,
+        /// Name of the attribute.
         key: &'static str,
     },
     /// A value cannot be used.
-    #[error("line {line}: {place}: `{key}` is `{value}`, {expected} expected")]
+    #[error("line {line}: {element}: `{key}` is `{value}`, {expected} expected")]
     BadValue {
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
         /// The element it stands in.
-        place: Place,
+        element: ElementRef,
         /// The attribute or tag.
         key: &'static str,
         /// Value as written.
@@ -155,13 +155,13 @@ pub enum OsmError {
         expected: &'static str,
     },
     /// An id is used twice within a kind.
-    #[error("line {line}: {element} is there twice, first on line {first_line}")]
+    #[error("line {line}: {element} appears twice, first on line {first_line}")]
     Duplicate {
-        /// The second one.
+        /// Line of the second one, from 1.
         line: usize,
         /// Kind and id of both.
         element: Element,
-        /// The first one.
+        /// Line of the first one, from 1.
         first_line: usize,
     },
     /// An element refers to one that is not in the file, or is deleted.
@@ -178,7 +178,7 @@ pub enum OsmError {
 
 /// The element an attribute stands in: the id may be what is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum ElementRef {
     /// An element whose id is known.
     Known(Element),
     /// An element whose id is not known.
@@ -202,21 +202,7 @@ impl Tags {
     }
 }
 
-impl<T: Identified> Layer<T> {
-    /// Indexes the items by id. With several of one id, the error has the positions of the first two.
-    fn new(items: Vec<T>) -> Result<Self, [usize; 2]> {
-        let mut by_id: Vec<usize> = (0..items.len()).collect();
-        by_id.sort_by_key(|&at| items.get(at).map(T::id)); // stable: the first of two stays first
-        for pair in by_id.windows(2) {
-            if let [one, two] = *pair
-                && items.get(one).map(T::id) == items.get(two).map(T::id)
-            {
-                return Err([one, two]);
-            }
-        }
-        Ok(Self { items, by_id })
-    }
-
+impl<T> Layer<T> {
     /// The element with this id.
     pub fn get(&self, id: i64) -> Option<&T> {
         self.items.get(self.position(id)?)
@@ -224,8 +210,8 @@ impl<T: Identified> Layer<T> {
 
     /// Its position in [`Self::all`].
     pub fn position(&self, id: i64) -> Option<usize> {
-        let found = self.by_id.binary_search_by_key(&Some(id), |&at| self.items.get(at).map(T::id));
-        self.by_id.get(found.ok()?).copied()
+        let found = self.by_id.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+        self.by_id.get(found).map(|(_, position)| *position)
     }
 
     /// All elements, in the order of the file.
@@ -237,30 +223,6 @@ impl<T: Identified> Layer<T> {
 impl<T> Default for Layer<T> {
     fn default() -> Self {
         Self { items: Vec::new(), by_id: Vec::new() }
-    }
-}
-
-/// An element with an id.
-pub trait Identified {
-    /// The id.
-    fn id(&self) -> i64;
-}
-
-impl Identified for Node {
-    fn id(&self) -> i64 {
-        self.id
-    }
-}
-
-impl Identified for Way {
-    fn id(&self) -> i64 {
-        self.id
-    }
-}
-
-impl Identified for Relation {
-    fn id(&self) -> i64 {
-        self.id
     }
 }
 
@@ -300,7 +262,7 @@ impl fmt::Display for Element {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for ElementRef {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Known(element) => element.fmt(f),

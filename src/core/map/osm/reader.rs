@@ -7,7 +7,7 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::{Element, Kind, Layer, Member, Node, Osm, OsmError, Place, Relation, Tags, Way};
+use super::{Element, ElementRef, Kind, Layer, Member, Node, Osm, OsmError, Relation, Tags, Way};
 
 /// Tags of nodes that are kept as text; most nodes have none.
 const NODE_TAGS: [&str; 2] = ["color", "arrow"];
@@ -51,12 +51,12 @@ struct Reading<'a> {
     begin: usize,
     depth: usize,
     seen_root: bool,
-    /// The element whose inside is being read.
+    /// The element whose content is being read.
     open: Option<Open>,
     found: Found,
 }
 
-/// Elements whose inside is read, each with the place it begins at.
+/// Elements whose content was read, each with the byte it begins at.
 #[derive(Default)]
 struct Found {
     nodes: Vec<(usize, Node)>,
@@ -97,7 +97,7 @@ impl Reading<'_> {
                     match (inner, open.element.kind) {
                         ("tag", _) => self.tag(tag, &mut open)?,
                         ("nd", Kind::Way) => {
-                            open.nodes.push(self.id(tag, "ref", Place::Known(open.element))?);
+                            open.nodes.push(self.id(tag, "ref", ElementRef::Known(open.element))?);
                         }
                         ("member", Kind::Relation) => open.members.push(self.member(tag, open.element)?),
                         _ => {}
@@ -121,15 +121,15 @@ impl Reading<'_> {
     }
 
     fn element(&self, tag: &BytesStart<'_>, kind: Kind) -> Result<Open, OsmError> {
-        let element = Element { kind, id: self.id(tag, "id", Place::Unknown(kind))? };
-        let place = Place::Known(element);
+        let element = Element { kind, id: self.id(tag, "id", ElementRef::Unknown(kind))? };
+        let owner = ElementRef::Known(element);
         let deleted = self.attribute(tag, "action")?.is_some_and(|action| action == "delete")
             || self.attribute(tag, "deleted")?.is_some_and(|deleted| deleted == "true")
             || self.attribute(tag, "visible")?.is_some_and(|visible| visible == "false");
         let geo_deg = match kind {
             Kind::Node if !deleted => {
-                let lat = self.degrees(tag, "lat", place)?;
-                lat.zip(self.degrees(tag, "lon", place)?).map(|(lat, lon)| [lat, lon])
+                let lat = self.degrees(tag, "lat", owner)?;
+                lat.zip(self.degrees(tag, "lon", owner)?).map(|(lat, lon)| [lat, lon])
             }
             Kind::Node | Kind::Way | Kind::Relation => None,
         };
@@ -148,13 +148,13 @@ impl Reading<'_> {
     }
 
     fn tag(&self, tag: &BytesStart<'_>, open: &mut Open) -> Result<(), OsmError> {
-        let place = Place::Known(open.element);
-        let key = self.required(tag, "k", place)?;
-        let value = self.required(tag, "v", place)?;
+        let owner = ElementRef::Known(open.element);
+        let key = self.required(tag, "k", owner)?;
+        let value = self.required(tag, "v", owner)?;
         match (open.element.kind, key.as_ref()) {
-            (Kind::Node, "local_x") => open.local_x_m = Some(self.number("local_x", &value, place)?),
-            (Kind::Node, "local_y") => open.local_y_m = Some(self.number("local_y", &value, place)?),
-            (Kind::Node, "ele") => open.ele_m = self.number("ele", &value, place)?,
+            (Kind::Node, "local_x") => open.local_x_m = Some(self.number("local_x", &value, owner)?),
+            (Kind::Node, "local_y") => open.local_y_m = Some(self.number("local_y", &value, owner)?),
+            (Kind::Node, "ele") => open.ele_m = self.number("ele", &value, owner)?,
             (Kind::Node, other) if !NODE_TAGS.contains(&other) => {}
             (Kind::Node | Kind::Way | Kind::Relation, _) => open.tags.push((key.into(), value.into())),
         }
@@ -162,15 +162,15 @@ impl Reading<'_> {
     }
 
     fn member(&self, tag: &BytesStart<'_>, of: Element) -> Result<Member, OsmError> {
-        let place = Place::Known(of);
-        let kind = self.required(tag, "type", place)?;
+        let owner = ElementRef::Known(of);
+        let kind = self.required(tag, "type", owner)?;
         let kind = match kind.as_ref() {
             "node" => Kind::Node,
             "way" => Kind::Way,
             "relation" => Kind::Relation,
-            _ => return Err(self.bad_value("type", &kind, place, "node, way or relation")),
+            _ => return Err(self.bad_value("type", &kind, owner, "node, way or relation")),
         };
-        let id = self.id(tag, "ref", place)?;
+        let id = self.id(tag, "ref", owner)?;
         let role = self.attribute(tag, "role")?.unwrap_or_default();
         Ok(Member { role: role.into(), element: Element { kind, id } })
     }
@@ -183,7 +183,7 @@ impl Reading<'_> {
             return Err(self.truncated());
         }
         let Found { nodes, ways, relations } = std::mem::take(&mut self.found);
-        let nodes = self.layer(nodes, Kind::Node)?;
+        let nodes = self.layer(nodes, Kind::Node, |node| node.id)?;
         let ways: Result<Vec<_>, _> = ways
             .into_iter()
             .map(|(begin, mut way, ids)| {
@@ -199,9 +199,10 @@ impl Reading<'_> {
                 Ok((begin, way))
             })
             .collect();
-        let ways = self.layer(ways?, Kind::Way)?;
+        let ways = self.layer(ways?, Kind::Way, |way| way.id)?;
         let begins: Vec<usize> = relations.iter().map(|(begin, _)| *begin).collect();
-        let osm = Osm { nodes, ways, relations: self.layer(relations, Kind::Relation)? };
+        let osm =
+            Osm { nodes, ways, relations: self.layer(relations, Kind::Relation, |relation| relation.id)? };
         for (relation, begin) in osm.relations.all().iter().zip(begins) {
             if let Some(to) = osm.missing_member(relation) {
                 let from = Element { kind: Kind::Relation, id: relation.id };
@@ -211,14 +212,26 @@ impl Reading<'_> {
         Ok(osm)
     }
 
-    fn layer<T: super::Identified>(&self, found: Vec<(usize, T)>, kind: Kind) -> Result<Layer<T>, OsmError> {
+    /// Indexes elements of a kind by id, which must be unique.
+    fn layer<T>(
+        &self,
+        found: Vec<(usize, T)>,
+        kind: Kind,
+        id: impl Fn(&T) -> i64,
+    ) -> Result<Layer<T>, OsmError> {
         let (begins, items): (Vec<usize>, Vec<T>) = found.into_iter().unzip();
-        let ids: Vec<i64> = items.iter().map(T::id).collect();
-        Layer::new(items).map_err(|[first, second]| {
-            let line = |at: usize| line_of(self.text.as_bytes(), begins.get(at).copied().unwrap_or_default());
-            let id = ids.get(second).copied().unwrap_or_default();
-            OsmError::Duplicate { line: line(second), element: Element { kind, id }, first_line: line(first) }
-        })
+        let mut by_id: Vec<(i64, usize)> = items.iter().map(id).zip(0..).collect();
+        by_id.sort_unstable(); // of two with one id, the first in the file stays first
+        for pair in by_id.windows(2) {
+            if let [(id, first), (other, second)] = *pair
+                && id == other
+            {
+                let [first_line, line] = [first, second]
+                    .map(|at| line_of(self.text.as_bytes(), begins.get(at).copied().unwrap_or_default()));
+                return Err(OsmError::Duplicate { line, element: Element { kind, id }, first_line });
+            }
+        }
+        Ok(Layer { items, by_id })
     }
 
     fn attribute<'t>(&self, tag: &'t BytesStart<'_>, key: &str) -> Result<Option<Cow<'t, str>>, OsmError> {
@@ -238,15 +251,15 @@ impl Reading<'_> {
         &self,
         tag: &'t BytesStart<'_>,
         key: &'static str,
-        place: Place,
+        owner: ElementRef,
     ) -> Result<Cow<'t, str>, OsmError> {
         let value = self.attribute(tag, key)?;
-        value.ok_or_else(|| OsmError::MissingAttribute { line: self.line(), place, key })
+        value.ok_or_else(|| OsmError::MissingAttribute { line: self.line(), element: owner, key })
     }
 
-    fn id(&self, tag: &BytesStart<'_>, key: &'static str, place: Place) -> Result<i64, OsmError> {
-        let text = self.required(tag, key, place)?;
-        text.trim().parse().map_err(|_| self.bad_value(key, &text, place, "a whole number of 64 bits"))
+    fn id(&self, tag: &BytesStart<'_>, key: &'static str, owner: ElementRef) -> Result<i64, OsmError> {
+        let text = self.required(tag, key, owner)?;
+        text.trim().parse().map_err(|_| self.bad_value(key, &text, owner, "a whole number of 64 bits"))
     }
 
     /// Maps that are only local leave these empty.
@@ -254,22 +267,28 @@ impl Reading<'_> {
         &self,
         tag: &BytesStart<'_>,
         key: &'static str,
-        place: Place,
+        owner: ElementRef,
     ) -> Result<Option<f64>, OsmError> {
         match self.attribute(tag, key)? {
-            Some(text) if !text.trim().is_empty() => self.number(key, &text, place).map(Some),
+            Some(text) if !text.trim().is_empty() => self.number(key, &text, owner).map(Some),
             Some(_) | None => Ok(None),
         }
     }
 
-    fn number(&self, key: &'static str, text: &str, place: Place) -> Result<f64, OsmError> {
+    fn number(&self, key: &'static str, text: &str, owner: ElementRef) -> Result<f64, OsmError> {
         let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
-        number.ok_or_else(|| self.bad_value(key, text, place, "a number"))
+        number.ok_or_else(|| self.bad_value(key, text, owner, "a number"))
     }
 
-    fn bad_value(&self, key: &'static str, value: &str, place: Place, expected: &'static str) -> OsmError {
+    fn bad_value(
+        &self,
+        key: &'static str,
+        value: &str,
+        owner: ElementRef,
+        expected: &'static str,
+    ) -> OsmError {
         let shown = value.chars().take(80).collect();
-        OsmError::BadValue { line: self.line(), place, key, value: shown, expected }
+        OsmError::BadValue { line: self.line(), element: owner, key, value: shown, expected }
     }
 
     fn not_xml(&self, error: &dyn std::error::Error) -> OsmError {

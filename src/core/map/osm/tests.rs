@@ -50,7 +50,7 @@ fn deleted_elements_are_not_there() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_element_and_line() {
+fn errors_name_element_and_line() {
     let cases = [
         ("", "", "line 1: not an OSM file: <osm> expected at the top"),
         ("osm", "gpx", "line 2: not an OSM file: <osm> expected at the top, found <gpx>"),
@@ -89,7 +89,7 @@ fn what_is_wrong_is_told_with_element_and_line() {
             "<nd ref='5'",
             "line 11: way 9223372036854775807 refers to node 5, which is not in the file",
         ),
-        ("id='-2'", "id='1'", "line 10: node 1 is there twice, first on line 4"),
+        ("id='-2'", "id='1'", "line 10: node 1 appears twice, first on line 4"),
         (
             "type='way'",
             "type='area'",

@@ -40,9 +40,9 @@ fn east_north_and_up_agree_with_proj() {
         (geo(-33.9, 151.2, -5.0), geo(-33.8688, 151.2093, 12.5), [-860.183_317, -3_460.749_363, -18.500_218]),
         (tokyo, tokyo, [0.0; 3]),
     ];
-    for (place, origin, expected) in cases {
-        let found = east_north_up(place, origin);
-        assert!(near(found, expected), "{place:?}: {found:?}");
+    for (position, origin, expected) in cases {
+        let found = east_north_up(position, origin);
+        assert!(near(found, expected), "{position:?}: {found:?}");
     }
     assert_eq!(east_north_up(geo(91.0, 0.0, 0.0), tokyo), None);
 }
@@ -50,7 +50,7 @@ fn east_north_and_up_agree_with_proj() {
 #[test]
 fn a_military_square_begins_in_its_south_western_corner() {
     // UTM zone 54: easting 386437.602781, northing 3946808.155174.
-    let place = geo(35.6586, 139.7454, 0.0);
+    let position = geo(35.6586, 139.7454, 0.0);
     let cases = [
         ("54SUE", Some([86_437.602_781, 46_808.155_174])),
         ("54SVE", Some([-13_562.397_219, 46_808.155_174])), // the square beside it
@@ -70,7 +70,7 @@ fn a_military_square_begins_in_its_south_western_corner() {
         ("５４SUE", None),
     ];
     for (name, expected) in cases {
-        let found = MgrsSquare::parse(name).and_then(|square| square.project(place));
+        let found = MgrsSquare::parse(name).and_then(|square| square.project(position));
         assert!(expected.map_or(found.is_none(), |expected| near(found, expected)), "{name}: {found:?}");
     }
     // Sydney: 56HLH, easting 334368.633648, northing 6250948.345385 with the southern false northing.

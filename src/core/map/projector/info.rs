@@ -13,15 +13,15 @@ pub enum ProjectorError {
     /// A line is not of the form `key: value`.
     #[error("map projector info, line {line}: `key: value` expected")]
     NotAKey {
-        /// Line, from 1.
+        /// Line of the file, from 1.
         line: usize,
     },
-    /// A key stands there twice.
-    #[error("map projector info, line {line}: `{key}` is there twice")]
+    /// A key appears twice.
+    #[error("map projector info, line {line}: `{key}` appears twice")]
     Twice {
-        /// Line, from 1.
+        /// Line of the file, from 1.
         line: usize,
-        /// The key.
+        /// Name of the key.
         key: String,
     },
     /// A key is missing.
@@ -30,7 +30,7 @@ pub enum ProjectorError {
     /// A value cannot be used.
     #[error("map projector info: `{key}` is `{value}`, {expected} expected")]
     BadValue {
-        /// The key.
+        /// Name of the key.
         key: &'static str,
         /// Value as written.
         value: String,
@@ -141,7 +141,7 @@ impl<'a> Keys<'a> {
         };
         if !origin.is_on_earth() {
             let value = format!("{}, {}", origin.latitude_deg, origin.longitude_deg);
-            return Err(bad("map_origin", &value, "a place on earth, in degrees"));
+            return Err(bad("map_origin", &value, "latitude -90 to 90 and longitude -360 to 360"));
         }
         Ok(origin)
     }
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_key() {
+    fn errors_name_the_key_and_what_is_expected() {
         let cases = [
             ("", "`projector_type` is missing"),
             ("projector_type:", "`projector_type` is missing"),
@@ -208,7 +208,7 @@ mod tests {
             ),
             (
                 "projector_type: LocalCartesian\nmap_origin:\n  latitude: 95\n  longitude: 1",
-                "`map_origin` is `95, 1`, a place on earth, in degrees expected",
+                "`map_origin` is `95, 1`, latitude -90 to 90 and longitude -360 to 360 expected",
             ),
             (
                 "projector_type: TransverseMercator\nscale_factor: 0",

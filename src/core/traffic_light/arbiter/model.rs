@@ -1,38 +1,31 @@
-//! The arbiter without memory of what it judged: all groups anew with each input.
+//! The arbiter without memory of its last result: it merges all groups anew with each input.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::selection::{Sides, select};
-use super::{ArbiterSettings, ArbiterStamp, Judged, NoOutput};
+use super::{ArbiterSettings, ArbiterStamp};
 use crate::core::map::light_map::LightMap;
-use crate::core::traffic_light::emission::GroupState;
+use crate::core::traffic_light::emission::{GroupState, Groups};
 
 pub(super) struct Model {
     settings: ArbiterSettings,
-    map: Option<BTreeMap<i64, bool>>,
+    map: BTreeMap<i64, bool>,
     perception: Option<(ArbiterStamp, Vec<Arc<GroupState>>)>,
     external: BTreeMap<i64, (ArbiterStamp, Arc<GroupState>)>,
 }
 
 impl Model {
-    pub(super) fn new(settings: ArbiterSettings) -> Self {
-        Self { settings, map: None, perception: None, external: BTreeMap::new() }
+    pub(super) fn new(settings: ArbiterSettings, map: &LightMap) -> Self {
+        let map = map.groups().map(|(id, group)| (id, group.is_pedestrian)).collect();
+        Self { settings, map, perception: None, external: BTreeMap::new() }
     }
 
-    pub(super) fn map(&mut self, map: &LightMap) {
-        self.map = Some(map.groups().map(|(id, group)| (id, group.is_pedestrian)).collect());
-    }
-
-    pub(super) fn perception(
-        &mut self,
-        stamp: ArbiterStamp,
-        groups: &[Arc<GroupState>],
-    ) -> Result<Judged, NoOutput> {
+    pub(super) fn perception(&mut self, stamp: ArbiterStamp, groups: &[Arc<GroupState>]) -> Groups {
         self.perception = Some((stamp, groups.to_vec()));
         self.forget_external(stamp, self.settings.external_time_tolerance);
-        self.judge(stamp)
+        self.merge()
     }
 
     pub(super) fn external(
@@ -40,18 +33,14 @@ impl Model {
         stamp: ArbiterStamp,
         groups: &[Arc<GroupState>],
         clock: ArbiterStamp,
-    ) -> Result<Judged, NoOutput> {
+    ) -> Option<Groups> {
         let tolerance = self.settings.external_delay_tolerance;
         if clock.distance(stamp) > tolerance {
-            return Err(NoOutput::ExternalDelay);
+            return None;
         }
         self.external.extend(groups.iter().map(|group| (group.relation_id, (stamp, Arc::clone(group)))));
         self.forget_external(clock, tolerance);
-        self.judge(stamp)
-    }
-
-    fn newest_external(&self) -> Option<ArbiterStamp> {
-        self.external.values().map(|(stamp, _)| *stamp).max()
+        Some(self.merge())
     }
 
     fn forget_external(&mut self, reference: ArbiterStamp, tolerance: Duration) {
@@ -63,35 +52,26 @@ impl Model {
         let lags = |newest: ArbiterStamp| {
             newest > *stamp && newest.distance(*stamp) > self.settings.perception_time_tolerance
         };
-        if self.newest_external().is_some_and(lags) { &[] } else { groups }
+        if self.external.values().map(|(stamp, _)| *stamp).max().is_some_and(lags) { &[] } else { groups }
     }
 
-    fn judge(&self, stamp: ArbiterStamp) -> Result<Judged, NoOutput> {
-        let map = self.map.as_ref().ok_or(NoOutput::NoMap)?;
-        let stamps = self.perception.iter().map(|(stamp, _)| *stamp).chain(self.newest_external());
-        let newer_input = stamps.max().is_some_and(|latest| latest > stamp);
-        let (mut groups, mut off_map) = (Vec::new(), Vec::new());
-        if !map.is_empty() {
-            let mut seen: BTreeMap<i64, Vec<Arc<GroupState>>> = BTreeMap::new();
-            for group in self.timely_perception() {
-                seen.entry(group.relation_id).or_default().push(Arc::clone(group));
-            }
-            for id in self.external.keys() {
-                seen.entry(*id).or_default();
-            }
-            for (relation_id, perception) in seen {
-                let external = self.external.get(&relation_id).map(|(_, group)| &**group);
-                let sides = Sides { perception: &perception, external };
-                match map.get(&relation_id) {
-                    Some(is_pedestrian) => groups.push(Arc::new(GroupState {
-                        relation_id,
-                        elements: select(&sides, *is_pedestrian, &self.settings),
-                        predictions: sides.predictions(),
-                    })),
-                    None => off_map.push(relation_id),
-                }
-            }
+    fn merge(&self) -> Groups {
+        let mut reports: BTreeMap<i64, Vec<Arc<GroupState>>> = BTreeMap::new();
+        for group in self.timely_perception() {
+            reports.entry(group.relation_id).or_default().push(Arc::clone(group));
         }
-        Ok(Judged { stamp, groups: Arc::new(groups), off_map, newer_input })
+        for id in self.external.keys() {
+            reports.entry(*id).or_default();
+        }
+        let merged = reports.into_iter().filter_map(|(relation_id, perception)| {
+            let external = self.external.get(&relation_id).map(|(_, group)| &**group);
+            let sides = Sides { perception: &perception, external };
+            Some(Arc::new(GroupState {
+                relation_id,
+                elements: select(&sides, *self.map.get(&relation_id)?, &self.settings),
+                predictions: sides.predictions(),
+            }))
+        });
+        Arc::new(merged.collect())
     }
 }

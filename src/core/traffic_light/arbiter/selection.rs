@@ -1,4 +1,4 @@
-//! Which elements of two reports of one group count
+//! The selection of elements from two reports of one group
 //! (docs/spec/traffic-lights.md, "Priority mode" and "Matching mode").
 
 use std::sync::Arc;
@@ -7,22 +7,22 @@ use super::{ArbiterSettings, Priority};
 use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
 use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
 
-/// What both sides report of one group.
+/// The reports of both sides about one group.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sides<'a> {
-    /// A message may have the group more than once.
+    /// The camera's reports: a message may have the group more than once.
     pub(super) perception: &'a [Arc<GroupState>],
-    /// The last one that came.
+    /// The last report of the network.
     pub(super) external: Option<&'a GroupState>,
 }
 
 impl Sides<'_> {
-    /// Neither side reports it.
-    pub(super) fn is_silent(&self) -> bool {
+    /// Returns whether neither side reports the group.
+    pub(super) fn is_empty(&self) -> bool {
         self.perception.is_empty() && self.external.is_none()
     }
 
-    /// Perception's, then external's, as they are.
+    /// The predictions of perception, then those of external, unchanged.
     pub(super) fn predictions(&self) -> Vec<Prediction> {
         let groups = self.perception.iter().map(Arc::as_ref).chain(self.external);
         groups.flat_map(|group| &group.predictions).cloned().collect()
@@ -77,8 +77,8 @@ fn one_for_each_shape(elements: &[Element]) -> Vec<Element> {
     pooled(elements, &[], Priority::Confidence)
 }
 
-/// For vehicles: elements that both sides report; where they differ, or one is silent, the shapes without a
-/// colour.
+/// For vehicles: elements that both sides report; where they differ, or one side is missing, unknown elements of the
+/// same shapes.
 fn matched(perception: Option<&[Element]>, external: Option<&[Element]>) -> Vec<Element> {
     match (perception, external) {
         (Some(perception), Some(external)) if agree(perception, external) => one_for_each_shape(perception),
@@ -90,7 +90,7 @@ fn matched(perception: Option<&[Element]>, external: Option<&[Element]>) -> Vec<
     }
 }
 
-/// Same shapes in the same colours; status and confidence do not count.
+/// Returns whether both have the same shapes in the same colours; status and confidence do not count.
 fn agree(perception: &[Element], external: &[Element]) -> bool {
     let sorted = |elements: &[Element]| {
         let mut elements = elements.to_vec();
@@ -109,7 +109,7 @@ fn sort_by_shape(elements: &mut [Element]) {
     elements.sort_by_key(|element| ros_number(element.bulb.shape));
 }
 
-/// The constant of `TrafficLightElement`: the arbiter knows no other order of shapes.
+/// The constant of `TrafficLightElement`, by which the arbiter sorts shapes.
 const fn ros_number(shape: Shape) -> u8 {
     match shape {
         Shape::Unknown => 0,

@@ -1,4 +1,4 @@
-//! Frames that do not fall on the ends of phases.
+//! Phases that end between frames, followers, and controllers that are skipped while idle.
 
 use proptest::collection::vec;
 use proptest::option;
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::periodic_timer::{FrameClock, Rate};
-use crate::core::traffic_light::scenario::{Phase, Reference};
+use crate::core::traffic_light::scenario::{Phase, Reference, upstream_cycle_s};
 
 fn controller(durations_s: &[f64]) -> Controller {
     let phase = |duration: &f64| Phase {
@@ -24,13 +24,18 @@ fn following(mut follower: Controller, delay_s: f64) -> Controller {
     follower
 }
 
-/// (controller, phase, frame) of all transitions within so many frames at 30 Hz.
+/// (controller, phase, frame) of all transitions within a number of frames at 30 Hz.
 fn transitions(controllers: Vec<Controller>, compat: Compat, frames: u64) -> Vec<(usize, usize, u64)> {
-    seen(controllers, compat, frames, false)
+    transitions_of(controllers, compat, frames, false)
 }
 
-/// Likewise; `all` looks at each controller in each frame.
-fn seen(controllers: Vec<Controller>, compat: Compat, frames: u64, all: bool) -> Vec<(usize, usize, u64)> {
+/// The same; `all` evaluates each controller in each frame.
+fn transitions_of(
+    controllers: Vec<Controller>,
+    compat: Compat,
+    frames: u64,
+    all: bool,
+) -> Vec<(usize, usize, u64)> {
     let scenario = Scenario { controllers, ..Scenario::default() };
     let mut states = Controllers::new(&scenario, compat.into());
     let (mut clock, mut previous, mut found) = (FrameClock::new(Rate::THIRTY_HZ, 1), None, Vec::new());
@@ -64,7 +69,15 @@ fn upstreams_phases_last_a_frame_longer() {
 }
 
 #[test]
-fn a_schedule_of_ours_does_not_slip() {
+fn upstreams_cycle_time_is_cut_after_each_addition() {
+    let sum = |durations: &[f64]| upstream_cycle_s(durations.iter().copied());
+    assert_eq!((sum(&[1.9, 1.9]), sum(&[0.5, 0.5, 0.5]), sum(&[10.5])), (2, 0, 10));
+    assert_eq!((sum(&[f64::INFINITY]), sum(&[-1.5, 3.0])), (i32::MIN, 2));
+    assert_eq!(sum(&[f64::INFINITY, 5.0]), i32::MIN + 5);
+}
+
+#[test]
+fn an_improved_schedule_does_not_slip() {
     // 1.01 s is 30.3 frames: after 100 phases the first frame past 101 s, not 31 frames each.
     let found = transitions(vec![controller(&[1.01])], Compat::Improved, 4_000);
     assert_eq!((found[1].2, found[100].2), (32, 1 + 3_030));
@@ -82,7 +95,7 @@ fn phases_shorter_than_a_frame_take_a_frame_each() {
 }
 
 #[test]
-fn a_follower_of_ours_begins_each_cycle_once() {
+fn an_improved_follower_begins_each_cycle_once() {
     for delay_s in [0.0, 0.01, 1.0, 2.005] {
         let pair = || vec![controller(&[1.505, 1.5]), following(controller(&[1.5, 1.505]), delay_s)];
         let found = transitions(pair(), Compat::Improved, 3_000);
@@ -95,7 +108,7 @@ fn a_follower_of_ours_begins_each_cycle_once() {
 }
 
 #[test]
-fn without_phases_followers_are_informed_each_frame() {
+fn a_controller_without_phases_informs_followers_each_frame() {
     // P4: with a delay beyond a frame the time never comes; with none the first phase begins each frame.
     for compat in [Compat::Improved, Compat::Upstream] {
         let pair = |delay_s| vec![controller(&[]), following(controller(&[1.0, 1.0]), delay_s)];
@@ -107,7 +120,7 @@ fn without_phases_followers_are_informed_each_frame() {
             follower.reference = Some(Reference { controller: ControllerIndex(1), delay: Duration::ZERO });
             vec![follower, controller(&[])]
         };
-        // Improved mode begins no phase anew that has begun since.
+        // Improved mode does not begin a phase anew that has begun since.
         let frames: &[u64] = if compat == Compat::Improved { &[2, 4, 6] } else { &[2, 3, 4, 5, 6] };
         let expected: Vec<_> = frames.iter().map(|frame| (0, 0, *frame)).collect();
         assert_eq!(transitions(swapped(), compat, 6), expected, "{compat:?}");
@@ -115,17 +128,17 @@ fn without_phases_followers_are_informed_each_frame() {
 }
 
 #[test]
-fn a_reference_to_nobody_or_oneself_never_begins() {
-    for whom in [0, 7] {
+fn a_reference_to_an_unknown_or_the_same_controller_never_begins() {
+    for reference in [0, 7] {
         let mut alone = controller(&[1.0]);
-        alone.reference = Some(Reference { controller: ControllerIndex(whom), delay: Duration::ZERO });
+        alone.reference = Some(Reference { controller: ControllerIndex(reference), delay: Duration::ZERO });
         assert_eq!(transitions(vec![alone], Compat::Improved, 100), []);
     }
 }
 
 proptest! {
     #[test]
-    fn no_idle_controller_is_overlooked(
+    fn idle_controllers_miss_no_transition(
         drafts in vec((vec(option::of(0..30_u8), 0..4), option::of((0..5_usize, 0..20_u8))), 1..5),
     ) {
         let count = drafts.len();
@@ -141,7 +154,7 @@ proptest! {
                 controller
             })
             .collect();
-        let found = seen(controllers.clone(), Compat::Improved, 300, false);
-        prop_assert_eq!(found, seen(controllers, Compat::Improved, 300, true));
+        let found = transitions(controllers.clone(), Compat::Improved, 300);
+        prop_assert_eq!(found, transitions_of(controllers, Compat::Improved, 300, true));
     }
 }

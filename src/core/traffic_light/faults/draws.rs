@@ -1,4 +1,4 @@
-//! Random numbers by what they are for, so that no draw depends on how many there were before.
+//! Random numbers by their purpose, so that no draw depends on the number of draws before.
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg32;
@@ -6,7 +6,7 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use super::Spells;
 
-/// What a draw is for.
+/// The purpose of a draw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Latency = 1,
@@ -24,7 +24,7 @@ pub(super) struct Draws {
     seed: u64,
 }
 
-/// Whether something that lasts for a while goes on at present.
+/// The state of a fault that lasts for several messages.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Spell {
     is_on: bool,
@@ -35,32 +35,31 @@ impl Draws {
         Self { seed }
     }
 
-    /// From 0 to 1, 1 excluded, all as likely.
+    /// Draws a number from 0 to 1, 1 excluded, uniformly.
     pub(super) fn share(self, kind: Kind, of: [u64; 2], message: u64) -> f64 {
         StandardUniform.sample(&mut self.generator(kind, of, message))
     }
 
-    /// Mean 0, standard deviation 1.
+    /// Draws from the normal distribution of mean 0 and standard deviation 1.
     pub(super) fn normal(self, kind: Kind, of: [u64; 2], message: u64) -> f64 {
         StandardNormal.sample(&mut self.generator(kind, of, message))
     }
 
-    /// With the given probability.
+    /// Draws true with the given probability.
     pub(super) fn happens(self, probability: f64, kind: Kind, of: [u64; 2], message: u64) -> bool {
         probability > 0.0 && self.share(kind, of, message) < probability
     }
 
-    /// Each word decides which generator the next one is drawn from.
+    /// The generator of a draw. Each key is mixed with a number of the generator that the keys before it seed.
     fn generator(self, kind: Kind, [one, other]: [u64; 2], message: u64) -> Pcg32 {
-        let words = [kind as u64, one, other];
-        let seed =
-            words.into_iter().fold(self.seed, |seed, word| Pcg32::seed_from_u64(seed).next_u64() ^ word);
+        let keys = [kind as u64, one, other];
+        let seed = keys.into_iter().fold(self.seed, |seed, key| Pcg32::seed_from_u64(seed).next_u64() ^ key);
         Pcg32::seed_from_u64(Pcg32::seed_from_u64(seed).next_u64() ^ message)
     }
 }
 
 impl Spell {
-    /// Whether it goes on, or begins, with this message.
+    /// Decides whether the fault continues, or begins, with this message.
     pub(super) fn goes_on(
         &mut self,
         draws: Draws,

@@ -1,4 +1,4 @@
-//! Faults of the groups of a message: missing, unknown, of another colour, more or less sure.
+//! Faults of the groups of a message: missing, unknown, of another colour or confidence.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ pub(super) struct GroupFaults {
     confusions: Vec<Confusion>,
     confidence_mean: Option<f64>,
     confidence_spread: f64,
-    /// By relation id.
+    /// The spells in which groups are missing, by relation id.
     missing: BTreeMap<i64, Spell>,
 }
 
@@ -33,7 +33,7 @@ impl GroupFaults {
         }
     }
 
-    /// Whether anything can happen to groups.
+    /// Returns whether any fault of groups is on.
     pub(super) fn is_on(&self) -> bool {
         self.miss.probability > 0.0
             || self.unknown > 0.0
@@ -65,7 +65,7 @@ impl GroupFaults {
             Element { bulb, confidence: self.confidence(element.confidence, draw, message) }
         };
         let mut elements: Vec<_> = group.elements.iter().map(misread).collect();
-        // Bulbs that now look alike are one.
+        // Bulbs that have become equal are one.
         elements.sort_by_key(|element| element.bulb);
         elements.dedup_by_key(|element| element.bulb);
         GroupState { elements, ..group.clone() }

@@ -13,14 +13,9 @@ const WIDE: i64 = (1 << 32) + 21;
 
 /// Relation 7 refers to heads 1 and 2; head 2 is in relation 8 too; relation 9 refers to a wide id.
 fn stores(compat: Compat) -> Stores {
-    let group = |relation_id, way_ids: &[i64]| GroupEntry {
-        relation_id,
-        way_ids: way_ids.to_vec(),
-        is_pedestrian: false,
-    };
     let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
     let lamps = [(1, vec![lamp(LampColor::Green), lamp(LampColor::Red)])];
-    let groups = [group(7, &[1, 2]), group(8, &[2]), group(9, &[WIDE])];
+    let groups = [GroupEntry::new(7, [1, 2]), GroupEntry::new(8, [2]), GroupEntry::new(9, [WIDE])];
     Stores::new(Arc::new(LightMap::new(lamps, &groups)), compat)
 }
 
@@ -59,14 +54,14 @@ fn listed(expected: &[(i64, &str)]) -> Vec<(i64, String)> {
 }
 
 #[test]
-fn heads_of_a_relation_are_one_group_and_the_surest_counts() {
+fn heads_of_a_relation_are_one_group_with_the_highest_confidence() {
     let mut stores = stores(Compat::Improved);
     write(&mut stores, 1, Layer::GroundTruth, "red", 0.4);
     write(&mut stores, 2, Layer::GroundTruth, "red, green right", 0.6);
     let second = "green solidOn right 0.6, red solidOn circle 0.6";
     assert_eq!(sent(&stores, false), listed(&[(7, second), (8, second)]));
     assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4"), (7, second), (8, second)]));
-    // What is detected hides the truth of that head only, also when it is dark.
+    // A detection hides the truth of that head only, also when it is dark.
     write(&mut stores, 2, Layer::Detected, "", 0.9);
     assert_eq!(sent(&stores, false), listed(&[(7, "red solidOn circle 0.4")]));
     assert_eq!(sent(&stores, true), listed(&[(7, "red solidOn circle 0.4")]));
@@ -88,14 +83,9 @@ fn upstream_cuts_ids_and_misses_their_detections() {
 }
 
 #[test]
-fn upstream_puts_a_detection_in_the_place_of_one_appended_before() {
-    let mut stores = Stores::new(
-        Arc::new(LightMap::new(
-            [],
-            &[GroupEntry { relation_id: 5, way_ids: vec![30], is_pedestrian: false }],
-        )),
-        Compat::Upstream,
-    );
+fn upstream_replaces_a_detection_that_was_appended_before() {
+    let map = Arc::new(LightMap::new([], &[GroupEntry::new(5, [30])]));
+    let mut stores = Stores::new(map, Compat::Upstream);
     write(&mut stores, 5, Layer::Detected, "red", 1.0);
     assert_eq!(sent(&stores, true), listed(&[(5, "red solidOn circle 1")]));
     write(&mut stores, 30, Layer::Detected, "green", 1.0);

@@ -1,5 +1,5 @@
-//! Whatever happens in whatever order: content brought up to date is content made anew, and so are the
-//! counts of the diagnostics.
+//! Lists that are brought up to date equal lists that are made anew, whatever changes in whatever order; so do
+//! the counts of the diagnostics.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::core::traffic_light::engine::{LightObservation, LightsSettings, Traff
 use crate::core::traffic_light::scenario::{
     Action, Controller, ControllerIndex, Phase, PhaseEntry, Scenario, StateText,
 };
-use crate::core::traffic_light::target::{Layer, StoreId, Target};
+use crate::core::traffic_light::target::{StoreId, Target};
 use crate::core::traffic_light::text::parse_bulbs;
 
 const HEADS: i64 = 12;
@@ -29,13 +29,12 @@ const TOPICS: [LightsTopic; 4] =
 enum Step {
     States(Vec<(i64, Option<&'static str>, u8)>, StoreId),
     Done(Action),
-    /// More changes than are remembered.
+    /// More changes than the change log keeps.
     Storm,
 }
 
 fn store() -> impl Strategy<Value = StoreId> {
-    let layers = select(vec![Layer::GroundTruth, Layer::Detected]);
-    (select(&Channel::ALL[..]), layers).prop_map(|(channel, layer)| StoreId { channel, layer })
+    select(&StoreId::ALL[..])
 }
 
 /// A head, or the relation of it and the next one.
@@ -66,29 +65,22 @@ fn step() -> impl Strategy<Value = Step> {
 fn lights() -> TrafficLights {
     let lamp = |color| Lamp { color, position_m: [1.0, 2.0, 3.0] };
     let lamps = (0..HEADS).map(|head| (head, vec![lamp(LampColor::Green), lamp(LampColor::Red)]));
-    let group = |head| GroupEntry {
-        relation_id: 100 + head,
-        way_ids: vec![head, (head + 1) % HEADS],
-        is_pedestrian: false,
-    };
+    let group = |head| GroupEntry::new(100 + head, [head, (head + 1) % HEADS]);
     let groups: Vec<_> = (0..HEADS).map(group).collect();
-    let phase = |name: &str, first: i64, channel, state| Phase {
+    let phase = |name: &str, first: i64, store, state| Phase {
         name: name.to_owned(),
         duration: Some(Duration::from_secs(3_600)),
         entries: (first..first + 4)
-            .map(|id| {
-                let target = Target { id, store: StoreId { channel, layer: Layer::GroundTruth } };
-                PhaseEntry { target, state: StateText::new(state) }
-            })
+            .map(|id| PhaseEntry { target: Target { id, store }, state: StateText::new(state) })
             .collect(),
     };
     let controller = |first| Controller {
         name: String::new(),
         reference: None,
         phases: vec![
-            phase("one", first, Channel::Conventional, "green"),
-            phase("two", first, Channel::V2i, "red"),
-            phase("three", first + 1, Channel::Conventional, "yellow"),
+            phase("one", first, StoreId::CONVENTIONAL, "green"),
+            phase("two", first, StoreId::V2I, "red"),
+            phase("three", first + 1, StoreId::CONVENTIONAL, "yellow"),
         ],
     };
     let scenario = Scenario { controllers: vec![controller(0), controller(3)], ..Scenario::default() };
@@ -112,19 +104,19 @@ fn take(lights: &mut TrafficLights, step: Step, now: Now) {
         Step::States(states, store) => {
             let states =
                 states.into_iter().map(|(id, state, sure)| (id, state.map(|state| observation(state, sure))));
-            assert_eq!(lights.set_states(store, states, now), 0);
+            assert_eq!(lights.set_states(store, states, true, now), 0);
         }
         Step::Done(action) => lights.apply(&action, now).unwrap(),
         Step::Storm => {
-            let store = StoreId { channel: Channel::V2i, layer: Layer::GroundTruth };
             for state in ["red", "green", "red", "yellow"].repeat(2) {
-                lights.set_states(store, (0..HEADS).map(|id| (id, Some(observation(state, 4)))), now);
+                let states = (0..HEADS).map(|id| (id, Some(observation(state, 4))));
+                lights.set_states(StoreId::V2I, states, true, now);
             }
         }
     }
 }
 
-/// All topics, by somebody who has never sent anything.
+/// The lists of all topics, made by a new outbox.
 fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, Content> {
     let (mut outbox, stamp) = (Outbox::new(false), WallStamp::default());
     let (stores, predictions) = (lights.stores(), &lights.scenario_state.predictions);
@@ -135,7 +127,7 @@ fn made_anew(lights: &TrafficLights) -> BTreeMap<LightsTopic, Content> {
     outbox.waiting.into_iter().map(|emission| (emission.topic, emission.content)).collect()
 }
 
-/// The same content, which shares nothing with it.
+/// Equal content, which shares nothing with the original.
 fn copy(content: &Content) -> Content {
     match content {
         Content::Lights(lights) => Content::lights(lights.iter().copied()),
@@ -156,7 +148,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn what_is_kept_up_to_date_is_as_made_anew(steps in vec((step(), any::<bool>()), 1..30)) {
+    fn updated_lists_equal_new_ones(steps in vec((step(), any::<bool>()), 1..30)) {
         let mut lights = lights();
         let mut held: Vec<(Content, Content)> = Vec::new();
         for (index, (step, hold)) in (0..).zip(steps) {
@@ -172,14 +164,14 @@ proptest! {
             }
             for channel in Channel::ALL {
                 let (truth, detected) = (lights.stores().truth(channel), lights.stores().detected(channel));
-                let looks = truth.lights().iter().map(|light| BulbCounts::of(light.bulbs));
-                prop_assert_eq!(truth.counts(), counted(looks));
-                let looks = detected.entries().map(|(_, entry)| BulbCounts::of(entry.light.bulbs));
-                prop_assert_eq!(detected.counts(), counted(looks));
+                let counts = truth.lights().iter().map(|light| BulbCounts::of(light.bulbs));
+                prop_assert_eq!(truth.counts, counted(counts));
+                let counts = detected.entries().map(|(_, entry)| BulbCounts::of(entry.light.bulbs));
+                prop_assert_eq!(detected.counts, counted(counts));
             }
         }
         for (shared, then) in held {
-            prop_assert_eq!(&shared, &then, "what was sent stays as it was sent");
+            prop_assert_eq!(&shared, &then, "a sent list does not change");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Rules of the stores that no numbered case tells.
+//! Rules of the stores beside those of the numbered cases.
 
 use super::*;
 use crate::core::compat::Compat;
@@ -8,12 +8,8 @@ use crate::core::traffic_light::text::parse_bulbs;
 
 /// Relation 7 refers to heads 2 and 1; relation 2 has the number of a head and refers to head 3.
 fn stores(compat: Compat) -> Stores {
-    let group = |relation_id, way_ids: &[i64]| GroupEntry {
-        relation_id,
-        way_ids: way_ids.to_vec(),
-        is_pedestrian: false,
-    };
-    Stores::new(Arc::new(LightMap::new([], &[group(7, &[2, 1]), group(2, &[3])])), compat)
+    let groups = [GroupEntry::new(7, [2, 1]), GroupEntry::new(2, [3])];
+    Stores::new(Arc::new(LightMap::new([], &groups)), compat)
 }
 
 fn at(id: i64, layer: Layer) -> Target {
@@ -30,7 +26,7 @@ fn touched(stores: &Stores) -> Vec<usize> {
 }
 
 #[test]
-fn one_number_for_a_way_and_a_relation() {
+fn an_id_of_a_way_and_a_relation_is_the_relation() {
     for (compat, detected) in [(Compat::Improved, (3, 2)), (Compat::Upstream, (2, 1))] {
         let mut stores = stores(compat);
         stores.write(at(2, Layer::GroundTruth), Change::Set(red())).unwrap();
@@ -47,21 +43,22 @@ fn upstream_keeps_a_detection_of_a_group_for_its_first_head() {
     stores.write(at(7, Layer::Detected), Change::Set(red())).unwrap();
     let entries = stores.detected(Channel::V2i).entries().map(|(key, entry)| (key, entry.head.0));
     assert_eq!(entries.collect::<Vec<_>>(), [(7, 1)], "head 2, at position 1");
-    assert_eq!(stores.state_text(at(7, Layer::Detected)), Ok("red solidOn circle".to_owned()));
+    assert_eq!(stores.bulbs(at(7, Layer::Detected)).unwrap().collect::<Vec<_>>(), [red()]);
     stores.write(at(1, Layer::Detected), Change::Clear).unwrap();
     assert_eq!(stores.detected(Channel::V2i).entries().count(), 1, "cleared by its own id only");
 }
 
 #[test]
-fn only_upstream_makes_lights_by_looking_or_clearing() {
+fn only_upstream_makes_lights_by_comparing_or_clearing() {
     for (compat, made) in [(Compat::Improved, vec![]), (Compat::Upstream, vec![0, 1])] {
         let mut stores = stores(compat);
         assert_eq!(stores.matches(at(7, Layer::GroundTruth), Expected::Dark), Ok(true));
-        assert_eq!(touched(&stores), made, "{compat:?} looked");
+        assert_eq!(touched(&stores), made, "{compat:?} compared");
         stores = self::stores(compat);
         stores.write(at(7, Layer::GroundTruth), Change::Clear).unwrap();
         assert_eq!(touched(&stores), made, "{compat:?} cleared");
-        assert_eq!(stores.state_text(at(7, Layer::GroundTruth)), Ok("; ".to_owned()));
+        let bulbs = stores.bulbs(at(7, Layer::GroundTruth)).unwrap();
+        assert_eq!(bulbs.collect::<Vec<_>>(), [BulbSet::EMPTY; 2]);
     }
 }
 

@@ -4,12 +4,12 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Every way to take words, in the order in which a free part prefers one over none; the first that
-/// uses up the text is meant.
+/// Tries every choice of parts, in the order in which an optional part prefers a spelling over none; the
+/// first choice that uses up the text counts.
 fn reference_bulb(text: &str) -> Option<Bulb> {
-    let optional = |words: usize| (0..words).map(Some).chain([None]);
-    let after = |text: &str, word: Option<&str>| -> Option<String> {
-        text.strip_prefix(word.unwrap_or("")).map(|rest| rest.trim_start_matches(is_blank).to_owned())
+    let optional = |spellings: usize| (0..spellings).map(Some).chain([None]);
+    let after = |text: &str, spelling: Option<&str>| -> Option<String> {
+        text.strip_prefix(spelling.unwrap_or("")).map(|rest| rest.trim_start_matches(is_blank).to_owned())
     };
     for color in optional(COLORS.len()) {
         for status in optional(STATUSES.len()) {
@@ -56,12 +56,12 @@ fn any_bulb() -> impl Strategy<Value = Bulb> {
         .prop_map(|(color, status, shape)| Bulb { color, status, shape })
 }
 
-/// Texts out of the words of the grammar, blanks and disturbances.
+/// Texts of the spellings of the grammar, blanks and disturbances.
 fn near_misses() -> impl Strategy<Value = String> {
-    let words = COLORS.iter().map(|word| word.0).chain(STATUSES.iter().map(|word| word.0));
-    let words: Vec<&str> = words.chain(SHAPES.iter().map(|word| word.0)).collect();
+    let spellings = COLORS.iter().map(|part| part.0).chain(STATUSES.iter().map(|part| part.0));
+    let spellings: Vec<&str> = spellings.chain(SHAPES.iter().map(|part| part.0)).collect();
     let piece = prop_oneof![
-        6 => proptest::sample::select(words),
+        6 => proptest::sample::select(spellings),
         6 => proptest::sample::select(vec![" ", "", "\t", "\n ", ", ", ",", " ,"]),
         1 => proptest::sample::select(vec!["r", ";", "blue", "ü", "\u{b}", "\u{a0}", "_"]),
     ];
@@ -70,7 +70,7 @@ fn near_misses() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn what_is_printed_is_read_back(bulbs in proptest::collection::vec(any_bulb(), 0..12)) {
+    fn printed_bulbs_are_read_back(bulbs in proptest::collection::vec(any_bulb(), 0..12)) {
         for bulb in &bulbs {
             prop_assert_eq!(parse_bulb(&bulb.to_string()), Ok(*bulb));
         }
@@ -79,7 +79,7 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_read_or_refused_at_a_place_in_it(text in any::<String>()) {
+    fn any_text_is_read_or_refused_at_a_column_in_it(text in any::<String>()) {
         for error in [parse_bulb(&text).err(), parse_bulbs(&text).err()].into_iter().flatten() {
             let at_column: String = text.chars().skip(error.column - 1).collect();
             prop_assert!(at_column.starts_with(error.found.trim_end_matches('…')), "{error}");
@@ -87,7 +87,7 @@ proptest! {
     }
 
     #[test]
-    fn texts_mean_what_the_grammar_says(text in near_misses()) {
+    fn texts_mean_the_same_to_the_reference(text in near_misses()) {
         prop_assert_eq!(parse_bulb(&text).ok(), reference_bulb(&text), "{:?}", &text);
         prop_assert_eq!(parse_bulbs(&text).ok(), reference_bulbs(&text), "{:?}", &text);
         let state = StateText::new(&text);

@@ -1,6 +1,6 @@
-//! The part of a vehicle profile about traffic-light states received over CAN, compiled.
+//! The compiled part of a vehicle profile about traffic-light states received over CAN.
 //!
-//! Built once at start by `config`, which has checked it against the DBC.
+//! `config` builds it once at start and has checked it against the DBC.
 
 use std::time::Duration;
 
@@ -8,17 +8,17 @@ use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::{MessageIndex, Role, SignalIndex, SignalTable};
 
-/// Everything the profile binds for the v2i channel; by default nothing.
+/// The signals that the profile binds for the v2i channel; none by default.
 #[derive(Debug, Clone, Default)]
 pub struct V2iBinding {
-    /// The messages and signals it takes.
+    /// The bound messages and signals.
     pub table: SignalTable,
-    /// In the order of the profile; no id is fed by two of them.
+    /// The sources in the order of the profile; no two of them have the same id.
     pub sources: Vec<V2iSource>,
 }
 
 impl V2iBinding {
-    /// Whether the profile binds nothing.
+    /// Returns whether the profile binds no signal.
     pub fn is_empty(&self) -> bool {
         self.sources.is_empty()
     }
@@ -29,18 +29,18 @@ impl V2iBinding {
     }
 }
 
-/// One `[[v2i]]` section.
+/// The binding of one `[[v2i]]` section.
 #[derive(Debug, Clone)]
 pub struct V2iSource {
-    /// The states.
+    /// The signals of the states.
     pub states: V2iStates,
-    /// `true` = the states can be used. All of them must be true: one that is not known makes the states
-    /// unknown, since the unit that sends them may have failed
+    /// Status signals, true when the states can be used. All of them must be true: one without a value makes the
+    /// states invalid, since the unit that sends them may have failed
     /// (docs/spec/traffic-lights.md, "V2X unit on CAN").
     pub status: Vec<Role<bool>>,
 }
 
-/// How states are sent.
+/// The form in which states are sent.
 #[derive(Debug, Clone)]
 pub enum V2iStates {
     /// A signal of its own for one group or head.
@@ -54,23 +54,23 @@ pub enum V2iStates {
 pub struct Group {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
-    /// Its state; the signal is the same one for all groups of a cycle.
+    /// Its state. All groups of a cycle have the same signal.
     pub state: Role<BulbSet>,
-    /// How sure the unit is; 1 without.
+    /// The confidence of the unit; `None` means 1.
     pub confidence: Option<Confidence>,
 }
 
-/// How sure a unit is: raw value / `full`.
+/// The confidence of a unit: raw value / `full`.
 #[derive(Debug, Clone)]
 pub struct Confidence {
-    /// 0 to `full` are defined; "not available" counts as 1.
+    /// The signal, with 0 to `full` defined; "not available" counts as 1.
     pub role: Role<()>,
     /// The raw value that means 1; at least 1.
     pub full: u32,
 }
 
 impl Confidence {
-    /// What a raw value means, 0 to 1; `None` when it is not a defined one.
+    /// The confidence for a raw value, 0 to 1; `None` when the value is not defined.
     pub(super) fn of(&self, raw: i128) -> Option<f64> {
         match self.role.values.meaning(raw) {
             Meaning::Defined(()) => u32::try_from(raw).ok().map(|raw| f64::from(raw) / f64::from(self.full)),
@@ -83,15 +83,15 @@ impl Confidence {
 /// A message that carries one group after another. Its signals are in each of its frames.
 #[derive(Debug, Clone)]
 pub struct Cycle {
-    /// Number of the intersection.
+    /// The signal with the number of the intersection.
     pub intersection: SignalIndex,
-    /// Number of the signal group there.
+    /// The signal with the number of the signal group there.
     pub group: SignalIndex,
     /// The mapped groups, ascending by their keys; all have the same signals.
     pub groups: Vec<(GroupKey, Group)>,
-    /// How long a state holds that is not received again while the message goes on for other groups.
+    /// Age at which a state that is not received again becomes invalid while the message continues for other groups.
     pub timeout: Duration,
 }
 
-/// Intersection and signal group, raw values.
+/// The raw values of intersection and signal group.
 pub type GroupKey = (i128, i128);

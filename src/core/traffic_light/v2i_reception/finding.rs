@@ -8,21 +8,18 @@ use crate::core::validation::display::{missing_reason_text, raw_text};
 use crate::core::validation::integrity::IntegrityCounts;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 
-/// The diagnostic task's name after `<node>: `.
-pub const TASK_NAME: &str = "v2i_traffic_lights";
-
-/// What is known of one group.
+/// The state of one group for diagnostics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupFinding {
     /// Relation id of a group, or way id of a head.
     pub id: i64,
-    /// Its state, or why there is none.
+    /// Its state, or the reason why it has none.
     pub state: Result<ValidState, InvalidReason>,
 }
 
 impl InvalidReason {
-    /// Away from an intersection nothing is received, and that is as it should be. A value without meaning, a
-    /// fault and a unit that is silent are not.
+    /// The level of diagnostics: receiving nothing is normal away from an intersection; an undefined value, a fault
+    /// and a unit that sends nothing are not.
     pub fn level(self) -> Level {
         match self {
             Self::NotReceived | Self::NotReceivedAgain | Self::NotAvailable(..) => Level::Ok,
@@ -32,15 +29,15 @@ impl InvalidReason {
 }
 
 impl V2iReception {
-    /// What was found of each group when all was settled last, in the order of the profile.
+    /// The states of all groups at the last call of [`Self::settle`], in the order of the profile.
     pub fn findings(&self) -> impl Iterator<Item = GroupFinding> {
         self.groups.iter().filter_map(|tracked| {
             let (_, group) = bound(&self.binding, tracked.at)?;
-            Some(GroupFinding { id: group.id, state: tracked.judged? })
+            Some(GroupFinding { id: group.id, state: tracked.state? })
         })
     }
 
-    /// A finding as text, e.g. `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
+    /// A finding as text, for example `34806: red solidOn circle` or `34806: V2X.GROUP1 is stale, …`.
     pub fn finding_text(&self, finding: GroupFinding, buses: &[Bus]) -> String {
         let text = match finding.state {
             Ok(ValidState { bulbs, .. }) => bulbs.to_string(),
@@ -49,13 +46,12 @@ impl V2iReception {
         format!("{}: {text}", finding.id)
     }
 
-    /// The status of the reception now. `node` is the name before the colon.
+    /// The diagnostic status of the reception. `node` is the name before the colon.
     pub fn status(&self, node: &str, buses: &[Bus], now: MonoTime) -> Status {
         let findings: Vec<_> = self.findings().collect();
         let known = findings.iter().filter(|finding| finding.state.is_ok()).count();
-        let doubts = findings.iter().filter_map(|finding| Some((finding, finding.state.err()?)));
-        let worst = doubts.filter(|(_, reason)| reason.level() > Level::Ok).map(|(finding, _)| *finding);
-        let bad: Vec<_> = worst.collect();
+        let is_bad = |state: Result<_, InvalidReason>| state.is_err_and(|reason| reason.level() > Level::Ok);
+        let bad: Vec<_> = findings.iter().filter(|finding| is_bad(finding.state)).collect();
         let message = match bad.first() {
             None => format!("{known} of {} known", findings.len()),
             Some(first) => {
@@ -63,7 +59,7 @@ impl V2iReception {
                     0 => String::new(),
                     others => format!(" (and {others} more)"),
                 };
-                format!("{}{others}", self.finding_text(*first, buses))
+                format!("{}{others}", self.finding_text(**first, buses))
             }
         };
         let messages = (0..self.binding.table.messages.len()).map(MessageIndex);
@@ -74,7 +70,7 @@ impl V2iReception {
         let newest = self.valid_states().map(|(_, state)| now.since(state.received.at)).min();
         let all: Vec<_> = findings.iter().map(|finding| self.finding_text(*finding, buses)).collect();
         Status {
-            name: format!("{node}: {TASK_NAME}"),
+            name: format!("{node}: v2i_traffic_lights"),
             level: if bad.is_empty() { Level::Ok } else { Level::Warn },
             message,
             values: vec![

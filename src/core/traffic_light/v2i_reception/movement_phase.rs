@@ -4,8 +4,8 @@
 use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
 use crate::core::validation::meaning::Meaning;
 
-/// The standard's numbers, 0 to 9, and what they mean. The shape, an arrow or else a circle, is that of
-/// a movement that has the way to itself (protected): the number does not say where it leads.
+/// The standard's numbers, 0 to 9, with their bulbs. `protected`, an arrow or else a circle, is the shape for a
+/// movement without conflicting traffic: its number does not include a direction.
 pub fn movement_phase_states(protected: Shape) -> [(i128, Meaning<BulbSet>); 10] {
     let one = |color, status, shape| {
         let bulb = Bulb { color, status, shape };
@@ -15,7 +15,7 @@ pub fn movement_phase_states(protected: Shape) -> [(i128, Meaning<BulbSet>); 10]
     let circle = Shape::Circle;
     [
         (0, Meaning::NotAvailable),
-        // Dark: what colour it is that does not shine is not sent.
+        // Dark: the colour of a lamp that is off is not sent.
         (1, one(Color::Unknown, Status::SolidOff, circle)),
         (2, one(Color::Red, Status::Flashing, circle)),
         (3, lit(Color::Red, circle)),
@@ -34,13 +34,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_of_the_standard_has_its_bulb() {
+    fn every_number_of_the_standard_has_its_state() {
         let text = |meaning| match meaning {
             Meaning::Defined(bulbs) => BulbSet::to_string(&bulbs),
             Meaning::NotAvailable => "not available".to_owned(),
             Meaning::Fault | Meaning::Undefined => panic!("the standard names it"),
         };
-        let wanted = [
+        let expected = [
             "not available",
             "unknown solidOff circle",
             "red flashing circle",
@@ -52,8 +52,8 @@ mod tests {
             "yellow solidOn left",
             "yellow flashing circle",
         ];
-        for ((number, meaning), wanted) in movement_phase_states(Shape::Left).into_iter().zip(wanted) {
-            assert_eq!(text(meaning), wanted, "{number}");
+        for ((number, meaning), expected) in movement_phase_states(Shape::Left).into_iter().zip(expected) {
+            assert_eq!(text(meaning), expected, "{number}");
         }
         let [.., (six, green), _, (eight, yellow), _] = movement_phase_states(Shape::Circle);
         assert_eq!((six, text(green)), (6, "green solidOn circle".to_owned()));

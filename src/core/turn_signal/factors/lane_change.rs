@@ -3,7 +3,7 @@
 //! change before its lane ends is not published: the length of the change stands for it.
 
 use super::path_offsets::{PathOffsets, crossing};
-use super::{Behaviour, FactorContext, Interval};
+use super::{Behavior, FactorContext, Interval};
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
@@ -29,7 +29,7 @@ pub(super) fn sideways(
         return None;
     };
     let crossing = path_offsets.zip(context.path).and_then(|(path_offsets, path)| {
-        let index = |place| path_offsets.nearest_index(place);
+        let index = |position| path_offsets.nearest_index(position);
         crossing(context.road, path, (index(interval.start().position), index(interval.end().position)))
     });
     let phase = match (crossing, topic) {
@@ -51,10 +51,10 @@ pub(super) fn sideways(
 
 /// The side that the factor names; else that of its module's name, else that of its offsets.
 fn side(topic: FactorTopic, factor: &PlanningFactor, interval: &Interval) -> Option<Side> {
-    let named = match factor.behaviour() {
-        Behaviour::ShiftLeft => Some(Side::Left),
-        Behaviour::ShiftRight => Some(Side::Right),
-        Behaviour::SlowDown | Behaviour::Stop | Behaviour::Other => None,
+    let named = match factor.known_behavior() {
+        Behavior::ShiftLeft => Some(Side::Left),
+        Behavior::ShiftRight => Some(Side::Right),
+        Behavior::SlowDown | Behavior::Stop | Behavior::Other => None,
     };
     let by_name = || match topic {
         FactorTopic::LaneChangeLeft | FactorTopic::ExternalLaneChangeLeft => Some(Side::Left),

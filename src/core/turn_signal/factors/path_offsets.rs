@@ -7,7 +7,7 @@ use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::planner_input::PathPoint;
 use crate::core::turn_signal::shift::ShiftedPath;
 
-/// Offsets nearer than this are one offset, metres: planned paths are smoothed.
+/// Offsets that differ by less are one offset, metres: planned paths are smoothed.
 const SAME_OFFSET_M: f64 = 0.05;
 /// So many short lanelets can lie between two points of a path.
 const MAX_LANES_BETWEEN: u32 = 4;
@@ -19,9 +19,9 @@ pub(super) struct PathOffsets {
     /// The lanelets of the path that follow each other, from its first one on: the lane the vehicle
     /// is in, also while the path leads beside it.
     pub(super) lanes: Vec<LaneId>,
-    /// Their middle.
+    /// Centreline of these lanelets.
     middle: Vec<Point>,
-    /// Offset of each point of the path to the left of that, metres.
+    /// Offset of each point of the path to the left of it, metres.
     offsets_m: Vec<f64>,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct Ramp {
 }
 
 impl PathOffsets {
-    /// Measures the planned path; `None` when there is none to use.
+    /// Measures the planned path; `None` when it cannot be used.
     pub(super) fn new(context: &FactorContext<'_>) -> Option<Self> {
         let path = context.path.filter(|path| path.len() > 1)?;
         let poses: Vec<Pose> = path.iter().map(|point| point.pose).collect();
@@ -56,25 +56,25 @@ impl PathOffsets {
         &self.poses
     }
 
-    /// Offset of a place to the left of the middle, metres; 0 where there is no lane.
-    pub(super) fn offset_m(&self, place: Point) -> f64 {
-        offset_m(&self.middle, place)
+    /// Offset of a point to the left of the middle, metres; 0 where there is no lane.
+    pub(super) fn offset_m(&self, point: Point) -> f64 {
+        offset_m(&self.middle, point)
     }
 
-    /// Offset of the point of the path next to a place, metres.
-    pub(super) fn path_offset_m(&self, place: Point) -> f64 {
-        self.offsets_m.get(self.nearest_index(place)).copied().unwrap_or_default()
+    /// Offset of the point of the path next to a position, metres.
+    pub(super) fn path_offset_m(&self, point: Point) -> f64 {
+        self.offsets_m.get(self.nearest_index(point)).copied().unwrap_or_default()
     }
 
-    /// The path's point next to a place.
-    pub(super) fn nearest_index(&self, place: Point) -> usize {
-        nearest_index(&self.poses, place)
+    /// The path's point next to a position.
+    pub(super) fn nearest_index(&self, point: Point) -> usize {
+        nearest_index(&self.poses, point)
     }
 
-    /// Offset of a place to the left of the path, metres.
-    pub(super) fn beside_m(&self, place: Point) -> f64 {
+    /// Offset of a point to the left of the path, metres.
+    pub(super) fn beside_m(&self, point: Point) -> f64 {
         let line: Vec<Point> = self.poses.iter().map(|pose| pose.position).collect();
-        offset_m(&line, place)
+        offset_m(&line, point)
     }
 
     /// The path with the offsets that these ramps, in order, make: linear within a ramp.
@@ -98,7 +98,7 @@ impl PathOffsets {
         ShiftedPath::new(self.poses.clone(), shifts_m).ok()
     }
 
-    /// The ramps of the path itself between two places: its offset changes by `threshold_m` or more in
+    /// The ramps of the path itself between two poses: its offset changes by `threshold_m` or more in
     /// one direction. A smooth path hardly moves at the ends of a ramp, so that these begin a little
     /// later and end a little earlier than they were planned.
     pub(super) fn own_ramps(&self, from: Pose, to: Pose, threshold_m: f64) -> Vec<Ramp> {
@@ -118,20 +118,20 @@ impl PathOffsets {
 
     /// The path is where a ramp leads.
     pub(super) fn follows(&self, ramp: &Ramp) -> bool {
-        let gone_m = self.path_offset_m(ramp.end.position) - ramp.before_m;
-        let wanted_m = ramp.after_m - ramp.before_m;
-        gone_m / wanted_m > 0.5
+        let moved_m = self.path_offset_m(ramp.end.position) - ramp.before_m;
+        let whole_m = ramp.after_m - ramp.before_m;
+        moved_m / whole_m > 0.5
     }
 }
 
-/// The first point of the path, between two places, that has left its lane sideways.
+/// The first point of the path, between two indices, that has left its lane sideways.
 pub(super) fn crossing(road: &LaneNetwork, path: &[PathPoint], (from, to): (usize, usize)) -> Option<Pose> {
     let mut within: Option<&Lane> = None;
     for point in path.get(from..=to).unwrap_or_default() {
-        let place = point.pose.position;
+        let position = point.pose.position;
         within = match within {
-            None => point.lanes.iter().filter_map(|id| road.lane(*id)).find(|lane| lane.contains(place)),
-            Some(lane) => Some(match onward(road, lane, place, MAX_LANES_BETWEEN) {
+            None => point.lanes.iter().filter_map(|id| road.lane(*id)).find(|lane| lane.contains(position)),
+            Some(lane) => Some(match onward(road, lane, position, MAX_LANES_BETWEEN) {
                 Some(lane) => lane,
                 None => return Some(point.pose),
             }),
@@ -140,13 +140,13 @@ pub(super) fn crossing(road: &LaneNetwork, path: &[PathPoint], (from, to): (usiz
     None
 }
 
-/// The lanelet that holds a place: this one, or one that goes on from it.
-fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lane, place: Point, most: u32) -> Option<&'a Lane> {
-    if lane.contains(place) {
+/// The lanelet that contains a point: this one, or one that goes on from it.
+fn onward<'a>(road: &'a LaneNetwork, lane: &'a Lane, point: Point, most: u32) -> Option<&'a Lane> {
+    if lane.contains(point) {
         return Some(lane);
     }
     let next = road.followers(lane.id).iter().filter_map(|id| road.lane(*id)).filter(|_| most > 0);
-    next.into_iter().find_map(|next| onward(road, next, place, most - 1))
+    next.into_iter().find_map(|next| onward(road, next, point, most - 1))
 }
 
 /// The lanelets of the path that follow each other. Without a name for the first one, the lanelet of
@@ -170,11 +170,11 @@ fn lanes(context: &FactorContext<'_>, path: &[PathPoint]) -> Vec<LaneId> {
     chain
 }
 
-fn offset_m(line: &[Point], place: Point) -> f64 {
-    let Some(nearest) = nearest(line, place) else { return 0.0 };
+fn offset_m(line: &[Point], point: Point) -> f64 {
+    let Some(nearest) = nearest(line, point) else { return 0.0 };
     let Some(on) = at_arc(line, nearest.arc_m) else { return 0.0 };
     let (sin, cos) = nearest.yaw_rad.sin_cos();
-    (place.y_m - on.y_m) * cos - (place.x_m - on.x_m) * sin
+    (point.y_m - on.y_m) * cos - (point.x_m - on.x_m) * sin
 }
 
 /// First and last index of every change in one direction of at least `threshold_m`.
@@ -183,8 +183,8 @@ fn swings(offsets_m: &[f64], threshold_m: f64) -> Vec<(usize, usize)> {
     let Some(first) = offsets_m.first() else { return Vec::new() };
     let (mut pivot, mut extreme) = ((0, *first), (0, *first));
     for (index, offset_m) in offsets_m.iter().copied().enumerate() {
-        let way_m = extreme.1 - pivot.1;
-        let turned = (offset_m - extreme.1) * way_m < 0.0;
+        let swing_m = extreme.1 - pivot.1;
+        let turned = (offset_m - extreme.1) * swing_m < 0.0;
         if turned && (offset_m - extreme.1).abs() > SAME_OFFSET_M {
             found.push((pivot, extreme));
             (pivot, extreme) = (extreme, (index, offset_m));
@@ -218,7 +218,7 @@ mod tests {
         let out_and_back = [0.0, 0.0, 0.02, 0.5, 1.0, 1.48, 1.5, 1.5, 1.49, 1.0, 0.4, 0.03, 0.0, 0.0];
         assert_eq!(swings(&out_and_back, 0.3), [(2, 5), (8, 11)]);
         assert_eq!(swings(&[0.0, 0.29, 0.29], 0.3), [], "too little");
-        assert_eq!(swings(&[0.0, -0.2, -0.17, -0.4], 0.3), [(0, 3)], "a ripple is none");
+        assert_eq!(swings(&[0.0, -0.2, -0.17, -0.4], 0.3), [(0, 3)], "a ripple does not count");
         assert_eq!(swings(&[], 0.3), []);
     }
 }

@@ -1,10 +1,10 @@
 //! Pull-out and pull-over made of planning factors, which have start, end and offsets. The rest is inferred: the vehicle
 //! has not departed while it is within a metre of the start, and the planner's path counts as one piece. The pose at
-//! which the vehicle begins to slow down before its way to the roadside is decided comes from a factor to stop or slow
+//! which the vehicle begins to slow down before its path to the roadside is decided comes from a factor to stop or slow
 //! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
 
 use super::path_offsets::PathOffsets;
-use super::{Behaviour, FactorContext, Interval, Made};
+use super::{Behavior, FactorContext, Interval, Made};
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::STOP_SPEED_MPS;
@@ -15,12 +15,12 @@ use crate::core::turn_signal::manoeuvre::{Manoeuvre, ManoeuvreKind};
 use crate::core::turn_signal::planner_input::PlanningFactor;
 use crate::core::turn_signal::shift::ShiftedPath;
 
-/// Nearer to its start the vehicle has not departed, metres.
+/// Distance from its start up to which the vehicle has not departed, metres.
 const DEPARTED_M: f64 = 1.0;
 /// A planned speed within this share of the limit is at the limit.
 const AT_LIMIT: f64 = 0.95;
 
-/// The pull-out of a factor. Its `behavior` comes from upstream's own signal and is not looked at.
+/// The pull-out of a factor. Its `behavior` comes from upstream's own signal and is not used.
 pub(super) fn out(
     context: &FactorContext<'_>,
     path_offsets: Option<&PathOffsets>,
@@ -32,7 +32,7 @@ pub(super) fn out(
     let lanes: Vec<LaneId> = lanes.unwrap_or_else(|| context.route.lanes().collect());
     if !factor.is_driving_forward {
         // Backing up needs neither path nor offsets: hazard lights, wherever it leads.
-        let ahead = Pose { position: ego.place(1.0, 0.0), yaw_rad: ego.yaw_rad };
+        let ahead = Pose { position: ego.point_at(1.0, 0.0), yaw_rad: ego.yaw_rad };
         let path = ShiftedPath::new(vec![ego, ahead], vec![0.0, 0.0]).ok();
         let pull_out = PullOut {
             path,
@@ -104,11 +104,11 @@ fn undecided(
     path_offsets: &PathOffsets,
     factors: &[&PlanningFactor],
 ) -> Option<Undecided> {
-    let pose_of = |wanted: Behaviour| {
-        let factor = factors.iter().find(|factor| factor.behaviour() == wanted)?;
+    let pose_of = |behavior: Behavior| {
+        let factor = factors.iter().find(|factor| factor.known_behavior() == behavior)?;
         factor.control_points.first().map(|point| point.pose)
     };
-    let (slow_down, stop) = (pose_of(Behaviour::SlowDown), pose_of(Behaviour::Stop));
+    let (slow_down, stop) = (pose_of(Behavior::SlowDown), pose_of(Behavior::Stop));
     let deceleration = slow_down.or_else(|| begins_to_brake(context, stop?.position));
     deceleration.map(|deceleration| Undecided {
         stop_path: path_offsets.poses().to_vec(),

@@ -10,6 +10,7 @@ use crate::core::time::MonoTime;
 use crate::core::turn_signal::manoeuvre::avoidance::Avoidance;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_over::PullOver;
+use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::Side;
 
 /// A straight lane of 3.5 m.
@@ -49,37 +50,32 @@ fn own_lanes(x: f64) -> Vec<i64> {
     if x < 60.0 { vec![1] } else { vec![2] }
 }
 
-/// Smooth from `before` to `after` between two places.
+/// Smooth from `before` to `after` between two positions.
 fn smooth(x: f64, from: f64, to: f64, before: f64, after: f64) -> f64 {
     let share = ((x - from) / (to - from)).clamp(0.0, 1.0);
     before + (after - before) * (3.0 - 2.0 * share) * share * share
 }
 
-fn control(x: f64, shift_length_m: f64) -> ControlPoint {
-    ControlPoint { pose: Pose::new(x, 0.0, 0.0), distance_m: 0.0, speed_mps: 0.0, shift_length_m }
-}
-
 fn factor(behavior: u16, points: &[(f64, f64)]) -> PlanningFactor {
-    PlanningFactor {
-        behavior,
-        is_driving_forward: true,
-        detail: "".into(),
-        control_points: points.iter().map(|(x, shift)| control(*x, *shift)).collect(),
-    }
+    let control = |(x, shift_length_m): &(f64, f64)| ControlPoint {
+        pose: Pose::new(*x, 0.0, 0.0),
+        distance_m: 0.0,
+        speed_mps: 0.0,
+        shift_length_m: *shift_length_m,
+    };
+    let control_points = points.iter().map(control).collect();
+    PlanningFactor { behavior, is_driving_forward: true, detail: "".into(), control_points }
 }
 
-struct PlannerInput {
-    manoeuvres: Vec<Manoeuvre>,
-    findings: Vec<Finding>,
-}
-
-fn told(
+/// Manoeuvres and findings of these factors, with the vehicle at `x_m`.
+fn made_of(
     x_m: f64,
     path: Option<&[PathPoint]>,
     factors: &[(FactorTopic, Vec<PlanningFactor>)],
-) -> PlannerInput {
+) -> (Vec<Manoeuvre>, Vec<Finding>) {
     let (road, parameters) = (road(), Parameters::DEPLOYED);
-    let route = Route::single_file(1, Pose::default(), &[1, 2]).unwrap();
+    let segments = [1, 2].map(|lane| Segment { preferred: lane, lanes: vec![lane] });
+    let route = Route::new(1, Pose::default(), segments.to_vec()).unwrap();
     let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps: 5.0 };
     let context = FactorContext {
         road: &road,
@@ -92,7 +88,7 @@ fn told(
     let timed = |factors: &Vec<PlanningFactor>| Timed { at: MonoTime::ZERO, value: factors.clone().into() };
     let factors = factors.iter().map(|(topic, factors)| (*topic, timed(factors))).collect();
     let (manoeuvres, findings) = manoeuvres(&context, &factors);
-    PlannerInput { manoeuvres: manoeuvres.into_iter().map(|timed| timed.value).collect(), findings }
+    (manoeuvres.into_iter().map(|timed| timed.value).collect(), findings)
 }
 
 fn only<T>(mut all: Vec<T>) -> T {
@@ -100,15 +96,19 @@ fn only<T>(mut all: Vec<T>) -> T {
     all.pop().unwrap()
 }
 
-fn lane_change(told: PlannerInput) -> LaneChange {
-    assert_eq!(told.findings, []);
-    let Manoeuvre::LaneChange(change) = only(told.manoeuvres) else { panic!("no lane change") };
+/// The only manoeuvre, without any finding.
+fn manoeuvre((manoeuvres, findings): (Vec<Manoeuvre>, Vec<Finding>)) -> Manoeuvre {
+    assert_eq!(findings, []);
+    only(manoeuvres)
+}
+
+fn lane_change(made: (Vec<Manoeuvre>, Vec<Finding>)) -> LaneChange {
+    let Manoeuvre::LaneChange(change) = manoeuvre(made) else { panic!("no lane change") };
     change
 }
 
-fn avoidance(told: PlannerInput) -> Avoidance {
-    assert_eq!(told.findings, []);
-    let Manoeuvre::Avoidance(avoidance) = only(told.manoeuvres) else { panic!("no avoidance") };
+fn avoidance(made: (Vec<Manoeuvre>, Vec<Finding>)) -> Avoidance {
+    let Manoeuvre::Avoidance(avoidance) = manoeuvre(made) else { panic!("no avoidance") };
     avoidance
 }
 
@@ -116,7 +116,7 @@ fn avoidance(told: PlannerInput) -> Avoidance {
 fn a_lane_change_has_side_start_end_and_where_its_path_crosses_the_bound() {
     let ids = |x: f64| if x < 60.0 { vec![1, 11] } else { vec![2, 12] };
     let changing = path(|x| smooth(x, 40.0, 100.0, 0.0, 3.5), ids);
-    // What the factor says goes before the name of the module.
+    // The side of the factor comes before the name of the module.
     for (topic, behavior, side) in [
         (FactorTopic::LaneChangeLeft, 4, Side::Left),
         (FactorTopic::LaneChangeLeft, 1, Side::Left),
@@ -125,11 +125,11 @@ fn a_lane_change_has_side_start_end_and_where_its_path_crosses_the_bound() {
         (FactorTopic::AvoidanceByLaneChange, 4, Side::Left),
     ] {
         let factors = [(topic, vec![factor(behavior, &[(40.0, 0.0), (100.0, 0.0)])])];
-        let change = lane_change(told(10.0, Some(&changing), &factors));
+        let change = lane_change(made_of(10.0, Some(&changing), &factors));
         assert_eq!((change.side, change.phase), (side, LaneChangePhase::Running), "{topic:?}");
         assert_eq!(change.start.map(|pose| pose.position.x_m), Some(40.0));
         assert_eq!(change.end.map(|pose| pose.position.x_m), Some(100.0));
-        // Half of the way, to the next point.
+        // Half of the lane change, to the next point.
         let crossing = change.crossing.unwrap().position;
         assert!((70.0..=71.0).contains(&crossing.x_m), "{crossing:?}");
         assert_eq!(change.minimum_length_m, 60.0);
@@ -145,7 +145,7 @@ fn a_lane_change_that_the_path_does_not_drive_waits() {
         (FactorTopic::AvoidanceByLaneChange, Some(straight.as_slice()), LaneChangePhase::Unsignalled),
     ] {
         let factors = [(topic, vec![factor(4, &[(40.0, 0.0), (100.0, 0.0)])])];
-        let change = lane_change(told(10.0, path, &factors));
+        let change = lane_change(made_of(10.0, path, &factors));
         assert_eq!((change.phase, change.crossing), (phase, None));
         assert_eq!(change.previous_path.len(), path.map_or(0, <[_]>::len));
     }
@@ -155,22 +155,22 @@ fn a_lane_change_that_the_path_does_not_drive_waits() {
 fn a_batch_of_one_shift_line_is_that_line() {
     let out = path(|x| smooth(x, 50.0, 80.0, 0.0, 1.5), own_lanes);
     let factors = [(FactorTopic::StaticObstacleAvoidance, vec![factor(4, &[(50.0, 0.0), (80.0, 1.5)])])];
-    let seen = avoidance(told(65.0, Some(&out), &factors));
-    let line = only(seen.lines);
+    let avoiding = avoidance(made_of(65.0, Some(&out), &factors));
+    let line = only(avoiding.lines);
     assert_eq!((line.line.start_index, line.line.end_index), (50, 80));
     assert_eq!((line.start_shift_m, line.end_shift_m), (0.0, 1.5));
-    assert!(seen.approved);
-    assert_eq!((seen.ego_index, seen.lanes), (65, vec![1, 2]));
-    assert!((seen.current_shift_m - 0.75).abs() < 1e-9 && (seen.deviation_m + 0.75).abs() < 0.02);
-    assert_eq!(seen.path.offset_between_m(50, 65), 0.75, "linear in between");
-    let next = avoidance(told(66.0, Some(&out), &factors));
+    assert!(avoiding.approved);
+    assert_eq!((avoiding.ego_index, avoiding.lanes), (65, vec![1, 2]));
+    assert!((avoiding.current_shift_m - 0.75).abs() < 1e-9 && (avoiding.deviation_m + 0.75).abs() < 0.02);
+    assert_eq!(avoiding.path.offset_between_m(50, 65), 0.75, "linear in between");
+    let next = avoidance(made_of(66.0, Some(&out), &factors));
     assert_eq!(only(next.lines).id, line.id, "the same line in the next cycle");
     // Far before it, another manoeuvre shifts the path.
     let pulling_out = path(|x| smooth(x, 5.0, 30.0, -2.0, 0.0) + smooth(x, 50.0, 80.0, 0.0, 1.5), own_lanes);
-    assert_eq!(avoidance(told(10.0, Some(&pulling_out), &factors)).current_shift_m, 0.0);
+    assert_eq!(avoidance(made_of(10.0, Some(&pulling_out), &factors)).current_shift_m, 0.0);
     // Before it is approved, the path stays in the middle.
     let waiting = path(|_| 0.0, own_lanes);
-    assert!(!avoidance(told(20.0, Some(&waiting), &factors)).approved);
+    assert!(!avoidance(made_of(20.0, Some(&waiting), &factors)).approved);
 }
 
 #[test]
@@ -178,8 +178,8 @@ fn a_batch_that_comes_back_is_read_off_the_path() {
     let there_and_back =
         path(|x| smooth(x, 40.0, 60.0, 0.0, -1.5) + smooth(x, 80.0, 110.0, 0.0, 1.5), own_lanes);
     let factors = [(FactorTopic::StaticObstacleAvoidance, vec![factor(5, &[(40.0, 0.0), (110.0, 0.0)])])];
-    let seen = avoidance(told(20.0, Some(&there_and_back), &factors));
-    let lines: Vec<_> = seen
+    let avoiding = avoidance(made_of(20.0, Some(&there_and_back), &factors));
+    let lines: Vec<_> = avoiding
         .lines
         .iter()
         .map(|line| (line.line.start_index, line.line.end_index, line.end_shift_m < line.start_shift_m))
@@ -187,31 +187,30 @@ fn a_batch_that_comes_back_is_read_off_the_path() {
     let [(out_from, out_to, true), (back_from, back_to, false)] = lines.as_slice() else {
         panic!("{lines:?}")
     };
-    assert_eq!((*out_from, *back_to), (40, 110), "as told");
+    assert_eq!((*out_from, *back_to), (40, 110), "as in the factor");
     for (found, planned) in [(out_to, 60), (back_from, 80)] {
         assert!(found.abs_diff(planned) <= 4, "{found} for {planned}");
     }
-    assert!(seen.approved);
-    // Within the first line, whose begin the path does not show any more.
-    let seen = avoidance(told(50.0, Some(&there_and_back[45..]), &factors));
-    let first = seen.lines[0];
+    assert!(avoiding.approved);
+    // Within the first line, the begin of which is not on the path any more.
+    let avoiding = avoidance(made_of(50.0, Some(&there_and_back[45..]), &factors));
+    let first = avoiding.lines[0];
     assert_eq!((first.line.start.position.x_m, first.start_shift_m), (40.0, 0.0));
-    assert_eq!(seen.lines[1].end_shift_m, 0.0);
+    assert_eq!(avoiding.lines[1].end_shift_m, 0.0);
     // Past the first line, and before the path reaches the second one: each alone is what it is.
-    let back = only(avoidance(told(85.0, Some(&there_and_back[75..]), &factors)).lines);
+    let back = only(avoidance(made_of(85.0, Some(&there_and_back[75..]), &factors)).lines);
     assert!(back.start_shift_m < -1.4 && back.end_shift_m == 0.0, "{back:?}");
-    let out = only(avoidance(told(30.0, Some(&there_and_back[..70]), &factors)).lines);
+    let out = only(avoidance(made_of(30.0, Some(&there_and_back[..70]), &factors)).lines);
     assert!(out.start_shift_m == 0.0 && out.end_shift_m < -1.4, "{out:?}");
 }
 
 #[test]
-fn pulling_out_shifts_as_told_and_backwards_asks_for_hazard_lights() {
+fn pulling_out_shifts_by_its_offsets_and_backwards_requests_hazard_lights() {
     let out = path(|x| smooth(x, 5.0, 30.0, -2.0, 0.0), own_lanes);
     let mut pulling = factor(1, &[(5.0, -2.0), (30.0, 0.0)]);
     let at = |x_m: f64, factor: &PlanningFactor, path: Option<&[PathPoint]>| {
-        let told = told(x_m, path, &[(FactorTopic::StartPlanner, vec![factor.clone()])]);
-        assert_eq!(told.findings, []);
-        let Manoeuvre::PullOut(out) = only(told.manoeuvres) else { panic!("no pull-out") };
+        let made = made_of(x_m, path, &[(FactorTopic::StartPlanner, vec![factor.clone()])]);
+        let Manoeuvre::PullOut(out) = manoeuvre(made) else { panic!("no pull-out") };
         out
     };
     let begun = at(5.4, &pulling, Some(&out));
@@ -221,7 +220,7 @@ fn pulling_out_shifts_as_told_and_backwards_asks_for_hazard_lights() {
     assert!(at(5.4, &pulling, None).path.is_none(), "nothing to signal without a path");
     pulling.is_driving_forward = false;
     let backing = at(20.0, &pulling, None);
-    assert!(!backing.forward && backing.path.is_some(), "needs none to ask for hazard lights");
+    assert!(!backing.forward && backing.path.is_some(), "needs none to request hazard lights");
 }
 
 #[test]
@@ -233,9 +232,8 @@ fn pulling_over_is_decided_by_a_shift_and_announced_by_braking() {
         point.speed_mps = if left_m > 30.0 { 10.0 } else { (left_m / 3.0).max(0.0) };
     }
     let at = |factors: Vec<PlanningFactor>| {
-        let told = told(60.0, Some(&straight), &[(FactorTopic::GoalPlanner, factors)]);
-        assert_eq!(told.findings, []);
-        let Manoeuvre::PullOver(over) = only(told.manoeuvres) else { panic!("no pull-over") };
+        let made = made_of(60.0, Some(&straight), &[(FactorTopic::GoalPlanner, factors)]);
+        let Manoeuvre::PullOver(over) = manoeuvre(made) else { panic!("no pull-over") };
         over
     };
     let PullOver::Decided(decided) =
@@ -253,14 +251,14 @@ fn pulling_over_is_decided_by_a_shift_and_announced_by_braking() {
         other @ PullOver::Decided(_) => panic!("{other:?}"),
     };
     let (stop, slow_down) = (factor(3, &[(120.0, 0.0)]), factor(2, &[(70.0, 0.0)]));
-    assert_eq!(braking(vec![stop.clone(), slow_down]), (Some(70.0), Some(120.0)), "as told");
+    assert_eq!(braking(vec![stop.clone(), slow_down]), (Some(70.0), Some(120.0)), "as in the factor");
     let (begins, stops) = braking(vec![stop]);
     assert!((88.0..=90.0).contains(&begins.unwrap()), "{begins:?}: off the planned speed");
     assert_eq!(stops, Some(120.0));
 }
 
 #[test]
-fn modules_come_in_the_order_of_the_planner_and_speed_is_no_manoeuvre() {
+fn modules_come_in_the_order_of_the_planner_without_those_about_speed() {
     let straight = path(|_| 0.0, own_lanes);
     let change = vec![factor(4, &[(40.0, 0.0), (100.0, 0.0)])];
     let shift = vec![factor(4, &[(50.0, 0.0), (80.0, 1.5)]), factor(3, &[(60.0, 0.0)])];
@@ -272,15 +270,15 @@ fn modules_come_in_the_order_of_the_planner_and_speed_is_no_manoeuvre() {
         (FactorTopic::StartPlanner, vec![factor(1, &[(5.0, -2.0), (30.0, 0.0)])]),
         (FactorTopic::LaneChangeRight, vec![factor(2, &[(50.0, 0.0)])]),
     ];
-    let told = told(10.0, Some(&straight), &factors);
+    let (manoeuvres, findings) = made_of(10.0, Some(&straight), &factors);
     use ManoeuvreKind::{Avoidance, LaneChange, PullOut, PullOver};
-    let kinds: Vec<_> = told.manoeuvres.iter().map(Manoeuvre::kind).collect();
+    let kinds: Vec<_> = manoeuvres.iter().map(Manoeuvre::kind).collect();
     assert_eq!(kinds, [PullOut, LaneChange, Avoidance, LaneChange, PullOver]);
-    assert_eq!(told.findings, []);
+    assert_eq!(findings, []);
 }
 
 #[test]
-fn factors_that_cannot_be_used_are_left_out_and_told() {
+fn factors_that_cannot_be_used_are_left_out_with_a_finding() {
     use FactorFlaw::{NoSide, NoStretch, NotFinite};
     use FactorTopic::{
         AvoidanceByLaneChange, GoalPlanner, LaneChangeLeft, StartPlanner, StaticObstacleAvoidance,
@@ -297,12 +295,10 @@ fn factors_that_cannot_be_used_are_left_out_and_told() {
         (GoalPlanner, factor(4, &[(40.0, 0.0)]), NoStretch),
         (AvoidanceByLaneChange, factor(1, &interval), NoSide),
     ] {
-        let told = told(10.0, Some(&straight), &[(topic, vec![bad])]);
-        assert_eq!(told.manoeuvres, [], "{topic:?}");
-        assert_eq!(told.findings, [Finding::BadFactor { topic, flaw }]);
+        let made = made_of(10.0, Some(&straight), &[(topic, vec![bad])]);
+        assert_eq!(made, (vec![], vec![Finding::BadFactor { topic, flaw }]), "{topic:?}");
     }
-    let without_path =
-        told(10.0, None, &[(StaticObstacleAvoidance, vec![factor(4, &[(50.0, 0.0), (80.0, 1.5)])])]);
-    assert_eq!(without_path.findings, [Finding::NoPathFor { kind: ManoeuvreKind::Avoidance }]);
-    assert_eq!(without_path.manoeuvres, []);
+    let shift = vec![factor(4, &[(50.0, 0.0), (80.0, 1.5)])];
+    let without_path = made_of(10.0, None, &[(StaticObstacleAvoidance, shift)]);
+    assert_eq!(without_path, (vec![], vec![Finding::NoPathFor { kind: ManoeuvreKind::Avoidance }]));
 }

@@ -69,7 +69,7 @@ impl LatestInputs {
         None
     }
 
-    /// Whether lanes are driven: so without any scenario, and not once the last one is too old.
+    /// Returns whether lanes are driven: so without any scenario, and not once the last one is too old.
     pub(super) fn lane_driving(&self, limit: Duration, now: MonoTime, findings: &mut Vec<Finding>) -> bool {
         let Some(scenario) = self.lane_driving else { return true };
         let age = now.since(scenario.at);

@@ -1,6 +1,6 @@
 //! The rule for a vehicle that stands next to a turn with the signal of a manoeuvre on
 //! (docs/spec/turn-signal-decider.md, "Stop rule").
-//! Upstream meant to switch it off; what is left of it is that plain lanelets stand in the queue of turns.
+//! Upstream meant to switch it off; the effect that remains is that plain lanelets stand in the queue of turns.
 
 use crate::core::map::geometry::polyline::nearest;
 use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};

@@ -1,13 +1,13 @@
 //! Avoidance of static obstacles (docs/spec/turn-signal-decider.md, "Avoidance").
 
-use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use super::{ManoeuvreMemory, SignalReason, overwritten};
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::parameters::CandidatePolicy;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
-/// Farther beside its path the vehicle is not avoiding, metres.
+/// Greatest distance beside its path at which the vehicle is avoiding, metres.
 const MAX_DEVIATION_M: f64 = 1.0;
 
 /// An avoidance: shift lines out and back.
@@ -29,7 +29,7 @@ pub struct Avoidance {
     pub approved: bool,
 }
 
-/// One shift.
+/// One shift of an avoidance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvoidanceLine {
     /// Its id (`uuid`).
@@ -72,7 +72,6 @@ impl ManoeuvreMemory {
             current_shift_m: avoidance.current_shift_m,
             kind: ShiftKind::Avoidance,
             forward: true,
-            own_lane: true,
             stop_override: false,
         };
         let outcome = judge(context, &shift);
@@ -80,7 +79,7 @@ impl ManoeuvreMemory {
             self.avoidance_ignored.insert(line.id);
         }
         *record = overwritten(context, *record, outcome.section);
-        why(&outcome)
+        SignalReason::Shift(outcome.verdict)
     }
 }
 

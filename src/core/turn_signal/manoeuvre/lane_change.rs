@@ -1,6 +1,5 @@
-//! Lane changes
-//! (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as begun from
-//! the moment it is wanted (W9). By default it starts where it starts.
+//! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as begun from
+//! the first request (W9). Improved, it begins where the steering begins.
 
 use super::{ManoeuvreMemory, SignalReason, overwritten};
 use crate::core::map::geometry::path::Path;
@@ -10,12 +9,12 @@ use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::signal::Side;
 
-/// A lane change, wanted or under way.
+/// A lane change, requested or running.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneChange {
     /// The side it changes to.
     pub side: Side,
-    /// Its progress.
+    /// Its state in the planner.
     pub phase: LaneChangePhase,
     /// Pose at which steering begins, if known.
     pub start: Option<Pose>,
@@ -40,7 +39,7 @@ pub enum LaneChangePhase {
     Unsignalled,
 }
 
-/// A lane change that came into view.
+/// A lane change that came within range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Announced {
     side: Side,
@@ -86,7 +85,7 @@ impl ManoeuvreMemory {
         SignalReason::OwnRule
     }
 
-    /// Where the announcement of this lane change began; `None` while it is too far ahead. Once
+    /// Pose at which the announcement of this lane change began; `None` while it is too far ahead. Once
     /// announced it stays so, however the vehicle slows down.
     fn announced(&mut self, context: &DecisionContext<'_>, change: &LaneChange, start: Pose) -> Option<Pose> {
         let same = self.lane_change.filter(|announced| announced.side == change.side);
@@ -101,7 +100,7 @@ impl ManoeuvreMemory {
     }
 }
 
-/// Where a lane change that waits must begin at the latest, on the path of the module before.
+/// Pose at which a lane change that waits must begin at the latest, on the path of the module before.
 fn terminal_start(context: &DecisionContext<'_>, change: &LaneChange) -> Option<Pose> {
     let path = Path::new(change.previous_path.iter().copied()).ok()?;
     let buffer_m = change.minimum_length_m

@@ -1,6 +1,6 @@
 //! Pulling out from the roadside (docs/spec/turn-signal-decider.md, "Pull-out").
 
-use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use super::{ManoeuvreMemory, SignalReason, overwritten};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::chain::{join_present, pairwise_prior};
@@ -8,7 +8,7 @@ use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
 
-/// A pull-out.
+/// A pull-out, as the start planner plans it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PullOut {
     /// Its path; `None` = empty.
@@ -22,7 +22,7 @@ pub struct PullOut {
     /// It drives forwards; otherwise it backs up first.
     pub forward: bool,
     /// It has not departed, or its path is geometric and the vehicle within 1.0 m of the end of its
-    /// first part: standing is no reason to be silent.
+    /// first part: it is signalled while standing as well.
     pub standing_counts: bool,
     /// Not yet engaged forward, or within the time to blink before moving.
     pub before_start: bool,
@@ -54,7 +54,6 @@ impl ManoeuvreMemory {
             current_shift_m: pull_out.current_shift_m,
             kind: ShiftKind::PullOut,
             forward: pull_out.forward,
-            own_lane: true,
             stop_override: pull_out.standing_counts,
         };
         let outcome = judge(context, &shift);
@@ -65,11 +64,11 @@ impl ManoeuvreMemory {
         } else {
             join_present(*record, Some(outcome.section), prior)
         };
-        why(&outcome)
+        SignalReason::Shift(outcome.verdict)
     }
 }
 
-/// The start from the middle of a lane, without a shift worth the name.
+/// The start from the middle of a lane, with a negligible shift.
 fn starts_on_centerline(
     context: &DecisionContext<'_>,
     pull_out: &PullOut,
@@ -85,7 +84,7 @@ fn starts_on_centerline(
 }
 
 /// Upstream only changes the command of the record before, whose points are usually at the origin of
-/// the map, so that nothing is signalled. By default the record lies where the start is.
+/// the map, so that nothing is signalled. Improved, the record lies where the start is.
 fn centerline_start(
     context: &DecisionContext<'_>,
     pull_out: &PullOut,
@@ -93,7 +92,7 @@ fn centerline_start(
     record: &mut Option<Section>,
 ) -> SignalReason {
     let side = context.parameters.centerline_start_side;
-    *record = if context.quirks.centreline_start_has_no_place {
+    *record = if context.quirks.centerline_start_has_no_points {
         Some(Section { turn: side.into(), ..record.unwrap_or_default() })
     } else {
         let end = path.poses().get(path.nearest_index(pull_out.end.position)).copied().unwrap_or_default();

@@ -1,18 +1,17 @@
-//! Pulling over to the roadside
-//! (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before the
-//! path is decided.
+//! Pulling over to the roadside (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before the path
+//! is decided.
 
-use super::{ManoeuvreMemory, SignalReason, overwritten, why};
+use super::{ManoeuvreMemory, SignalReason, overwritten};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftedPath, judge};
 
-/// A pull-over.
+/// A pull-over, as the goal planner plans it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PullOver {
-    /// A pull-over on its way to the roadside.
+    /// A pull-over with its path to the roadside.
     Decided(Decided),
     /// A pull-over whose path is not decided yet.
     Undecided(Undecided),
@@ -38,7 +37,7 @@ pub struct Decided {
 /// A pull-over whose path is not decided: the vehicle slows down in its lane.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Undecided {
-    /// The path to the place where it would stop.
+    /// The path to the pose at which it would stop.
     pub stop_path: Vec<Pose>,
     /// Pose at which it begins to slow down for the blinker; `None` until known.
     pub deceleration: Option<Pose>,
@@ -81,13 +80,12 @@ impl ManoeuvreMemory {
             current_shift_m: decided.current_shift_m,
             kind: ShiftKind::PullOver,
             forward: true,
-            own_lane: true,
             stop_override: decided.near_first_end,
         };
         let outcome = judge(context, &shift);
         self.pull_over_ignored = outcome.ignore().then_some(lane);
         *record = overwritten(context, *record, outcome.section);
-        why(&outcome)
+        SignalReason::Shift(outcome.verdict)
     }
 
     fn undecided(

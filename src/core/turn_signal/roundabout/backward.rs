@@ -1,5 +1,5 @@
-//! The length of the distance path behind a vehicle inside a roundabout, so that it still holds the place where
-//! the entry came into view (docs/spec/turn-signal-decider.md, "Backward search").
+//! The length of the distance path behind a vehicle inside a roundabout, so that it still holds the pose at
+//! which the entry came within range (docs/spec/turn-signal-decider.md, "Backward search").
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::core::turn_signal::route::Route;
 
 /// Length of the distance path behind the vehicle, metres, when it is on the lanelet `current`.
 ///
-/// In upstream's search a remembered place inside the entry itself, or met before the entry is, adds nothing.
+/// In upstream's search a remembered pose inside the entry itself, or met before the entry is, adds nothing.
 pub fn backward_length_m(
     (road, route): (&LaneNetwork, &Route),
     parameters: &Parameters,
@@ -38,7 +38,7 @@ struct Search<'a> {
     route: &'a Route,
     memory: &'a RoundaboutMemory,
     by_entries: bool,
-    /// Lanelets that hold a remembered place.
+    /// Lanelets that hold a remembered pose.
     noted: BTreeSet<LaneId>,
     longest_m: f64,
 }
@@ -47,8 +47,8 @@ impl Search<'_> {
     /// Depth first, over lanelets not met before.
     fn run(&mut self, current: LaneId, most_depth: Option<u32>) {
         if !self.by_entries {
-            let places: Vec<Pose> = self.memory.entries.values().copied().collect();
-            self.noted = places.into_iter().filter_map(|place| self.route_lane_at(place)).collect();
+            let poses: Vec<Pose> = self.memory.entries.values().copied().collect();
+            self.noted = poses.into_iter().filter_map(|pose| self.route_lane_at(pose)).collect();
         }
         let mut visited = BTreeSet::from([current]);
         let mut pending = vec![(current, 0.0, 0_u32)];
@@ -61,8 +61,8 @@ impl Search<'_> {
                 if !visited.insert(previous) {
                     continue;
                 }
-                let place = self.memory.entry_start(previous).filter(|_| self.is_entry(previous));
-                self.noted.extend(place.and_then(|place| self.route_lane_at(place)));
+                let pose = self.memory.entry_start(previous).filter(|_| self.is_entry(previous));
+                self.noted.extend(pose.and_then(|pose| self.route_lane_at(pose)));
                 let counts = !self.by_entries || !self.is_entry(previous);
                 if counts && self.noted.contains(&previous) {
                     self.longest_m = self.longest_m.max(reached_m + self.length_m(previous));
@@ -72,8 +72,8 @@ impl Search<'_> {
         }
     }
 
-    fn route_lane_at(&self, place: Pose) -> Option<LaneId> {
-        self.road.closest(self.route.lanes(), place).map(|lane| lane.id)
+    fn route_lane_at(&self, pose: Pose) -> Option<LaneId> {
+        self.road.closest(self.route.lanes(), pose).map(|lane| lane.id)
     }
 
     fn is_entry(&self, lane: LaneId) -> bool {

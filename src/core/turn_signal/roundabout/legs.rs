@@ -1,4 +1,4 @@
-//! Ways in and out of roundabouts along the distance path
+//! Entries and exits of roundabouts along the distance path
 //! (docs/spec/turn-signal-decider.md, "Roundabout entry" and "Roundabout exit").
 
 use std::collections::BTreeSet;
@@ -12,16 +12,16 @@ use crate::core::turn_signal::turn_lane::TurnLane;
 /// Entries and exits, each in the order of the path.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoundaboutLegs {
-    /// Ways in.
+    /// Entries of roundabouts.
     pub entries: Vec<Entry>,
-    /// Ways out.
+    /// Exits of roundabouts.
     pub exits: Vec<Exit>,
 }
 
-/// A way in.
+/// An entry of a roundabout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// The lanelet.
+    /// The lanelet that leads in.
     pub lane: TurnLane,
     /// The last lanelet of the roundabout on the route; `None` when the route leaves it at once.
     pub leaving: Option<Leaving>,
@@ -34,18 +34,18 @@ pub struct Entry {
 /// The last lanelet of a roundabout on the route.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaving {
-    /// The lanelet.
+    /// Id of the lanelet.
     pub lane: LaneId,
     /// Pose at its end.
     pub back: Pose,
 }
 
-/// A way out.
+/// An exit of a roundabout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exit {
-    /// The lanelet.
+    /// The lanelet that leads out.
     pub lane: TurnLane,
-    /// Where it may be signalled: the start of the tagged lanelets before it, else its own.
+    /// Pose from which it may be signalled: the start of the tagged lanelets before it, else its own.
     pub start: Pose,
     /// There are tagged lanelets before it.
     pub is_tagged: bool,
@@ -54,7 +54,7 @@ pub struct Exit {
     pub after_previous: Option<Pose>,
 }
 
-/// The ways in and out along `lanes`, the ids of the distance path.
+/// The entries and exits along `lanes`, the ids of the distance path.
 pub fn legs(context: &DecisionContext<'_>, lanes: &[LaneId]) -> RoundaboutLegs {
     let mut legs = RoundaboutLegs::default();
     let mut before: Option<LaneId> = None;
@@ -77,14 +77,14 @@ pub fn legs(context: &DecisionContext<'_>, lanes: &[LaneId]) -> RoundaboutLegs {
     legs
 }
 
-/// Both lanelets lead into one roundabout, one after the other: a way in that was split (W7).
+/// Both lanelets lead into one roundabout, one after the other: a split entry (W7).
 fn enters_with(context: &DecisionContext<'_>, before: LaneId, id: LaneId) -> bool {
     let both = |element: &Roundabout| element.entries.contains(&before) && element.entries.contains(&id);
     context.road.followers(before).contains(&id) && context.road.roundabouts_of(id).any(both)
 }
 
 impl Entry {
-    /// Goes on with the next lanelet of the same way in.
+    /// Joins the next lanelet of the same entry to it.
     fn join(&mut self, next: Self, threshold_deg: f64) {
         self.lane = self.lane.joined(&next.lane, threshold_deg);
         self.leaving = next.leaving;

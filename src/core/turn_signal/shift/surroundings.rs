@@ -53,7 +53,7 @@ pub(super) fn distance_to_bound_m(context: &DecisionContext<'_>, side: Side) -> 
         Side::Left => vehicle.left_m,
         Side::Right => -vehicle.right_m,
     };
-    let corner = ego.place(vehicle.front_m(), aside_m);
+    let corner = ego.point_at(vehicle.front_m(), aside_m);
     let lane =
         context.road.closest(context.route.lanes(), Pose { position: corner, yaw_rad: ego.yaw_rad })?;
     let bound = match side {
@@ -68,5 +68,5 @@ fn footprint(vehicle: &Vehicle, pose: Pose) -> [Point; 6] {
     let (front, middle, rear) = (vehicle.front_m(), vehicle.wheel_base_m / 2.0, -vehicle.rear_overhang_m);
     let (left, right) = (vehicle.left_m, -vehicle.right_m);
     [(front, left), (front, right), (middle, right), (rear, right), (rear, left), (middle, left)]
-        .map(|(forward_m, left_m)| pose.place(forward_m, left_m))
+        .map(|(forward_m, left_m)| pose.point_at(forward_m, left_m))
 }

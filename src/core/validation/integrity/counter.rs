@@ -103,7 +103,7 @@ pub struct CounterState {
 
 impl CounterRule {
     /// A counter from `first` to `last` (e.g. 0 to 14) and back to `first`, incremented by 1 with every
-    /// frame. One repeated frame (CAN repeats some after errors) is not a gap; after a gap one frame in
+    /// frame. One repeated frame (CAN controllers retransmit after errors) is not a gap; after a gap one frame in
     /// sequence is required.
     pub fn new(first: u32, last: u32) -> Result<Self, CounterError> {
         if first >= last {

@@ -12,19 +12,25 @@
 //! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of
 //! the measurement, `relative` from the line before, whatever that held. The start is the date of
 //! the first trigger block, or that of the heading. Statistics, chip states, requests to send
-//! (`TxRq`) and other events are not frames and are passed over; what has a direction where a frame
-//! has it but is none counts as bad.
+//! (`TxRq`) and other events are not frames and are passed over; an event with a direction where
+//! a frame has it that is not a frame counts as bad.
 
-use super::calendar::{days, month, nanos, time_of_day};
-use super::words::{bus_error, data_frame, decimal, id, number, text};
-use super::{Entry, Interface, Lines};
+use super::clock::{SECOND, days, month, nanos, time_of_day};
+use super::entry::{BadLine, Content, Entry};
+use super::fields::{SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text};
+use super::{LineFormat, LineReader, begins};
 use crate::core::can::frame::CanId;
-use crate::core::time::WallStamp;
-use crate::io::can::candump::{BadLine, Content};
 
-/// The headings so far.
+/// The format Vector ASC.
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "Vector ASC",
+    claims: |line| begins(line, &["date ", "base ", "//"]),
+    reader: || Box::<Asc>::default(),
+};
+
+/// The state that the headings set, and the time.
 #[derive(Debug, Default)]
-pub struct Asc {
+struct Asc {
     /// Start of the measurement, ns since 1970.
     start: i64,
     triggered: bool,
@@ -34,24 +40,23 @@ pub struct Asc {
     elapsed: i64,
 }
 
-/// One event: nanoseconds as in the line, and interface and content of a frame.
-type Event = (i64, Option<(u32, Content)>);
-
 /// The beginnings of lines without a time.
 const HEADINGS: [&str; 5] = ["internal", "no", "begin", "end", "//"];
 
-impl Lines for Asc {
+impl LineReader for Asc {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
         if !line.first().is_some_and(u8::is_ascii_digit) {
             return self.heading(line).map(|()| None);
         }
-        let (time, event) = parse_line(line, if self.decimal { 10 } else { 16 })?;
+        // Comments behind an event can have bytes that are not text; the fields before them count.
+        let valid =
+            text(line).unwrap_or_else(|_| line.utf8_chunks().next().map_or("", |chunk| chunk.valid()));
+        let mut fields = fields(valid, if self.decimal { 10 } else { 16 });
+        let time = fields.time(SECOND)?;
+        let event = event(&mut fields)?;
         self.elapsed = if self.relative { self.elapsed.saturating_add(time) } else { time };
-        Ok(event.map(|(channel, content)| Entry {
-            stamp: WallStamp::from_nanos(self.start.saturating_add(self.elapsed)),
-            interface: Interface::Numbered(channel),
-            content,
-        }))
+        let nanos = self.start.saturating_add(self.elapsed);
+        Ok(event.map(|(channel, content)| Entry::numbered(nanos, channel, content)))
     }
 }
 
@@ -59,8 +64,8 @@ impl Asc {
     fn heading(&mut self, line: &[u8]) -> Result<(), BadLine> {
         // Comments may be in any character set.
         let text = String::from_utf8_lossy(line).to_ascii_lowercase();
-        let words: Vec<&str> = text.split_ascii_whitespace().collect();
-        match words.as_slice() {
+        let fields: Vec<&str> = text.split_ascii_whitespace().collect();
+        match fields.as_slice() {
             ["date", date @ ..] if !self.triggered => self.start = start(date).ok_or(BadLine::NoTime)?,
             ["begin", "triggerblock", date @ ..] if !self.triggered => {
                 self.start = start(date).unwrap_or(self.start);
@@ -78,11 +83,11 @@ impl Asc {
     }
 }
 
-const HOUR: i64 = 3_600_000_000_000;
+const HOUR: i64 = 3600 * SECOND;
 
 /// `Tue Mar 5 02:30:00.250 pm 2024`, in lower case; am and pm may be missing.
-fn start(words: &[&str]) -> Option<i64> {
-    let [_weekday, name, day, time, rest @ ..] = words else { return None };
+fn start(date: &[&str]) -> Option<i64> {
+    let [_weekday, name, day, time, rest @ ..] = date else { return None };
     let (half, year) = match rest {
         [half @ ("am" | "pm"), year] => (Some(*half), year),
         [year] => (None, year),
@@ -97,135 +102,110 @@ fn start(words: &[&str]) -> Option<i64> {
     nanos(days(number(year, 10)?, month(name)?, number(day, 10)?), Some(time))
 }
 
-/// Reads one line that begins with a time; `radix` is that of identifiers and data. An event that
-/// is not a frame has a time only.
-///
-/// # Errors
-/// The reason why it cannot be read.
-pub fn parse_line(line: &[u8], radix: u32) -> Result<Event, BadLine> {
-    // Comments behind an event can have bytes that are not text; the words before them count.
-    let line = text(line).or_else(|reason| {
-        let valid = std::str::from_utf8(line).err().map_or(0, |error| error.valid_up_to());
-        std::str::from_utf8(&line[..valid]).map_err(|_| reason)
-    })?;
-    let mut words = line.split_ascii_whitespace();
-    let time = words.next().and_then(|word| decimal(word, 1_000_000_000)).ok_or(BadLine::NoTime)?;
-    let Some(second) = words.next() else { return Err(BadLine::NoInterface) };
-    let event = if second.eq_ignore_ascii_case("CANFD") {
-        let channel = words.next().and_then(|word| number(word, 10)).ok_or(BadLine::NoInterface)?;
-        fd(&mut words, radix)?.map(|content| (channel, content))
-    } else if let Some(channel) = number(second, 10) {
-        classic(&mut words, radix)?.map(|content| (channel, content))
+/// Reads what follows the time: channel and content of a frame, `None` for an event of another kind.
+fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, Content)>, BadLine> {
+    let first = fields.text(BadLine::NoInterface)?;
+    if first.eq_ignore_ascii_case("CANFD") {
+        let channel = fields.channel()?;
+        Ok(fd(fields)?.map(|content| (channel, content)))
+    } else if let Some(channel) = number(first, 10) {
+        Ok(classic(fields)?.map(|content| (channel, content)))
     } else {
-        None
-    };
-    Ok((time, event))
+        Ok(None)
+    }
 }
 
-fn classic<'a>(words: &mut impl Iterator<Item = &'a str>, radix: u32) -> Result<Option<Content>, BadLine> {
-    let name = words.next().ok_or(BadLine::NoFrame)?;
+fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
+    let name = fields.text(BadLine::NoFrame)?;
     if name.eq_ignore_ascii_case("ErrorFrame") {
         return Ok(Some(bus_error()));
     }
-    let id = identifier(name, radix);
-    match words.next() {
+    let id = identifier(name, fields.radix);
+    match fields.next() {
         Some("Rx" | "Tx") => {}
         Some("TxRq") => return Ok(None),
         // Statistics and the like have neither.
         _ => return if id.is_ok() { Err(BadLine::NoFrame) } else { Ok(None) },
     }
     let id = id?;
-    match words.next() {
+    match fields.next() {
         Some("d" | "D") => {}
         Some("r" | "R") => return Ok(Some(Content::Remote)),
         _ => return Err(BadLine::NoFrame),
     }
-    let dlc = words.next().and_then(|word| number(word, if word.len() == 1 { 16 } else { radix }));
-    // A DLC above 8 is sent as it is, but the frame still has 8 bytes.
-    let length = fd_free_length(dlc).ok_or(BadLine::BadLength)?;
-    data_frame(id, false, length, words, radix).map(Some)
-}
-
-fn fd_free_length(dlc: Option<u32>) -> Option<usize> {
-    let dlc = usize::try_from(dlc?).ok()?;
-    (dlc <= 15).then_some(dlc.min(8))
+    let dlc = fields.next();
+    let dlc = dlc.and_then(|dlc| number(dlc, if dlc.len() == 1 { 16 } else { fields.radix }));
+    let length = dlc.and_then(|dlc| length_of_dlc(dlc, false)).ok_or(BadLine::BadLength)?;
+    fields.data_frame(id, false, length).map(Some)
 }
 
 const FD_FRAME: u32 = 1 << 12;
 const REMOTE_FRAME: u32 = 1 << 4;
 
-fn fd<'a>(words: &mut impl Iterator<Item = &'a str>, radix: u32) -> Result<Option<Content>, BadLine> {
-    match words.next() {
+fn fd(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
+    match fields.next() {
         Some("Rx" | "Tx") => {}
         Some("TxRq") => return Ok(None),
         _ => return Err(BadLine::NoFrame),
     }
-    let name = words.next().ok_or(BadLine::NoFrame)?;
+    let name = fields.text(BadLine::NoFrame)?;
     if name.eq_ignore_ascii_case("ErrorFrame") {
         return Ok(Some(bus_error()));
     }
-    let id = identifier(name, radix)?;
+    let id = identifier(name, fields.radix)?;
     // The bit rate switch, behind a symbolic name if there is one; then the error state and the DLC.
-    if words.next().is_some_and(|word| !matches!(word, "0" | "1")) {
-        words.next();
+    if fields.next().is_some_and(|field| !matches!(field, "0" | "1")) {
+        fields.next();
     }
-    let mut words = words.skip(2);
-    let length = words.next().and_then(|word| number(word, 10)).ok_or(BadLine::BadLength)?;
-    let length = usize::try_from(length).map_err(|_| BadLine::BadLength)?;
-    let content = data_frame(id, true, length, &mut words, radix)?;
+    let _error_state_and_dlc = (fields.next(), fields.next());
+    let length = fields.length()?;
+    let content = fields.data_frame(id, true, length)?;
     // Behind the data: duration, length in bits, flags. Without them it is an FD frame.
-    let flags = words.nth(2).and_then(|word| number(word, 16)).unwrap_or(FD_FRAME);
+    let flags = fields.nth(2).and_then(|flags| number(flags, 16)).unwrap_or(FD_FRAME);
     match content {
         Content::Data(_) if flags & REMOTE_FRAME != 0 => Ok(Some(Content::Remote)),
-        Content::Data(frame) if flags & FD_FRAME == 0 => {
-            super::words::frame(id, false, frame.data()).map(Some)
-        }
+        Content::Data(frame) if flags & FD_FRAME == 0 => data_frame(id, false, frame.data()).map(Some),
         Content::Data(_) | Content::Remote | Content::Error(_) | Content::Note(_) => Ok(Some(content)),
     }
 }
 
 /// `1A0`, or `18FEF100x` for 29 bits.
-fn identifier(word: &str, radix: u32) -> Result<CanId, BadLine> {
-    let bare = word.strip_suffix(['x', 'X']);
-    id(number(bare.unwrap_or(word), radix).ok_or(BadLine::BadId)?, bare.is_some())
+fn identifier(field: &str, radix: u32) -> Result<CanId, BadLine> {
+    let bare = field.strip_suffix(['x', 'X']);
+    id(number(bare.unwrap_or(field), radix).ok_or(BadLine::BadId)?, bare.is_some())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::shown;
+    use super::super::testing::{assert_refused, good};
     use super::*;
-
-    fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        shown(&mut Asc::default(), lines)
-    }
-
-    fn good(lines: &[&str]) -> Vec<String> {
-        read(lines).into_iter().map(Result::unwrap).collect()
-    }
 
     #[test]
     fn every_kind_of_line_is_read() {
-        let lines = good(&[
-            "date Tue Mar 5 02:30:00.250 pm 2024",
-            "base hex  timestamps absolute",
-            "internal events logged",
-            "// version 13.0.0",
-            "Begin Triggerblock Tue Mar 5 02:30:00.250 pm 2024",
-            "0.000000 Start of measurement",
-            "0.010000 1  1A0             Rx   d 3 01 02 fF  Length = 0 BitCount = 60 ID = 416",
-            "0.011000 2  18FEF100x       Tx   r 8",
-            "0.012000 1  ErrorFrame Flags = 0xe",
-            "0.013 CANFD 1 Rx 1A1 BodyLamps 1 0 9 12 1 2 3 4 5 6 7 8 9 a b c 130000 130 303000 0 0",
-            "0.014 CANFD 1 Rx 1A1 0 0 2 2 7 8 130000 130 0 0 0",
-            "0.015 CANFD 2 Tx ErrorFrame Not Acknowledge error",
-            "0.016 1  1A0 Rx d f 1 2 3 4 5 6 7 8",
-            "0.017 1  1A0 TxRq d 1 2",
-            "0.018 1  Statistic: D 12 R 0 XD 0",
-            "0.019 CAN 1 Status:chip status error active",
-            "0.020 CANFD 1 Rx 1A1 0 0 0 0 10 10 10 0 0",
-            "0.021 1  1A0 Rx d 0",
-            "End TriggerBlock",
-        ]);
+        let lines = good(
+            FORMAT,
+            &[
+                "date Tue Mar 5 02:30:00.250 pm 2024",
+                "base hex  timestamps absolute",
+                "internal events logged",
+                "// version 13.0.0",
+                "Begin Triggerblock Tue Mar 5 02:30:00.250 pm 2024",
+                "0.000000 Start of measurement",
+                "0.010000 1  1A0             Rx   d 3 01 02 fF  Length = 0 BitCount = 60 ID = 416",
+                "0.011000 2  18FEF100x       Tx   r 8",
+                "0.012000 1  ErrorFrame Flags = 0xe",
+                "0.013 CANFD 1 Rx 1A1 BodyLamps 1 0 9 12 1 2 3 4 5 6 7 8 9 a b c 130000 130 303000 0 0",
+                "0.014 CANFD 1 Rx 1A1 0 0 2 2 7 8 130000 130 0 0 0",
+                "0.015 CANFD 2 Tx ErrorFrame Not Acknowledge error",
+                "0.016 1  1A0 Rx d f 1 2 3 4 5 6 7 8",
+                "0.017 1  1A0 TxRq d 1 2",
+                "0.018 1  Statistic: D 12 R 0 XD 0",
+                "0.019 CAN 1 Status:chip status error active",
+                "0.020 CANFD 1 Rx 1A1 0 0 0 0 10 10 10 0 0",
+                "0.021 1  1A0 Rx d 0",
+                "End TriggerBlock",
+            ],
+        );
         let start = 1_709_649_000_250_000_u64;
         let expected = [
             (10_000, "can1 1A0#0102FF"),
@@ -245,32 +225,38 @@ mod tests {
 
     #[test]
     fn decimal_base_and_relative_times_are_applied() {
-        let lines = good(&[
-            "base dec  timestamps relative",
-            "0.5 1 416 Rx d 2 10 255",
-            "0.5 CAN 1 Status:chip status error active",
-            "0.5 1 419361024x Rx d 1 0",
-        ]);
+        let lines = good(
+            FORMAT,
+            &[
+                "base dec  timestamps relative",
+                "0.5 1 416 Rx d 2 10 255",
+                "0.5 CAN 1 Status:chip status error active",
+                "0.5 1 419361024x Rx d 1 0",
+            ],
+        );
         assert_eq!(lines, ["500000 can1 1A0#0AFF", "1500000 can1 18FEF100#00"]);
     }
 
     #[test]
     fn the_first_trigger_block_sets_the_start() {
-        let lines = good(&[
-            "date Tue Mar 5 02:30:00 pm 2024",
-            "Begin Triggerblock Tue Mar 5 14:30:01 2024",
-            "1.0 1 1A0 Rx d 0",
-            "End TriggerBlock",
-            "Begin Triggerblock Tue Mar 5 14:30:09 2024",
-            "9.0 1 1A0 Rx d 0",
-        ]);
+        let lines = good(
+            FORMAT,
+            &[
+                "date Tue Mar 5 02:30:00 pm 2024",
+                "Begin Triggerblock Tue Mar 5 14:30:01 2024",
+                "1.0 1 1A0 Rx d 0",
+                "End TriggerBlock",
+                "Begin Triggerblock Tue Mar 5 14:30:09 2024",
+                "9.0 1 1A0 Rx d 0",
+            ],
+        );
         assert_eq!(lines, ["1709649002000000 can1 1A0#", "1709649010000000 can1 1A0#"]);
         assert_eq!(start(&["mo", "jan", "1", "12:00:00", "am", "2024"]), Some(1_704_067_200_000_000_000));
     }
 
     #[test]
-    fn every_way_to_break_a_line_has_its_reason() {
-        for (line, reason) in [
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
             ("garbage", BadLine::NoTime),
             ("date sometime", BadLine::NoTime),
             ("1.x 1 1A0 Rx d 0", BadLine::NoTime),
@@ -287,9 +273,8 @@ mod tests {
             ("1.0 1 1A0 Rx d 1 100", BadLine::BadData),
             ("1.0 CANFD 1 Rx 1A0 0 0 9 9 1 2 3 4 5 6 7 8 9", BadLine::BadLength),
             ("1.0 CANFD 1 Rx 1A0 0 0 f 99999 1", BadLine::BadLength),
-        ] {
-            assert_eq!(read(&[line]), [Err(reason)], "{line}");
-        }
+        ];
+        assert_refused(FORMAT, &[], &cases);
         assert_eq!(Asc::default().read(b"\xFF\xFE"), Err(BadLine::NoTime));
     }
 }

@@ -13,15 +13,13 @@ use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read};
 
 use flate2::read::ZlibDecoder;
 
-use super::calendar::{DAY, days, nanos};
-use super::words::{bus_error, fd_length, frame, id};
-use super::{Entry, Interface};
+use super::clock::{DAY, days, nanos};
+use super::entry::{BadLine, Content, Entry};
+use super::fields::{bus_error, data_frame, id, length_of_dlc};
 use crate::core::can::frame::MAX_DATA;
-use crate::core::time::WallStamp;
-use crate::io::can::candump::{BadLine, Content};
 
 /// The largest size; larger ones are damaged. Writers fill containers with 128 KiB, unpacked.
-pub const MAX_BYTES: u32 = 16 << 20;
+const MAX_BYTES: u32 = 16 << 20;
 
 const MAGIC: [u8; 4] = *b"LOBJ";
 const CONTAINER: u32 = 10;
@@ -29,14 +27,14 @@ const CONTAINER: u32 = 10;
 const BASE: usize = 16;
 /// Length of the header of a frame: head, flags, time.
 const HEADER: usize = 32;
-/// The longest object that is read: a header, a CAN FD message and its surroundings.
-const LOOKED_INTO: usize = 256;
+/// Bytes of an object that are read at most: a header, a CAN FD message and its surroundings.
+const MAX_READ: usize = 256;
 
 /// The content of an object: an entry, `None` if it is not a frame, or the reason why it cannot be read.
-pub type Outcome = Result<Option<Entry<'static>>, BadLine>;
+pub(crate) type Outcome = Result<Option<Entry<'static>>, BadLine>;
 
 /// A BLF file that is being read.
-pub struct Blf {
+pub(crate) struct Blf {
     objects: BufReader<Contents>,
     /// Start of the measurement, ns since 1970.
     start: i64,
@@ -48,7 +46,7 @@ impl Blf {
     ///
     /// # Errors
     /// A source that fails or ends within it.
-    pub fn new(mut source: Box<dyn BufRead + Send>) -> io::Result<Self> {
+    pub(crate) fn new(mut source: Box<dyn BufRead + Send>) -> io::Result<Self> {
         let mut head = [0; 56];
         source.read_exact(&mut head)?;
         let size = u64::from(u32_at(&head, 4));
@@ -59,7 +57,7 @@ impl Blf {
     }
 
     /// Objects met so far; a container that cannot be unpacked counts as one.
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
@@ -68,9 +66,9 @@ impl Blf {
     ///
     /// # Errors
     /// A source that fails or ends within an object.
-    pub fn next_entry(&mut self) -> io::Result<Option<Outcome>> {
+    pub(crate) fn next_entry(&mut self) -> io::Result<Option<Outcome>> {
         match self.next_object() {
-            // A container that cannot be unpacked, in place of its objects.
+            // A container that cannot be unpacked, instead of its objects.
             Err(error) if error.kind() == ErrorKind::InvalidData => {
                 self.count += 1;
                 Ok(Some(Err(BadLine::BadData)))
@@ -80,22 +78,22 @@ impl Blf {
     }
 
     fn next_object(&mut self) -> io::Result<Option<Outcome>> {
-        let mut object = [0; LOOKED_INTO];
+        let mut object = [0; MAX_READ];
         let Some(skipped) = find_magic(&mut self.objects)? else { return Ok(None) };
         self.count += 1;
         self.objects.read_exact(&mut object[4..BASE])?;
         let size = u32_at(&object, 8);
-        let looked_into = usize::try_from(size).unwrap_or(LOOKED_INTO).min(LOOKED_INTO);
-        if looked_into < BASE || size > MAX_BYTES {
+        let read = usize::try_from(size).unwrap_or(MAX_READ).min(MAX_READ);
+        if read < BASE || size > MAX_BYTES {
             return Ok(Some(Err(BadLine::BadLength)));
         }
-        self.objects.read_exact(&mut object[BASE..looked_into])?;
-        skip(&mut self.objects, u64::from(size) - looked_into as u64)?;
+        self.objects.read_exact(&mut object[BASE..read])?;
+        skip(&mut self.objects, u64::from(size) - read as u64)?;
         if skipped > 0 {
-            // What lay between was an object once.
+            // The bytes between were a damaged object.
             return Ok(Some(Err(BadLine::NoFrame)));
         }
-        Ok(Some(parse_object(&object[..looked_into], self.start)))
+        Ok(Some(parse_object(&object[..read], self.start)))
     }
 }
 
@@ -104,7 +102,7 @@ impl Blf {
 ///
 /// # Errors
 /// The reason why it cannot be read.
-pub fn parse_object(object: &[u8], start: i64) -> Outcome {
+fn parse_object(object: &[u8], start: i64) -> Outcome {
     let kind = if object.len() < BASE { 0 } else { u32_at(object, 12) };
     if !matches!(kind, 1 | 2 | 73 | 86 | 100 | 101 | 104) {
         return Ok(None);
@@ -114,63 +112,62 @@ pub fn parse_object(object: &[u8], start: i64) -> Outcome {
     let unit = if u32_at(header, 16) == 1 { 10_000 } else { 1 };
     let time = u64::from(u32_at(header, 24)) | u64::from(u32_at(header, 28)) << 32;
     let nanos = i64::try_from(time).ok().and_then(|time| time.checked_mul(unit)).ok_or(BadLine::NoTime)?;
-    let body = object.get(u16_at(object, 4).max(HEADER)..).unwrap_or_default();
+    let data = object.get(u16_at(object, 4).max(HEADER)..).unwrap_or_default();
     let (channel, content) = match kind {
-        1 | 86 => message(body),
-        100 => fd_message(body),
-        101 => fd_message_64(body),
-        104 => body.first().map(|channel| (u32::from(*channel), Ok(bus_error()))),
-        _ => body.get(..2).map(|body| (channel(body), Ok(bus_error()))),
+        1 | 86 => message(data),
+        100 => fd_message(data),
+        101 => fd_message_64(data),
+        104 => data.first().map(|channel| (u32::from(*channel), Ok(bus_error()))),
+        _ => data.get(..2).map(|data| (channel(data), Ok(bus_error()))),
     }
     .ok_or(BadLine::BadLength)?;
-    let stamp = WallStamp::from_nanos(start.saturating_add(nanos));
-    Ok(Some(Entry { stamp, interface: Interface::Numbered(channel), content: content? }))
+    Ok(Some(Entry::numbered(start.saturating_add(nanos), channel, content?)))
 }
 
 type Message = Option<(u32, Result<Content, BadLine>)>;
 
-fn message(body: &[u8]) -> Message {
-    let body = body.get(..16)?;
-    let content = if body[2] & 0x80 != 0 {
+fn message(data: &[u8]) -> Message {
+    let data = data.get(..16)?;
+    let content = if data[2] & 0x80 != 0 {
         Ok(Content::Remote)
     } else {
         // A DLC above 8 is sent as it is, but the frame still has 8 bytes.
-        data(u32_at(body, 4), false, usize::from(body[3]).min(8), &body[8..])
+        frame(u32_at(data, 4), false, usize::from(data[3]).min(8), &data[8..])
     };
-    Some((channel(body), content))
+    Some((channel(data), content))
 }
 
-fn fd_message(body: &[u8]) -> Message {
-    let fixed = body.get(..20)?;
+fn fd_message(data: &[u8]) -> Message {
+    let fixed = data.get(..20)?;
     let content = if fixed[2] & 0x80 != 0 {
         Ok(Content::Remote)
     } else {
-        data(u32_at(fixed, 4), fixed[13] & 1 != 0, usize::from(fixed[14]), &body[20..])
+        frame(u32_at(fixed, 4), fixed[13] & 1 != 0, usize::from(fixed[14]), &data[20..])
     };
     Some((channel(fixed), content))
 }
 
-fn fd_message_64(body: &[u8]) -> Message {
-    let fixed = body.get(..40)?;
+fn fd_message_64(data: &[u8]) -> Message {
+    let fixed = data.get(..40)?;
     let flags = u32_at(fixed, 12);
     let content = if flags & 0x10 != 0 {
         Ok(Content::Remote)
     } else {
         // Bytes the frame has by its length but not in the file are zero.
         let mut bytes = [0; MAX_DATA];
-        let written = usize::from(fixed[2]).min(MAX_DATA).min(body.len() - 40);
-        bytes[..written].copy_from_slice(&body[40..40 + written]);
+        let written = usize::from(fixed[2]).min(MAX_DATA).min(data.len() - 40);
+        bytes[..written].copy_from_slice(&data[40..40 + written]);
         let fd = flags & 0x1000 != 0;
-        let length = fd_length(fixed[1].into()).map(|length| if fd { length } else { length.min(8) });
-        length.ok_or(BadLine::BadLength).and_then(|length| data(u32_at(fixed, 4), fd, length, &bytes))
+        let length = length_of_dlc(fixed[1].into(), fd);
+        length.ok_or(BadLine::BadLength).and_then(|length| frame(u32_at(fixed, 4), fd, length, &bytes))
     };
     Some((fixed[0].into(), content))
 }
 
-fn data(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<Content, BadLine> {
+fn frame(number: u32, fd: bool, length: usize, bytes: &[u8]) -> Result<Content, BadLine> {
     // Bit 31: 29 bits.
     let id = id(number & !(1 << 31), number >> 31 == 1)?;
-    frame(id, fd, bytes.get(..length).ok_or(BadLine::BadLength)?)
+    data_frame(id, fd, bytes.get(..length).ok_or(BadLine::BadLength)?)
 }
 
 /// The contents of containers, and objects outside of containers, as one stream.
@@ -212,8 +209,8 @@ impl Read for Contents {
                     let read = (&base[*done..]).read(buffer)?;
                     *done += read;
                     if *done == BASE {
-                        let body = Some(u32_at(base, 8)).filter(|size| *size <= MAX_BYTES).unwrap_or(0);
-                        self.inside = Inside::Stored(u64::from(body).saturating_sub(BASE as u64));
+                        let size = Some(u32_at(base, 8)).filter(|size| *size <= MAX_BYTES).unwrap_or(0);
+                        self.inside = Inside::Stored(u64::from(size).saturating_sub(BASE as u64));
                     }
                     read
                 }
@@ -313,12 +310,13 @@ fn u16_at(bytes: &[u8], at: usize) -> usize {
     bytes.get(at..at + 2).and_then(|part| part.try_into().ok()).map_or(0, u16::from_le_bytes).into()
 }
 
-fn channel(body: &[u8]) -> u32 {
-    u32::try_from(u16_at(body, 0)).unwrap_or(0)
+fn channel(data: &[u8]) -> u32 {
+    u32::try_from(u16_at(data, 0)).unwrap_or(0)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::shown;
     use super::*;
     use flate2::Compression;
     use flate2::write::ZlibEncoder;
@@ -329,15 +327,15 @@ mod tests {
     const START: [u16; 8] = [2024, 3, 2, 5, 14, 30, 0, 250];
     const START_MICROS: i64 = 1_709_649_000_250_000;
 
-    fn object(kind: u32, unit: u32, time: u64, body: &[u8]) -> Vec<u8> {
+    fn object(kind: u32, unit: u32, time: u64, data: &[u8]) -> Vec<u8> {
         let mut object = MAGIC.to_vec();
         object.extend([32, 0, 1, 0]);
-        object.extend(u32::try_from(HEADER + body.len()).unwrap().to_le_bytes());
+        object.extend(u32::try_from(HEADER + data.len()).unwrap().to_le_bytes());
         object.extend(kind.to_le_bytes());
         object.extend(unit.to_le_bytes());
         object.extend([0; 4]);
         object.extend(time.to_le_bytes());
-        object.extend(body);
+        object.extend(data);
         object
     }
 
@@ -373,7 +371,7 @@ mod tests {
         let mut blf = Blf::new(Box::new(Cursor::new(file))).unwrap();
         let mut entries = Vec::new();
         while let Some(entry) = blf.next_entry().unwrap() {
-            entries.extend(entry.transpose().map(|entry| entry.map(|entry| entry.shown(START_MICROS))));
+            entries.extend(entry.transpose().map(|entry| entry.map(|entry| shown(&entry, START_MICROS))));
         }
         entries
     }
@@ -428,10 +426,14 @@ mod tests {
         assert_eq!(read(packed.clone()), [Err(BadLine::BadData), after.clone()]);
         let mut blf = Blf::new(Box::new(Cursor::new(packed))).unwrap();
         blf.next_entry().unwrap();
-        assert_eq!(blf.count(), 1, "it has a number to be found by");
+        assert_eq!(blf.count(), 1, "it has a number");
         let mut magic = whole();
         magic[0] = b'X';
-        assert_eq!(read(file(&[magic, whole(), whole()])), [after.clone(), after.clone()], "outside, unseen");
+        assert_eq!(
+            read(file(&[magic, whole(), whole()])),
+            [after.clone(), after.clone()],
+            "outside of containers, not an object"
+        );
         let mut magic = whole();
         magic[0] = b'X';
         let inside = container(0, &[magic, whole(), whole()].concat());

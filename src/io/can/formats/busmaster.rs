@@ -12,43 +12,54 @@
 //! more than half a day is midnight), in absolute mode since the start, in relative mode since the
 //! line before. The last part of a time is milliseconds, or tenths of them when it has four digits.
 
-use super::calendar::{DAY, days, nanos, time_of_day};
-use super::words::{data_frame, id, nothing_more, number, text};
-use super::{Entry, Interface, Lines};
-use crate::core::time::WallStamp;
-use crate::io::can::candump::{BadLine, Content};
+use super::clock::{DAY, WrappingClock, days, nanos, time_of_day};
+use super::entry::{BadLine, Content, Entry};
+use super::fields::{SpacedFields, fields, id, number, text};
+use super::{LineFormat, LineReader, begins};
 
-/// The headings so far.
-#[derive(Debug, Default)]
-pub struct Busmaster {
+/// The format of BUSMASTER logs.
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "BUSMASTER",
+    claims: |line| begins(line, &["***BUSMASTER"]),
+    reader: || Box::<Busmaster>::default(),
+};
+
+/// The state that the headings set, and the time.
+#[derive(Debug)]
+struct Busmaster {
     /// Date and time of the start, ns since 1970.
     start: i64,
     decimal: bool,
     mode: Mode,
-    /// Newest time: of the day, or since the start, ns. Before the first line, that of the start.
-    newest: Option<i64>,
-    /// The newest midnight, ns since 1970.
-    midnight: i64,
+    /// The time of the day, since midnight before the start.
+    clock: WrappingClock,
+    /// Time since the start in relative mode, ns.
+    elapsed: i64,
 }
 
-/// The longest delay of a line, ns.
-const LATE: i64 = 10_000_000_000;
+impl Default for Busmaster {
+    fn default() -> Self {
+        let clock = WrappingClock::new(DAY, 0);
+        Self { start: 0, decimal: false, mode: Mode::System, clock, elapsed: 0 }
+    }
+}
 
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
-    #[default]
     System,
     Absolute,
     Relative,
 }
 
-impl Lines for Busmaster {
+impl LineReader for Busmaster {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
         if let Some(heading) = line.strip_prefix(b"***") {
             return self.heading(heading.strip_suffix(b"***").unwrap_or(heading)).map(|()| None);
         }
-        let (time, entry) = parse_line(line, if self.decimal { 10 } else { 16 })?;
-        Ok(Some(Entry { stamp: WallStamp::from_nanos(self.advance(time)), ..entry }))
+        let mut fields = fields(text(line)?, if self.decimal { 10 } else { 16 });
+        let time = fields.next().and_then(clock).ok_or(BadLine::NoTime)?;
+        let (channel, content) = frame(&mut fields)?;
+        Ok(Some(Entry::numbered(self.advance(time), channel, content)))
     }
 }
 
@@ -63,35 +74,24 @@ impl Busmaster {
             other => {
                 if let Some(start) = other.strip_prefix(b"START DATE AND TIME ") {
                     self.start = text(start).ok().and_then(start_time).ok_or(BadLine::NoTime)?;
-                    (self.newest, self.midnight) = (None, self.first_midnight());
+                    (self.clock, self.elapsed) = (WrappingClock::new(DAY, self.start.rem_euclid(DAY)), 0);
                 }
             }
         }
         Ok(())
     }
 
-    fn first_midnight(&self) -> i64 {
-        self.start - self.start.rem_euclid(DAY)
-    }
-
+    /// The stamp of a line with this time, ns since 1970.
     fn advance(&mut self, time: i64) -> i64 {
         match self.mode {
             Mode::System => {
-                let newest = self.newest.unwrap_or(self.start - self.first_midnight());
-                if time + DAY / 2 < newest {
-                    self.midnight = self.midnight.saturating_add(DAY);
-                } else if newest < LATE && time >= DAY - LATE && self.midnight > self.first_midnight() {
-                    // From before midnight; the newest time stays.
-                    return self.midnight.saturating_add(time - DAY);
-                }
-                self.newest = Some(time);
-                self.midnight.saturating_add(time)
+                let midnight = self.start - self.start.rem_euclid(DAY);
+                midnight.saturating_add(self.clock.unwrap(time))
             }
             Mode::Absolute => self.start.saturating_add(time),
             Mode::Relative => {
-                let elapsed = self.newest.unwrap_or(0).saturating_add(time);
-                self.newest = Some(elapsed);
-                self.start.saturating_add(elapsed)
+                self.elapsed = self.elapsed.saturating_add(time);
+                self.start.saturating_add(self.elapsed)
             }
         }
     }
@@ -106,8 +106,8 @@ fn start_time(text: &str) -> Option<i64> {
 }
 
 /// `14:30:01:5000`, ns since midnight.
-fn clock(word: &str) -> Option<i64> {
-    let (time, fraction) = word.trim().rsplit_once(':')?;
+fn clock(field: &str) -> Option<i64> {
+    let (time, fraction) = field.trim().rsplit_once(':')?;
     let unit = match fraction.len() {
         1..=3 => 1_000_000,
         4 => 100_000,
@@ -116,21 +116,16 @@ fn clock(word: &str) -> Option<i64> {
     Some(time_of_day(time)? + i64::from(number(fraction, 10)?) * unit)
 }
 
-/// Reads one line; `radix` is that of identifiers and data. The nanoseconds are those that stand in
-/// it, the entry's stamp is still to be made.
-///
-/// # Errors
-/// The reason why it cannot be read.
-pub fn parse_line(line: &[u8], radix: u32) -> Result<(i64, Entry<'_>), BadLine> {
-    let mut words = text(line)?.split_ascii_whitespace();
-    let time = words.next().and_then(clock).ok_or(BadLine::NoTime)?;
-    if !matches!(words.next(), Some("Rx" | "Tx")) {
+/// Reads what follows the time: channel and content.
+fn frame(fields: &mut SpacedFields<'_>) -> Result<(u32, Content), BadLine> {
+    if !matches!(fields.next(), Some("Rx" | "Tx")) {
         return Err(BadLine::NoFrame);
     }
-    let channel = words.next().and_then(|word| number(word, 10)).ok_or(BadLine::NoInterface)?;
-    let written = words.next().ok_or(BadLine::NoFrame)?;
-    let identifier = number(written.strip_prefix("0x").unwrap_or(written), radix).ok_or(BadLine::BadId)?;
-    let (extended, remote) = match words.next() {
+    let channel = fields.channel()?;
+    let identifier = fields.text(BadLine::NoFrame)?;
+    let digits = identifier.strip_prefix("0x").unwrap_or(identifier);
+    let identifier = number(digits, fields.radix).ok_or(BadLine::BadId)?;
+    let (extended, remote) = match fields.next() {
         Some("s" | "S") => (false, false),
         Some("x" | "X") => (true, false),
         Some("sr" | "SR") => (false, true),
@@ -138,60 +133,54 @@ pub fn parse_line(line: &[u8], radix: u32) -> Result<(i64, Entry<'_>), BadLine> 
         _ => return Err(BadLine::NoFrame),
     };
     let id = id(identifier, extended)?;
-    let length =
-        words.next().and_then(|word| number(word, 10)).and_then(|length| usize::try_from(length).ok());
-    let length = length.filter(|length| *length <= 8).ok_or(BadLine::BadLength)?;
-    let content = if remote {
-        Content::Remote
-    } else {
-        let content = data_frame(id, false, length, &mut words, radix)?;
-        nothing_more(words)?;
-        content
-    };
-    Ok((time, Entry { stamp: WallStamp::default(), interface: Interface::Numbered(channel), content }))
+    let length = fields.length()?;
+    if length > 8 {
+        return Err(BadLine::BadLength);
+    }
+    if remote {
+        return Ok((channel, Content::Remote));
+    }
+    let content = fields.data_frame(id, false, length)?;
+    fields.end()?;
+    Ok((channel, content))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::shown;
+    use super::super::testing::{assert_refused, good};
     use super::*;
 
     const START: &str = "***START DATE AND TIME 5:3:2024 14:30:0:250***";
 
-    fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        shown(&mut Busmaster::default(), lines)
-    }
-
-    fn good(lines: &[&str]) -> Vec<String> {
-        read(lines).into_iter().map(Result::unwrap).collect()
-    }
-
     #[test]
     fn every_kind_of_line_is_read() {
-        let lines = good(&[
-            START,
-            "***HEX***",
-            "***SYSTEM MODE***",
-            "***CHANNEL 1 - Any - 500000 bps***",
-            "14:30:01:5000 Rx 1 0x1A0 s 3 01 02 fF",
-            "14:30:01:7 Tx 2 18FEF100 x 0",
-            "14:30:01:507 Rx 1 0x1A0 sr 8",
-            "***STOP LOGGING SESSION***",
-        ]);
+        let lines = good(
+            FORMAT,
+            &[
+                START,
+                "***HEX***",
+                "***SYSTEM MODE***",
+                "***CHANNEL 1 - Any - 500000 bps***",
+                "14:30:01:5000 Rx 1 0x1A0 s 3 01 02 fF",
+                "14:30:01:7 Tx 2 18FEF100 x 0",
+                "14:30:01:507 Rx 1 0x1A0 sr 8",
+                "***STOP LOGGING SESSION***",
+            ],
+        );
         let expected = [
             "1709649001500000 can1 1A0#0102FF",
             "1709649001007000 can2 18FEF100#",
             "1709649001507000 can1 Remote",
         ];
         assert_eq!(lines, expected);
-        assert_eq!(good(&["***DEC***", "0:0:1:0 Rx 1 416 s 2 10 255"]), ["1000000 can1 1A0#0AFF"]);
+        assert_eq!(good(FORMAT, &["***DEC***", "0:0:1:0 Rx 1 416 s 2 10 255"]), ["1000000 can1 1A0#0AFF"]);
     }
 
     #[test]
     fn each_kind_of_time_is_recognised() {
         let frames = ["0:0:1:0 Rx 1 1A0 s 0", "0:0:3:0 Rx 1 1A0 s 0"];
         let seconds = |mode| {
-            good(&[START, mode, frames[0], frames[1]])
+            good(FORMAT, &[START, mode, frames[0], frames[1]])
                 .iter()
                 .map(|line| {
                     line.split(' ').next().unwrap().parse::<i64>().unwrap() / 1000 - 1_709_649_000_250
@@ -200,19 +189,22 @@ mod tests {
         };
         assert_eq!(seconds("***ABSOLUTE MODE***"), [1000, 3000]);
         assert_eq!(seconds("***RELATIVE MODE***"), [1000, 4000]);
-        // The start was at half past two in the afternoon, this is in the night that followed.
+        // The start was at half past two in the afternoon, these times are of the following night.
         assert_eq!(seconds("***SYSTEM MODE***"), [34_200_750, 34_202_750]);
     }
 
     #[test]
     fn midnight_is_the_next_day_and_a_late_line_stays_before_it() {
-        let lines = good(&[
-            "***START DATE AND TIME 31:12:2024 23:59:59:0***",
-            "23:59:59:900 Rx 1 1A0 s 0",
-            "00:00:00:100 Rx 1 1A0 s 0",
-            "23:59:59:950 Rx 1 1A0 s 0",
-            "00:00:00:200 Rx 1 1A0 s 0",
-        ]);
+        let lines = good(
+            FORMAT,
+            &[
+                "***START DATE AND TIME 31:12:2024 23:59:59:0***",
+                "23:59:59:900 Rx 1 1A0 s 0",
+                "00:00:00:100 Rx 1 1A0 s 0",
+                "23:59:59:950 Rx 1 1A0 s 0",
+                "00:00:00:200 Rx 1 1A0 s 0",
+            ],
+        );
         let midnight = 1_735_689_600_000_000_i64;
         let expected =
             [-100_000, 100_000, -50_000, 200_000].map(|micros| format!("{} can1 1A0#", midnight + micros));
@@ -220,8 +212,8 @@ mod tests {
     }
 
     #[test]
-    fn every_way_to_break_a_line_has_its_reason() {
-        for (line, reason) in [
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
             ("***START DATE AND TIME 31:2:2024 1:1:1:1***", BadLine::NoTime),
             ("24:00:00:0 Rx 1 1A0 s 0", BadLine::NoTime),
             ("1:0:0:00000 Rx 1 1A0 s 0", BadLine::NoTime),
@@ -234,8 +226,7 @@ mod tests {
             ("1:0:0:0 Rx 1 1A0 s 9 1 2 3 4 5 6 7 8 9", BadLine::BadLength),
             ("1:0:0:0 Rx 1 1A0 s 1 1 2", BadLine::BadLength),
             ("1:0:0:0 Rx 1 1A0 s 2 1", BadLine::BadData),
-        ] {
-            assert_eq!(read(&[line]), [Err(reason)], "{line}");
-        }
+        ];
+        assert_refused(FORMAT, &[], &cases);
     }
 }

@@ -9,29 +9,31 @@
 //!
 //! # Time
 //! Microseconds, of the recorder's 32-bit counter in GVRET files: it begins again at zero after
-//! 71.6 minutes. A step back by more than half of that is taken for such a turn, and what lies
-//! within [`LATE`] of it on its other side belongs there: the buses are written in blocks, so lines
-//! are not quite in order. Other steps back stay what they are. A file that has shown a value
-//! beyond 32 bits has a counter that does not turn.
+//! 71.6 minutes, see [`WrappingClock`]; the buses are written in blocks, so lines are not quite in order.
+//! A file with a value beyond 32 bits has a counter that does not wrap.
 
-use super::words::{data_frame, id, number, text};
-use super::{Entry, Interface, Lines};
-use crate::core::time::WallStamp;
-use crate::io::can::candump::BadLine;
+use super::clock::WrappingClock;
+use super::entry::{BadLine, Content, Entry};
+use super::fields::{columns, id, number, text};
+use super::{LineFormat, LineReader, begins};
 
-/// The longest delay of a line, µs.
-pub const LATE: u64 = 10_000_000;
+/// SavvyCAN and GVRET CSV.
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "SavvyCAN or GVRET CSV",
+    claims: |line| begins(line, &["Time Stamp,ID,"]),
+    reader: || Box::<Csv>::default(),
+};
 
 /// The columns of the heading, and the counter.
 #[derive(Debug, Default)]
-pub struct Csv {
+struct Csv {
     columns: Columns,
     counter: Counter,
 }
 
 /// Position of each column; the data is behind all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Columns {
+struct Columns {
     time: usize,
     id: usize,
     extended: usize,
@@ -41,7 +43,7 @@ pub struct Columns {
 }
 
 impl Default for Columns {
-    /// Those of the first GVRET files.
+    /// The columns of the first GVRET files.
     fn default() -> Self {
         Self { time: 0, id: 1, extended: 2, bus: 3, length: 4, data: 5 }
     }
@@ -49,108 +51,85 @@ impl Default for Columns {
 
 impl Columns {
     fn of_heading(heading: &str) -> Option<Self> {
-        let place =
-            |name: &str| heading.split(',').position(|column| column.trim().eq_ignore_ascii_case(name));
-        let (time, id) = (place("Time Stamp")?, place("ID")?);
-        let (extended, bus, length) = (place("Extended")?, place("Bus")?, place("LEN")?);
-        let data = place("D1").unwrap_or(length + 1);
+        let position = |name: &str| columns(heading, 0).position(|column| column.eq_ignore_ascii_case(name));
+        let (time, id) = (position("Time Stamp")?, position("ID")?);
+        let (extended, bus, length) = (position("Extended")?, position("Bus")?, position("LEN")?);
+        let data = position("D1").unwrap_or(length + 1);
         let last = time.max(id).max(extended).max(bus).max(length);
         (last < data).then_some(Self { time, id, extended, bus, length, data })
     }
 }
 
-/// Microseconds of a counter that may have 32 bits only.
-#[derive(Debug, Default)]
+/// A counter of microseconds that may have 32 bits only.
+#[derive(Debug)]
 struct Counter {
-    newest: u64,
-    /// Microseconds of the turns so far.
-    turned: u64,
-    /// Whether a value has come that 32 bits cannot hold.
-    wide: bool,
+    /// The counter as long as all its values fit 32 bits.
+    narrow: WrappingClock,
+    /// A value has come that 32 bits cannot hold.
+    is_wide: bool,
 }
 
-const TURN: u64 = 1 << 32;
+/// Values of a counter of 32 bits.
+const NARROW: i64 = 1 << 32;
+
+impl Default for Counter {
+    fn default() -> Self {
+        Self { narrow: WrappingClock::new(NARROW * 1000, 0), is_wide: false }
+    }
+}
 
 impl Counter {
-    /// Microseconds since the counter stood at zero first.
-    fn unwrapped(&mut self, value: u64) -> u64 {
-        self.wide |= value >= TURN;
-        if self.wide {
-            return value;
-        }
-        if value + TURN / 2 < self.newest {
-            self.turned = self.turned.saturating_add(TURN);
-        } else if self.turned > 0 && value + LATE >= TURN && self.newest < LATE {
-            // From before the turn; the newest value stays.
-            return self.turned.saturating_sub(TURN).saturating_add(value);
-        }
-        self.newest = value;
-        self.turned.saturating_add(value)
+    /// Time since the counter was zero for the first time, ns.
+    fn nanos(&mut self, micros: u64) -> i64 {
+        let micros = i64::try_from(micros).unwrap_or(i64::MAX);
+        self.is_wide |= micros >= NARROW;
+        let nanos = micros.saturating_mul(1000);
+        if self.is_wide { nanos } else { self.narrow.unwrap(nanos) }
     }
 }
 
-impl Lines for Csv {
+impl LineReader for Csv {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
-        if line.get(..10).is_some_and(|start| start.eq_ignore_ascii_case(b"Time Stamp")) {
-            self.columns = Columns::of_heading(text(line)?).ok_or(BadLine::NoFrame)?;
+        let line = text(line)?;
+        if begins(line.as_bytes(), &["Time Stamp"]) {
+            self.columns = Columns::of_heading(line).ok_or(BadLine::NoFrame)?;
             return Ok(None);
         }
-        let (time, entry) = parse_line(line, self.columns)?;
-        let micros = i64::try_from(self.counter.unwrapped(time)).unwrap_or(i64::MAX);
-        Ok(Some(Entry { stamp: WallStamp::from_nanos(micros.saturating_mul(1000)), ..entry }))
+        let (micros, bus, content) = parse(line, self.columns)?;
+        Ok(Some(Entry::numbered(self.counter.nanos(micros), bus, content)))
     }
 }
 
-/// Reads one line: the counter's value, µs, and the entry with a stamp that is still to be made.
-///
-/// # Errors
-/// The reason why it cannot be read.
-pub fn parse_line(line: &[u8], columns: Columns) -> Result<(u64, Entry<'_>), BadLine> {
-    let text = text(line)?;
-    let word = |column: usize| text.split(',').nth(column).unwrap_or("").trim();
-    let time = word(columns.time);
+/// Reads one line: the counter's value, µs, the bus and the content.
+fn parse(line: &str, at: Columns) -> Result<(u64, u32, Content), BadLine> {
+    let field = |column| columns(line, column).next().unwrap_or_default();
+    let time = field(at.time);
     let time = time.bytes().all(|byte| byte.is_ascii_digit()).then(|| time.parse::<u64>().ok()).flatten();
     let time = time.ok_or(BadLine::NoTime)?;
-    let extended = match word(columns.extended) {
+    let extended = match field(at.extended) {
         extended if extended.eq_ignore_ascii_case("true") || extended == "1" => true,
         extended if extended.eq_ignore_ascii_case("false") || extended == "0" => false,
         _ => return Err(BadLine::NoFrame),
     };
-    let written = word(columns.id);
-    let digits = written.strip_prefix("0x").unwrap_or(written);
+    let identifier = field(at.id);
+    let digits = identifier.strip_prefix("0x").unwrap_or(identifier);
     let id = id(number(digits, 16).ok_or(BadLine::BadId)?, extended)?;
-    let bus = number(word(columns.bus), 10).ok_or(BadLine::NoInterface)?;
-    let length = number(word(columns.length), 10).and_then(|length| usize::try_from(length).ok());
-    let length = length.ok_or(BadLine::BadLength)?;
-    let mut data = text.split(',').skip(columns.data).map(str::trim);
-    let content = data_frame(id, length > 8, length, &mut data, 16)?;
-    Ok((time, Entry { stamp: WallStamp::default(), interface: Interface::Numbered(bus), content }))
+    let bus = columns(line, at.bus).channel()?;
+    let length = columns(line, at.length).length()?;
+    let content = columns(line, at.data).data_frame(id, length > 8, length)?;
+    Ok((time, bus, content))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{assert_refused, good};
     use super::*;
-    use crate::io::can::candump::Content;
 
     const HEADING: &str = "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8";
 
-    fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        let mut csv = Csv::default();
-        lines
-            .iter()
-            .filter_map(|line| csv.read(line.as_bytes()).transpose())
-            .map(|entry| {
-                entry.map(|Entry { stamp, interface, content }| match content {
-                    Content::Data(frame) => format!("{} {interface} {frame}", stamp.as_nanos() / 1000),
-                    other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
-                })
-            })
-            .collect()
-    }
-
     #[test]
     fn columns_are_found_by_their_heading() {
-        assert_eq!(read(&["5,000001A0,false,1,2,01,fF,00,"]), [Ok("5 can1 1A0#01FF".into())]);
+        assert_eq!(good(FORMAT, &["5,000001A0,false,1,2,01,fF,00,"]), ["5 can1 1A0#01FF"]);
         let lines = [
             HEADING,
             "5,18FEF100,true,Rx,0,3,01,02,03,,,,,,",
@@ -158,12 +137,12 @@ mod tests {
             "7,1A0,false,Rx,1,0",
         ];
         let expected = ["5 can0 18FEF100#010203", "6 can1 1A0##00102030405060708090A0B0C", "7 can1 1A0#"];
-        assert_eq!(read(&lines).into_iter().map(Result::unwrap).collect::<Vec<_>>(), expected);
+        assert_eq!(good(FORMAT, &lines), expected);
     }
 
     #[test]
-    fn every_way_to_break_a_line_has_its_reason() {
-        for (line, reason) in [
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
             ("Time Stamp,ID,Extended", BadLine::NoFrame),
             ("", BadLine::NoTime),
             ("-5,1A0,false,Rx,0,0", BadLine::NoTime),
@@ -178,35 +157,18 @@ mod tests {
             ("5,1A0,false,Rx,0,65", BadLine::BadLength),
             ("5,1A0,false,Rx,0,2,00", BadLine::BadData),
             ("5,1A0,false,Rx,0,1,zz", BadLine::BadData),
-        ] {
-            assert_eq!(read(&[HEADING, line]).pop(), Some(Err(reason)), "{line}");
-        }
-    }
-
-    #[test]
-    fn a_counter_of_32_bits_turns_and_late_lines_stay_on_their_side() {
-        let mut counter = Counter::default();
-        let values = [TURN - 50, TURN - 20, TURN - 30, 10, TURN - 5, 40, 30, TURN / 2, TURN - 1, 3];
-        let expected = [
-            TURN - 50,
-            TURN - 20,
-            TURN - 30,
-            TURN + 10,
-            TURN - 5,
-            TURN + 40,
-            TURN + 30,
-            TURN + TURN / 2,
-            2 * TURN - 1,
-            2 * TURN + 3,
         ];
-        assert_eq!(values.map(|value| counter.unwrapped(value)), expected);
+        assert_refused(FORMAT, &[HEADING], &cases);
     }
 
     #[test]
-    fn a_wide_counter_never_turns() {
+    fn a_counter_of_32_bits_wraps_and_a_wide_one_does_not() {
         let mut counter = Counter::default();
-        for value in [3 * TURN, 5, 1_700_000_000_000_000] {
-            assert_eq!(counter.unwrapped(value), value);
+        let values = [NARROW - 1, 5].map(|micros| counter.nanos(micros.try_into().unwrap()));
+        assert_eq!(values, [(NARROW - 1) * 1000, (NARROW + 5) * 1000]);
+        let mut counter = Counter::default();
+        for micros in [3 * NARROW, 5, 1_700_000_000_000_000] {
+            assert_eq!(counter.nanos(micros.try_into().unwrap()), micros * 1000);
         }
     }
 }

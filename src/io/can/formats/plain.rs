@@ -7,81 +7,76 @@
 //! The first: milliseconds, identifier, up to eight bytes; more than three digits are 29 bits.
 //! The second has no time, so every stamp is the epoch: the length, four bytes of identifier (its
 //! highest bit set for 29 bits), so many bytes of data, and a byte that is always 0. A line that was
-//! cut or joined to the next has not the number of bytes that its length asks for, and is bad.
+//! cut or joined to the next does not have the number of bytes that its length states, and is bad.
 
-use super::words::{data_frame, decimal, id, nothing_more, number, text};
-use super::{Entry, Interface, Lines};
-use crate::core::time::WallStamp;
-use crate::io::can::candump::{BadLine, Content};
+use super::clock::SECOND;
+use super::entry::{BadLine, Content, Entry};
+use super::fields::{SpacedFields, decimal, fields, id, number, text};
+use super::{LineFormat, LineReader};
 
-/// Such lines have no headings.
-#[derive(Debug, Clone, Copy)]
-pub struct Plain;
+/// Lines of a serial sniffer.
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "serial sniffer",
+    claims: |line| Plain.read(line).is_ok(),
+    reader: || Box::new(Plain),
+};
 
-impl Lines for Plain {
+/// The layouts have no headings.
+struct Plain;
+
+impl LineReader for Plain {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
-        parse_line(line).map(Some)
+        let text = text(line)?;
+        let (nanos, content) = match text.split_once(':') {
+            Some((start, data)) => timed(start, fields(data, 16))?,
+            None => (0, serial(fields(text, 16))?),
+        };
+        Ok(Some(Entry::numbered(nanos, 0, content)))
     }
 }
 
-/// Reads one line of either layout.
-///
-/// # Errors
-/// The reason why it cannot be read.
-pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
-    let text = text(line)?;
-    let (stamp, content) =
-        if let Some((start, data)) = text.split_once(':') { timed(start, data)? } else { serial(text)? };
-    Ok(Entry { stamp, interface: Interface::Numbered(0), content })
-}
-
-fn timed(start: &str, data: &str) -> Result<(WallStamp, Content), BadLine> {
+fn timed(start: &str, mut data: SpacedFields<'_>) -> Result<(i64, Content), BadLine> {
     let (time, identifier) = start.split_once([' ', '\t']).ok_or(BadLine::NoTime)?;
-    let nanos = decimal(time, 1_000_000).ok_or(BadLine::NoTime)?;
+    let nanos = decimal(time, SECOND / 1000).ok_or(BadLine::NoTime)?;
     let digits = identifier.trim().strip_prefix("0x").ok_or(BadLine::NoFrame)?;
     let id = id(number(digits, 16).ok_or(BadLine::BadId)?, digits.len() > 3)?;
-    let mut words = data.split_ascii_whitespace();
-    let length = words.clone().count();
-    Ok((WallStamp::from_nanos(nanos), data_frame(id, false, length, &mut words, 16)?))
+    let length = data.clone().count();
+    Ok((nanos, data.data_frame(id, false, length)?))
 }
 
-fn serial(text: &str) -> Result<(WallStamp, Content), BadLine> {
-    let mut words = text.split_ascii_whitespace();
-    let mut byte = || words.next().filter(|word| word.len() == 2).and_then(|word| number(word, 16));
+fn serial(mut fields: SpacedFields<'_>) -> Result<Content, BadLine> {
+    let mut byte = || fields.next().filter(|field| field.len() == 2).and_then(|field| number(field, 16));
     let length = byte().filter(|length| *length <= 8).ok_or(BadLine::BadLength)?;
     let identifier = (0..4).try_fold(0, |id, _| Some(id << 8 | byte()?)).ok_or(BadLine::BadId)?;
     let id = id(identifier & !(1 << 31), identifier >> 31 == 1)?;
     let length = usize::try_from(length).map_err(|_| BadLine::BadLength)?;
-    let content = data_frame(id, false, length, &mut words, 16)?;
-    if words.next() != Some("00") {
+    let content = fields.data_frame(id, false, length)?;
+    if fields.next() != Some("00") {
         return Err(BadLine::BadLength);
     }
-    nothing_more(words)?;
-    Ok((WallStamp::default(), content))
+    fields.end()?;
+    Ok(content)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{assert_refused, good};
     use super::*;
-
-    fn read(line: &str) -> Result<String, BadLine> {
-        parse_line(line.as_bytes()).map(|Entry { stamp, content, .. }| match content {
-            Content::Data(frame) => format!("{} {frame}", stamp.as_nanos() / 1000),
-            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
-        })
-    }
 
     #[test]
     fn both_layouts_are_read() {
-        assert_eq!(read("820298   0x1A0: 01 02 fF").unwrap(), "820298000 1A0#0102FF");
-        assert_eq!(read("1.5 0x18FEF100:").unwrap(), "1500 18FEF100#");
-        assert_eq!(read("02 00 00 01 A0 01 02 00").unwrap(), "0 1A0#0102");
-        assert_eq!(read("00 98 FE F1 00 00").unwrap(), "0 18FEF100#");
+        let lines = good(
+            FORMAT,
+            &["820298   0x1A0: 01 02 fF", "1.5 0x18FEF100:", "02 00 00 01 A0 01 02 00", "00 98 FE F1 00 00"],
+        );
+        let expected =
+            ["820298000 can0 1A0#0102FF", "1500 can0 18FEF100#", "0 can0 1A0#0102", "0 can0 18FEF100#"];
+        assert_eq!(lines, expected);
     }
 
     #[test]
-    fn every_way_to_break_a_line_has_its_reason() {
-        for (line, reason) in [
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
             ("", BadLine::BadLength),
             ("x 0x1A0: 01", BadLine::NoTime),
             ("0x1A0: 01", BadLine::NoTime),
@@ -97,8 +92,7 @@ mod tests {
             ("02 00 00 01 A0 01 02", BadLine::BadLength),
             ("02 00 00 01 A0 01 02 03", BadLine::BadLength),
             ("02 00 00 01 A0 01 02 00 00", BadLine::BadLength),
-        ] {
-            assert_eq!(read(line), Err(reason), "{line}");
-        }
+        ];
+        assert_refused(FORMAT, &[], &cases);
     }
 }

@@ -10,15 +10,18 @@
 //! 1899-12-30, offsets in milliseconds. An identifier of more than four digits has 29 bits. Changes
 //! of status and of error counters, warnings and events are not frames and are passed over.
 
-use super::calendar::DAY;
-use super::words::{bus_error, data_frame, decimal, fd_length, id, nothing_more, number, text};
-use super::{Entry, Interface, Lines};
-use crate::core::time::WallStamp;
-use crate::io::can::candump::{BadLine, Content};
+use super::clock::{DAY, SECOND};
+use super::entry::{BadLine, Content, Entry};
+use super::fields::{SpacedFields, bus_error, decimal, fields, id, length_of_dlc, number, text};
+use super::{LineFormat, LineReader, begins};
 
-/// The headings so far.
+/// PCAN TRC 1.0 to 1.3, 2.0, 2.1.
+pub(super) const FORMAT: LineFormat =
+    LineFormat { name: "PCAN TRC", claims: |line| begins(line, &[";"]), reader: || Box::<Trc>::default() };
+
+/// The state that the headings set.
 #[derive(Debug, Default)]
-pub struct Trc {
+struct Trc {
     /// Start of the recording, ns since 1970.
     start: i64,
     columns: Columns,
@@ -28,10 +31,10 @@ pub struct Trc {
 /// `I`dentifier, `d`irection, `R`eserved, `l`ength in bytes, `L` the DLC, `D`ata;
 /// versions 1 mix direction and kind in one, `t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Columns([u8; 10]);
+struct Columns([u8; 10]);
 
 impl Default for Columns {
-    /// Those of version 1.0, which has no heading.
+    /// The columns of version 1.0, which has no heading.
     fn default() -> Self {
         Self::from(b"NOILD")
     }
@@ -58,20 +61,15 @@ impl Columns {
     }
 }
 
-/// From 1899-12-30, where the start is counted from.
+/// Days from 1899-12-30, from which the start is counted.
 const DAYS_TO_1970: i64 = 25_569;
 
-impl Lines for Trc {
+impl LineReader for Trc {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
         if let Some(comment) = line.strip_prefix(b";") {
             return self.heading(comment).map(|()| None);
         }
-        let line = parse_line(line, self.columns)?;
-        Ok(line.content.map(|content| Entry {
-            stamp: WallStamp::from_nanos(self.start.saturating_add(line.offset)),
-            interface: Interface::Numbered(line.bus),
-            content,
-        }))
+        self.frame(fields(text(line)?, 16))
     }
 }
 
@@ -84,114 +82,90 @@ impl Trc {
             self.start = nanos.map(|nanos| nanos - DAYS_TO_1970 * DAY).ok_or(BadLine::NoTime)?;
         } else if let Some(columns) = comment.strip_prefix(b"$COLUMNS=") {
             let mut letters = [0; 10];
-            let written = columns.trim_ascii().split(|byte| *byte == b',').map(<[u8]>::trim_ascii);
-            for (index, column) in written.enumerate() {
-                let ([letter], Some(place)) = (column, letters.get_mut(index)) else {
+            let columns = columns.trim_ascii().split(|byte| *byte == b',').map(<[u8]>::trim_ascii);
+            for (index, column) in columns.enumerate() {
+                let ([letter], Some(known)) = (column, letters.get_mut(index)) else {
                     return Err(BadLine::NoFrame);
                 };
-                *place = *letter;
+                *known = *letter;
             }
             self.columns = Columns(letters);
         }
         Ok(())
     }
-}
 
-/// One line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Line {
-    /// Time since the start, ns.
-    pub offset: i64,
-    /// Number of the bus, 0 if it is not written.
-    pub bus: u32,
-    /// `None` if it is not a frame.
-    pub content: Option<Content>,
-}
-
-/// Reads one line.
-///
-/// # Errors
-/// The reason why it cannot be read.
-pub fn parse_line(line: &[u8], columns: Columns) -> Result<Line, BadLine> {
-    let mut words = text(line)?.split_ascii_whitespace();
-    let (mut offset, mut bus, mut kind, mut identifier, mut length) = (None, 0, "DT", None, None);
-    for column in columns.0.into_iter().take_while(|column| !matches!(column, 0 | b'D')) {
-        let word = words.next();
-        match column {
-            b'O' => offset = Some(word.and_then(|word| decimal(word, 1_000_000)).ok_or(BadLine::NoTime)?),
-            b'B' => bus = word.and_then(|word| number(word, 10)).ok_or(BadLine::NoInterface)?,
-            b'T' | b't' => kind = word.ok_or(BadLine::NoFrame)?,
-            b'I' => identifier = word,
-            b'L' | b'l' => length = word.and_then(|word| number(word, 10)).map(|length| (column, length)),
-            _ if word.is_none() => return Err(BadLine::NoFrame),
-            _ => {}
+    /// Reads a line that is not a heading; `None` if it is not a frame.
+    fn frame(&self, mut fields: SpacedFields<'_>) -> Result<Option<Entry<'static>>, BadLine> {
+        let (mut offset, mut bus, mut kind, mut identifier, mut length) = (None, 0, "DT", None, None);
+        for column in self.columns.0.into_iter().take_while(|column| !matches!(column, 0 | b'D')) {
+            match column {
+                b'O' => offset = Some(fields.time(SECOND / 1000)?),
+                b'B' => bus = fields.channel()?,
+                b'T' | b't' => kind = fields.text(BadLine::NoFrame)?,
+                b'I' => identifier = fields.next(),
+                b'L' | b'l' => length = fields.length().ok().map(|length| (column, length)),
+                _ => {
+                    fields.text(BadLine::NoFrame)?;
+                }
+            }
         }
+        let offset = offset.ok_or(BadLine::NoTime)?;
+        let fd = matches!(kind, "FD" | "FB" | "FE" | "BI");
+        let content = match kind {
+            "DT" | "Rx" | "Tx" | "FD" | "FB" | "FE" | "BI" | "RR" => {
+                content(identifier, fd, kind == "RR", length, fields)?
+            }
+            "ER" | "Error" => bus_error(),
+            "ST" | "EC" | "EV" | "Warng" => return Ok(None),
+            _ => return Err(BadLine::NoFrame),
+        };
+        Ok(Some(Entry::numbered(self.start.saturating_add(offset), bus, content)))
     }
-    let offset = offset.ok_or(BadLine::NoTime)?;
-    let fd = matches!(kind, "FD" | "FB" | "FE" | "BI");
-    let content = match kind {
-        "DT" | "Rx" | "Tx" | "FD" | "FB" | "FE" | "BI" | "RR" => {
-            Some(frame(identifier, fd, kind == "RR", length, &mut words)?)
-        }
-        "ER" | "Error" => Some(bus_error()),
-        "ST" | "EC" | "EV" | "Warng" => None,
-        _ => return Err(BadLine::NoFrame),
-    };
-    Ok(Line { offset, bus, content })
 }
 
-fn frame<'a>(
+fn content(
     identifier: Option<&str>,
     fd: bool,
     remote: bool,
-    length: Option<(u8, u32)>,
-    words: &mut (impl Iterator<Item = &'a str> + Clone),
+    length: Option<(u8, usize)>,
+    mut data: SpacedFields<'_>,
 ) -> Result<Content, BadLine> {
     let identifier = identifier.ok_or(BadLine::NoFrame)?;
-    let number = number(identifier, 16).ok_or(BadLine::BadId)?;
-    let id = id(number, identifier.len() > 4)?;
-    if remote || words.clone().next() == Some("RTR") {
+    let id = id(number(identifier, 16).ok_or(BadLine::BadId)?, identifier.len() > 4)?;
+    if remote || data.clone().next() == Some("RTR") {
         return Ok(Content::Remote);
     }
     let length = match length {
-        Some((b'L', dlc)) if fd => fd_length(dlc),
-        // A DLC above 8 is sent as it is, but the frame still has 8 bytes.
-        Some((b'L', dlc)) => fd_length(dlc).map(|length| length.min(8)),
-        Some((_, length)) => usize::try_from(length).ok(),
-        None => None,
+        Some((b'L', dlc)) => u32::try_from(dlc).ok().and_then(|dlc| length_of_dlc(dlc, fd)),
+        other => other.map(|(_, length)| length),
     };
-    let content = data_frame(id, fd, length.ok_or(BadLine::BadLength)?, words, 16)?;
-    nothing_more(words)?;
+    let content = data.data_frame(id, fd, length.ok_or(BadLine::BadLength)?)?;
+    data.end()?;
     Ok(content)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::shown;
+    use super::super::testing::{assert_refused, good};
     use super::*;
-
-    fn read(lines: &[&str]) -> Vec<Result<String, BadLine>> {
-        shown(&mut Trc::default(), lines)
-    }
-
-    fn good(lines: &[&str]) -> Vec<String> {
-        read(lines).into_iter().map(Result::unwrap).collect()
-    }
 
     #[test]
     fn version_2_has_the_columns_it_names() {
-        let lines = good(&[
-            ";$FILEVERSION=2.1",
-            ";$STARTTIME=45356.5",
-            ";$COLUMNS=N,O,T,B,I,d,R,L,D",
-            "; anything",
-            "1 1.250 DT 1 01A0 Rx - 3 01 02 fF",
-            "2 2.000 FB 2 18FEF100 Tx - 9 01 02 03 04 05 06 07 08 09 0A 0B 0C",
-            "3 3.000 RR 1 01A0 Rx - 8",
-            "4 4.000 ER 1 - Rx - 5 04 00 02 00 00",
-            "5 5.000 ST 1 - Rx - 4 00 00 00 08",
-            "6 6.000 DT 1 01A0 Rx - 0",
-        ]);
+        let lines = good(
+            FORMAT,
+            &[
+                ";$FILEVERSION=2.1",
+                ";$STARTTIME=45356.5",
+                ";$COLUMNS=N,O,T,B,I,d,R,L,D",
+                "; anything",
+                "1 1.250 DT 1 01A0 Rx - 3 01 02 fF",
+                "2 2.000 FB 2 18FEF100 Tx - 9 01 02 03 04 05 06 07 08 09 0A 0B 0C",
+                "3 3.000 RR 1 01A0 Rx - 8",
+                "4 4.000 ER 1 - Rx - 5 04 00 02 00 00",
+                "5 5.000 ST 1 - Rx - 4 00 00 00 08",
+                "6 6.000 DT 1 01A0 Rx - 0",
+            ],
+        );
         let start = 1_709_640_000_000_000_u64;
         let expected = [
             (1_250, "can1 1A0#0102FF"),
@@ -203,24 +177,26 @@ mod tests {
         let expected: Vec<_> =
             expected.iter().map(|(time, text)| format!("{} {text}", start + time)).collect();
         assert_eq!(lines, expected);
-        let lengths = good(&[
-            ";$FILEVERSION=2.0",
-            ";$COLUMNS=N,O,T,I,d,l,D",
-            "1 1.5 FD 01A0 Rx 12 0 1 2 3 4 5 6 7 8 9 A B",
-        ]);
+        let lengths = good(
+            FORMAT,
+            &[";$FILEVERSION=2.0", ";$COLUMNS=N,O,T,I,d,l,D", "1 1.5 FD 01A0 Rx 12 0 1 2 3 4 5 6 7 8 9 A B"],
+        );
         assert_eq!(lengths, ["1500 can0 1A0##0000102030405060708090A0B"]);
     }
 
     #[test]
     fn versions_1_have_fixed_columns() {
-        assert_eq!(good(&["1) 2 01A0 2 01 02"]), ["2000 can0 1A0#0102"]);
-        let lines = good(&[
-            ";$FILEVERSION=1.1",
-            "1) 1.2 Rx 01A0 2 01 02",
-            "2) 1.3 Tx 18FEF100 8 RTR",
-            "3) 1.4 Warng FFFFFFFF 4 00 00 00 08 BUSHEAVY",
-            "4) 1.5 Error 0001 4 00 00 00 00",
-        ]);
+        assert_eq!(good(FORMAT, &["1) 2 01A0 2 01 02"]), ["2000 can0 1A0#0102"]);
+        let lines = good(
+            FORMAT,
+            &[
+                ";$FILEVERSION=1.1",
+                "1) 1.2 Rx 01A0 2 01 02",
+                "2) 1.3 Tx 18FEF100 8 RTR",
+                "3) 1.4 Warng FFFFFFFF 4 00 00 00 08 BUSHEAVY",
+                "4) 1.5 Error 0001 4 00 00 00 00",
+            ],
+        );
         assert_eq!(
             lines,
             [
@@ -229,13 +205,13 @@ mod tests {
                 "1500 can0 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })"
             ]
         );
-        assert_eq!(good(&[";$FILEVERSION=1.2", "1) 1.2 2 Rx 01A0 1 01"]), ["1200 can2 1A0#01"]);
-        assert_eq!(good(&[";$FILEVERSION=1.3", "1) 1.2 2 Rx 01A0 - 1 01"]), ["1200 can2 1A0#01"]);
+        assert_eq!(good(FORMAT, &[";$FILEVERSION=1.2", "1) 1.2 2 Rx 01A0 1 01"]), ["1200 can2 1A0#01"]);
+        assert_eq!(good(FORMAT, &[";$FILEVERSION=1.3", "1) 1.2 2 Rx 01A0 - 1 01"]), ["1200 can2 1A0#01"]);
     }
 
     #[test]
-    fn every_way_to_break_a_line_has_its_reason() {
-        for (line, reason) in [
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
             (";$FILEVERSION=9.9", BadLine::NoFrame),
             (";$STARTTIME=never", BadLine::NoTime),
             (";$COLUMNS=N,O,Type", BadLine::NoFrame),
@@ -251,9 +227,9 @@ mod tests {
             ("1) 1.0 Rx 01A0 1 00 01", BadLine::BadLength),
             ("1) 1.0 Rx 01A0 2 00", BadLine::BadData),
             ("1) 1.0 Rx 01A0 1 100", BadLine::BadData),
-        ] {
-            assert_eq!(read(&[";$FILEVERSION=1.1", line]), [Err(reason)], "{line}");
-        }
-        assert_eq!(read(&[";$FILEVERSION=2.1", "1 1.0 DT x 01A0 Rx - 0"]), [Err(BadLine::NoInterface)]);
+        ];
+        assert_refused(FORMAT, &[";$FILEVERSION=1.1"], &cases);
+        let no_bus = ("1 1.0 DT x 01A0 Rx - 0", BadLine::NoInterface);
+        assert_refused(FORMAT, &[";$FILEVERSION=2.1"], &[no_bus]);
     }
 }

@@ -7,9 +7,9 @@ use serde::Serialize;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
 
-/// Where a message carries the stamp of its emission.
+/// The position of the emission's stamp in a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StampPlace {
+pub(super) enum StampPosition {
     /// The message has no stamp.
     Nowhere,
     /// The message begins with the stamp.
@@ -22,15 +22,15 @@ pub(super) enum StampPlace {
 pub(super) trait ArrayElement: Serialize {
     /// The item of a [`Content`] that the element shows.
     type Item: Debug + Clone;
-    /// Where the message carries its stamp.
-    const STAMP: StampPlace;
+    /// Position of the stamp in the message.
+    const STAMP: StampPosition;
     /// Alignment of the first field, bytes.
     const ALIGNMENT: usize;
 
     /// Makes the element of an item.
     fn new(item: &Self::Item, stamp: WallStamp, compat: Compat) -> Self;
 
-    /// Whether both items have the same element, stamps aside.
+    /// True if both items have the same element, stamps aside.
     fn is_same(one: &Self::Item, other: &Self::Item) -> bool;
 }
 

@@ -1,5 +1,4 @@
-//! Bytes of the messages from and to Autoware, what they mean, and that no other bytes are taken for
-//! them.
+//! Bytes of the messages from and to Autoware, the inputs they become, and bytes that are refused.
 
 use std::sync::Arc;
 
@@ -33,7 +32,7 @@ fn pose() -> Pose {
 }
 
 const POSE: [f64; 7] = [1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.0];
-const SEEN_POSE: plane::Pose = plane::Pose::new(1.0, 2.0, std::f64::consts::PI);
+const PLANE_POSE: plane::Pose = plane::Pose::new(1.0, 2.0, std::f64::consts::PI);
 
 fn input(kind: Kind, bytes: &[u8]) -> PlannerInput {
     match read(kind, bytes, Endian::Little) {
@@ -79,7 +78,7 @@ fn factors() -> Vec<u8> {
 }
 
 #[test]
-fn odometry_has_its_bytes_and_says_pose_and_speed() {
+fn odometry_has_its_bytes_and_becomes_pose_and_speed() {
     let rows =
         |row: u8| std::array::from_fn(|column| f64::from(row * 6) + [0.0, 1.0, 2.0, 3.0, 4.0, 5.0][column]);
     let covariance = [rows(0), rows(1), rows(2), rows(3), rows(4), rows(5)];
@@ -94,7 +93,7 @@ fn odometry_has_its_bytes_and_says_pose_and_speed() {
         },
     };
     assert_eq!(cdr(&message), odometry());
-    let expected_odometry = planner_input::Odometry { pose: SEEN_POSE, speed_mps: -4.5 };
+    let expected_odometry = planner_input::Odometry { pose: PLANE_POSE, speed_mps: -4.5 };
     assert_eq!(
         input(Kind::Odometry, &odometry()),
         PlannerInput::Odometry { odometry: expected_odometry, stamp: STAMP }
@@ -102,7 +101,7 @@ fn odometry_has_its_bytes_and_says_pose_and_speed() {
 }
 
 #[test]
-fn a_route_has_its_bytes_and_says_its_lanes() {
+fn a_route_has_its_bytes_and_becomes_its_lanes() {
     let primitive = |id, kind: &str| LaneletPrimitive { id, primitive_type: kind.to_owned() };
     let message = LaneletRoute {
         header: header(),
@@ -122,7 +121,7 @@ fn a_route_has_its_bytes_and_says_its_lanes() {
     let segment = |lane| Segment { preferred: lane, lanes: vec![lane] };
     let expected = PlannerRoute {
         id: 0x0102_0304_0506_0708_090A_0B0C_0D0E_0F10,
-        start: SEEN_POSE,
+        start: PLANE_POSE,
         goal: plane::Pose::new(7.0, 8.0, 0.0),
         segments: vec![segment(10), segment(12)],
     };
@@ -133,7 +132,7 @@ fn a_route_has_its_bytes_and_says_its_lanes() {
 }
 
 #[test]
-fn a_path_has_its_bytes_and_says_its_points() {
+fn a_path_has_its_bytes_and_becomes_its_points() {
     let far = Pose { position: [9.0; 3].into(), orientation: Quaternion { x: 9.0, y: 9.0, z: 9.0, w: 9.0 } };
     let point = PathPoint {
         pose: pose(),
@@ -153,14 +152,14 @@ fn a_path_has_its_bytes_and_says_its_points() {
     };
     assert_eq!(cdr(&message), path());
     let expected = [
-        planner_input::PathPoint { pose: SEEN_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
+        planner_input::PathPoint { pose: PLANE_POSE, speed_mps: 4.5, lanes: vec![100, -7] },
         planner_input::PathPoint { pose: far.into(), speed_mps: 0.0, lanes: vec![] },
     ];
     assert_eq!(input(Kind::PlannedPath, &path()), PlannerInput::PlannedPath(expected.into()));
 }
 
 #[test]
-fn planning_factors_have_their_bytes_and_say_what_matters() {
+fn planning_factors_have_their_bytes_and_become_an_input() {
     let control =
         |velocity, shift_length, distance| ControlPoint { pose: pose(), velocity, shift_length, distance };
     let safety_factor = SafetyFactor {
@@ -194,7 +193,7 @@ fn planning_factors_have_their_bytes_and_say_what_matters() {
     };
     assert_eq!(cdr(&message), factors());
     let control = |speed_mps, shift_length_m, distance_m| planner_input::ControlPoint {
-        pose: SEEN_POSE,
+        pose: PLANE_POSE,
         distance_m,
         speed_mps,
         shift_length_m,
@@ -234,8 +233,8 @@ fn planning_factors_of_other_layouts_are_refused() {
         }),
     ];
     for (name, bytes) in layouts {
-        let seen = read(Kind::Factors(FactorTopic::GoalPlanner), &bytes, Endian::Little);
-        assert!(seen.is_err(), "{name}: {seen:?}");
+        let result = read(Kind::Factors(FactorTopic::GoalPlanner), &bytes, Endian::Little);
+        assert!(result.is_err(), "{name}: {result:?}");
     }
 }
 
@@ -288,16 +287,19 @@ fn every_command_has_its_bytes() {
 fn commands_and_modes_are_handed_on_as_sent() {
     for raw in [0, 3, 7, 255] {
         let bytes = with_stamp(&[raw]);
-        let seen = |kind| read(kind, &bytes, Endian::Little);
+        let decoded = |kind| read(kind, &bytes, Endian::Little);
         let (source, stamp) = (CommandSource::Topic, STAMP);
         let turn = CommandInput::Turn { source, command: raw.into(), stamp };
-        assert_eq!(seen(Kind::TurnCommand), Ok(turn.into()));
+        assert_eq!(decoded(Kind::TurnCommand), Ok(turn.into()));
         let hazard = CommandInput::Hazard { source, command: raw.into(), stamp };
-        assert_eq!(seen(Kind::HazardCommand), Ok(hazard.into()));
+        assert_eq!(decoded(Kind::HazardCommand), Ok(hazard.into()));
         assert_eq!(cdr(&ControlModeReport { stamp: STAMP.into(), mode: raw }), bytes);
-        assert_eq!(seen(Kind::ControlMode), Ok(CommandInput::ControlMode { mode: raw.into(), stamp }.into()));
-        assert_eq!(seen(Kind::OwnTurnCommand), Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw))));
-        assert_eq!(seen(Kind::OwnHazardCommand), Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw))));
+        assert_eq!(
+            decoded(Kind::ControlMode),
+            Ok(CommandInput::ControlMode { mode: raw.into(), stamp }.into())
+        );
+        assert_eq!(decoded(Kind::OwnTurnCommand), Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw))));
+        assert_eq!(decoded(Kind::OwnHazardCommand), Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw))));
     }
 }
 
@@ -355,8 +357,8 @@ fn samples() -> Vec<(Kind, Vec<u8>)> {
 fn whatever_is_cut_off_is_refused_wherever_it_is_cut() {
     for (kind, bytes) in samples() {
         for length in 0..bytes.len() {
-            let seen = read(kind, &bytes[..length], Endian::Little);
-            assert!(seen.is_err(), "{kind:?} cut to {length}: {seen:?}");
+            let result = read(kind, &bytes[..length], Endian::Little);
+            assert!(result.is_err(), "{kind:?} cut to {length}: {result:?}");
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::core::time::WallStamp;
 /// `diagnostic_msgs/msg/KeyValue`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeyValue {
-    /// What the value is of.
+    /// Name of the value.
     pub key: String,
     /// The value as text.
     pub value: String,
@@ -24,9 +24,9 @@ pub struct DiagnosticStatus {
     pub name: String,
     /// One line for a person.
     pub message: String,
-    /// What hardware it is about.
+    /// The hardware that the status is about.
     pub hardware_id: String,
-    /// What an operator needs beside it.
+    /// Values that an operator needs beside the message.
     pub values: Vec<KeyValue>,
 }
 
@@ -49,9 +49,9 @@ impl DiagnosticStatus {
 /// `diagnostic_msgs/msg/DiagnosticArray`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DiagnosticArray {
-    /// When the statuses were made.
+    /// Time of the statuses.
     pub header: Header,
-    /// The statuses.
+    /// One status for each task.
     pub status: Vec<DiagnosticStatus>,
 }
 

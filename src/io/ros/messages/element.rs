@@ -11,57 +11,17 @@ use crate::core::traffic_light::emission::Element;
 /// fields and constants.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrafficLightElement {
-    /// `UNKNOWN`, or one of `RED` to `WHITE`.
+    /// `UNKNOWN` 0, `RED` 1, `AMBER` 2, `GREEN` 3, `WHITE` 4.
     pub color: u8,
-    /// `UNKNOWN`, or one of `CIRCLE` to `CROSS`.
+    /// `UNKNOWN` 0, `CIRCLE` 1, eight arrows 2 to 9, `CROSS` 10.
     pub shape: u8,
-    /// `UNKNOWN`, or one of `SOLID_OFF` to `FLASHING`.
+    /// `UNKNOWN` 0, `SOLID_OFF` 1, `SOLID_ON` 2, `FLASHING` 3.
     pub status: u8,
-    /// 0 to 1.
+    /// Confidence, 0 to 1.
     pub confidence: f32,
 }
 
 impl TrafficLightElement {
-    /// Colour, shape or status not recognised.
-    pub const UNKNOWN: u8 = 0;
-
-    /// Colour.
-    pub const RED: u8 = 1;
-    /// Colour; also called yellow.
-    pub const AMBER: u8 = 2;
-    /// Colour.
-    pub const GREEN: u8 = 3;
-    /// Colour.
-    pub const WHITE: u8 = 4;
-
-    /// Shape.
-    pub const CIRCLE: u8 = 1;
-    /// Shape.
-    pub const LEFT_ARROW: u8 = 2;
-    /// Shape.
-    pub const RIGHT_ARROW: u8 = 3;
-    /// Shape.
-    pub const UP_ARROW: u8 = 4;
-    /// Shape.
-    pub const UP_LEFT_ARROW: u8 = 5;
-    /// Shape.
-    pub const UP_RIGHT_ARROW: u8 = 6;
-    /// Shape.
-    pub const DOWN_ARROW: u8 = 7;
-    /// Shape.
-    pub const DOWN_LEFT_ARROW: u8 = 8;
-    /// Shape.
-    pub const DOWN_RIGHT_ARROW: u8 = 9;
-    /// Shape.
-    pub const CROSS: u8 = 10;
-
-    /// Status.
-    pub const SOLID_OFF: u8 = 1;
-    /// Status.
-    pub const SOLID_ON: u8 = 2;
-    /// Status.
-    pub const FLASHING: u8 = 3;
-
     /// The message that shows `bulb`.
     pub fn new(bulb: Bulb, confidence: f64, compat: Compat) -> Self {
         #[allow(clippy::cast_possible_truncation)] // the field is no wider
@@ -74,19 +34,13 @@ impl TrafficLightElement {
         }
     }
 
-    /// The bulb it shows, if its numbers are constants of the type and its confidence is in range.
-    pub fn bulb(&self) -> Result<Bulb, Unfit> {
-        let color = Color::ALL.into_iter().find(|known| color(*known) == self.color);
-        let shape = Shape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == self.shape);
-        let status = Status::ALL.into_iter().find(|known| status(*known) == self.status);
-        if !(0.0..=1.0).contains(&self.confidence) {
-            return Err(Unfit::Confidence(self.confidence));
-        }
-        Ok(Bulb {
-            color: color.ok_or(Unfit::Color(self.color))?,
-            status: status.ok_or(Unfit::Status(self.status))?,
-            shape: shape.ok_or(Unfit::Shape(self.shape))?,
-        })
+    /// The bulb that the element shows; `None` when one of its numbers is not a constant of the type, or the
+    /// confidence is not from 0 to 1.
+    pub fn bulb(&self) -> Option<Bulb> {
+        let color = Color::ALL.into_iter().find(|known| color(*known) == self.color)?;
+        let shape = Shape::ALL.into_iter().find(|known| shape(*known, Compat::Improved) == self.shape)?;
+        let status = Status::ALL.into_iter().find(|known| status(*known) == self.status)?;
+        (0.0..=1.0).contains(&self.confidence).then_some(Bulb { color, status, shape })
     }
 
     pub(super) fn all(elements: &[Element], compat: Compat) -> Vec<Self> {
@@ -94,63 +48,47 @@ impl TrafficLightElement {
     }
 }
 
-/// A number in a message that its type does not define.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Unfit {
-    /// Not a colour.
-    #[error("colour {0} is none of 0 to 4")]
-    Color(u8),
-    /// Not a shape.
-    #[error("shape {0} is none of 0 to 10")]
-    Shape(u8),
-    /// Not a status.
-    #[error("status {0} is none of 0 to 3")]
-    Status(u8),
-    /// Not a number from 0 to 1.
-    #[error("confidence {0} is not from 0 to 1")]
-    Confidence(f32),
-}
-
+/// The constant of the message, named in the comments, for a colour.
 fn color(color: Color) -> u8 {
     match color {
-        Color::Green => TrafficLightElement::GREEN,
-        Color::Yellow => TrafficLightElement::AMBER,
-        Color::Red => TrafficLightElement::RED,
-        Color::White => TrafficLightElement::WHITE,
-        Color::Unknown => TrafficLightElement::UNKNOWN,
+        Color::Unknown => 0, // UNKNOWN
+        Color::Red => 1,     // RED
+        Color::Yellow => 2,  // AMBER
+        Color::Green => 3,   // GREEN
+        Color::White => 4,   // WHITE
     }
 }
 
-/// Upstream has no number for the upper diagonals (Q7).
+/// The constant for a shape. Upstream has no number for the upper diagonals (Q7).
 fn shape(shape: Shape, compat: Compat) -> u8 {
-    match (shape, compat) {
-        (Shape::UpperLeft | Shape::UpperRight, Compat::Upstream) | (Shape::Unknown, _) => {
-            TrafficLightElement::UNKNOWN
-        }
-        (Shape::UpperLeft, Compat::Improved) => TrafficLightElement::UP_LEFT_ARROW,
-        (Shape::UpperRight, Compat::Improved) => TrafficLightElement::UP_RIGHT_ARROW,
-        (Shape::Circle, _) => TrafficLightElement::CIRCLE,
-        (Shape::Cross, _) => TrafficLightElement::CROSS,
-        (Shape::Right, _) => TrafficLightElement::RIGHT_ARROW,
-        (Shape::Up, _) => TrafficLightElement::UP_ARROW,
-        (Shape::Down, _) => TrafficLightElement::DOWN_ARROW,
-        (Shape::LowerRight, _) => TrafficLightElement::DOWN_RIGHT_ARROW,
-        (Shape::Left, _) => TrafficLightElement::LEFT_ARROW,
-        (Shape::LowerLeft, _) => TrafficLightElement::DOWN_LEFT_ARROW,
+    match shape {
+        Shape::UpperLeft | Shape::UpperRight if compat == Compat::Upstream => 0,
+        Shape::Unknown => 0,    // UNKNOWN
+        Shape::Circle => 1,     // CIRCLE
+        Shape::Left => 2,       // LEFT_ARROW
+        Shape::Right => 3,      // RIGHT_ARROW
+        Shape::Up => 4,         // UP_ARROW
+        Shape::UpperLeft => 5,  // UP_LEFT_ARROW
+        Shape::UpperRight => 6, // UP_RIGHT_ARROW
+        Shape::Down => 7,       // DOWN_ARROW
+        Shape::LowerLeft => 8,  // DOWN_LEFT_ARROW
+        Shape::LowerRight => 9, // DOWN_RIGHT_ARROW
+        Shape::Cross => 10,     // CROSS
     }
 }
 
+/// The constant for a status.
 fn status(status: Status) -> u8 {
     match status {
-        Status::SolidOn => TrafficLightElement::SOLID_ON,
-        Status::SolidOff => TrafficLightElement::SOLID_OFF,
-        Status::Flashing => TrafficLightElement::FLASHING,
-        Status::Unknown => TrafficLightElement::UNKNOWN,
+        Status::Unknown => 0,  // UNKNOWN
+        Status::SolidOff => 1, // SOLID_OFF
+        Status::SolidOn => 2,  // SOLID_ON
+        Status::Flashing => 3, // FLASHING
     }
 }
 
 /// An id as it is sent: upstream's travels as 32 bits between its processes (Q6).
-#[allow(clippy::cast_possible_truncation)] // that is the behaviour
+#[allow(clippy::cast_possible_truncation)] // upstream truncates
 pub(super) fn id(id: i64, compat: Compat) -> i64 {
     match compat {
         Compat::Improved => id,

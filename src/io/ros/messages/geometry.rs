@@ -11,7 +11,7 @@ pub struct Point {
     pub x: f64,
     /// North, in a map.
     pub y: f64,
-    /// Up.
+    /// Upwards, in a map.
     pub z: f64,
 }
 
@@ -24,29 +24,29 @@ impl From<[f64; 3]> for Point {
 /// `geometry_msgs/msg/Vector3`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Vector3 {
-    /// Along x.
+    /// Component along x.
     pub x: f64,
-    /// Along y.
+    /// Component along y.
     pub y: f64,
-    /// Along z.
+    /// Component along z.
     pub z: f64,
 }
 
 /// `geometry_msgs/msg/Quaternion`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quaternion {
-    /// Imaginary.
+    /// First imaginary part.
     pub x: f64,
-    /// Imaginary.
+    /// Second imaginary part.
     pub y: f64,
-    /// Imaginary.
+    /// Third imaginary part.
     pub z: f64,
-    /// Real.
+    /// Real part, the cosine of half the angle.
     pub w: f64,
 }
 
 impl Default for Quaternion {
-    /// No rotation.
+    /// The identity: no rotation.
     fn default() -> Self {
         Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
     }
@@ -55,16 +55,16 @@ impl Default for Quaternion {
 /// `geometry_msgs/msg/Pose`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pose {
-    /// Where.
+    /// Position of the pose.
     pub position: Point,
-    /// Turned how.
+    /// Rotation from the frame of reference.
     pub orientation: Quaternion,
 }
 
 /// `geometry_msgs/msg/PoseWithCovariance`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseWithCovariance {
-    /// The pose.
+    /// The most likely pose.
     pub pose: Pose,
     /// `float64[36]`, row by row: x, y, z, rotations about x, y, z.
     pub covariance: [[f64; 6]; 6],
@@ -73,27 +73,27 @@ pub struct PoseWithCovariance {
 /// `geometry_msgs/msg/Twist`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Twist {
-    /// m/s.
+    /// Linear velocity, m/s.
     pub linear: Vector3,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: Vector3,
 }
 
 /// `geometry_msgs/msg/TwistWithCovariance`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct TwistWithCovariance {
-    /// The twist.
+    /// The most likely twist.
     pub twist: Twist,
     /// `float64[36]`, row by row: x, y, z, rotations about x, y, z.
     pub covariance: [[f64; 6]; 6],
 }
 
-/// What faces nearer to straight up or down than this has no heading: sine of the angle.
+/// Sine of an angle from the vertical: below it, a rotation has no heading.
 const UPRIGHT: f64 = 1e-9;
 
 impl Quaternion {
-    /// Heading of what is turned so, radians in (-π, π], counter-clockwise from +x. Of any length but
-    /// zero; NaN when it is not a rotation or when its heading is undefined.
+    /// Heading of the rotation, radians in (-π, π], counter-clockwise from +x, for a quaternion of any length
+    /// but zero; NaN when it is not a rotation or when its heading is undefined.
     pub fn yaw_rad(self) -> f64 {
         let parts = [self.x, self.y, self.z, self.w];
         let longest = parts.iter().fold(0.0, |longest: f64, part| longest.max(part.abs()));
@@ -114,7 +114,7 @@ impl Quaternion {
 }
 
 impl From<Pose> for plane::Pose {
-    /// Seen from above.
+    /// Projects to the plane.
     fn from(pose: Pose) -> Self {
         Self::new(pose.position.x, pose.position.y, pose.orientation.yaw_rad())
     }
@@ -138,7 +138,7 @@ mod tests {
         let (eighth_sin, eighth_cos) = (FRAC_PI_4 / 2.0).sin_cos();
         let cases = [
             ("none", [0.0, 0.0, 0.0, 1.0], 0.0),
-            ("none, the other way round", [0.0, 0.0, 0.0, -1.0], 0.0),
+            ("none, negated", [0.0, 0.0, 0.0, -1.0], 0.0),
             ("quarter to the left", [0.0, 0.0, half, half], FRAC_PI_2),
             ("quarter to the right", [0.0, 0.0, -half, half], -FRAC_PI_2),
             ("about", [0.0, 0.0, 1.0, 0.0], PI),
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_rotation_or_has_no_heading_is_no_number() {
+    fn an_invalid_rotation_or_a_vertical_one_has_heading_nan() {
         let half = FRAC_PI_4.sin();
         for [x, y, z, w] in [
             [0.0; 4],

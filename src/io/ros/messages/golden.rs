@@ -1,4 +1,4 @@
-//! What the tests of message bytes share.
+//! Shared by the tests of message bytes.
 
 use serde::Serialize;
 
@@ -40,7 +40,7 @@ impl Wire {
         Self::default().stamp().text("map")
     }
 
-    /// [`STAMP`].
+    /// Appends [`STAMP`].
     pub(super) fn stamp(self) -> Self {
         self.aligned(4).bytes(&STAMP_BYTES)
     }
@@ -50,44 +50,44 @@ impl Wire {
         self
     }
 
-    /// As they are: `bool`, `uint8`, arrays of it.
+    /// Appends bytes as they are: `bool`, `uint8`, arrays of it.
     pub(super) fn bytes(mut self, bytes: &[u8]) -> Self {
         self.0.extend(bytes);
         self
     }
 
-    /// `uint16`.
+    /// Appends a `uint16`.
     pub(super) fn short(self, value: u16) -> Self {
         self.aligned(2).bytes(&value.to_le_bytes())
     }
 
-    /// `uint32`, and the length of a sequence.
+    /// Appends a `uint32`, also the length of a sequence.
     pub(super) fn count(self, value: u32) -> Self {
         self.aligned(4).bytes(&value.to_le_bytes())
     }
 
-    /// `int64`.
+    /// Appends an `int64`.
     pub(super) fn id(self, value: i64) -> Self {
         self.aligned(8).bytes(&value.to_le_bytes())
     }
 
-    /// Several `float32`.
+    /// Appends several `float32`.
     pub(super) fn singles(self, values: &[f32]) -> Self {
         values.iter().fold(self, |wire, value| wire.aligned(4).bytes(&value.to_le_bytes()))
     }
 
-    /// Several `float64`.
+    /// Appends several `float64`.
     pub(super) fn doubles(self, values: &[f64]) -> Self {
         values.iter().fold(self, |wire, value| wire.aligned(8).bytes(&value.to_le_bytes()))
     }
 
-    /// `string`.
+    /// Appends a `string`.
     pub(super) fn text(self, text: &str) -> Self {
         let length = u32::try_from(text.len() + 1).unwrap();
         self.count(length).bytes(text.as_bytes()).bytes(&[0])
     }
 
-    /// The message.
+    /// Returns the bytes.
     pub(super) fn done(self) -> Vec<u8> {
         self.0
     }

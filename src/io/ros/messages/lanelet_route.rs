@@ -10,33 +10,33 @@ use super::stamp::Header;
 use crate::core::turn_signal::planner_input::{PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
 
-/// Segments of a route.
+/// Most segments of a route.
 pub(super) const MAX_SEGMENTS: usize = 10_000;
-/// Primitives of a segment.
+/// Most primitives of a segment.
 pub(super) const MAX_PRIMITIVES: usize = 1_000;
 
 /// `unique_identifier_msgs/msg/UUID`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Uuid {
-    /// First byte highest.
+    /// Big-endian: the first byte is the highest.
     pub uuid: [u8; 16],
 }
 
 /// `autoware_planning_msgs/msg/LaneletPrimitive`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LaneletPrimitive {
-    /// Of a lanelet or an area on the map.
+    /// Id of a lanelet or an area on the map.
     pub id: i64,
-    /// `lane`, nothing, or `area`.
+    /// `lane`, `area` or empty, which is a lanelet.
     pub primitive_type: String,
 }
 
 /// `autoware_planning_msgs/msg/LaneletSegment`.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LaneletSegment {
-    /// The one to be on.
+    /// The primitive to drive on.
     pub preferred_primitive: LaneletPrimitive,
-    /// All side by side.
+    /// All primitives side by side.
     #[serde(deserialize_with = "at_most::<_, _, MAX_PRIMITIVES>")]
     pub primitives: Vec<LaneletPrimitive>,
 }
@@ -44,32 +44,29 @@ pub struct LaneletSegment {
 /// `autoware_planning_msgs/msg/LaneletRoute`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct LaneletRoute {
-    /// When it was made, and the frame of the poses.
+    /// Time of the route, and the frame of the poses.
     pub header: Header,
-    /// Where it starts.
+    /// Pose at which the route starts.
     pub start_pose: Pose,
-    /// Where it ends.
+    /// Pose at which the route ends.
     pub goal_pose: Pose,
-    /// In the order of driving.
+    /// Segments in the order of driving.
     #[serde(deserialize_with = "at_most::<_, _, MAX_SEGMENTS>")]
     pub segments: Vec<LaneletSegment>,
-    /// Another route has another one.
+    /// Id of the route.
     pub uuid: Uuid,
     /// The goal may be moved.
     pub allow_modification: bool,
 }
 
 impl LaneletPrimitive {
-    /// Type of what is not a lanelet.
-    pub const AREA: &'static str = "area";
-
     fn is_lanelet(&self) -> bool {
-        self.primitive_type != Self::AREA
+        self.primitive_type != "area"
     }
 }
 
 impl LaneletSegment {
-    /// Without areas; `None` when nothing is left. Where an area is preferred, the first lanelet is.
+    /// The lanelets of the segment; `None` without one. An area that is preferred is replaced by the first lanelet.
     fn lanes(&self) -> Option<Segment> {
         let lanelets = self.primitives.iter().filter(|primitive| primitive.is_lanelet());
         let mut lanes: Vec<i64> = lanelets.map(|primitive| primitive.id).collect();

@@ -13,19 +13,19 @@ use crate::core::traffic_light::emission::{Content, Emission};
 /// A message that shows traffic lights.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LightsMessage {
-    /// Head by head.
+    /// One entry for each head.
     ArrayV1(TrafficLightArrayV1),
-    /// Group by group.
+    /// One entry for each group.
     SignalArray(TrafficSignalArray),
-    /// Group by group, with predictions.
+    /// One entry for each group, with predictions.
     GroupArray(TrafficLightGroupArray),
-    /// Lamp by lamp.
+    /// One marker for each lamp.
     MarkerArray(MarkerArray),
 }
 
 impl LightsMessage {
-    /// What is sent for an emission on a topic of a type, in order: nothing when the type is not for
-    /// such content, two messages for upstream's markers, else one.
+    /// The messages of a type for an emission, in the order of sending: none when the type is not for such
+    /// content, two for upstream's markers, else one.
     pub fn of(emission: &Emission, lights: LightsType, compat: Compat) -> Vec<Self> {
         let stamp = emission.stamp;
         match (&emission.content, lights) {

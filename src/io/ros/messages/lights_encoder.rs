@@ -1,7 +1,7 @@
 //! Messages with traffic lights in CDR, of which only what changed is encoded.
 //!
-//! Each of them is an array. An element that did not change keeps its bytes, one that did is encoded in
-//! their place, and a message in which nothing changed differs from the last one by its stamps only. Bytes
+//! Each of them is an array. An element that did not change keeps its bytes, one that did is encoded at
+//! their position, and a message in which nothing changed differs from the last one by its stamps only. Bytes
 //! that a writer still holds never change: a copy of them is patched, and they themselves once they are free.
 
 use std::ops::Range;
@@ -10,7 +10,7 @@ use std::sync::{Arc, Weak};
 use byteorder::LittleEndian;
 use serde::Serialize;
 
-use super::array_element::{ArrayElement, StampPlace};
+use super::array_element::{ArrayElement, StampPosition};
 use super::cdr_bytes::CdrBytes;
 use super::marker::Marker;
 use super::marker_array::MarkerArray;
@@ -100,7 +100,7 @@ impl<E: ArrayElement> ArrayEncoder<E> {
         compat: Compat,
     ) -> cdr_encoding::Result<CdrBytes> {
         if let Some(last) =
-            self.kept.first().filter(|last| E::STAMP == StampPlace::Nowhere && last.shows(items))
+            self.kept.first().filter(|last| E::STAMP == StampPosition::Nowhere && last.shows(items))
         {
             return Ok(last.bytes.clone());
         }
@@ -146,7 +146,7 @@ impl<T: Clone> Encoded<T> {
         Weak::as_ptr(&self.content) == Arc::as_ptr(items)
     }
 
-    /// Encodes the elements that changed in the place of their predecessors. False when there are more or fewer
+    /// Encodes the elements that changed over their predecessors. False when there are more or fewer
     /// elements than before, or one has another length now; then the message has to be rebuilt.
     fn patch<E: ArrayElement<Item = T>>(
         &mut self,
@@ -165,16 +165,16 @@ impl<T: Clone> Encoded<T> {
             }
             element.clear();
             append(&E::new(item, stamp, compat), span.start, &mut element)?;
-            let Some(place) = bytes.get_mut(span.clone()).filter(|place| place.len() == element.len()) else {
+            let Some(old) = bytes.get_mut(span.clone()).filter(|old| old.len() == element.len()) else {
                 return Ok(false);
             };
-            place.copy_from_slice(&element);
+            old.copy_from_slice(&element);
             shown.clone_from(item);
         }
         Ok(true)
     }
 
-    /// Makes the message anew, out of the old bytes where an element is the same as before.
+    /// Makes a new message, out of the old bytes where an element is the same as before.
     fn rebuild<E: ArrayElement<Item = T>>(
         &mut self,
         items: &[T],
@@ -184,8 +184,8 @@ impl<T: Clone> Encoded<T> {
         let count = u32::try_from(items.len()).unwrap_or(u32::MAX);
         let mut bytes = Vec::with_capacity(self.bytes.0.len());
         match E::STAMP {
-            StampPlace::Message => append(&(Time::from(stamp), count), 0, &mut bytes)?,
-            StampPlace::Nowhere | StampPlace::Elements => append(&count, 0, &mut bytes)?,
+            StampPosition::Message => append(&(Time::from(stamp), count), 0, &mut bytes)?,
+            StampPosition::Nowhere | StampPosition::Elements => append(&count, 0, &mut bytes)?,
         }
         let mut spans = Vec::with_capacity(items.len());
         for (index, item) in items.iter().enumerate() {
@@ -204,7 +204,7 @@ impl<T: Clone> Encoded<T> {
         Ok(())
     }
 
-    fn set_stamp(&mut self, place: StampPlace, stamp: WallStamp) {
+    fn set_stamp(&mut self, position: StampPosition, stamp: WallStamp) {
         let Time { sec, nanosec } = stamp.into();
         let (bytes, [sec, nanosec]) =
             (Arc::make_mut(&mut self.bytes.0), [sec.to_le_bytes(), nanosec.to_le_bytes()]);
@@ -213,10 +213,10 @@ impl<T: Clone> Encoded<T> {
                 time.copy_from_slice([sec, nanosec].as_flattened());
             }
         };
-        match place {
-            StampPlace::Nowhere => {}
-            StampPlace::Message => set_at(0),
-            StampPlace::Elements => self.spans.iter().for_each(|span| set_at(span.start)),
+        match position {
+            StampPosition::Nowhere => {}
+            StampPosition::Message => set_at(0),
+            StampPosition::Elements => self.spans.iter().for_each(|span| set_at(span.start)),
         }
     }
 }

@@ -1,17 +1,21 @@
-//! Bytes and JSON of the messages about traffic lights, and what is made of received ones.
+//! Bytes and JSON of the messages about traffic lights, and the inputs that received ones become.
 
 use super::golden::{STAMP, STAMP_BYTES, cdr, string, with_stamp};
 use super::*;
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{Lamp, LampColor};
 use crate::core::time::WallStamp;
-use crate::core::traffic_light::bulb::{Bulb, BulbSet, Color, Shape, Status};
+use crate::core::traffic_light::bulb::{Bulb, Color, Shape, Status};
 use crate::core::traffic_light::emission::{
     Content, Element, Emission, GroupState, LampMarker, LightState, LightsTopic, Prediction,
 };
+use crate::core::traffic_light::engine::LightObservation;
+use crate::core::traffic_light::input::TrafficLightInput;
+use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
 const RED: Bulb = Bulb { color: Color::Red, status: Status::SolidOn, shape: Shape::Circle };
 const ARROW: Bulb = Bulb { color: Color::Green, status: Status::Flashing, shape: Shape::UpperLeft };
+const STORE: StoreId = StoreId { channel: Channel::V2i, layer: Layer::Detected };
 /// 0.5 as `float32`.
 const HALF: [u8; 4] = [0, 0, 0, 0x3F];
 /// Does not fit 32 bits.
@@ -23,12 +27,8 @@ fn emission(content: Content) -> Emission {
 
 fn groups() -> Content {
     let element = |bulb| Element { bulb, confidence: 0.5 };
-    let prediction = Prediction {
-        at: STAMP,
-        elements: vec![element(RED)],
-        reliability: 0.5,
-        source: PredictedTrafficLightState::INFORMATION_SOURCE_MANUAL_OVERRIDE,
-    };
+    let prediction =
+        Prediction { at: STAMP, elements: vec![element(RED)], reliability: 0.5, source: "MANUAL_OVERRIDE" };
     let (elements, predictions) = (vec![element(ARROW), element(RED)], vec![prediction]);
     let dark = GroupState { relation_id: -2, ..GroupState::default() };
     Content::groups([GroupState { relation_id: LARGE, elements, predictions }, dark])
@@ -159,13 +159,13 @@ fn strings_have_their_bytes() {
 }
 
 #[test]
-fn upstream_wipes_all_markers_first_and_lets_large_numbers_wrap() {
+fn upstream_deletes_all_markers_first_and_lets_large_numbers_wrap() {
     let content = Content::markers([lamp(1 << 30, LampColor::Yellow, false)]);
     let sent = LightsMessage::of(&emission(content.clone()), LightsType::MarkerArray, Compat::Upstream);
-    let [LightsMessage::MarkerArray(wipe), LightsMessage::MarkerArray(spheres)] = &sent[..] else {
+    let [LightsMessage::MarkerArray(deleted), LightsMessage::MarkerArray(spheres)] = &sent[..] else {
         panic!("{sent:?}")
     };
-    assert_eq!((wipe.markers.len(), wipe.markers[0].action), (1, Marker::DELETEALL));
+    assert_eq!((deleted.markers.len(), deleted.markers[0].action), (1, 3));
     assert_eq!((&*spheres.markers[0].ns, spheres.markers[0].id), ("bulb", 1));
     assert!((spheres.markers[0].color.a - 0.3).abs() < 1e-6);
     let LightsMessage::MarkerArray(spheres) = only(content, LightsType::MarkerArray, Compat::Improved) else {
@@ -232,40 +232,36 @@ fn a_group_array_is_read_back_as_it_was_sent() {
     let (read, _): (TrafficLightGroupArray, usize) =
         cdr_encoding::from_bytes::<_, byteorder::LittleEndian>(&cdr(&sent)).unwrap();
     assert_eq!(read, sent);
-    let received = ReceivedGroups::from(&read);
-    let both: BulbSet = [RED, ARROW].into_iter().collect();
-    let group = |relation_id, bulbs, confidence| ReceivedGroup { relation_id, bulbs, confidence };
-    assert_eq!(received.stamp, STAMP);
-    assert_eq!(received.groups, [group(LARGE, both, 0.5), group(-2, BulbSet::EMPTY, 1.0)]);
-    assert_eq!(received.rejected, []);
+    let both = LightObservation { bulbs: [RED, ARROW].into_iter().collect(), confidence: 0.5 };
+    let states = vec![(LARGE, Some(both)), (-2, None)];
+    let expected = TrafficLightInput::States { store: STORE, stamp: STAMP, states, rejected: 0 };
+    assert_eq!(read.for_store(STORE), expected);
 }
 
 #[test]
-fn a_group_with_a_number_that_means_nothing_is_left_out_as_a_whole() {
+fn a_group_with_an_undefined_number_is_left_out_as_a_whole() {
     let good = TrafficLightElement::new(RED, 0.25, Compat::Improved);
-    for (odd, why) in [
-        (TrafficLightElement { color: 5, ..good }, Unfit::Color(5)),
-        (TrafficLightElement { shape: 11, ..good }, Unfit::Shape(11)),
-        (TrafficLightElement { status: 4, ..good }, Unfit::Status(4)),
-        (TrafficLightElement { confidence: 1.5, ..good }, Unfit::Confidence(1.5)),
-        (TrafficLightElement { confidence: -0.5, ..good }, Unfit::Confidence(-0.5)),
+    for undefined in [
+        TrafficLightElement { color: 5, ..good },
+        TrafficLightElement { shape: 11, ..good },
+        TrafficLightElement { status: 4, ..good },
+        TrafficLightElement { confidence: 1.5, ..good },
+        TrafficLightElement { confidence: -0.5, ..good },
+        TrafficLightElement { confidence: f32::NAN, ..good },
     ] {
         let group = |traffic_light_group_id, elements: &[TrafficLightElement]| TrafficLightGroup {
             traffic_light_group_id,
             elements: elements.to_vec(),
             predictions: vec![],
         };
-        let traffic_light_groups = vec![group(1, &[good, odd]), group(2, &[good])];
-        let message =
-            TrafficLightGroupArray { stamp: WallStamp::from_nanos(-1).into(), traffic_light_groups };
-        let received = ReceivedGroups::from(&message);
-        assert_eq!(received.rejected, [Rejection { relation_id: 1, why }]);
-        assert_eq!(received.stamp, WallStamp::from_nanos(-1));
-        let [kept] = received.groups[..] else { panic!("{received:?}") };
-        assert_eq!((kept.relation_id, kept.confidence), (2, 0.25));
+        let traffic_light_groups = vec![group(1, &[good, undefined]), group(2, &[good])];
+        let stamp = WallStamp::from_nanos(-1);
+        let message = TrafficLightGroupArray { stamp: stamp.into(), traffic_light_groups };
+        let kept = LightObservation { bulbs: [RED].into_iter().collect(), confidence: 0.25 };
+        let expected =
+            TrafficLightInput::States { store: STORE, stamp, states: vec![(2, Some(kept))], rejected: 1 };
+        assert_eq!(message.for_store(STORE), expected, "{undefined:?}");
     }
-    let nan = TrafficLightElement { confidence: f32::NAN, ..good };
-    assert!(matches!(nan.bulb(), Err(Unfit::Confidence(_))));
 }
 
 fn from_i64(number: i64) -> Vec<u8> {

@@ -5,16 +5,16 @@ use serde::{Deserialize, Serialize};
 use super::geometry::{Point, Pose, Vector3};
 use super::stamp::{Duration, Header};
 
-/// `std_msgs/msg/ColorRGBA`; each 0 to 1.
+/// `std_msgs/msg/ColorRGBA`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ColorRgba {
-    /// Red.
+    /// Share of red, 0 to 1.
     pub r: f32,
-    /// Green.
+    /// Share of green, 0 to 1.
     pub g: f32,
-    /// Blue.
+    /// Share of blue, 0 to 1.
     pub b: f32,
-    /// Opacity.
+    /// Opacity, 1 = opaque.
     pub a: f32,
 }
 
@@ -25,25 +25,25 @@ pub struct CompressedImage {
     pub header: Header,
     /// `jpeg`, `png` and the like.
     pub format: String,
-    /// The file.
+    /// The compressed file.
     pub data: Vec<u8>,
 }
 
 /// `visualization_msgs/msg/UVCoordinate`; none here.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct UvCoordinate {
-    /// 0 to 1.
+    /// Column of the texture, 0 to 1.
     pub u: f32,
-    /// 0 to 1.
+    /// Row of the texture, 0 to 1.
     pub v: f32,
 }
 
 /// `visualization_msgs/msg/MeshFile`; empty here.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct MeshFile {
-    /// Its name.
+    /// Name of the file.
     pub filename: String,
-    /// Its content.
+    /// Content of the file.
     pub data: Vec<u8>,
 }
 
@@ -56,9 +56,9 @@ pub struct Marker {
     pub ns: String,
     /// Names the marker together with `ns`.
     pub id: i32,
-    /// `SPHERE` here.
+    /// Shape; here `SPHERE` 2.
     pub r#type: i32,
-    /// `ADD` or `DELETEALL` here.
+    /// Here `ADD` 0, which also changes a marker with the same `ns` and `id`, or `DELETEALL` 3.
     pub action: i32,
     /// Position and orientation.
     pub pose: Pose,
@@ -68,7 +68,7 @@ pub struct Marker {
     pub color: ColorRgba,
     /// Zero: it stays until it is deleted.
     pub lifetime: Duration,
-    /// Whether it moves with its frame.
+    /// True if the marker moves with its frame.
     pub frame_locked: bool,
     /// None for a sphere.
     pub points: Vec<Point>,
@@ -88,13 +88,4 @@ pub struct Marker {
     pub mesh_file: MeshFile,
     /// Of no meaning for a sphere.
     pub mesh_use_embedded_materials: bool,
-}
-
-impl Marker {
-    /// Type.
-    pub const SPHERE: i32 = 2;
-    /// Action: add, or change what has the same `ns` and `id`.
-    pub const ADD: i32 = 0;
-    /// Action: delete all markers of the topic.
-    pub const DELETEALL: i32 = 3;
 }

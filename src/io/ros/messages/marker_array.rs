@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::array_element::{ArrayElement, StampPlace, elements};
+use super::array_element::{ArrayElement, StampPosition, elements};
 use super::geometry::{Pose, Vector3};
 use super::marker::{ColorRgba, Marker};
 use super::stamp::Header;
@@ -21,33 +21,39 @@ const NAMESPACE: &str = "bulb";
 const DIAMETER_M: f64 = 0.3;
 /// Opacity of a lamp that is off.
 const ALPHA_OFF: f32 = 0.3;
+/// `Marker::SPHERE`, a type.
+const SPHERE: i32 = 2;
+/// `Marker::ADD`, an action.
+const ADD: i32 = 0;
+/// `Marker::DELETEALL`, an action.
+const DELETE_ALL: i32 = 3;
 /// Lamps of a head have numbers below this.
 const NUMBERS_PER_HEAD: i64 = 4;
 
 /// `visualization_msgs/msg/MarkerArray`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MarkerArray {
-    /// The markers.
+    /// Markers in the order of drawing.
     pub markers: Vec<Marker>,
 }
 
 impl MarkerArray {
-    /// A sphere for each lamp.
+    /// Makes a sphere for each lamp.
     pub fn spheres(lamps: &[LampMarker], stamp: WallStamp, compat: Compat) -> Self {
         Self { markers: elements(lamps, stamp, compat) }
     }
 
-    /// Wipes what was drawn before. Upstream sends it before each array of spheres; a single
+    /// Deletes all markers drawn before. Upstream sends it before each array of spheres; a single
     /// publisher that always draws all lamps needs none (Q19).
     pub fn delete_all(stamp: WallStamp) -> Self {
         let header = Header { stamp: stamp.into(), frame_id: FRAME.to_owned() };
-        Self { markers: vec![Marker { header, action: Marker::DELETEALL, ..Marker::default() }] }
+        Self { markers: vec![Marker { header, action: DELETE_ALL, ..Marker::default() }] }
     }
 }
 
 impl ArrayElement for Marker {
     type Item = LampMarker;
-    const STAMP: StampPlace = StampPlace::Elements;
+    const STAMP: StampPosition = StampPosition::Elements;
     const ALIGNMENT: usize = 4;
 
     /// A sphere for a lamp.
@@ -62,8 +68,8 @@ impl ArrayElement for Marker {
             header: Header { stamp: stamp.into(), frame_id: FRAME.to_owned() },
             ns,
             id,
-            r#type: Self::SPHERE,
-            action: Self::ADD,
+            r#type: SPHERE,
+            action: ADD,
             pose: Pose { position: marker.lamp.position_m.into(), ..Pose::default() },
             scale: Vector3 { x: DIAMETER_M, y: DIAMETER_M, z: DIAMETER_M },
             color: ColorRgba { r, g, b, a: if marker.is_on { 1.0 } else { ALPHA_OFF } },
@@ -76,15 +82,15 @@ impl ArrayElement for Marker {
     }
 }
 
-/// Way id times four plus the lamp's number. Ids too large for that have a namespace of their own;
-/// upstream's wrap around, and lamps of different heads can replace each other (Q6).
+/// Namespace and id of a lamp's marker: the way id times four plus the lamp's number. Ids too large for that
+/// have a namespace of their own; upstream's wrap around, and lamps of different heads can replace each other (Q6).
 fn name(way_id: i64, number: u8, compat: Compat) -> (String, i32) {
     let id = way_id.wrapping_mul(NUMBERS_PER_HEAD).wrapping_add(i64::from(number));
     let fitting = way_id
         .checked_mul(NUMBERS_PER_HEAD)
         .and_then(|first| first.checked_add(i64::from(number)))
         .and_then(|id| i32::try_from(id).ok());
-    #[allow(clippy::cast_possible_truncation)] // that is the behaviour
+    #[allow(clippy::cast_possible_truncation)] // upstream truncates
     match (fitting, compat) {
         (Some(id), _) => (NAMESPACE.to_owned(), id),
         (None, Compat::Upstream) => (NAMESPACE.to_owned(), id as i32),

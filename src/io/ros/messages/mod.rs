@@ -1,5 +1,5 @@
 //! The ROS 2 messages this gateway sends and receives, field by field as their `.msg` files define
-//! them; one file for each target.
+//! them; one file for each message, with those of `autoware_vehicle_msgs` in `vehicle`.
 //!
 //! One `Serialize` serves two readers: CDR on the wire (fields in order) and JSON for people and
 //! scripts (fields by name; `level` is a number). Conversions from the core's types go one way.
@@ -12,11 +12,9 @@
 mod array_element;
 mod bounded;
 mod cdr_bytes;
-mod control_mode_report;
 mod diagnostics;
 mod element;
 mod geometry;
-mod hazard_lights_command;
 mod lanelet_route;
 mod lights;
 mod lights_encoder;
@@ -26,22 +24,18 @@ mod odometry;
 mod operation_mode_state;
 mod path_with_lane_id;
 mod planning_factor_array;
-mod received_groups;
-mod reports;
 mod scenario;
 mod stamp;
 mod text;
 mod traffic_light_array_v1;
 mod traffic_light_group_array;
 mod traffic_signal_array;
-mod turn_indicators_command;
+mod vehicle;
 
 pub use cdr_bytes::CdrBytes;
-pub use control_mode_report::ControlModeReport;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
-pub use element::{TrafficLightElement, Unfit};
+pub use element::TrafficLightElement;
 pub use geometry::{Point, Pose, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3};
-pub use hazard_lights_command::HazardLightsCommand;
 pub use lanelet_route::{LaneletPrimitive, LaneletRoute, LaneletSegment, Uuid};
 pub use lights::{LightsMessage, LightsType};
 pub use lights_encoder::LightsEncoder;
@@ -53,15 +47,15 @@ pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
 pub use planning_factor_array::{
     ControlPoint, PlanningFactor, PlanningFactorArray, PredictedPath, SafetyFactor, SafetyFactorArray,
 };
-pub use received_groups::{ReceivedGroup, ReceivedGroups, Rejection};
-pub use reports::{HazardLightsReport, TurnIndicatorsReport};
 pub use scenario::Scenario;
 pub use stamp::{Duration, Header, Time};
 pub use text::Text;
 pub use traffic_light_array_v1::{TrafficLightArrayV1, TrafficLightBulbV1, TrafficLightV1};
 pub use traffic_light_group_array::{PredictedTrafficLightState, TrafficLightGroup, TrafficLightGroupArray};
 pub use traffic_signal_array::{TrafficSignal, TrafficSignalArray};
-pub use turn_indicators_command::TurnIndicatorsCommand;
+pub use vehicle::{
+    ControlModeReport, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
+};
 
 #[cfg(test)]
 mod autoware_tests;

@@ -10,13 +10,13 @@ use crate::core::turn_signal::planner_input::PlannerInput;
 /// `nav_msgs/msg/Odometry`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Odometry {
-    /// When it was measured, and the frame of the pose.
+    /// Time of measurement, and the frame of the pose.
     pub header: Header,
     /// Frame of the twist.
     pub child_frame_id: String,
-    /// Where the vehicle is.
+    /// Pose of the vehicle.
     pub pose: PoseWithCovariance,
-    /// How it moves; forward is x.
+    /// Velocity of the vehicle; forward is x.
     pub twist: TwistWithCovariance,
 }
 

@@ -9,7 +9,7 @@ use crate::core::turn_signal::planner_input::{OperationMode, PlannerInput};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(clippy::struct_excessive_bools)] // the message has them
 pub struct OperationModeState {
-    /// When it changed.
+    /// Time of the last change.
     pub stamp: Time,
     /// `UNKNOWN` 0, `STOP` 1, `AUTONOMOUS` 2, `LOCAL` 3, `REMOTE` 4.
     pub mode: u8,
@@ -17,13 +17,13 @@ pub struct OperationModeState {
     pub is_autoware_control_enabled: bool,
     /// The mode is changing.
     pub is_in_transition: bool,
-    /// The mode can be changed to this.
+    /// The mode can be changed to `STOP`.
     pub is_stop_mode_available: bool,
-    /// Likewise.
+    /// The mode can be changed to `AUTONOMOUS`.
     pub is_autonomous_mode_available: bool,
-    /// Likewise.
+    /// The mode can be changed to `LOCAL`.
     pub is_local_mode_available: bool,
-    /// Likewise.
+    /// The mode can be changed to `REMOTE`.
     pub is_remote_mode_available: bool,
 }
 

@@ -7,23 +7,23 @@ use super::geometry::{Point, Pose};
 use super::stamp::Header;
 use crate::core::turn_signal::planner_input::{self, PlannerInput};
 
-/// Points of a path.
+/// Most points of a path.
 pub(super) const MAX_POINTS: usize = 20_000;
-/// Lanelets of a point.
+/// Most lanelets of a point.
 pub(super) const MAX_LANES: usize = 1_000;
-/// Points of a bound.
+/// Most points of a bound.
 pub(super) const MAX_BOUND_POINTS: usize = 100_000;
 
 /// `autoware_planning_msgs/msg/PathPoint`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PathPoint {
-    /// Where.
+    /// Pose of the vehicle at the point.
     pub pose: Pose,
-    /// m/s.
+    /// Speed forwards, m/s.
     pub longitudinal_velocity_mps: f32,
-    /// m/s.
+    /// Speed to the left, m/s.
     pub lateral_velocity_mps: f32,
-    /// rad/s.
+    /// Rate of turning to the left, rad/s.
     pub heading_rate_rps: f32,
     /// It will not be changed any more.
     pub is_final: bool,
@@ -32,7 +32,7 @@ pub struct PathPoint {
 /// `autoware_internal_planning_msgs/msg/PathPointWithLaneId`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PathPointWithLaneId {
-    /// The point.
+    /// Pose and speed.
     pub point: PathPoint,
     /// The lanelets it belongs to.
     #[serde(deserialize_with = "at_most::<_, _, MAX_LANES>")]
@@ -42,15 +42,15 @@ pub struct PathPointWithLaneId {
 /// `autoware_internal_planning_msgs/msg/PathWithLaneId`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PathWithLaneId {
-    /// When it was made, and the frame of the points.
+    /// Time of the path, and the frame of the points.
     pub header: Header,
-    /// In the order of driving.
+    /// Points in the order of driving.
     #[serde(deserialize_with = "at_most::<_, _, MAX_POINTS>")]
     pub points: Vec<PathPointWithLaneId>,
-    /// Where the drivable area ends on the left.
+    /// Left bound of the drivable area.
     #[serde(deserialize_with = "at_most::<_, _, MAX_BOUND_POINTS>")]
     pub left_bound: Vec<Point>,
-    /// Where the drivable area ends on the right.
+    /// Right bound of the drivable area.
     #[serde(deserialize_with = "at_most::<_, _, MAX_BOUND_POINTS>")]
     pub right_bound: Vec<Point>,
 }

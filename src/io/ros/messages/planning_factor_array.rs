@@ -8,35 +8,35 @@ use super::lanelet_route::Uuid;
 use super::stamp::{Duration, Header};
 use crate::core::turn_signal::planner_input::{self, FactorTopic, PlannerInput};
 
-/// Factors of a message, and control points of a factor.
+/// Most factors of a message, and most control points of a factor.
 pub(super) const MAX_FACTORS: usize = 1_000;
-/// Objects of a factor.
+/// Most objects of a factor.
 pub(super) const MAX_SAFETY_FACTORS: usize = 10_000;
-/// Points of an object, or of its path.
+/// Most points of an object, or of its path.
 pub(super) const MAX_OBJECT_POINTS: usize = 100_000;
 
 /// `autoware_internal_planning_msgs/msg/ControlPoint`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ControlPoint {
-    /// Where, in the map.
+    /// Pose in the map.
     pub pose: Pose,
-    /// m/s.
+    /// Speed at the point, m/s.
     pub velocity: f32,
-    /// Metres, to the left.
+    /// Shift to the left, metres.
     pub shift_length: f32,
-    /// From the vehicle, metres.
+    /// Distance from the vehicle along the path, metres.
     pub distance: f32,
 }
 
 /// `autoware_perception_msgs/msg/PredictedPath`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PredictedPath {
-    /// Where an object will be.
+    /// Future poses of the object.
     #[serde(deserialize_with = "at_most::<_, _, MAX_OBJECT_POINTS>")]
     pub path: Vec<Pose>,
-    /// From one pose to the next.
+    /// Time from one pose to the next.
     pub time_step: Duration,
-    /// 0 to 1.
+    /// Confidence, 0 to 1.
     pub confidence: f32,
 }
 
@@ -45,30 +45,30 @@ pub struct PredictedPath {
 pub struct SafetyFactor {
     /// `UNKNOWN` 0, `POINTCLOUD` 1, `OBJECT` 2.
     pub r#type: u16,
-    /// Of an object.
+    /// Id of the object.
     pub object_id: Uuid,
-    /// Of an object.
+    /// Predicted path of the object.
     pub predicted_path: PredictedPath,
-    /// Time to collision, seconds.
+    /// Begin of the time to collision, seconds.
     pub ttc_begin: f32,
-    /// Its end, likewise.
+    /// End of the time to collision, seconds.
     pub ttc_end: f32,
-    /// Where it is.
+    /// Points of the object.
     #[serde(deserialize_with = "at_most::<_, _, MAX_OBJECT_POINTS>")]
     pub points: Vec<Point>,
-    /// What the module thinks of it.
+    /// The module's assessment of the object.
     pub is_safe: bool,
 }
 
 /// `autoware_internal_planning_msgs/msg/SafetyFactorArray`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SafetyFactorArray {
-    /// When.
+    /// Time of the factors.
     pub header: Header,
-    /// What may be in the way.
+    /// Objects that may lead to a collision.
     #[serde(deserialize_with = "at_most::<_, _, MAX_SAFETY_FACTORS>")]
     pub factors: Vec<SafetyFactor>,
-    /// All of it.
+    /// The assessment of all objects together.
     pub is_safe: bool,
     /// Text for people.
     pub detail: String,
@@ -77,27 +77,27 @@ pub struct SafetyFactorArray {
 /// `autoware_internal_planning_msgs/msg/PlanningFactor`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PlanningFactor {
-    /// Who planned it.
+    /// Name of the planning module.
     pub module: String,
-    /// Not backing up.
+    /// False when reversing.
     pub is_driving_forward: bool,
-    /// Where it begins, and where it ends.
+    /// Begin and end of the manoeuvre.
     #[serde(deserialize_with = "at_most::<_, _, MAX_FACTORS>")]
     pub control_points: Vec<ControlPoint>,
     /// See [`planner_input::PlanningFactor::behavior`].
     pub behavior: u16,
     /// Text for people.
     pub detail: String,
-    /// What it pays attention to.
+    /// Objects that the module considers.
     pub safety_factors: SafetyFactorArray,
 }
 
 /// `autoware_internal_planning_msgs/msg/PlanningFactorArray`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct PlanningFactorArray {
-    /// When.
+    /// Time of the factors.
     pub header: Header,
-    /// Of one module.
+    /// Factors of one module.
     #[serde(deserialize_with = "at_most::<_, _, MAX_FACTORS>")]
     pub factors: Vec<PlanningFactor>,
 }

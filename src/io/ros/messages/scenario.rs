@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::bounded::at_most;
 use crate::core::turn_signal::planner_input::PlannerInput;
 
-/// Scenarios of a message.
+/// Most active scenarios of a message.
 pub(super) const MAX_SCENARIOS: usize = 100;
 
 /// `autoware_internal_planning_msgs/msg/Scenario`.
@@ -13,18 +13,13 @@ pub(super) const MAX_SCENARIOS: usize = 100;
 pub struct Scenario {
     /// `Empty`, `LaneDriving` or `Parking`.
     pub current_scenario: String,
-    /// Those that are on.
+    /// All scenarios that are active.
     #[serde(deserialize_with = "at_most::<_, _, MAX_SCENARIOS>")]
     pub activating_scenarios: Vec<String>,
 }
 
-impl Scenario {
-    /// The planner drives lanes.
-    pub const LANEDRIVING: &'static str = "LaneDriving";
-}
-
 impl From<Scenario> for PlannerInput {
     fn from(message: Scenario) -> Self {
-        Self::LaneDriving(message.current_scenario == Scenario::LANEDRIVING)
+        Self::LaneDriving(message.current_scenario == "LaneDriving")
     }
 }

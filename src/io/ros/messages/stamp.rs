@@ -9,7 +9,7 @@ use crate::core::time::WallStamp;
 pub struct Time {
     /// Seconds since 1970-01-01 UTC.
     pub sec: i32,
-    /// 0 to 999 999 999.
+    /// Nanoseconds of the second, 0 to 999 999 999.
     pub nanosec: u32,
 }
 
@@ -30,9 +30,9 @@ impl From<Time> for WallStamp {
 /// `builtin_interfaces/msg/Duration`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Duration {
-    /// Whole seconds.
+    /// Whole seconds; negative before zero.
     pub sec: i32,
-    /// 0 to 999 999 999.
+    /// Nanoseconds of the second, 0 to 999 999 999.
     pub nanosec: u32,
 }
 

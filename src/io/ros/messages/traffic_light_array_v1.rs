@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::array_element::{ArrayElement, StampPlace, elements};
+use super::array_element::{ArrayElement, StampPosition, elements};
 use super::element::{TrafficLightElement, id};
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
@@ -11,7 +11,7 @@ use crate::core::traffic_light::emission::LightState;
 /// `traffic_simulator_msgs/msg/TrafficLightBulbV1`; numbers as in [`TrafficLightElement`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrafficLightBulbV1 {
-    /// Always 0.
+    /// Revision of the numbers, always 0.
     pub enum_revision: u8,
     /// As [`TrafficLightElement::color`].
     pub color: u8,
@@ -19,7 +19,7 @@ pub struct TrafficLightBulbV1 {
     pub shape: u8,
     /// As [`TrafficLightElement::status`].
     pub status: u8,
-    /// 0 to 1.
+    /// Confidence, 0 to 1.
     pub confidence: f32,
 }
 
@@ -55,7 +55,7 @@ impl TrafficLightArrayV1 {
 
 impl ArrayElement for TrafficLightV1 {
     type Item = LightState;
-    const STAMP: StampPlace = StampPlace::Nowhere;
+    const STAMP: StampPosition = StampPosition::Nowhere;
     const ALIGNMENT: usize = 8;
 
     fn new(head: &LightState, _stamp: WallStamp, compat: Compat) -> Self {

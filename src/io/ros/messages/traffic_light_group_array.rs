@@ -7,42 +7,31 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::array_element::{ArrayElement, StampPlace, elements};
+use super::array_element::{ArrayElement, StampPosition, elements};
 use super::element::{TrafficLightElement, id};
 use super::stamp::Time;
 use crate::core::compat::Compat;
 use crate::core::time::WallStamp;
+use crate::core::traffic_light::bulb::BulbSet;
 use crate::core::traffic_light::emission::{GroupState, Prediction};
+use crate::core::traffic_light::engine::LightObservation;
+use crate::core::traffic_light::input::TrafficLightInput;
+use crate::core::traffic_light::target::StoreId;
 
 /// `autoware_perception_msgs/msg/PredictedTrafficLightState`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PredictedTrafficLightState {
-    /// When it begins.
+    /// Begin of the predicted state.
     pub predicted_stamp: Time,
-    /// The elements from then on.
+    /// The elements lit from then on.
     pub simultaneous_elements: Vec<TrafficLightElement>,
-    /// 0 to 1.
+    /// Reliability, 0 to 1.
     pub reliability: f32,
-    /// One of the constants below.
+    /// `V2N`, `V2I`, `V2V`, `LOCAL_PERCEPTION`, `MANUAL_OVERRIDE`, `SIMULATION` or `INTERNAL_ESTIMATION`.
     pub information_source: String,
 }
 
 impl PredictedTrafficLightState {
-    /// From a network of the operator.
-    pub const INFORMATION_SOURCE_V2N: &'static str = "V2N";
-    /// From the infrastructure.
-    pub const INFORMATION_SOURCE_V2I: &'static str = "V2I";
-    /// From another vehicle.
-    pub const INFORMATION_SOURCE_V2V: &'static str = "V2V";
-    /// From the vehicle's own sensors.
-    pub const INFORMATION_SOURCE_LOCAL_PERCEPTION: &'static str = "LOCAL_PERCEPTION";
-    /// From a person.
-    pub const INFORMATION_SOURCE_MANUAL_OVERRIDE: &'static str = "MANUAL_OVERRIDE";
-    /// From a simulation.
-    pub const INFORMATION_SOURCE_SIMULATION: &'static str = "SIMULATION";
-    /// From an estimation of its own.
-    pub const INFORMATION_SOURCE_INTERNAL_ESTIMATION: &'static str = "INTERNAL_ESTIMATION";
-
     fn new(prediction: &Prediction, compat: Compat) -> Self {
         #[allow(clippy::cast_possible_truncation)] // the field is no wider
         let reliability = prediction.reliability as f32;
@@ -71,7 +60,7 @@ pub struct TrafficLightGroup {
 pub struct TrafficLightGroupArray {
     /// Time of the states.
     pub stamp: Time,
-    /// The groups.
+    /// States of the groups.
     pub traffic_light_groups: Vec<TrafficLightGroup>,
 }
 
@@ -80,11 +69,30 @@ impl TrafficLightGroupArray {
     pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
         Self { stamp: stamp.into(), traffic_light_groups: elements(groups, stamp, compat) }
     }
+
+    /// The core's input for a store. A group without elements removes its state; one with an undefined number is
+    /// left out as a whole and counted.
+    pub fn for_store(&self, store: StoreId) -> TrafficLightInput {
+        let (mut states, mut rejected) = (Vec::new(), 0);
+        for group in &self.traffic_light_groups {
+            let bulbs: Option<BulbSet> = group.elements.iter().map(TrafficLightElement::bulb).collect();
+            let Some(bulbs) = bulbs else {
+                rejected += 1;
+                continue;
+            };
+            // That of the least certain bulb.
+            let confidences = group.elements.iter().map(|element| f64::from(element.confidence));
+            let confidence = confidences.fold(1.0, f64::min);
+            let observation = (!bulbs.is_empty()).then_some(LightObservation { bulbs, confidence });
+            states.push((group.traffic_light_group_id, observation));
+        }
+        TrafficLightInput::States { store, stamp: self.stamp.into(), states, rejected }
+    }
 }
 
 impl ArrayElement for TrafficLightGroup {
     type Item = Arc<GroupState>;
-    const STAMP: StampPlace = StampPlace::Message;
+    const STAMP: StampPosition = StampPosition::Message;
     const ALIGNMENT: usize = 8;
 
     fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {

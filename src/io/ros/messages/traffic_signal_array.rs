@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::array_element::{ArrayElement, StampPlace, elements};
+use super::array_element::{ArrayElement, StampPosition, elements};
 use super::element::{TrafficLightElement, id};
 use super::stamp::Time;
 use crate::core::compat::Compat;
@@ -25,12 +25,12 @@ pub struct TrafficSignal {
 pub struct TrafficSignalArray {
     /// Time of the states.
     pub stamp: Time,
-    /// The groups.
+    /// States of the groups.
     pub signals: Vec<TrafficSignal>,
 }
 
 impl TrafficSignalArray {
-    /// The message that shows `groups`; predictions have no place in it.
+    /// The message that shows `groups`, without their predictions.
     pub fn new(groups: &[Arc<GroupState>], stamp: WallStamp, compat: Compat) -> Self {
         Self { stamp: stamp.into(), signals: elements(groups, stamp, compat) }
     }
@@ -38,7 +38,7 @@ impl TrafficSignalArray {
 
 impl ArrayElement for TrafficSignal {
     type Item = Arc<GroupState>;
-    const STAMP: StampPlace = StampPlace::Message;
+    const STAMP: StampPosition = StampPosition::Message;
     const ALIGNMENT: usize = 8;
 
     fn new(group: &Arc<GroupState>, _stamp: WallStamp, compat: Compat) -> Self {

@@ -1,4 +1,4 @@
-//! Readers that no longer acknowledge: they forgot us while we still know them.
+//! Detects readers that no longer acknowledge: they forgot us while we still know them.
 //!
 //! That happens when an outage was longer than our lease but shorter than the peer's. The peer
 //! starts anew with us, and RustDDS takes its acknowledgements, counted from one again, for old.
@@ -10,7 +10,7 @@ const PATIENCE: Duration = Duration::from_secs(55);
 /// A reader that never acknowledges shall not cost more than a new participant an hour.
 const MAX_PATIENCE: Duration = Duration::from_secs(3600);
 
-/// How long readers have owed an acknowledgement.
+/// Measures for how long an acknowledgement of some reader has been overdue.
 #[derive(Debug)]
 pub(super) struct AckTimeout {
     since: Option<Instant>,
@@ -48,29 +48,29 @@ impl AckTimeout {
 mod tests {
     use super::*;
 
-    /// Seconds at which a new participant is asked for, with these acknowledgements.
-    fn asked(seconds: u64, acknowledged: impl Fn(u64) -> bool) -> Vec<u64> {
+    /// Seconds at which a new participant is requested, with these acknowledgements.
+    fn rebuild_times(seconds: u64, acknowledged: impl Fn(u64) -> bool) -> Vec<u64> {
         let (start, mut ack_timeout) = (Instant::now(), AckTimeout::default());
-        let mut ask = |second: &u64| {
+        let mut observe = |second: &u64| {
             ack_timeout.observe(acknowledged(*second), 1, start + Duration::from_secs(*second))
         };
-        (0..seconds).filter(|second| ask(second)).collect()
+        (0..seconds).filter(|second| observe(second)).collect()
     }
 
     #[test]
     fn a_reader_that_acknowledges_now_and_then_needs_no_new_participant() {
-        assert_eq!(asked(10_000, |second| second % 50 == 0), Vec::<u64>::new());
+        assert_eq!(rebuild_times(10_000, |second| second % 50 == 0), Vec::<u64>::new());
     }
 
     #[test]
     fn a_reader_that_never_acknowledges_is_given_more_time_after_every_new_participant() {
-        assert_eq!(asked(500, |_| false), [55, 166, 387]);
-        let hours = asked(100_000, |_| false);
+        assert_eq!(rebuild_times(500, |_| false), [55, 166, 387]);
+        let hours = rebuild_times(100_000, |_| false);
         assert!(hours.len() < 35, "{hours:?}");
     }
 
     #[test]
     fn patience_is_as_before_once_a_reader_acknowledged() {
-        assert_eq!(asked(200, |second| (56..100).contains(&second)), [55, 155]);
+        assert_eq!(rebuild_times(200, |second| (56..100).contains(&second)), [55, 155]);
     }
 }

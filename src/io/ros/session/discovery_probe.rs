@@ -1,4 +1,4 @@
-//! A bare participant that watches for peers the real one can no longer find.
+//! A bare participant that looks for peers which the real one can no longer find.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -51,7 +51,7 @@ impl Missing {
         self.0.clear();
     }
 
-    /// Whether that peer is missing.
+    /// True if that peer is missing.
     pub(super) fn contains(&self, peer: &Prefix) -> bool {
         self.0.contains_key(peer)
     }
@@ -62,15 +62,15 @@ impl Missing {
     }
 }
 
-/// What the probe has found.
+/// Result of polling the probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sighting {
-    /// Nobody who is missing.
-    Nobody,
-    /// Somebody who is missing.
-    Found,
+pub(super) enum ProbeResult {
+    /// No missing peer was discovered.
+    NoneFound,
+    /// A missing peer was discovered.
+    PeerFound,
     /// The probe itself has lost a peer, which it would not find again.
-    Blind,
+    PeerLost,
 }
 
 /// A participant without writers and readers that only watches who is there.
@@ -86,26 +86,26 @@ impl DiscoveryProbe {
         Self { participant, events }
     }
 
-    /// Says what was found since the last call.
-    pub(super) fn look(&self, missing: &Missing) -> Sighting {
-        let mut sighting = Sighting::Nobody;
+    /// Handles the events of the network since the last call.
+    pub(super) fn poll(&self, missing: &Missing) -> ProbeResult {
+        let mut result = ProbeResult::NoneFound;
         while let Some(event) = self.events.try_recv_status() {
             #[allow(clippy::wildcard_enum_match_arm)] // a foreign enum that may grow
             match event {
                 DomainParticipantStatusEvent::ParticipantDiscovered { dpd }
                     if missing.contains(&prefix(&dpd.guid.to_bytes())) =>
                 {
-                    sighting = Sighting::Found;
+                    result = ProbeResult::PeerFound;
                 }
                 DomainParticipantStatusEvent::ParticipantLost {
                     reason: LostReason::Timeout { .. }, ..
                 } => {
-                    return Sighting::Blind;
+                    return ProbeResult::PeerLost;
                 }
                 _ => {}
             }
         }
-        sighting
+        result
     }
 
     /// Gives the participant away, to be used for writers and readers.

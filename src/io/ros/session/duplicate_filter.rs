@@ -11,48 +11,48 @@ const MAX_WRITERS: usize = 256;
 /// The newest samples of each writer.
 #[derive(Debug, Default)]
 pub(super) struct DuplicateFilter {
-    writers: BTreeMap<GUID, Seen>,
+    writers: BTreeMap<GUID, ReceivedNumbers>,
     turn: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Seen {
-    /// The highest number.
+struct ReceivedNumbers {
+    /// The highest sequence number.
     highest: i64,
-    /// Bit n: that of `highest - n`.
-    before: u64,
+    /// Bit n: `highest - n` was received.
+    bits: u64,
     /// Order of the last sample among those of all writers.
     turn: u64,
 }
 
 impl DuplicateFilter {
-    /// Whether a sample comes for the first time. Numbers 64 or more below the highest count as received.
+    /// Records a sample; true when it comes for the first time. Numbers 64 or more below the highest count as received.
     pub(super) fn is_first(&mut self, writer: GUID, number: i64) -> bool {
         self.turn += 1;
         let turn = self.turn;
-        let Some(seen) = self.writers.get_mut(&writer) else {
+        let Some(received) = self.writers.get_mut(&writer) else {
             self.forget_one();
-            self.writers.insert(writer, Seen { highest: number, before: 1, turn });
+            self.writers.insert(writer, ReceivedNumbers { highest: number, bits: 1, turn });
             return true;
         };
-        seen.turn = turn;
-        if number > seen.highest {
-            let shift = u32::try_from(number.saturating_sub(seen.highest)).unwrap_or(u32::MAX);
-            seen.before = seen.before.checked_shl(shift).unwrap_or(0) | 1;
-            seen.highest = number;
+        received.turn = turn;
+        if number > received.highest {
+            let shift = u32::try_from(number.saturating_sub(received.highest)).unwrap_or(u32::MAX);
+            received.bits = received.bits.checked_shl(shift).unwrap_or(0) | 1;
+            received.highest = number;
             return true;
         }
-        let age = u32::try_from(seen.highest.saturating_sub(number)).unwrap_or(u32::MAX);
+        let age = u32::try_from(received.highest.saturating_sub(number)).unwrap_or(u32::MAX);
         let Some(bit) = 1_u64.checked_shl(age) else { return false };
-        let is_first = seen.before & bit == 0;
-        seen.before |= bit;
+        let is_first = received.bits & bit == 0;
+        received.bits |= bit;
         is_first
     }
 
     fn forget_one(&mut self) {
         if self.writers.len() >= MAX_WRITERS
             && let Some(oldest) =
-                self.writers.iter().min_by_key(|(_, seen)| seen.turn).map(|(writer, _)| *writer)
+                self.writers.iter().min_by_key(|(_, received)| received.turn).map(|(writer, _)| *writer)
         {
             self.writers.remove(&oldest);
         }
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn each_number_is_first_once_in_whatever_order() {
         assert_eq!(first(&[5, 5, 6, 4, 6, 4, 5, 9, 7, 8, 7]), [5, 6, 4, 9, 7, 8]);
-        assert_eq!(first(&[100, 37, 36, 37]), [100, 37], "64 below the highest is too old to tell");
+        assert_eq!(first(&[100, 37, 36, 37]), [100, 37], "64 below the highest is too old to be told apart");
         assert_eq!(first(&[1, i64::MAX, i64::MIN, 1]), [1, i64::MAX]);
         assert_eq!(first(&[1, 64, 65, 1, 2]), [1, 64, 65, 2]);
     }
@@ -91,7 +91,7 @@ mod tests {
             assert!(duplicate_filter.is_first(writer(number), 1));
         }
         assert!(!duplicate_filter.is_first(writer(0), 1));
-        assert!(duplicate_filter.is_first(writer(most), 1), "takes the place of writer 1");
+        assert!(duplicate_filter.is_first(writer(most), 1), "replaces writer 1");
         assert_eq!(duplicate_filter.writers.len(), MAX_WRITERS);
         assert!(!duplicate_filter.is_first(writer(0), 1));
         assert!(duplicate_filter.is_first(writer(1), 1));

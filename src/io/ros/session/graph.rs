@@ -1,6 +1,6 @@
 //! The node in the ROS 2 graph: its names, and the `ros_discovery_info` message.
 //!
-//! DDS knows participants and endpoints; which of them make up a node is said by a message every
+//! DDS knows participants and endpoints; which of them make up a node is stated by a message that every
 //! ROS 2 participant publishes. Its identifiers are 24 bytes long up to Humble and 16 bytes since
 //! Iron; that is all that differs between the builds.
 
@@ -23,7 +23,7 @@ pub(super) fn node_name(settings: &RosSettings) -> Result<NodeName, RosError> {
     })
 }
 
-/// Tells the graph which writers and readers belong to our node.
+/// Publishes to the graph which writers and readers belong to our node.
 pub(super) struct GraphEntry {
     participant: GUID,
     node: NodeName,
@@ -82,7 +82,7 @@ mod tests {
 
     /// A participant's identifier, then a sequence of nodes: namespace, name, readers, writers.
     #[test]
-    fn identifiers_are_as_long_as_the_distribution_wants_them() {
+    fn identifiers_have_the_length_of_the_distribution() {
         let long = if super::super::DISTRO == "humble" { 24 } else { 16 };
         let listed = |first: u8| {
             let mut bytes = vec![0; long];

@@ -1,6 +1,6 @@
 //! An upper bound of the samples that RustDDS still holds for a writer.
 //!
-//! It tidies every 6 s, up to what all readers have acknowledged, and cannot be asked.
+//! RustDDS removes what all readers have acknowledged every 6 s and does not report what is left.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Adds a sample.
+    /// Records a written sample of that many bytes.
     pub(super) fn add(&mut self, now: Instant, bytes: usize) {
         self.samples.push_back((now, bytes));
         self.bytes += bytes;

@@ -5,41 +5,41 @@ use std::net::{IpAddr, Ipv4Addr};
 
 use if_addrs::IfAddr;
 
-/// An address on an interface. An interface that was unplugged and came back has a new index,
+/// An address and the index of its interface. An interface that was unplugged and came back has a new index,
 /// and multicast groups are to be joined again.
-type Place = (Ipv4Addr, Option<u32>);
+type LocalAddress = (Ipv4Addr, Option<u32>);
 
 /// The addresses at one moment.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Interfaces {
-    places: BTreeSet<Place>,
-    up: BTreeSet<Place>,
+    addresses: BTreeSet<LocalAddress>,
+    up: BTreeSet<LocalAddress>,
 }
 
 impl Interfaces {
-    /// The addresses now, limited to those in `only` unless that is empty. `None` when the system does not say.
+    /// The addresses now, limited to those in `only` unless that is empty. `None` when the system does not list them.
     pub(super) fn now(only: &[IpAddr]) -> Option<Self> {
-        let mut seen = Self::default();
+        let mut interfaces = Self::default();
         for interface in if_addrs::get_if_addrs().ok()? {
             let IfAddr::V4(address) = &interface.addr else { continue };
             if !only.is_empty() && !only.contains(&IpAddr::V4(address.ip)) {
                 continue;
             }
-            let place = (address.ip, interface.index);
-            seen.places.insert(place);
+            let address = (address.ip, interface.index);
+            interfaces.addresses.insert(address);
             if interface.is_oper_up() {
-                seen.up.insert(place);
+                interfaces.up.insert(address);
             }
         }
-        Some(seen)
+        Some(interfaces)
     }
 
-    /// Whether there is an address now that was not there before.
-    pub(super) fn has_new_place_since(&self, before: &Self) -> bool {
-        !self.places.is_subset(&before.places)
+    /// True if there is an address now that was not there before.
+    pub(super) fn has_new_address_since(&self, before: &Self) -> bool {
+        !self.addresses.is_subset(&before.addresses)
     }
 
-    /// Whether a link came up.
+    /// True if a link came up since then.
     pub(super) fn has_new_link_since(&self, before: &Self) -> bool {
         !self.up.is_subset(&before.up)
     }
@@ -49,16 +49,19 @@ impl Interfaces {
 mod tests {
     use super::*;
 
-    fn with(places: &[u32], up: &[u32]) -> Interfaces {
-        let place = |index: &u32| (Ipv4Addr::new(10, 0, 0, 1), Some(*index));
-        Interfaces { places: places.iter().map(place).collect(), up: up.iter().map(place).collect() }
+    fn with(addresses: &[u32], up: &[u32]) -> Interfaces {
+        let address = |index: &u32| (Ipv4Addr::new(10, 0, 0, 1), Some(*index));
+        Interfaces {
+            addresses: addresses.iter().map(address).collect(),
+            up: up.iter().map(address).collect(),
+        }
     }
 
     #[test]
     fn an_address_under_a_new_index_is_new_and_one_that_went_is_not() {
         let before = with(&[1, 2], &[1, 2]);
-        assert!(!with(&[1], &[1]).has_new_place_since(&before));
-        assert!(with(&[1, 3], &[1, 3]).has_new_place_since(&before));
+        assert!(!with(&[1], &[1]).has_new_address_since(&before));
+        assert!(with(&[1, 3], &[1, 3]).has_new_address_since(&before));
     }
 
     #[test]
@@ -66,13 +69,13 @@ mod tests {
         let before = with(&[1, 2], &[1]);
         assert!(!with(&[1, 2], &[]).has_new_link_since(&before));
         assert!(with(&[1, 2], &[1, 2]).has_new_link_since(&before));
-        assert!(!with(&[1, 2], &[1, 2]).has_new_place_since(&before));
+        assert!(!with(&[1, 2], &[1, 2]).has_new_address_since(&before));
     }
 
     #[test]
     fn the_loopback_is_found_and_a_limit_holds() {
         let loopback = IpAddr::V4(Ipv4Addr::LOCALHOST);
         let here = Interfaces::now(&[loopback]).unwrap();
-        assert!(here.places.iter().all(|(address, _)| *address == Ipv4Addr::LOCALHOST));
+        assert!(here.addresses.iter().all(|(address, _)| *address == Ipv4Addr::LOCALHOST));
     }
 }

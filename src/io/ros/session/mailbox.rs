@@ -17,7 +17,7 @@ use crate::io::ros::messages::{
 /// Diagnostics that may wait.
 const MAX_DIAGNOSTICS: usize = 64;
 
-/// What is to become of a report topic.
+/// An instruction for a report topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Publication<M> {
     /// Publish this message.

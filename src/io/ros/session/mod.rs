@@ -12,7 +12,7 @@
 //! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
 //! `topic_writer.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
 //!
-//! Fast DDS 2.9 does not understand RustDDS's goodbyes, which lack the key hash it looks for: it keeps
+//! Fast DDS 2.9 ignores RustDDS's dispose messages, which lack the key hash that it needs: it keeps
 //! each replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
 //!
 //! # Outages
@@ -25,7 +25,7 @@
 //!
 //! * A peer that leaves orderly, or that we never met, needs nothing.
 //! * While a peer is missing (its lease ran out), a second, bare participant listens as a
-//!   `DiscoveryProbe`. It has never heard of the peer, so it can find it.
+//!   `DiscoveryProbe`. The peer is new to it, so it can find it.
 //! * When it does, and only then, the probe becomes our participant: it gets writers with what is
 //!   current on them, and readers, and the old participant leaves when all its peers have found the
 //!   new one. Nobody else misses a sample; some get one twice. What we receive twice is recognised by its
@@ -85,7 +85,7 @@ compile_error!("`ros` is internal: choose the feature `humble` or `jazzy`");
 /// The distribution whose graph this build joins.
 pub const DISTRO: &str = if cfg!(feature = "humble") { "humble" } else { "jazzy" };
 
-/// How long [`RosSession::stop`] waits for DDS to say goodbye.
+/// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
 const STOP_PATIENCE: Duration = Duration::from_millis(450);
 /// The highest domain whose ports exist.
 const LAST_DOMAIN: u16 = 232;
@@ -98,19 +98,19 @@ pub enum RosError {
         "node `{node}` in namespace `{namespace}`: {why}; use letters, digits and `_`, and a namespace like `/` or `/vehicle`"
     )]
     Node {
-        /// The name asked for.
+        /// The configured node name.
         node: String,
-        /// The namespace asked for.
+        /// The configured namespace.
         namespace: String,
-        /// What is wrong.
+        /// The rule that the name breaks.
         why: NameError,
     },
     /// The topic name is not allowed by ROS 2.
     #[error("topic `{topic}`: {why}; use an absolute name like `/diagnostics`")]
     Topic {
-        /// The name asked for.
+        /// The configured topic name.
         topic: String,
-        /// What is wrong.
+        /// The rule that the name breaks, as text.
         why: String,
     },
     /// The subscription would keep no sample.
@@ -118,7 +118,7 @@ pub enum RosError {
     Depth {
         /// The topic's name.
         topic: String,
-        /// The depth asked for.
+        /// The configured depth, samples.
         depth: i32,
     },
     /// The domain has no UDP ports.
@@ -144,7 +144,7 @@ pub struct RosStatus {
     pub incoming: Vec<IncomingStatus>,
     /// Participants of the network whose lease ran out and that were not found again yet.
     pub missing_peers: usize,
-    /// Whether a second participant listens for them.
+    /// True while a second participant listens for them.
     pub has_probe: bool,
     /// Times our own participant was replaced.
     pub rebuilds: u32,
@@ -280,7 +280,7 @@ impl RosSession {
     /// takes longer, it is left to end by itself.
     pub fn stop(self) {
         self.mailbox.put(OutgoingMessage::Stop);
-        // Over either way: the thread has ended, or the time is up.
+        // Ends when the thread has ended, or when the time is up.
         let _ = self.ended.recv_timeout(STOP_PATIENCE);
     }
 }

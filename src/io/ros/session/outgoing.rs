@@ -1,4 +1,4 @@
-//! The table of topics we write: name, type, quality of service, and what goes there.
+//! The table of topics we write: name, type, quality of service, and source of the messages.
 
 use std::collections::HashMap;
 
@@ -14,18 +14,18 @@ use crate::io::ros::topics::{
     REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
 };
 
-/// How a topic's messages reach readers.
+/// The delivery of a topic's messages to readers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Delivery {
     /// The newest counts, changes are rare, and it can be withdrawn.
     Report,
     /// The newest counts, and there are many a second.
     Stream,
-    /// Said to whoever reads then, and not again.
+    /// Sent to the readers of that moment, and not again.
     Once,
 }
 
-/// What goes to a topic.
+/// The source of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Source {
     Turn,
@@ -39,22 +39,22 @@ pub(super) enum Source {
 /// A topic we write.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Outgoing {
-    /// Its name.
+    /// Absolute name of the topic.
     pub(super) name: String,
-    /// Its type.
+    /// Message type of the topic.
     pub(super) type_name: TypeName,
-    /// Offered to readers.
+    /// Durability offered to readers.
     pub(super) durability: Durability,
-    /// Offered to readers.
+    /// Samples that the writer keeps.
     pub(super) depth: i32,
-    /// How its messages reach readers.
+    /// Delivery of the messages to readers.
     pub(super) delivery: Delivery,
-    /// What goes there.
+    /// Source of the messages.
     pub(super) source: Source,
 }
 
 impl Outgoing {
-    /// In a word, for people.
+    /// Short name for people.
     pub(super) fn label(&self) -> &'static str {
         match self.source {
             Source::Turn => "turn",
@@ -105,7 +105,7 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Stream,
         source: Source::Lights(lights_topic.topic, lights_topic.lights, lights_topic.compat),
     }));
-    // A command is not repeated: to whoever comes later it is of the past.
+    // A command is not repeated: for a late joiner it is outdated.
     let command = |name: &String, type_name, source| Outgoing {
         name: name.clone(),
         type_name,
@@ -122,19 +122,19 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
     table
 }
 
-/// What a topic is to do.
+/// An instruction for the writer of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Order {
-    /// Say this.
+    /// Publish these samples.
     Publish(Vec<CdrBytes>),
-    /// Say nothing, not even to readers that come later.
+    /// Publish nothing, not even to readers that come later.
     Withdraw,
 }
 
 /// The encoders of traffic lights. Topics with the same source share one.
 pub(super) type LightsEncoders = HashMap<Source, LightsEncoder>;
 
-/// What the messages mean for each topic of the table: the topic's position, and what it is to do.
+/// The orders that follow from the messages, each with the position of its topic in the table.
 /// A message that several topics send is encoded once. An error is the text of the encoder.
 pub(super) fn orders(
     table: &[Outgoing],
@@ -225,13 +225,13 @@ mod tests {
     #[test]
     fn each_topic_has_its_durability_depth_and_delivery() {
         let table = table(&settings());
-        let seen: Vec<_> = table
+        let actual: Vec<_> = table
             .iter()
             .map(|outgoing| (outgoing.label(), outgoing.durability, outgoing.depth, outgoing.delivery))
             .collect();
         let (kept, volatile) = (Durability::TransientLocal, Durability::Volatile);
         assert_eq!(
-            seen,
+            actual,
             [
                 ("turn", volatile, 1, Delivery::Report),
                 ("hazard", volatile, 1, Delivery::Report),

@@ -43,7 +43,9 @@ pub(super) struct Participant {
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
     events: DomainParticipantStatusListener,
-    /// Last: RustDDS wants endpoints to go before their participant.
+    /// Number of writers that were replaced by new ones.
+    replaced_writers: u32,
+    /// The last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
 }
 
@@ -69,14 +71,15 @@ impl Participant {
         let topic_readers = settings
             .subscriptions
             .iter()
-            .map(|wanted| {
-                let qos = qos(wanted.reliability, wanted.durability, wanted.depth);
-                let topic = topic(&domain, &node, &wanted.name, wanted.kind.type_name(), &qos)?;
-                TopicReader::new(&subscriber, &topic, wanted.kind).map_err(dds)
+            .map(|subscription| {
+                let qos = qos(subscription.reliability, subscription.durability, subscription.depth);
+                let (name, kind) = (&subscription.name, subscription.kind);
+                let topic = topic(&domain, &node, name, kind.type_name(), &qos)?;
+                TopicReader::new(&subscriber, &topic, kind).map_err(dds)
             })
             .collect::<Result<Vec<_>, RosError>>()?;
         let written = table.iter().map(|outgoing| outgoing.name.clone());
-        let read = settings.subscriptions.iter().map(|wanted| wanted.name.clone());
+        let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
         let participant = Self {
             topic_writers,
             topic_readers,
@@ -84,13 +87,14 @@ impl Participant {
             matched: BTreeMap::new(),
             names: written.chain(read).collect(),
             events,
+            replaced_writers: 0,
             domain,
         };
         participant.announce();
         Ok(participant)
     }
 
-    /// Its identity.
+    /// The prefix of the participant's identity.
     pub(super) fn prefix(&self) -> Prefix {
         prefix(&self.domain.guid().to_bytes())
     }
@@ -104,9 +108,16 @@ impl Participant {
             Order::Withdraw => topic_writer.withdraw(),
         }?;
         if is_new {
+            self.replaced_writers += 1;
             self.announce();
         }
         Ok(())
+    }
+
+    /// Number of its writers that were replaced by new ones. RustDDS keeps a few kilobytes of each for as long as
+    /// the participant lives.
+    pub(super) fn replaced_writers(&self) -> u32 {
+        self.replaced_writers
     }
 
     /// Takes received samples, each with the position of its subscription. True when there are more.
@@ -120,24 +131,25 @@ impl Participant {
 
     /// Publishes what is current to new readers, and forgets its history when none is left.
     pub(super) fn settle(&mut self) -> Result<(), String> {
-        let (mut is_new, mut outcome) = (false, Ok(()));
+        let (mut replaced, mut outcome) = (0, Ok(()));
         for topic_writer in &mut self.topic_writers {
             match topic_writer.settle(matches(&self.matched, topic_writer.guid())) {
-                Ok(is_new_writer) => is_new |= is_new_writer,
+                Ok(is_new_writer) => replaced += u32::from(is_new_writer),
                 Err(error) => outcome = Err(error),
             }
         }
-        if is_new {
+        if replaced > 0 {
+            self.replaced_writers += replaced;
             self.announce();
         }
         outcome
     }
 
-    /// Whether every reader has acknowledged everything at some moment since the last call; waits some
+    /// True if each writer had everything acknowledged at some moment since the last call; waits some
     /// milliseconds for it.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         let mut is_acknowledged = true;
-        // Each is asked, since asking begins a new interval.
+        // Called for each, since the call begins a new interval.
         for topic_writer in &mut self.topic_writers {
             is_acknowledged &= topic_writer.is_acknowledged();
         }
@@ -154,7 +166,7 @@ impl Participant {
         self.topic_readers.iter().map(|topic_reader| matches(&self.matched, topic_reader.guid()))
     }
 
-    /// Whether all remote endpoints that are matched with `other` are matched with this one too.
+    /// True if all remote endpoints that are matched with `other` are matched with this one too.
     pub(super) fn serves_all_of(&self, other: &Self) -> bool {
         let served: BTreeSet<&GUID> = self.matched.values().flatten().collect();
         other.matched.values().flatten().all(|peer| served.contains(peer))
@@ -193,14 +205,14 @@ impl Participant {
                 }
                 DomainParticipantStatusEvent::RemoteReaderQosIncompatible { local_writer, .. } => {
                     tracing::warn!(
-                        "a reader of {} wants more than this writer offers, e.g. transient_local from volatile; \
-                         it gets nothing",
+                        "a reader of {} requests more than this writer offers, e.g. transient_local from volatile; \
+                         it receives nothing",
                         self.topic_of(local_writer)
                     );
                 }
                 DomainParticipantStatusEvent::RemoteWriterQosIncompatible { local_reader, .. } => {
                     tracing::warn!(
-                        "a writer of {} offers less than this reader wants, e.g. best effort instead of \
+                        "a writer of {} offers less than this reader requests, e.g. best effort instead of \
                          reliable; it is not read",
                         self.topic_of(local_reader)
                     );

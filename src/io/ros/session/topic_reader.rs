@@ -18,7 +18,7 @@ const MAX_AT_ONCE: usize = 64;
 pub(super) enum Taken {
     /// It was decoded: its writer, its number among that writer's, and the input.
     Sample(GUID, i64, Input),
-    /// Its bytes are not of the type; the text says why.
+    /// Its bytes are not of the type; the text gives the reason.
     Undecodable(String),
 }
 
@@ -58,7 +58,7 @@ impl TopicReader {
     }
 }
 
-/// Tells RustDDS that a [`Decoder`] makes what is read.
+/// Marks for RustDDS that a [`Decoder`] makes the decoded values.
 struct Typed;
 
 impl DeserializerAdapter<Input> for Typed {

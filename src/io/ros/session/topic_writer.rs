@@ -1,14 +1,14 @@
-//! One topic we write: its writer, what is current on it, and how it is delivered and withdrawn.
+//! One topic we write: its writer, the current samples, their delivery and withdrawal.
 //!
 //! A reader learns of a new writer some milliseconds after the writer exists. A volatile writer
 //! sends it only what comes after that, and a volatile reader need not take what came before. So
 //! that a report is not lost on readers which knew the writer's predecessor, it is repeated (same
 //! stamp) a few times in the writer's first seconds.
 //!
-//! RustDDS tidies a transient-local writer's history every 6 s, up to what all readers have
+//! RustDDS trims a transient-local writer's history every 6 s, up to what all readers have
 //! acknowledged; without readers it keeps thousands of samples, whatever the depth. A late joiner
-//! would be handed minutes of old samples before the current one. So while nobody reads, nothing is
-//! written and the history is empty; what is current is written when somebody comes. A stream that
+//! would be handed minutes of old samples before the current one. So while there is no reader, nothing is
+//! written and the history is empty; the current samples are written when one joins. A stream that
 //! others read has seconds of history nonetheless. Handing it over goes at 8 kB each 10 ms, the
 //! current sample last; when that would take long, the joiner finds a new, empty writer instead.
 
@@ -26,13 +26,13 @@ use crate::io::ros::messages::CdrBytes;
 /// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =
     [Duration::from_millis(100), Duration::from_millis(300), Duration::from_secs(1), Duration::from_secs(3)];
-/// How long a withdrawal waits for readers to acknowledge what was sent before.
+/// Longest time that a withdrawal waits for readers to acknowledge what was sent before.
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
 /// The most history that a late joiner of a stream is handed.
 const MAX_HANDED_OVER: usize = 64 * 1024;
 /// The most that a stream's readers may owe acknowledgements for.
 const MAX_HISTORY: usize = 256 * 1024 * 1024;
-/// How long a new writer is left alone: its readers come one by one.
+/// Time for which a new writer is not replaced: its readers come one by one.
 const SETTLING: Duration = Duration::from_secs(2);
 
 /// A topic of one participant.
@@ -42,22 +42,22 @@ pub(super) struct TopicWriter {
     durability: Durability,
     delivery: Delivery,
     writer: SampleWriter,
-    /// When the writer said something for the first time.
-    born: Instant,
+    /// Time of the writer's first sample, or of its creation.
+    first_write: Instant,
     repeats: usize,
-    /// What a late joiner is to be told; nothing when withdrawn.
+    /// Samples for a late joiner; empty when withdrawn.
     current: Vec<CdrBytes>,
-    /// The writer has said something.
+    /// The writer has written a sample.
     used: bool,
     history: History,
-    /// How many read at the last look.
+    /// Number of matched readers at the last call of [`settle`](Self::settle).
     readers: usize,
-    /// Everything was acknowledged at some moment since that was asked last.
+    /// Everything was acknowledged at some moment since the last call of [`is_acknowledged`](Self::is_acknowledged).
     acknowledged: bool,
 }
 
 impl TopicWriter {
-    /// A topic on which nothing was said yet; the quality of service is the topic's.
+    /// A topic on which nothing was published yet; the quality of service is the topic's.
     pub(super) fn new(
         publisher: &Publisher,
         topic: Topic,
@@ -71,7 +71,7 @@ impl TopicWriter {
             durability,
             delivery,
             writer,
-            born: Instant::now(),
+            first_write: Instant::now(),
             repeats: 0,
             current: Vec::new(),
             used: false,
@@ -86,8 +86,8 @@ impl TopicWriter {
         self.writer.guid()
     }
 
-    /// Publishes, if anybody reads; else the first reader gets it. What is said once goes out
-    /// in any case. The error is the text of RustDDS.
+    /// Publishes, if there is a reader; else the first one to join gets it. [`Delivery::Once`] goes out in any case.
+    /// The error is the text of RustDDS.
     pub(super) fn publish(&mut self, samples: &[CdrBytes], readers: usize) -> Result<(), String> {
         if self.delivery == Delivery::Once {
             return self.write(samples);
@@ -96,12 +96,13 @@ impl TopicWriter {
         if readers > 0 || self.durability == Durability::Volatile { self.write(samples) } else { Ok(()) }
     }
 
-    /// Says nothing from now on, not even to readers that come later. True when that made a new writer.
+    /// Publishes nothing from now on, not even to readers that come later. True when that made a new writer.
     pub(super) fn withdraw(&mut self) -> Result<bool, String> {
-        if std::mem::take(&mut self.current).is_empty() || self.durability == Durability::Volatile {
+        let is_empty = std::mem::take(&mut self.current).is_empty() || !self.used;
+        if is_empty || self.durability == Durability::Volatile {
             return Ok(false);
         }
-        // Readers that do not answer are not waited for any longer: they are gone.
+        // Readers that do not acknowledge in time are taken for gone.
         let _ = self.writer.wait_for_acknowledgments(ACKNOWLEDGE);
         self.begin_anew()
     }
@@ -115,21 +116,20 @@ impl TopicWriter {
         Ok(true)
     }
 
-    /// Whether every reader has acknowledged everything, now or at some moment since the last call:
-    /// a busy writer seldom has at the very moment it is asked. Waits some milliseconds for what is on
-    /// its way.
+    /// True if every reader has acknowledged everything, now or at some moment since the last call: that is
+    /// seldom so at the very moment of the call on a busy writer. Waits some milliseconds for acknowledgements
+    /// in transit.
     pub(super) fn is_acknowledged(&mut self) -> bool {
         std::mem::take(&mut self.acknowledged) || self.has_all_acknowledged(Duration::from_millis(5))
     }
 
-    /// A writer that cannot tell counts as acknowledged.
+    /// A writer for which RustDDS reports an error counts as acknowledged.
     fn has_all_acknowledged(&self, patience: Duration) -> bool {
         self.writer.wait_for_acknowledgments(patience).unwrap_or(true)
     }
 
-    /// Says what is current to the first who reads it, and repeats a report when its time has come;
-    /// forgets what was said to those who are gone, or was too much for one who comes. True when that
-    /// made a new writer.
+    /// Writes the current samples for the first reader, and repeats a report when that is due; drops the history
+    /// of readers that are gone, or that is too long for one who joins. True when that made a new writer.
     pub(super) fn settle(&mut self, readers: usize) -> Result<bool, String> {
         let joined = readers > std::mem::replace(&mut self.readers, readers);
         if self.has_all_acknowledged(Duration::ZERO) {
@@ -144,12 +144,12 @@ impl TopicWriter {
             return if self.used { self.begin_anew() } else { Ok(false) };
         }
         let is_long = is_transient && joined && self.history.bytes() > MAX_HANDED_OVER;
-        let is_settled = self.used && self.born.elapsed() >= SETTLING;
+        let is_settled = self.used && self.first_write.elapsed() >= SETTLING;
         if self.delivery == Delivery::Stream && is_settled {
             let is_too_much = is_long || self.history.bytes() > MAX_HISTORY;
             return if is_too_much { self.begin_anew() } else { Ok(false) };
         }
-        let age = self.born.elapsed();
+        let age = self.first_write.elapsed();
         let due = match self.delivery {
             Delivery::Report => REPEATS.iter().filter(|repeat| **repeat <= age).count(),
             Delivery::Stream | Delivery::Once => self.repeats,
@@ -165,7 +165,7 @@ impl TopicWriter {
         for sample in samples {
             if !self.used {
                 self.used = true;
-                self.born = Instant::now();
+                self.first_write = Instant::now();
                 self.repeats = 0;
             }
             if self.delivery == Delivery::Stream {

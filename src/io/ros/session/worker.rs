@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rustdds::RTPSEntity;
 
 use super::ack_timeout::AckTimeout;
-use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, Sighting, prefix};
+use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, ProbeResult, prefix};
 use super::duplicate_filter::DuplicateFilter;
 use super::interfaces::Interfaces;
 use super::mailbox::{Mailbox, OutgoingMessages};
@@ -19,13 +19,15 @@ use crate::core::gateway::event::Input;
 use crate::core::traffic_light::input::TrafficLightInput;
 use crate::io::ros::inbox::Inbox;
 
-/// Longest sleep between two looks at the events of DDS.
+/// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
 /// Shortest time that a replaced participant stays beside its successor.
 const OVERLAP: Duration = Duration::from_secs(1);
 /// Longest such time, when some of its readers have not found the successor: without multicast Cyclone
 /// asks a port that was silent every 30 s.
 const MAX_OVERLAP: Duration = Duration::from_secs(35);
+/// Writers that a participant replaces before it is itself replaced, see [`Participant::replaced_writers`].
+const MAX_REPLACED_WRITERS: u32 = 1000;
 /// A round that takes longer means that the process was stopped. Peers may have given its participant up, and it does
 /// not find them again.
 const STANDSTILL: Duration = Duration::from_secs(2);
@@ -220,10 +222,10 @@ impl Worker {
     /// Looks for missing peers, and moves to the probe when it has found one.
     fn probe_discovery(&mut self) {
         let Some((probe, _)) = &self.probe else { return };
-        match probe.look(&self.missing) {
-            Sighting::Nobody => {}
-            Sighting::Blind => self.probe = None,
-            Sighting::Found => {
+        match probe.poll(&self.missing) {
+            ProbeResult::NoneFound => {}
+            ProbeResult::PeerLost => self.probe = None,
+            ProbeResult::PeerFound => {
                 if let Some((probe, interfaces)) = self.probe.take() {
                     tracing::info!("a DDS peer is back after an outage: continuing with a new participant");
                     self.replace(probe.into_participant(), interfaces);
@@ -247,18 +249,20 @@ impl Worker {
         if self.last_made.elapsed() < self.settings.recovery.min_rebuild_interval {
             return;
         }
-        let new_place = settled && self.last_interfaces.has_new_place_since(&self.interfaces);
+        let new_address = settled && self.last_interfaces.has_new_address_since(&self.interfaces);
         let readers = self.participant.readers().sum();
         let unacknowledged =
             self.ack_timeout.observe(self.participant.is_acknowledged(), readers, Instant::now());
         let (write_failed, stood_still) = (self.write_failed, self.stood_still);
-        if new_place || unacknowledged || write_failed || stood_still {
+        let worn_out = self.participant.replaced_writers() >= MAX_REPLACED_WRITERS;
+        if new_address || unacknowledged || write_failed || stood_still || worn_out {
             if let Some(participant) = self.make() {
                 tracing::info!(
-                    new_place,
+                    new_address,
                     unacknowledged,
                     write_failed,
                     stood_still,
+                    worn_out,
                     "continuing with a new DDS participant"
                 );
                 self.replace(participant, self.last_interfaces.clone());

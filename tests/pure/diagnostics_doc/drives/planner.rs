@@ -6,15 +6,15 @@ use signal_gateway::config::drive;
 use signal_gateway::config::files::Disk;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::turn_signal::planner_input::{
-    ControlPoint, FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
+    FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
 };
 use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::signal::Hazard;
-use signal_gateway::desk::drive::course::Course;
+use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use super::{Desk, Said};
 use crate::pure::diagnostics_doc::project;
-use crate::pure::turn_signal_cases::bench::{decider, path, route};
+use crate::pure::turn_signal_cases::bench::{self, decider, path, route};
 use crate::support::files::MemoryFiles;
 
 const LANE_CHANGE: FactorTopic = FactorTopic::LaneChangeLeft;
@@ -30,14 +30,7 @@ pub(super) fn drive(said: &mut Said) {
 }
 
 fn factor(from_m: f64, to_m: f64, shift_m: f64, is_driving_forward: bool) -> PlanningFactor {
-    let point = |x: f64, shift_length_m: f64| ControlPoint {
-        pose: Pose::new(x, 0.0, 0.0),
-        distance_m: 0.0,
-        speed_mps: 0.0,
-        shift_length_m,
-    };
-    let control_points = vec![point(from_m, 0.0), point(to_m, shift_m)];
-    PlanningFactor { behavior: 5, is_driving_forward, detail: "".into(), control_points }
+    bench::factor(5, is_driving_forward, &[(from_m, 0.0), (to_m, shift_m)])
 }
 
 fn factors(topic: FactorTopic, factor: PlanningFactor) -> PlannerInput {
@@ -116,12 +109,12 @@ fn inputs(said: &mut Said) {
 /// A drive through a roundabout.
 fn roundabout(said: &mut Said) {
     let file = drive::read(&Disk, &project().join("config/drives/roundabout_first_exit.toml")).unwrap();
-    let course = Course::new(file).unwrap();
+    let simulation = DriveSimulation::new(file).unwrap();
     let map = project().join("config/maps/roundabout/lanelet2_map.osm");
     let gateway = format!("[turn_signal]\nenabled = true\nmap = \"{}\"\n", map.display());
     let mut desk = Desk::of(&MemoryFiles::new([("gateway.toml", gateway)]).or_disk(), said);
     let mut is_routed = false;
-    for cycle in course.cycles() {
+    for cycle in simulation.cycles() {
         if !std::mem::replace(&mut is_routed, true) {
             let (id, start, segments) =
                 (cycle.route.id(), cycle.route.start(), cycle.route.segments().to_vec());

@@ -1,4 +1,4 @@
-//! What the turn signal decider and the traffic lights say.
+//! Statuses of the turn signal decider and the traffic lights.
 
 use signal_gateway::core::diagnostics::Level::{Error, Ok, Warn};
 
@@ -51,7 +51,7 @@ pub(super) fn decider() -> Task {
                 Warn,
                 "{command}: planning factor of {topic}: {flaw}",
                 "Report it to the planner's maintainers; the factor is left out. It has `no start and end`, `no side`, or `a \
-                 place or an offset is not a number`.",
+                 position or an offset is not a number`.",
             ),
             message(
                 Warn,
@@ -89,7 +89,7 @@ fn decider_keys() -> Vec<Key> {
             key("command", "-", "Turn command now: `NO_COMMAND`, `DISABLE`, `LEFT` or `RIGHT`.")
                 .when(decided),
             key("hazard", "-", "Hazard command now: `NO_COMMAND`, `DISABLE` or `ENABLE`.").when(decided),
-            key("held", "-", "Why the command is not yet what is wanted, or `no`.").when(decided),
+            key("held", "-", "Reason why the command is not yet the requested one, or `no`.").when(decided),
             key("winner", "-", "Candidate that wins, or `none`.").when(decided),
             key("rule", "-", "Rule it wins by, as in `docs/spec/turn-signal-decider.md`, or `none`.")
                 .when(candidates),
@@ -136,10 +136,10 @@ pub(super) fn channel() -> Task {
         messages: vec![
             message(Ok, "normal", NOTHING),
             message(Warn, "an input for {id} was rejected", "Correct the id or the state; shown for 10 s."),
-            message(Warn, "an input that makes no sense was rejected", "Correct the sender; shown for 10 s."),
+            message(Warn, "an unreadable input was rejected", "Correct the sender; shown for 10 s."),
             message(
                 Warn,
-                "lights are no longer renewed",
+                "lights are no longer received",
                 "Check the sender of the V2I states; the lights were removed.",
             ),
         ],
@@ -173,7 +173,7 @@ pub(super) fn scenario() -> Task {
             key(
                 "controller",
                 "s",
-                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stands still`; the first eight, one each.",
+                "`NAME: PHASE, N s left`, `no phase yet`, `until an action` or `stopped`; the first eight, one each.",
             )
             .when("if the scenario has controllers"),
             key("skipped", "-", "Frames and messages left out after gaps in time."),
@@ -184,19 +184,19 @@ pub(super) fn scenario() -> Task {
 
 pub(super) fn v2i_reception() -> Task {
     let more = "[ (and {others} more)]";
-    let told = |text: &str| format!("{{group}}: {text}{more}");
+    let message_of = |text: &str| format!("{{group}}: {text}{more}");
     let mut messages = vec![message(Ok, "{known} of {groups} known", NOTHING)];
     messages.extend(missing(Warn, "{group}: ", more));
     messages.extend([
         message(
             Warn,
-            &told("{signal} = {raw} reports that states cannot be used"),
+            &message_of("{signal} = {raw} reports that states cannot be used"),
             "Check the V2X unit; it does not trust its own states.",
         ),
-        message(Warn, &told("{signal} = {raw} means fault"), "Have the V2X unit repaired."),
+        message(Warn, &message_of("{signal} = {raw} means fault"), "Have the V2X unit repaired."),
         message(
             Warn,
-            &told("{signal} = {raw} is not a defined value"),
+            &message_of("{signal} = {raw} is not a defined value"),
             "Find out what the value means and name it in the profile.",
         ),
     ]);

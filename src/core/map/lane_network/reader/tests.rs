@@ -26,11 +26,11 @@ impl Drawn {
         Self { nodes: BTreeMap::new(), text: String::new() }
     }
 
-    fn way(mut self, id: i64, places: &[(i32, i32)], tags: &str) -> Self {
+    fn way(mut self, id: i64, corners: &[(i32, i32)], tags: &str) -> Self {
         let mut members = String::new();
-        for place in places {
+        for corner in corners {
             let next = self.nodes.len() + 1;
-            members += &format!("<nd ref='{}'/>", self.nodes.entry(*place).or_insert(next));
+            members += &format!("<nd ref='{}'/>", self.nodes.entry(*corner).or_insert(next));
         }
         self.text += &format!("<way id='{id}'>{members}{tags}</way>\n");
         self
@@ -107,11 +107,11 @@ fn bounds_run_with_traffic_however_they_are_drawn() {
         assert!(point.distance_m(Point::new(3773.5, 73725.0 + 5.0 * f64::from(at))) < 1e-9, "{point:?}");
     }
     assert!((northbound.length_m() - 25.0).abs() < 1e-9);
-    // Turning any way of the file round changes nothing.
+    // Reversing any way of the file changes nothing.
     assert_eq!(map, road(&turn_ways(CROSSROADS)));
 }
 
-/// The same file with the nodes of all ways the other way round.
+/// The same file with the nodes of all ways in reverse.
 fn turn_ways(map: &str) -> String {
     let (mut text, mut nodes) = (String::new(), Vec::new());
     for line in map.lines() {
@@ -141,8 +141,8 @@ fn lanes_on_either_side_come_in_five_kinds() {
         .lanelet(3, 13, 12, "")
         .lanelet(4, 13, 14, "")
         .road();
-    let seen = [1, 2, 3, 4].map(|lane| sides(&road, lane));
-    assert_eq!(seen, [(false, false), (true, true), (true, true), (true, false)]);
+    let beside = [1, 2, 3, 4].map(|lane| sides(&road, lane));
+    assert_eq!(beside, [(false, false), (true, true), (true, true), (true, false)]);
 
     // A road that parts: 6 goes straight, 7 away to the left, and ends beside 6 or a metre off.
     let parting = |joined: bool| {

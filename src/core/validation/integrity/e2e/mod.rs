@@ -42,7 +42,7 @@ pub enum E2eError {
     #[error("a frame has 64 bytes at most, the message {0}")]
     Length(usize),
     /// A Data ID of more than 12 bits, of which four are sent and eight enter the CRC.
-    #[error("with a nibble of it in the frame the Data ID is 0x000 to 0xFFF, not 0x{0:X}")]
+    #[error("in low-nibble mode the Data ID is 0x000 to 0xFFF, not 0x{0:X}")]
     DataId(u16),
 }
 

@@ -101,7 +101,7 @@ impl Look {
     }
 }
 
-/// Changes a list as the core does: in place unless somebody holds it, and not at all without a difference.
+/// Changes a list as the core does: in place unless it is held elsewhere, and not at all without a difference.
 fn take<T: Clone>(
     list: &mut Arc<Vec<T>>,
     step: &Step,
@@ -163,26 +163,26 @@ proptest! {
     }
 }
 
-/// Where the bytes of a message are, after it was dropped.
-fn place(encoder: &mut LightsEncoder, content: &Content, nanos: i64) -> *const u8 {
+/// The address of a message's bytes, after it was dropped.
+fn address(encoder: &mut LightsEncoder, content: &Content, nanos: i64) -> *const u8 {
     let stamp = WallStamp::from_nanos(nanos);
     let emission = Emission { topic: LightsTopic::V2i, stamp, content: content.clone() };
     encoder.encode(&emission).unwrap()[0].as_ref().as_ptr()
 }
 
 #[test]
-fn bytes_nobody_holds_are_patched_in_place() {
+fn bytes_that_are_not_held_are_patched_in_place() {
     let look = Look { id: 1, bulbs: vec![], quarters: 2, predictions: vec![] };
     let content = Content::groups([(*look.group()).clone()]);
     let mut encoder = LightsEncoder::new(LightsType::GroupArray, Compat::Improved);
-    let first = place(&mut encoder, &content, 1);
-    assert_eq!(place(&mut encoder, &content, 2), first);
+    let first = address(&mut encoder, &content, 1);
+    assert_eq!(address(&mut encoder, &content, 2), first);
     let emission =
         Emission { topic: LightsTopic::V2i, stamp: WallStamp::from_nanos(3), content: content.clone() };
     let held = encoder.encode(&emission).unwrap();
-    assert_ne!(place(&mut encoder, &content, 4), first, "a writer holds these");
+    assert_ne!(address(&mut encoder, &content, 4), first, "a writer holds these");
     drop(held);
-    assert_ne!(place(&mut encoder, &content, 5), first, "the newest free ones are taken");
+    assert_ne!(address(&mut encoder, &content, 5), first, "the newest free ones are taken");
 }
 
 #[test]

@@ -4,77 +4,28 @@
 //! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. CAN XL is counted as
 //! not supported. Lines that begin with `#` are comments; those of the black box are notes.
 
-use std::fmt;
-
+use super::clock::SECOND;
+use super::entry::{BadLine, Content, Entry, Interface};
+use super::fields::{data_frame, decimal, fields, number, text};
+use super::{LineFormat, LineReader, begins};
 use crate::core::can::error_frame::ErrorFrame;
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::frame::{CanId, MAX_DATA};
 use crate::core::can::note::Note;
 use crate::core::time::WallStamp;
 
+/// `candump -L`; also read when no format claims a recording.
+pub(super) const FORMAT: LineFormat =
+    LineFormat { name: "candump -L", claims: |line| begins(line, &["("]), reader: || Box::new(Candump) };
+
 /// The longest line, bytes; a CAN FD frame needs 200.
-pub const MAX_LINE: usize = 512;
+const MAX_LINE: usize = 512;
 
-/// A line that could be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Line<'a> {
-    /// Time of reception.
-    pub stamp: WallStamp,
-    /// Interface that received it.
-    pub interface: &'a str,
-    /// Content.
-    pub content: Content,
-}
+/// The format has no headings.
+struct Candump;
 
-/// The content of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Content {
-    /// A data frame.
-    Data(Frame),
-    /// A remote request; carries no data.
-    Remote,
-    /// An error frame.
-    Error(ErrorFrame),
-    /// A note of the black box beside frames.
-    Note(Note),
-}
-
-/// The reason why a line of a recording, in this format or [another](super::formats), cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum BadLine {
-    /// Longer than any line of the format.
-    TooLong,
-    /// Not text.
-    NotText,
-    /// No time where the format has it (here: `(seconds.fraction)` at the beginning).
-    NoTime,
-    /// No interface name or number where the format has it.
-    NoInterface,
-    /// No frame where the format has it (here: `ID#DATA`), or one of a kind it does not know.
-    NoFrame,
-    /// An identifier that is not written as the format does (here: 3 or 8 hexadecimal digits), or
-    /// out of range.
-    BadId,
-    /// Data that is not bytes, or fewer than announced.
-    BadData,
-    /// A length that no frame has.
-    BadLength,
-    /// A CAN XL frame.
-    CanXl,
-}
-
-impl fmt::Display for BadLine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::TooLong => "too long for a line of a recording",
-            Self::NotText => "not text",
-            Self::NoTime => "the time is missing",
-            Self::NoInterface => "the interface is missing",
-            Self::NoFrame => "the frame is missing",
-            Self::BadId => "invalid identifier",
-            Self::BadData => "data is damaged or missing",
-            Self::BadLength => "invalid data length",
-            Self::CanXl => "CAN XL frames are not supported",
-        })
+impl LineReader for Candump {
+    fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
+        if line.starts_with(b"#") { Ok(parse_note(line)) } else { parse_line(line).map(Some) }
     }
 }
 
@@ -82,53 +33,45 @@ impl fmt::Display for BadLine {
 ///
 /// # Errors
 /// The reason why it cannot be read.
-pub fn parse_line(line: &[u8]) -> Result<Line<'_>, BadLine> {
+pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
     if line.len() > MAX_LINE {
         return Err(BadLine::TooLong);
     }
-    let text = std::str::from_utf8(line).map_err(|_| BadLine::NotText)?;
-    let mut words = text.split_ascii_whitespace();
-    let stamp = words.next().and_then(time).ok_or(BadLine::NoTime)?;
-    let interface = words.next().ok_or(BadLine::NoInterface)?;
-    let (id, rest) = words.next().and_then(|word| word.split_once('#')).ok_or(BadLine::NoFrame)?;
-    Ok(Line { stamp, interface, content: content(id, rest)? })
+    let mut fields = fields(text(line)?, 16);
+    let stamp = fields.next().and_then(time).ok_or(BadLine::NoTime)?;
+    let interface = Interface::Named(fields.text(BadLine::NoInterface)?);
+    let (id, rest) = fields.next().and_then(|field| field.split_once('#')).ok_or(BadLine::NoFrame)?;
+    Ok(Entry { stamp, interface, content: content(id, rest)? })
 }
 
 /// Reads a comment, `# (1436509052.249713) can0 link down`; `None` for one that is not a [`Note`].
-pub fn parse_note(line: &[u8]) -> Option<Line<'_>> {
-    let text = std::str::from_utf8(line.strip_prefix(b"#")?).ok()?;
-    let mut words = text.split_ascii_whitespace();
-    let stamp = words.next().and_then(time)?;
-    let interface = words.next()?;
-    Some(Line { stamp, interface, content: Content::Note(Note::parse(words)?) })
+fn parse_note(line: &[u8]) -> Option<Entry<'_>> {
+    let mut fields = fields(text(line.strip_prefix(b"#")?).ok()?, 16);
+    let stamp = fields.next().and_then(time)?;
+    let interface = Interface::Named(fields.next()?);
+    Some(Entry { stamp, interface, content: Content::Note(Note::parse(fields)?) })
 }
 
-/// `(seconds.fraction)` with one to nine decimals.
-fn time(word: &str) -> Option<WallStamp> {
-    let (seconds, fraction) = word.strip_prefix('(')?.strip_suffix(')')?.split_once('.')?;
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    if !digits(seconds) || !digits(fraction) || fraction.len() > 9 {
-        return None;
-    }
-    let seconds: i64 = seconds.parse().ok()?;
-    let places = u32::try_from(fraction.len()).ok()?;
-    let nanos = fraction.parse::<i64>().ok()? * 10_i64.pow(9 - places);
-    Some(WallStamp::from_nanos(seconds.checked_mul(1_000_000_000)?.checked_add(nanos)?))
+/// Reads `(seconds.fraction)` with one to nine decimals.
+fn time(field: &str) -> Option<WallStamp> {
+    let seconds = field.strip_prefix('(')?.strip_suffix(')')?;
+    let (_, fraction) = seconds.split_once('.')?;
+    if fraction.len() > 9 { None } else { decimal(seconds, SECOND).map(WallStamp::from_nanos) }
 }
 
 const EFF_FLAG: u32 = 0x8000_0000;
 const ERR_FLAG: u32 = 0x2000_0000;
 
 fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
-    let number = hex_number(id).ok_or(BadLine::BadId)?;
+    let flagged = number(id, 16).ok_or(BadLine::BadId)?;
     let can_id = match id.len() {
-        3 => CanId::standard(number),
-        8 if number & ERR_FLAG != 0 => {
+        3 => CanId::standard(flagged),
+        8 if flagged & ERR_FLAG != 0 => {
             let (bytes, length) = data(rest)?;
-            let class = number & !(ERR_FLAG | EFF_FLAG);
+            let class = flagged & !(ERR_FLAG | EFF_FLAG);
             return Ok(Content::Error(ErrorFrame::new(class, &bytes[..length])));
         }
-        8 => CanId::extended(number),
+        8 => CanId::extended(flagged),
         _ => None,
     }
     .ok_or(BadLine::BadId)?;
@@ -136,10 +79,10 @@ fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
         if fd.starts_with('#') {
             return Err(BadLine::CanXl);
         }
-        // The first digit holds the FD flags (bit rate switch, error state), which nothing here needs.
+        // The first digit holds the FD flags (bit rate switch, error state), which are not used.
         let payload = fd.strip_prefix(|flags: char| flags.is_ascii_hexdigit()).ok_or(BadLine::BadData)?;
         let (bytes, length) = data(payload)?;
-        return Frame::fd(can_id, &bytes[..length]).map(Content::Data).ok_or(BadLine::BadLength);
+        return data_frame(can_id, true, &bytes[..length]);
     }
     if rest.starts_with(['R', 'r']) {
         return Ok(Content::Remote);
@@ -148,21 +91,18 @@ fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
         return Err(BadLine::CanXl);
     }
     let payload = match rest.split_once('_') {
-        // A DLC above 8 is sent as it is, but the frame still has 8 bytes.
-        Some((payload, dlc)) if matches!(hex_number(dlc), Some(9..=15)) => payload,
+        // Such a DLC is sent as it is, but the frame still has 8 bytes.
+        Some((payload, dlc)) if matches!(number(dlc, 16), Some(9..=15)) => payload,
         Some(_) => return Err(BadLine::BadLength),
         None => rest,
     };
     let (bytes, length) = data(payload)?;
-    Frame::classic(can_id, &bytes[..length]).map(Content::Data).ok_or(BadLine::BadLength)
+    data_frame(can_id, false, &bytes[..length])
 }
 
-fn hex_number(text: &str) -> Option<u32> {
-    // from_str_radix would take a sign.
-    if text.bytes().all(|byte| byte.is_ascii_hexdigit()) { u32::from_str_radix(text, 16).ok() } else { None }
-}
-
+/// Reads pairs of hexadecimal digits, and counts them.
 fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
+    let digit = |byte: u8| char::from(byte).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
     let mut bytes = [0; MAX_DATA];
     let pairs = text.as_bytes().chunks(2);
     let length = pairs.len();
@@ -171,23 +111,16 @@ fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
     }
     for (byte, pair) in bytes.iter_mut().zip(pairs) {
         let [high, low] = pair else { return Err(BadLine::BadData) };
-        *byte = hex_digit(*high).zip(hex_digit(*low)).map(|(h, l)| h << 4 | l).ok_or(BadLine::BadData)?;
+        *byte = digit(*high).zip(digit(*low)).map(|(high, low)| high << 4 | low).ok_or(BadLine::BadData)?;
     }
     Ok((bytes, length))
 }
 
-fn hex_digit(char: u8) -> Option<u8> {
-    match char {
-        b'0'..=b'9' => Some(char - b'0'),
-        b'a'..=b'f' => Some(char - b'a' + 10),
-        b'A'..=b'F' => Some(char - b'A' + 10),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::testing::assert_refused;
     use super::*;
+    use crate::core::can::frame::Frame;
     use proptest::prelude::*;
 
     fn frame(line: &str) -> Frame {
@@ -201,7 +134,7 @@ mod tests {
     fn every_kind_of_line_is_read() {
         let line = parse_line(b"(1436509052.249713) vcan0 044#2A366C").unwrap();
         assert_eq!(line.stamp, WallStamp::from_nanos(1_436_509_052_249_713_000));
-        assert_eq!(line.interface, "vcan0");
+        assert_eq!(line.interface, Interface::Named("vcan0"));
         assert_eq!(frame("(0.000001) can0 044#2A366C").to_string(), "044#2A366C");
         assert_eq!(frame("(0.000001) can0 0CFDCC27#ff00 R").id(), CanId::Extended(0x0CFD_CC27));
         assert_eq!(frame("(0.000001) can0 123##10102030405060708090A0B0C").data().len(), 12);
@@ -215,8 +148,8 @@ mod tests {
     }
 
     #[test]
-    fn every_way_to_break_a_line_has_its_reason() {
-        for (line, reason) in [
+    fn every_malformed_line_has_its_reason() {
+        let cases = [
             ("", BadLine::NoTime),
             ("(12) can0 123#00", BadLine::NoTime),
             ("(99999999999999999999.0) can0 123#00", BadLine::NoTime),
@@ -234,9 +167,8 @@ mod tests {
             ("(1.0) can0 123##0112233445566778899", BadLine::BadLength),
             ("(1.0) can0 123#11_2", BadLine::BadLength),
             ("(1.0) can0 00000123#81:00:12345678#1122", BadLine::CanXl),
-        ] {
-            assert_eq!(parse_line(line.as_bytes()), Err(reason), "{line}");
-        }
+        ];
+        assert_refused(FORMAT, &[], &cases);
         assert_eq!(parse_line(&[b' '; 600]), Err(BadLine::TooLong));
         assert_eq!(parse_line(b"(1.0) can\xFF 123#"), Err(BadLine::NotText));
     }

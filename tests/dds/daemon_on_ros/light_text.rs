@@ -1,4 +1,4 @@
-//! Messages in short words, so that tests can name what they expect.
+//! Messages with traffic lights as short text, as tests expect them.
 
 use serde_json::Value;
 
@@ -19,7 +19,7 @@ const SHAPES: [&str; 11] = [
 const STATUSES: [&str; 4] = ["unknown", "off", "on", "flashing"];
 
 /// `34806: green on circle, red on circle 0.5; 120666: …` in the order of the message; an id alone is one
-/// without elements. Confidences of 1 are not said.
+/// without elements. Confidences of 1 are left out.
 pub(crate) fn of(data: &Value) -> String {
     let (list, id, elements) = if data["traffic_lights"].is_array() {
         ("traffic_lights", "lanelet_way_id", "traffic_light_bulbs")
@@ -43,11 +43,11 @@ pub(crate) fn list_of(elements: &[Value]) -> String {
 }
 
 fn element(element: &Value) -> String {
-    let word = |key: &str, words: &[&'static str]| {
+    let name = |key: &str, names: &[&'static str]| {
         let number = usize::try_from(element[key].as_u64().unwrap()).unwrap();
-        *words.get(number).unwrap_or_else(|| panic!("no {key}: {element}"))
+        *names.get(number).unwrap_or_else(|| panic!("no {key}: {element}"))
     };
-    let (color, status, shape) = (word("color", &COLORS), word("status", &STATUSES), word("shape", &SHAPES));
+    let (color, status, shape) = (name("color", &COLORS), name("status", &STATUSES), name("shape", &SHAPES));
     let confidence = element["confidence"].as_f64().unwrap();
     let confidence = if confidence < 1.0 { format!(" {confidence:.2}") } else { String::new() };
     format!("{color} {status} {shape}{confidence}")

@@ -1,4 +1,4 @@
-//! What is kept of both inputs, group by group. Taking a message finds the groups that changed.
+//! The last inputs of both sides, group by group. Taking a message finds the groups that changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -7,16 +7,16 @@ use std::time::Duration;
 use super::ArbiterStamp;
 use crate::core::traffic_light::emission::GroupState;
 
-/// The last message of the camera: ascending by relation id, those of one id as they came.
+/// The groups of the camera's last message, ascending by relation id; those of one id in the order of the message.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Perceived(Vec<Arc<GroupState>>);
 
 /// The last report of the network about each group.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Network {
-    /// Ascending by relation id, once each.
+    /// The groups, ascending by relation id, once each.
     latest: Vec<LatestGroup>,
-    /// The oldest and the newest of their stamps.
+    /// The oldest and the newest of their stamps; `None` without groups.
     stamps: Option<(ArbiterStamp, ArbiterStamp)>,
 }
 
@@ -27,7 +27,7 @@ struct LatestGroup {
 }
 
 impl Perceived {
-    /// In place of what was there; ids of groups that may differ go to `changed`.
+    /// Replaces the last message. Adds the ids of groups that may differ to `changed`.
     pub(super) fn take(&mut self, groups: &[Arc<GroupState>], changed: &mut BTreeSet<i64>) {
         let is_in_place =
             |(kept, new): (&Arc<_>, &Arc<_>)| Arc::ptr_eq(kept, new) || id_of(kept) == id_of(new);
@@ -46,7 +46,7 @@ impl Perceived {
         }
     }
 
-    /// All reports of a group.
+    /// All reports of a group in the last message.
     pub(super) fn of(&self, relation_id: i64) -> &[Arc<GroupState>] {
         let first = self.0.partition_point(|group| id_of(group) < relation_id);
         let from_there = self.0.get(first..).unwrap_or_default();
@@ -59,7 +59,7 @@ impl Perceived {
 }
 
 impl Network {
-    /// Group by group in place of the report before; ids of groups that may differ go to `changed`.
+    /// Replaces the last report of each group of a message. Adds the ids of groups that may differ to `changed`.
     pub(super) fn take(
         &mut self,
         stamp: ArbiterStamp,
@@ -77,7 +77,7 @@ impl Network {
             }
             changed.insert(id_of(group));
             let latest = LatestGroup { stamp, group: Arc::clone(group) };
-            match self.find(id_of(group)).and_then(|place| self.latest.get_mut(place)) {
+            match self.find(id_of(group)).and_then(|index| self.latest.get_mut(index)) {
                 Some(before) => *before = latest,
                 None => drop(added.insert(id_of(group), latest)),
             }
@@ -86,10 +86,10 @@ impl Network {
             self.latest.extend(added.into_values());
             self.latest.sort_by_key(|latest| id_of(&latest.group));
         }
-        self.look_at_stamps();
+        self.update_stamps();
     }
 
-    /// Forgets what has a stamp too far from this one; its ids go to `changed`.
+    /// Forgets groups with a stamp too far from the reference. Adds their ids to `changed`.
     pub(super) fn forget(
         &mut self,
         reference: ArbiterStamp,
@@ -97,7 +97,7 @@ impl Network {
         changed: &mut BTreeSet<i64>,
     ) {
         let is_near = |stamp: ArbiterStamp| reference.distance(stamp) <= tolerance;
-        // What lies between two near ones is near.
+        // A stamp between two near ones is near.
         if self.stamps.is_none_or(|(oldest, newest)| is_near(oldest) && is_near(newest)) {
             return;
         }
@@ -105,9 +105,10 @@ impl Network {
             self.latest.iter().filter(|latest| !is_near(latest.stamp)).map(|latest| id_of(&latest.group)),
         );
         self.latest.retain(|latest| is_near(latest.stamp));
-        self.look_at_stamps();
+        self.update_stamps();
     }
 
+    /// The newest stamp of the groups.
     pub(super) fn newest(&self) -> Option<ArbiterStamp> {
         self.stamps.map(|(_, newest)| newest)
     }
@@ -116,15 +117,11 @@ impl Network {
         Some(&self.latest.get(self.find(relation_id)?)?.group)
     }
 
-    pub(super) fn ids(&self) -> impl Iterator<Item = i64> + '_ {
-        self.latest.iter().map(|latest| id_of(&latest.group))
-    }
-
     fn find(&self, relation_id: i64) -> Option<usize> {
         self.latest.binary_search_by_key(&relation_id, |latest| id_of(&latest.group)).ok()
     }
 
-    fn look_at_stamps(&mut self) {
+    fn update_stamps(&mut self) {
         let stamps = || self.latest.iter().map(|latest| latest.stamp);
         self.stamps = stamps().min().zip(stamps().max());
     }
@@ -134,12 +131,12 @@ fn id_of(group: &Arc<GroupState>) -> i64 {
     group.relation_id
 }
 
-/// How many at the start are of this group.
+/// The number of groups at the start that have this id.
 fn count_of(groups: &[Arc<GroupState>], relation_id: i64) -> usize {
     groups.iter().take_while(|group| id_of(group) == relation_id).count()
 }
 
-/// The ids of which two lists, ascending by id, do not have the same groups.
+/// Adds the ids for which two lists, ascending by id, do not share the same groups.
 fn differing(mut before: &[Arc<GroupState>], mut now: &[Arc<GroupState>], ids: &mut BTreeSet<i64>) {
     loop {
         match (before, now) {

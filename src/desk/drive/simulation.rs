@@ -1,4 +1,4 @@
-//! A drive cycle by cycle: the inputs of the vehicle and its planner, without any decider.
+//! The simulation of a drive cycle by cycle: the inputs of the vehicle and its planner, without any decider.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,9 +31,9 @@ const NEAR_ROUTE_M: f64 = 5.0;
 /// Distance after which a vehicle has departed, metres.
 const DEPARTED_M: f64 = 0.1;
 
-/// A drive that can be driven.
+/// A drive scenario whose lanelets form a path, ready to be simulated.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct DriveSimulation {
     file: DriveFile,
     legs: Vec<Leg>,
 }
@@ -74,7 +74,7 @@ pub struct Cycle {
     pub route: Arc<Route>,
     /// The end of the route.
     pub goal: Pose,
-    /// Whether the planner is in the lane-driving scenario.
+    /// The planner is in the lane-driving scenario.
     pub lane_driving: bool,
 }
 
@@ -95,8 +95,8 @@ impl Cycle {
     }
 }
 
-impl Course {
-    /// The course of a scenario.
+impl DriveSimulation {
+    /// Prepares a scenario.
     ///
     /// # Errors
     /// Lanelets that do not form a path, each with its location in the file.
@@ -108,12 +108,12 @@ impl Course {
                 legs.push(leg(&file, route, disturbance.at, number, &[])?);
             }
         }
-        let course = Self { file, legs };
-        course.check_reroutes()?;
-        Ok(course)
+        let simulation = Self { file, legs };
+        simulation.check_reroutes()?;
+        Ok(simulation)
     }
 
-    /// The scenario.
+    /// The scenario that is simulated.
     pub fn file(&self) -> &DriveFile {
         &self.file
     }
@@ -127,7 +127,7 @@ impl Course {
     pub fn cycles(&self) -> Cycles<'_> {
         let file = &self.file;
         Cycles {
-            course: self,
+            simulation: self,
             motion: Motion::new(&file.speed, &file.stops, file.start_m),
             index: 0,
             leg: 0,
@@ -138,15 +138,17 @@ impl Course {
         }
     }
 
-    /// The expectations at a cycle for one behaviour, with their indices in the file.
+    /// The expectations at a cycle with one `compat`, with their indices in the file.
     pub fn expected(
         &self,
         cycle: &Cycle,
-        mode: DeciderCompat,
+        compat: DeciderCompat,
     ) -> impl Iterator<Item = (usize, &Expectation)> {
         let (at_m, at_s) = (cycle.at_m, cycle.at_s);
         let all = self.file.expectations.iter().enumerate();
-        all.filter(move |(_, expected)| expected.modes.contains(&mode) && expected.interval.holds(at_m, at_s))
+        all.filter(move |(_, expected)| {
+            expected.compats.contains(&compat) && expected.interval.contains(at_m, at_s)
+        })
     }
 
     fn check_reroutes(&self) -> Result<(), Refused> {
@@ -157,10 +159,10 @@ impl Course {
                 (DisturbanceKind::Reroute(route), Moment::AtM(at_m)) => Some((route, at_m)),
                 _ => None,
             });
-        // Only the first one: where the vehicle is on later ones depends on those before.
+        // Only the first one: the position on later ones depends on those before.
         for ((route, at_m), leg) in reroutes.zip(self.legs.iter().skip(1)).take(1) {
-            let place = first.route_path.pose(at_m, |at_m| offset_m(file, at_m)).position;
-            let (_, far_m) = leg.route_path.nearest(place);
+            let position = first.route_path.pose(at_m, |at_m| offset_m(file, at_m)).position;
+            let (_, far_m) = leg.route_path.nearest(position);
             if far_m > NEAR_ROUTE_M {
                 let reason = format!("at {at_m} m the vehicle is {far_m:.1} m away from the new route");
                 return Err(refused(route, reason, "name the lanelets where the vehicle is as well"));
@@ -178,7 +180,7 @@ fn change_of(kind: &PlanKind) -> Option<Change> {
         PlanKind::Avoidance { .. }
         | PlanKind::PullOut { .. }
         | PlanKind::PullOver { .. }
-        | PlanKind::SideShift { .. } => None,
+        | PlanKind::SideShift(_) => None,
     }
 }
 
@@ -196,12 +198,12 @@ fn leg(
     let of_lanes = |error: RoutePathError| {
         let remedy = match error {
             RoutePathError::Gap { .. } => {
-                "name every lanelet of the way, and the lanes beside where it changes lanes"
+                "name every lanelet of the route, and the lanes beside where it changes lanes"
             }
             RoutePathError::ChangeOutside { .. } => {
                 "move the lane_change there, or name more lanes in the segments"
             }
-            RoutePathError::NoLength { .. } => "mend its bounds in the map",
+            RoutePathError::NoLength { .. } => "correct its bounds in the map",
         };
         refused(plan, error.to_string(), remedy)
     };
@@ -214,7 +216,8 @@ fn leg(
     let last = plan.segments.len().saturating_sub(1);
     let goal = plan.goal.or_else(|| end(last, back_pose)).unwrap_or_default();
     let route = Route::new(plan.id.unwrap_or(number), start, plan.segments.clone());
-    let route = route.map_err(|error: RouteError| refused(plan, error.to_string(), "mend the segments"))?;
+    let route =
+        route.map_err(|error: RouteError| refused(plan, error.to_string(), "correct the segments"))?;
     let route_path = if file.points.is_empty() {
         RoutePath::of_route(Arc::clone(&road), &plan.segments, changes).map_err(of_lanes)?
     } else {
@@ -223,10 +226,10 @@ fn leg(
     Ok(Leg { from, route: Arc::new(route), goal, route_path: Arc::new(route_path) })
 }
 
-/// The cycles of a course, in order.
+/// The cycles of a simulation, in order.
 #[derive(Debug, Clone)]
 pub struct Cycles<'a> {
-    course: &'a Course,
+    simulation: &'a DriveSimulation,
     motion: Motion<'a>,
     index: usize,
     leg: usize,
@@ -244,7 +247,7 @@ impl Iterator for Cycles<'_> {
         if self.is_over {
             return None;
         }
-        let file = &self.course.file;
+        let file = &self.simulation.file;
         let at_s = self.time_s();
         if self.index > 0 {
             self.motion.advance(at_s - self.motion.at_s);
@@ -264,16 +267,16 @@ impl Iterator for Cycles<'_> {
 
 impl Cycles<'_> {
     fn time_s(&self) -> f64 {
-        f64::from(u32::try_from(self.index).unwrap_or(u32::MAX)) / self.course.file.planning_hz
+        f64::from(u32::try_from(self.index).unwrap_or(u32::MAX)) / self.simulation.file.planning_hz
     }
 
     fn path_end_m(&self) -> f64 {
-        self.course.legs.get(self.leg).map_or(0.0, |leg| leg.route_path.length_m() - self.moved_m)
+        self.simulation.legs.get(self.leg).map_or(0.0, |leg| leg.route_path.length_m() - self.moved_m)
     }
 
-    fn drive_position<'a>(&self, course: &'a Course, leg: &'a Leg) -> DrivePosition<'a> {
+    fn drive_position<'a>(&self, simulation: &'a DriveSimulation, leg: &'a Leg) -> DrivePosition<'a> {
         DrivePosition {
-            file: &course.file,
+            file: &simulation.file,
             route_path: &leg.route_path,
             moved_m: self.moved_m,
             at_m: self.motion.at_m,
@@ -282,11 +285,12 @@ impl Cycles<'_> {
         }
     }
 
-    /// Changes to the next route when it is due, at the same place on the map.
+    /// Changes to the next route when it is due, at the same point of the map.
     fn change_legs(&mut self) {
-        let course = self.course;
-        while let (Some(leg), Some(next)) = (course.legs.get(self.leg), course.legs.get(self.leg + 1)) {
-            let position = self.drive_position(course, leg);
+        let simulation = self.simulation;
+        while let (Some(leg), Some(next)) = (simulation.legs.get(self.leg), simulation.legs.get(self.leg + 1))
+        {
+            let position = self.drive_position(simulation, leg);
             if !position.has_come(next.from) {
                 return;
             }
@@ -297,10 +301,10 @@ impl Cycles<'_> {
     }
 
     fn cycle(&mut self, at_s: f64) -> Option<Cycle> {
-        let course = self.course;
-        let file = &course.file;
-        let leg = course.legs.get(self.leg)?;
-        let position = self.drive_position(course, leg);
+        let simulation = self.simulation;
+        let file = &simulation.file;
+        let leg = simulation.legs.get(self.leg)?;
+        let position = self.drive_position(simulation, leg);
         let moved_m = self.moved_m;
         let offset = |path_m: f64| offset_m(file, path_m - moved_m);
         let pose = leg.route_path.pose(position.at_m + moved_m, offset);

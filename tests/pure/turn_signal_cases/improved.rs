@@ -1,5 +1,5 @@
-//! What the default behaviour adds: no return of what is over (W4), readable signals (W2), and equality
-//! with upstream where none of that matters.
+//! Improved beside upstream: no return of finished manoeuvres (W4), minimum durations (W2), and equality where neither
+//! applies.
 
 use std::time::Duration;
 
@@ -13,22 +13,23 @@ use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, R
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
 use super::conflicts::cases;
+use super::drive::{Drive, turn, turn_of};
 use super::laws::any_candidates;
-use super::line::{blinking, resolve_at};
+use super::line::{at, blinking, resolve_at};
 
 const FRONT_M: f64 = 2.0;
 
-/// A whole drive, with the memory of what is over as the decider keeps it.
+/// A whole drive, with the memory of finished manoeuvres as the decider keeps it.
 fn signals(candidates: &Candidates) -> Vec<(f64, Signal)> {
     let mut memory = FinishedMemory::default();
-    let at = |x: f64| {
+    let step = |x: f64| {
         let finished = memory.finished(candidates);
         let rules = Rules { start_belongs_to_before: true, finished };
-        let resolution = resolve_at(x, FRONT_M, candidates, rules);
+        let resolution = resolve_at(x, FRONT_M, candidates, &rules);
         memory.note(&resolution);
         (x, resolution.signal())
     };
-    (-40..=480).map(|quarter| f64::from(quarter) / 4.0).map(at).collect()
+    (-40..=480).map(|quarter| f64::from(quarter) / 4.0).map(step).collect()
 }
 
 #[test]
@@ -71,18 +72,18 @@ fn another_manoeuvre_of_the_same_source_may_be_signalled() {
     let mut memory = FinishedMemory::default();
     for x in [0.0, 30.0, 45.0, 60.0] {
         let finished = memory.finished(&c2);
-        memory.note(&resolve_at(x, FRONT_M, &c2, Rules { finished, ..Rules::default() }));
+        memory.note(&resolve_at(x, FRONT_M, &c2, &Rules { finished, ..Rules::default() }));
     }
     let finished = memory.finished(&c2);
     assert_eq!(
-        resolve_at(70.0, FRONT_M, &c2, Rules { finished, ..Rules::default() }).signal(),
+        resolve_at(70.0, FRONT_M, &c2, &Rules { finished, ..Rules::default() }).signal(),
         Signal::Disable
     );
     let mut next = c2;
-    next.intersection.as_mut().unwrap().desired_end = super::line::at(120.0);
+    next.intersection.as_mut().unwrap().desired_end = at(120.0);
     let finished = memory.finished(&next);
     assert_eq!(
-        resolve_at(70.0, FRONT_M, &next, Rules { finished, ..Rules::default() }).signal(),
+        resolve_at(70.0, FRONT_M, &next, &Rules { finished, ..Rules::default() }).signal(),
         Signal::Left
     );
 }
@@ -91,9 +92,9 @@ fn another_manoeuvre_of_the_same_source_may_be_signalled() {
 fn a_signal_lasts_and_leaves_a_gap() {
     use Signal::{Disable, Left, NoCommand, Right};
     let mut min_duration = MinDurationFilter::default();
-    let at = MonoTime::from_millis;
+    let time = MonoTime::from_millis;
     let (left, off) = (Some(Held::On(Side::Left)), Some(Held::Off));
-    for (ms, wanted, signal, held, deadline) in [
+    for (ms, requested, signal, held, deadline) in [
         (0, Disable, Disable, None, None),
         (100, Left, Left, None, None),
         (200, Disable, Left, left, Some(1600)),
@@ -108,24 +109,24 @@ fn a_signal_lasts_and_leaves_a_gap() {
         (9600, Right, Right, None, None),
         (11_100, NoCommand, NoCommand, None, None),
     ] {
-        let shown = min_duration.show(wanted, MinDurations::READABLE, at(ms));
-        assert_eq!((shown.signal, shown.held, shown.deadline), (signal, held, deadline.map(at)), "{ms} ms");
+        let shown = min_duration.show(requested, MinDurations::READABLE, time(ms));
+        assert_eq!((shown.signal, shown.held, shown.deadline), (signal, held, deadline.map(time)), "{ms} ms");
     }
-    min_duration.show(Left, MinDurations::READABLE, at(12_000));
-    min_duration.force_off(at(12_100));
+    min_duration.show(Left, MinDurations::READABLE, time(12_000));
+    min_duration.force_off(time(12_100));
     assert_eq!(
-        min_duration.show(Left, MinDurations::READABLE, at(12_200)).held,
+        min_duration.show(Left, MinDurations::READABLE, time(12_200)).held,
         off,
-        "cut short, but a gap all the same"
+        "switched off early, and the gap is kept"
     );
 }
 
-fn any_wish() -> impl Strategy<Value = Signal> {
+fn any_request() -> impl Strategy<Value = Signal> {
     use Signal::{Disable, Left, NoCommand, Right};
     prop_oneof![Just(Disable), Just(NoCommand), Just(Left), Just(Right)]
 }
 
-/// What was shown when, as runs: signal, first and last instant.
+/// Runs of one signal, each with its first and last instant.
 fn runs(shown: &[(u64, Signal)]) -> Vec<(Signal, u64, u64)> {
     let mut runs: Vec<(Signal, u64, u64)> = Vec::new();
     for (ms, signal) in shown {
@@ -141,17 +142,17 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn never_shorter_than_the_rhythm(wishes in proptest::collection::vec((1..700_u64, any_wish()), 1..60)) {
+    fn signals_and_gaps_keep_their_minimum_durations(requests in proptest::collection::vec((1..700_u64, any_request()), 1..60)) {
         let (mut min_duration, mut now, mut shown) = (MinDurationFilter::default(), 0, Vec::new());
-        for (pause, wish) in wishes {
+        for (pause, request) in requests {
             now += pause;
-            shown.push((now, min_duration.show(wish, MinDurations::READABLE, MonoTime::from_millis(now)).signal));
+            shown.push((now, min_duration.show(request, MinDurations::READABLE, MonoTime::from_millis(now)).signal));
         }
         let runs = runs(&shown);
         for pair in runs.windows(2) {
             let [(signal, from, _), (next, until, _)] = pair else { unreachable!() };
             let least = if signal.side().is_some() { 1500 } else { 500 };
-            // The first run of all may be off for as short as it likes.
+            // The first run of all may be off for any time.
             prop_assert!(until - from >= least || *from == runs[0].1 && signal.side().is_none(), "{runs:?}");
             let sides = (signal.side(), next.side());
             prop_assert!(sides.0.is_none() || sides.1.is_none(), "from side to side without a gap: {runs:?}");
@@ -159,30 +160,30 @@ proptest! {
     }
 
     #[test]
-    fn a_wish_that_lasts_is_shown_as_it_is(wish in any_wish(), before in any_wish()) {
+    fn a_request_that_lasts_is_shown(request in any_request(), before in any_request()) {
         let mut min_duration = MinDurationFilter::default();
         min_duration.show(before, MinDurations::READABLE, MonoTime::from_millis(10));
-        // A side that must stay, the gap after it, and then the wish.
-        min_duration.show(wish, MinDurations::READABLE, MonoTime::from_millis(1510));
-        let shown = min_duration.show(wish, MinDurations::READABLE, MonoTime::from_millis(2010));
-        prop_assert_eq!((shown.signal, shown.held), (wish, None));
+        // A side that must stay, the gap after it, and then the request.
+        min_duration.show(request, MinDurations::READABLE, MonoTime::from_millis(1510));
+        let shown = min_duration.show(request, MinDurations::READABLE, MonoTime::from_millis(2010));
+        prop_assert_eq!((shown.signal, shown.held), (request, None));
     }
 }
 
 /// A drive whose records come and go at random, through the whole decider.
-fn drive_randomly(mode: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal)> {
-    let mut drive = super::drive::Drive::new(mode);
+fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal)> {
+    let mut drive = Drive::new(compat);
     let mut ms = 0;
     let mut shown = Vec::new();
     for (at, (pause, candidates)) in (0_u32..).zip(steps) {
         ms += pause;
         drive.wait(Duration::from_millis(*pause));
         // Lanelets anywhere: the turns are new ones each time.
-        drive.seen.turns = [candidates.intersection, candidates.manoeuvre]
+        drive.observed.turns = [candidates.intersection, candidates.manoeuvre]
             .iter()
             .flatten()
             .zip(0..)
-            .map(|(record, id)| super::drive::turn_of(record, i64::from(at / 3) * 10 + id))
+            .map(|(record, id)| turn_of(record, i64::from(at / 3) * 10 + id))
             .collect();
         shown.push((ms, drive.step(f64::from(at), 8.0, &[]).turn));
     }
@@ -192,12 +193,12 @@ fn drive_randomly(mode: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64,
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Where no signal comes back and no front stands on a start, memory and resolver change nothing.
+    /// Where no signal returns and no front is exactly at a start, memory and resolver change nothing.
     #[test]
     fn without_a_return_the_default_is_upstream(candidates in any_candidates()) {
         let upstream: Vec<(f64, Signal)> = (-40..=480)
             .map(|quarter| f64::from(quarter) / 4.0)
-            .map(|x| (x, resolve_at(x, FRONT_M, &candidates, Rules { start_belongs_to_before: true, ..Rules::default() })))
+            .map(|x| (x, resolve_at(x, FRONT_M, &candidates, &Rules { start_belongs_to_before: true, ..Rules::default() })))
             .map(|(x, resolution)| (x, resolution.signal()))
             .collect();
         let default = signals(&candidates);
@@ -205,7 +206,7 @@ proptest! {
             if one != other {
                 // Only a contender whose required section is over can make the difference: by
                 // winning, or among three by deciding whom it is compared with.
-                let resolution = resolve_at(*x, FRONT_M, &candidates, Rules::default());
+                let resolution = resolve_at(*x, FRONT_M, &candidates, &Rules::default());
                 let over = resolution.evaluated.iter().any(|evaluated| {
                     let contends = matches!(evaluated.outcome, CandidateOutcome::Won | CandidateOutcome::LostTo { .. });
                     contends && evaluated.distances.is_some_and(|d| d.required_end_m < 0.0)
@@ -225,7 +226,7 @@ proptest! {
             prop_assert!(signal.side().is_none() || until - from >= 1500, "{runs:?}");
             prop_assert!(signal.side().is_none() || next.side().is_none(), "{runs:?}");
         }
-        // Upstream's does: it decides every sample alone, and says so here by never holding.
+        // Upstream's does: it decides every sample alone.
         prop_assert_eq!(drive_randomly(Upstream, &steps).len(), steps.len());
     }
 }
@@ -235,20 +236,20 @@ proptest! {
 
     /// One turn, or two to the same side, at a speed that does not fall: no weakness applies.
     #[test]
-    fn at_a_steady_speed_both_behaviours_drive_through_turns_alike(
+    fn at_a_constant_speed_improved_and_upstream_signal_turns_alike(
         start in 20..120_i32, length in 5..40_i32, gap in 0..30_i32, second in any::<bool>(),
         speed in 2.0..16.0_f64, left in any::<bool>(),
     ) {
         let direction = if left { TurnDirection::Left } else { TurnDirection::Right };
         let stretch = |id, from: i32| {
             let (from, to) = (f64::from(from), f64::from(from + length));
-            super::drive::turn(id, direction, from, to, to - 2.0)
+            turn(id, direction, from, to, to - 2.0)
         };
-        let drive = |mode| {
-            let mut drive = super::drive::Drive::new(mode);
-            drive.seen.turns = vec![stretch(5, start)];
+        let drive = |compat| {
+            let mut drive = Drive::new(compat);
+            drive.observed.turns = vec![stretch(5, start)];
             if second {
-                drive.seen.turns.push(stretch(6, start + length + gap));
+                drive.observed.turns.push(stretch(6, start + length + gap));
             }
             drive.through((-50..=250).map(f64::from), speed, |_| Vec::new())
         };

@@ -1,0 +1,74 @@
+//! Statuses of the process itself, which no input tells the gateway of: its black-box files and its log.
+
+use crate::core::diagnostics::{Level, Status};
+
+/// State of the black-box files.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RecorderState {
+    /// Folder of the recordings.
+    pub folder: String,
+    /// File name of the newest recording in the folder; `None` while there is none.
+    pub newest: Option<String>,
+    /// Number of recordings in the folder.
+    pub recordings: usize,
+    /// Number of recordings written since start.
+    pub written: u64,
+    /// Number of failed attempts to write since start; each lost a recording or found the folder unusable.
+    pub failures: u64,
+    /// Reason of the last failure.
+    pub last_error: Option<String>,
+    /// True if the last attempt failed.
+    pub is_failing: bool,
+}
+
+impl RecorderState {
+    /// The status of a node's recordings. It is never an ERROR, which would ask for another recording.
+    pub fn status(&self, node: &str) -> Status {
+        let last_error = self.last_error.as_deref().unwrap_or("none");
+        let (level, message) = if self.is_failing {
+            (Level::Warn, format!("recordings cannot be written: {last_error}"))
+        } else {
+            (Level::Ok, "ready".to_owned())
+        };
+        let values = vec![
+            ("folder", self.folder.clone()),
+            ("newest", self.newest.clone().unwrap_or_else(|| "none".to_owned())),
+            ("recordings", self.recordings.to_string()),
+            ("written", self.written.to_string()),
+            ("failures", self.failures.to_string()),
+            ("last_error", last_error.to_owned()),
+        ];
+        Status { name: format!("{node}: black_box"), level, message, values }
+    }
+}
+
+/// State of the log on standard error.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct LogState {
+    /// Number of lines left out since start because their kind came too often.
+    pub suppressed: u64,
+    /// Number of lines lost since start because standard error did not take them.
+    pub dropped: u64,
+    /// Reason of the last loss.
+    pub last_error: Option<String>,
+    /// True if a line was lost since standard error last took one.
+    pub is_failing: bool,
+}
+
+impl LogState {
+    /// The status of a node's log.
+    pub fn status(&self, node: &str) -> Status {
+        let last_error = self.last_error.as_deref().unwrap_or("none");
+        let (level, message) = if self.is_failing {
+            (Level::Warn, format!("log lines are lost: {last_error}"))
+        } else {
+            (Level::Ok, "written".to_owned())
+        };
+        let values = vec![
+            ("suppressed_lines", self.suppressed.to_string()),
+            ("dropped_lines", self.dropped.to_string()),
+            ("last_error", last_error.to_owned()),
+        ];
+        Status { name: format!("{node}: log"), level, message, values }
+    }
+}

@@ -1,0 +1,148 @@
+//! The scanner that the text formats share: a line's fields as times, channels, identifiers and data.
+
+use std::str::SplitAsciiWhitespace;
+
+use super::entry::{BadLine, Content};
+use crate::core::can::error_frame::{ErrorFrame, class};
+use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+
+/// The fields of a line, taken from left to right. A field that is missing or malformed is the [`BadLine`] of its kind.
+#[derive(Clone)]
+pub(super) struct Fields<I> {
+    fields: I,
+    /// Radix of identifiers and data.
+    pub(super) radix: u32,
+}
+
+/// Fields that are separated by white space.
+pub(super) type SpacedFields<'a> = Fields<SplitAsciiWhitespace<'a>>;
+
+/// The fields of a line that are separated by white space.
+pub(super) fn fields(line: &str, radix: u32) -> SpacedFields<'_> {
+    Fields { fields: line.split_ascii_whitespace(), radix }
+}
+
+/// The fields of a line that are separated by commas, from the one at `column` on; data is hexadecimal.
+pub(super) fn columns(line: &str, column: usize) -> Fields<impl Iterator<Item = &str>> {
+    Fields { fields: line.split(',').skip(column).map(str::trim), radix: 16 }
+}
+
+impl<'a, I: Iterator<Item = &'a str>> Iterator for Fields<I> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        self.fields.next()
+    }
+}
+
+impl<'a, I: Iterator<Item = &'a str>> Fields<I> {
+    /// Takes a field of any kind; the error is `missing` when there is none.
+    pub(super) fn text(&mut self, missing: BadLine) -> Result<&'a str, BadLine> {
+        self.next().ok_or(missing)
+    }
+
+    /// Takes a decimal fraction of units of `unit_ns`, ns.
+    pub(super) fn time(&mut self, unit_ns: i64) -> Result<i64, BadLine> {
+        self.next().and_then(|field| decimal(field, unit_ns)).ok_or(BadLine::NoTime)
+    }
+
+    /// Takes the number of a channel or bus.
+    pub(super) fn channel(&mut self) -> Result<u32, BadLine> {
+        self.next().and_then(|field| number(field, 10)).ok_or(BadLine::NoInterface)
+    }
+
+    /// Takes a length in bytes, of any size.
+    pub(super) fn length(&mut self) -> Result<usize, BadLine> {
+        let length = self.next().and_then(|field| number(field, 10));
+        length.and_then(|length| usize::try_from(length).ok()).ok_or(BadLine::BadLength)
+    }
+
+    /// Takes `length` fields as the bytes of a data frame; later fields stay.
+    pub(super) fn data_frame(&mut self, id: CanId, fd: bool, length: usize) -> Result<Content, BadLine> {
+        let mut bytes = [0; MAX_DATA];
+        for byte in bytes.get_mut(..length).ok_or(BadLine::BadLength)? {
+            let field = self.fields.next().and_then(|field| number(field, self.radix));
+            *byte = field.and_then(|field| u8::try_from(field).ok()).ok_or(BadLine::BadData)?;
+        }
+        data_frame(id, fd, &bytes[..length])
+    }
+
+    /// Ends the line: an error if fields are left behind the data.
+    pub(super) fn end(&mut self) -> Result<(), BadLine> {
+        if self.next().is_none() { Ok(()) } else { Err(BadLine::BadLength) }
+    }
+}
+
+/// The line as text.
+pub(super) fn text(line: &[u8]) -> Result<&str, BadLine> {
+    std::str::from_utf8(line).map_err(|_| BadLine::NotText)
+}
+
+/// Reads an unsigned number without sign or prefix.
+pub(super) fn number(field: &str, radix: u32) -> Option<u32> {
+    // from_str_radix would take a sign.
+    field.bytes().all(|byte| byte.is_ascii_alphanumeric()).then(|| u32::from_str_radix(field, radix).ok())?
+}
+
+/// Reads `12` or `12.345` units of `unit_ns`, ns; digits beyond a nanosecond are cut off.
+pub(super) fn decimal(field: &str, unit_ns: i64) -> Option<i64> {
+    let (whole, fraction) = field.split_once('.').unwrap_or((field, "0"));
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if !digits(whole) || !digits(fraction) {
+        return None;
+    }
+    let fraction = &fraction[..fraction.len().min(18)];
+    let scale = 10_i128.pow(u32::try_from(fraction.len()).ok()?);
+    let part = i128::from(fraction.parse::<i64>().ok()?) * i128::from(unit_ns) / scale;
+    whole.parse::<i64>().ok()?.checked_mul(unit_ns)?.checked_add(i64::try_from(part).ok()?)
+}
+
+/// An identifier in range.
+pub(super) fn id(number: u32, extended: bool) -> Result<CanId, BadLine> {
+    if extended { CanId::extended(number) } else { CanId::standard(number) }.ok_or(BadLine::BadId)
+}
+
+/// The data bytes of a frame with this DLC; `None` above 15. A DLC above 8 is sent as it is, but a classic frame still
+/// has 8 bytes.
+pub(super) fn length_of_dlc(dlc: u32, fd: bool) -> Option<usize> {
+    const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
+    let length = *LENGTHS.get(usize::try_from(dlc).ok()?)?;
+    Some(if fd { length } else { length.min(8) })
+}
+
+/// A data frame, if there can be one of this length.
+pub(super) fn data_frame(id: CanId, fd: bool, data: &[u8]) -> Result<Content, BadLine> {
+    let frame = if fd { Frame::fd(id, data) } else { Frame::classic(id, data) };
+    frame.map(Content::Data).ok_or(BadLine::BadLength)
+}
+
+/// The error frame of a recording that does not state the kind of error: some rule of the bus was violated.
+pub(super) fn bus_error() -> Content {
+    Content::Error(ErrorFrame::new(class::PROTOCOL | class::BUS_ERROR, &[]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_scale_exactly_and_never_overflow() {
+        assert_eq!(decimal("1.2", 1_000_000), Some(1_200_000));
+        assert_eq!(decimal("12", 1_000_000_000), Some(12_000_000_000));
+        assert_eq!(decimal("0.5", 86_400_000_000_000), Some(43_200_000_000_000));
+        assert_eq!(decimal("0.9999999999999999999999", 1000), Some(999));
+        for field in
+            ["", ".", "1.", ".5", "-1", "+1", "1e3", "99999999999999999999", "9223372036854.9", "1.2.3"]
+        {
+            assert_eq!(decimal(field, 1_000_000_000), None, "{field}");
+        }
+    }
+
+    #[test]
+    fn numbers_have_no_sign() {
+        assert_eq!(number("fF", 16), Some(255));
+        for field in ["+1", "-1", "", "0x1", "100000000"] {
+            assert_eq!(number(field, 16), None, "{field}");
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Text for a terminal, a pipe or the journal, written by a thread of its own.
+//!
+//! Whoever writes is never held up by a reader that does not read, and no error of the reader's end is a failure of
+//! ours: what does not fit, or is not taken, is counted.
+
+use std::fs::File;
+use std::io::{self, ErrorKind, Write as _};
+use std::os::fd::AsFd;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Most text that waits, in bytes, beside what is being written.
+const MAX_WAITING: usize = 256 * 1024;
+/// Pause before what a reader that is not ready did not take is offered again.
+const RETRY: Duration = Duration::from_millis(10);
+
+/// Text on its way to one reader. Clones share it.
+#[derive(Debug, Clone)]
+pub struct OutputQueue(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    waiting: Vec<u8>,
+    is_writing: bool,
+    losses: Losses,
+}
+
+/// Text that did not reach its reader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Losses {
+    /// Number of lines lost since the start.
+    pub lines: u64,
+    /// Reason of the last loss; `None` before the first.
+    pub last: Option<Loss>,
+    /// True if a line was lost since the reader last took something.
+    pub is_losing: bool,
+}
+
+/// Reason why text did not reach its reader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loss {
+    /// The reader does not read, and the queue is full.
+    Full,
+    /// The system's error, e.g. a closed pipe or a full disk.
+    Error(ErrorKind),
+}
+
+impl OutputQueue {
+    /// Starts the thread, by its name, that writes to a duplicate of `to`; the locks of [`io::stdout`] and
+    /// [`io::stderr`] stay free while it waits for the reader.
+    ///
+    /// # Errors
+    /// A file that cannot be duplicated, or a thread that cannot be started.
+    pub fn start(name: &str, to: &impl AsFd) -> io::Result<Self> {
+        let mut file = File::from(to.as_fd().try_clone_to_owned()?);
+        let queue = Self(Arc::default());
+        let shared = Arc::clone(&queue.0);
+        thread::Builder::new().name(name.to_owned()).spawn(move || shared.write_to(&mut file))?;
+        Ok(queue)
+    }
+
+    /// Queues a text of one or more lines, whole or not at all. Never blocks on the reader.
+    pub fn push(&self, text: &[u8]) {
+        let mut state = self.0.lock();
+        if state.waiting.len() + text.len() <= MAX_WAITING {
+            state.waiting.extend_from_slice(text);
+            self.0.changed.notify_all();
+        } else {
+            state.lost(text, Loss::Full);
+        }
+    }
+
+    /// Waits until everything is written, at most for `patience`; true if it is.
+    pub fn flush(&self, patience: Duration) -> bool {
+        let end = Instant::now() + patience;
+        let mut state = self.0.lock();
+        while state.is_writing || !state.waiting.is_empty() {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            let waited = self.0.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        true
+    }
+
+    /// What was lost so far.
+    pub fn losses(&self) -> Losses {
+        self.0.lock().losses
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes for as long as the process lives.
+    fn write_to(&self, file: &mut File) {
+        let mut state = self.lock();
+        loop {
+            if state.waiting.is_empty() {
+                state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            let text = std::mem::take(&mut state.waiting);
+            state.is_writing = true;
+            drop(state);
+            let written = write_all(file, &text);
+            state = self.lock();
+            state.is_writing = false;
+            match written {
+                Ok(()) => state.losses.is_losing = false,
+                Err((unwritten, kind)) => state.lost(unwritten, Loss::Error(kind)),
+            }
+            self.changed.notify_all();
+        }
+    }
+}
+
+impl State {
+    fn lost(&mut self, text: &[u8], loss: Loss) {
+        let lines = text.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).count();
+        self.losses.lines += u64::try_from(lines).unwrap_or(u64::MAX);
+        self.losses.last = Some(loss);
+        self.losses.is_losing = true;
+    }
+}
+
+/// Writes everything, waiting for a reader that is not ready; else gives what was not written, and why.
+fn write_all<'a>(file: &mut File, mut text: &'a [u8]) -> Result<(), (&'a [u8], ErrorKind)> {
+    while !text.is_empty() {
+        match file.write(text) {
+            Ok(0) => return Err((text, ErrorKind::WriteZero)),
+            Ok(written) => text = text.get(written..).unwrap_or_default(),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => thread::sleep(RETRY),
+            Err(error) => return Err((text, error.kind())),
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read as _;
+
+    use super::*;
+
+    /// Far more than any of these steps needs.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    #[test]
+    fn text_arrives_in_order_and_whole() {
+        let (mut reader, writer) = io::pipe().unwrap();
+        let queue = OutputQueue::start("test", &writer).unwrap();
+        for line in ["one\n", "two\n"] {
+            queue.push(line.as_bytes());
+        }
+        assert!(queue.flush(PATIENCE));
+        let mut read = [0; 8];
+        reader.read_exact(&mut read).unwrap();
+        assert_eq!((&read, queue.losses()), (b"one\ntwo\n", Losses::default()));
+    }
+
+    #[test]
+    fn reader_that_does_not_read_holds_nobody_up_and_its_losses_are_counted() {
+        let (mut reader, writer) = io::pipe().unwrap();
+        let queue = OutputQueue::start("test", &writer).unwrap();
+        let line = [&[b'x'; 1023][..], b"\n"].concat();
+        // A pipe, what is being written, and what waits are far less than this.
+        for _ in 0..4096 {
+            queue.push(&line);
+        }
+        assert!(!queue.flush(Duration::from_millis(1)));
+        let losses = queue.losses();
+        assert!(losses.is_losing && losses.lines > 3000, "{losses:?}");
+        assert_eq!(losses.last, Some(Loss::Full));
+        let unlost = usize::try_from(4096 - losses.lines).unwrap();
+        let mut read = vec![0; unlost * line.len()];
+        reader.read_exact(&mut read).unwrap();
+        assert!(read.chunks(line.len()).all(|read| read == line), "lines are whole");
+        assert!(queue.flush(PATIENCE));
+        assert_eq!((queue.losses().is_losing, queue.losses().lines), (false, losses.lines));
+    }
+
+    #[test]
+    fn reader_that_is_gone_is_an_error_that_is_counted() {
+        let (reader, writer) = io::pipe().unwrap();
+        drop(reader);
+        let queue = OutputQueue::start("test", &writer).unwrap();
+        queue.push(b"one\ntwo\n");
+        assert!(queue.flush(PATIENCE));
+        let losses = Losses { lines: 2, last: Some(Loss::Error(ErrorKind::BrokenPipe)), is_losing: true };
+        assert_eq!(queue.losses(), losses);
+    }
+}

@@ -1,0 +1,156 @@
+//! The recorder in folders that work, and in folders that do not.
+
+use std::process::Command;
+use std::time::Instant;
+
+use super::*;
+use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
+use crate::core::time::{Now, WallStamp};
+
+/// Far more than a write needs.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A recording of a fault at `seconds` since 1970.
+fn recording(seconds: i64) -> Recording {
+    let limits = BlackBoxSettings { before: RETRY, after: RETRY, most_inputs: 10 };
+    let mut black_box = BlackBox::new(limits, vec!["can0".to_owned()], Vec::new());
+    let wall = WallStamp::from_nanos(seconds * 1_000_000_000);
+    black_box.decided("ERROR".to_owned(), true, Now { mono: MonoTime::ZERO, wall });
+    black_box.flush().unwrap()
+}
+
+fn start(folder: &Path, keep: usize) -> Recorder {
+    Recorder::start(folder, keep, |_, text| text.to_owned()).unwrap()
+}
+
+/// Writes the recordings one after the other, and waits for the last.
+fn save(recorder: &Recorder, recordings: impl IntoIterator<Item = Recording>) -> RecorderState {
+    for recording in recordings {
+        let before = recorder.state();
+        recorder.save(recording);
+        wait_for(recorder, |state| state.written + state.failures > before.written + before.failures);
+    }
+    recorder.state()
+}
+
+fn wait_for(recorder: &Recorder, is_there: impl Fn(&RecorderState) -> bool) {
+    let begun = Instant::now();
+    while !is_there(&recorder.state()) {
+        assert!(begun.elapsed() < PATIENCE, "{:?}", recorder.state());
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn counters(folder: &Path) -> Vec<String> {
+    let names = names(folder).into_iter();
+    let logs =
+        names.filter(|name| name.starts_with(PREFIX) && Path::new(name).extension() == Some("log".as_ref()));
+    logs.map(|name| name.split('-').nth(1).unwrap().to_owned()).collect()
+}
+
+#[test]
+fn newest_recordings_are_kept_and_other_files_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("notes.log"), "mine").unwrap();
+    let recorder = start(folder.path(), 2);
+    let state = save(&recorder, [1, 2, 3].map(recording));
+    let name = |counter: u32| format!("fault-{counter:06}-{}-19700101T00000{counter}Z", boot());
+    let [second, third] = [2, 3].map(name);
+    let files = [("decisions", &second), ("log", &second), ("decisions", &third), ("log", &third)];
+    let mut expected: Vec<_> = files.iter().map(|(extension, stem)| format!("{stem}.{extension}")).collect();
+    expected.push("notes.log".to_owned());
+    assert_eq!(names(folder.path()), expected);
+    assert_eq!((state.newest, state.recordings), (Some(format!("{third}.log")), 2));
+    assert_eq!((state.written, state.failures, state.is_failing), (3, 0, false));
+    assert_eq!(fs::read_to_string(folder.path().join(format!("{third}.decisions"))).unwrap(), "ERROR\n");
+}
+
+#[test]
+fn clock_behind_does_not_make_the_newest_recording_the_oldest() {
+    let folder = tempfile::tempdir().unwrap();
+    save(&start(folder.path(), 2), [1_767_225_600, 1_767_225_700].map(recording));
+    // The next boot begins in 1970. A recording named by its time alone is older than all with a counter.
+    fs::write(folder.path().join("fault-1999999999.000.log"), "").unwrap();
+    let state = save(&start(folder.path(), 2), [recording(5)]);
+    assert_eq!(counters(folder.path()), ["000002", "000003"]);
+    assert!(state.newest.unwrap().ends_with("-19700101T000005Z.log"));
+}
+
+#[test]
+fn what_an_interrupted_write_left_is_removed_at_start() {
+    let folder = tempfile::tempdir().unwrap();
+    save(&start(folder.path(), 5), [recording(1)]);
+    for left in ["fault-000002-x.draft", "fault-000002-x.decisions", "fault-test.draft"] {
+        fs::write(folder.path().join(left), "").unwrap();
+    }
+    let recorder = start(folder.path(), 5);
+    wait_for(&recorder, |state| state.newest.is_some());
+    assert_eq!(names(folder.path()).len(), 2, "{:?}", names(folder.path()));
+    assert_eq!(recorder.state().recordings, 1);
+}
+
+#[test]
+fn removed_folder_is_made_again_and_the_counter_goes_on() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("a/box");
+    let recorder = start(&folder, 5);
+    save(&recorder, [recording(1)]);
+    fs::remove_dir_all(parent.path().join("a")).unwrap();
+    let state = save(&recorder, [recording(2)]);
+    assert_eq!(counters(&folder), ["000002"]);
+    assert_eq!((state.recordings, state.failures), (1, 0));
+}
+
+#[test]
+fn folder_that_is_a_file_is_told_and_used_once_it_is_a_folder() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("box");
+    fs::write(&folder, "").unwrap();
+    let recorder = start(&folder, 5);
+    wait_for(&recorder, |state| state.is_failing);
+    let state = save(&recorder, [recording(1)]);
+    assert_eq!((state.written, state.newest), (0, None));
+    assert!(state.last_error.unwrap().contains("File exists"));
+    fs::remove_file(&folder).unwrap();
+    let state = save(&recorder, [recording(2)]);
+    assert_eq!((state.written, state.is_failing), (1, false));
+}
+
+#[test]
+fn slow_disk_never_blocks_and_what_it_loses_is_counted() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("box");
+    fs::create_dir(&folder).unwrap();
+    // The first thing to be written waits for a reader of this pipe.
+    let pipe = folder.join("fault-test.draft");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut recorder = start(&folder, 5);
+    for second in 0..4 {
+        recorder.save(recording(second));
+    }
+    let state = recorder.state();
+    assert_eq!((state.failures, state.is_failing), (3, true), "one waits, three are lost");
+    assert!(state.last_error.unwrap().contains("too slow"));
+    let asked = Instant::now();
+    recorder.stop(Duration::from_millis(20));
+    assert!(asked.elapsed() < PATIENCE);
+    // The thread goes on when the disk does.
+    drop(File::open(&pipe).unwrap());
+    wait_for(&recorder, |state| state.written == 1);
+}
+
+#[test]
+fn stop_waits_for_what_was_handed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut recorder = start(folder.path(), 5);
+    recorder.save(recording(1));
+    recorder.stop(PATIENCE);
+    assert_eq!(counters(folder.path()), ["000001"]);
+}

@@ -1,0 +1,87 @@
+//! A log that nobody takes, and one that floods: the gateway goes on, and obeys.
+
+use std::fs::File;
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::net::UnixDatagram;
+use std::process::Stdio;
+
+use crate::support::process::{DEADLINE, Folder, Process};
+
+/// The demo recording over and over, as fast as it goes: a flood of changes.
+fn flood() -> Folder {
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/config/demo.log.gz");
+    let keys = format!(
+        "source = \"recording\"\n[recording]\nfile = \"{recording}\"\nspeed = 1000.0\nrepeat = true\n\
+         [ros]\nenabled = false\n"
+    );
+    Folder::with_demo_vehicle("no-such-can", &keys)
+}
+
+/// Runs with this standard error until the loop has fed the watchdog often, then stops in order.
+fn runs_and_stops_with(stderr: Stdio, folder: &Folder) {
+    let path = folder.path().join("notify");
+    let manager = UnixDatagram::bind(&path).unwrap();
+    manager.set_read_timeout(Some(DEADLINE)).unwrap();
+    let mut gateway = Process::run_with(folder, |command| {
+        command.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "100000").stderr(stderr);
+    });
+    let mut fed = 0;
+    while fed < 20 {
+        let mut buffer = [0; 64];
+        let len = manager.recv(&mut buffer).unwrap();
+        fed += u32::from(buffer.get(..len) == Some(b"WATCHDOG=1"));
+    }
+    gateway.stop("TERM");
+}
+
+#[test]
+fn reader_of_the_log_that_vanishes_does_not_end_the_gateway() {
+    let (reader, writer) = io::pipe().unwrap();
+    drop(reader);
+    runs_and_stops_with(writer.into(), &flood());
+}
+
+#[test]
+fn full_disk_under_the_log_does_not_end_the_gateway() {
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    runs_and_stops_with(full.into(), &flood());
+}
+
+#[test]
+fn log_that_is_never_read_does_not_stop_the_gateway_nor_its_end() {
+    let (mut reader, mut writer) = io::pipe().unwrap();
+    // The size of a pipe: it is full from the start.
+    writer.write_all(&vec![b'x'; 65_536]).unwrap();
+    runs_and_stops_with(writer.into(), &flood());
+    let mut read = Vec::new();
+    reader.read_to_end(&mut read).unwrap();
+    assert!(read.iter().all(|byte| *byte == b'x'), "the pipe had room for more");
+}
+
+#[test]
+fn refused_configuration_is_exit_code_3_whoever_reads_the_log() {
+    let folder = Folder::with_configuration("profile = 3\n");
+    let (reader, gone) = io::pipe().unwrap();
+    drop(reader);
+    let (_reader, mut full) = io::pipe().unwrap();
+    full.write_all(&vec![b'x'; 65_536]).unwrap();
+    for stderr in [gone, full] {
+        let mut gateway = Process::run_with(&folder, |command| {
+            command.stderr(stderr);
+        });
+        assert_eq!(gateway.ended().code(), Some(3));
+    }
+}
+
+#[test]
+fn flood_of_changes_is_bounded_and_summed_up() {
+    let folder = flood();
+    let mut gateway = Process::run(&folder);
+    gateway.wait_for_log("more suppressed, the last: ");
+    gateway.stop("TERM");
+    let seconds = gateway.started().elapsed().as_secs() + 2;
+    let lines = gateway.log();
+    // Two reports and their bus, twenty lines and one summary each.
+    let most = usize::try_from(seconds * 3 * 21).unwrap() + 10;
+    assert!(lines.len() <= most, "{} lines in {seconds} s", lines.len());
+}

@@ -1,0 +1,57 @@
+"""Reads the gateway's reports and diagnostics for a while and tells what was lost.
+
+Usage: watch.py DOMAIN SECONDS
+Reports come every 100 ms and at each change: each pause of more than 500 ms is a loss, after the first report. So is a
+frame that the kernel dropped. Ends with 1 when something was lost.
+"""
+
+import sys
+import time
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+sys.path.insert(0, __file__.rsplit("/", 2)[0] + "/peer")
+from messages import DiagnosticArray, Hazard, Turn
+
+domain, seconds = int(sys.argv[1]), float(sys.argv[2])
+participant = DomainParticipant(domain)
+reliable = Policy.Reliability.Reliable(duration(milliseconds=100))
+
+
+def reader(name, kind):
+    qos = Qos(reliable, Policy.Durability.Volatile, Policy.History.KeepLast(100))
+    return DataReader(participant, Topic(participant, name, kind, qos=qos), qos=qos)
+
+
+readers = {
+    "turn": reader("rt/vehicle/status/turn_indicators_status", Turn),
+    "hazard": reader("rt/vehicle/status/hazard_lights_status", Hazard),
+}
+diagnostics = reader("rt/diagnostics", DiagnosticArray)
+reports = {kind: 0 for kind in readers}
+last, longest, pauses, worst, drops = {}, {}, {}, {}, 0
+end = time.monotonic() + seconds
+while (now := time.monotonic()) < end:
+    for kind, topic in readers.items():
+        if samples := topic.take(N=100):
+            pause = now - last.get(kind, now)
+            longest[kind] = max(longest.get(kind, 0), pause)
+            pauses[kind] = pauses.get(kind, 0) + (pause > 0.5)
+            reports[kind] += len(samples)
+            last[kind] = now
+    for array in diagnostics.take(N=100):
+        for status in array.status:
+            level = status.level if isinstance(status.level, int) else ord(status.level)
+            worst[status.name] = max(worst.get(status.name, (0, "")), (level, status.message))
+            drops = max([drops] + [int(value.value) for value in status.values if value.key == "drops"])
+    time.sleep(0.005)
+for kind in readers:
+    print(f"{kind}: {reports[kind]} reports, longest pause {1000 * longest.get(kind, 0):.0f} ms, {pauses.get(kind, 0)} too long")
+for name, (level, message) in worst.items():
+    print(f"worst of {name}: {level} {message}")
+print(f"frames dropped: {drops}")
+sys.exit(drops > 0 or any(pauses.values()) or not all(reports.values()))

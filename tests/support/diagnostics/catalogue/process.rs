@@ -1,0 +1,53 @@
+//! Statuses of the process itself.
+
+use signal_gateway::core::diagnostics::Level::{Ok, Warn};
+
+use super::{NOTHING, Task, key, message};
+
+pub(super) fn black_box() -> Task {
+    Task {
+        names: &["black_box"],
+        about: "Whether recordings of faults can be written. With `run` on SocketCAN and a folder for them. It is never \
+                an ERROR, which would ask for another recording.",
+        messages: vec![
+            message(Ok, "ready", NOTHING),
+            message(
+                Warn,
+                "recordings cannot be written: {error}",
+                "Make room, or correct `[black_box] folder` and its rights; it is tried again every 10 s.",
+            ),
+        ],
+        keys: vec![
+            key("folder", "-", "Folder of the recordings."),
+            key("newest", "-", "File name of the newest recording there, or `none`."),
+            key("recordings", "-", "Recordings there."),
+            key("written", "-", "Recordings written since start."),
+            key("failures", "-", "Attempts to write that failed since start."),
+            key("last_error", "-", "Reason of the last failure, or `none`."),
+        ],
+    }
+}
+
+pub(super) fn log() -> Task {
+    Task {
+        names: &["log"],
+        about: "Whether the log reaches standard error. With `run` on SocketCAN.",
+        messages: vec![
+            message(Ok, "written", NOTHING),
+            message(
+                Warn,
+                "log lines are lost: {error}",
+                "Mend what reads standard error: the journal, a pipe's reader, a full disk.",
+            ),
+        ],
+        keys: vec![
+            key(
+                "suppressed_lines",
+                "-",
+                "Lines left out since start: at most 20 of a kind are written each second.",
+            ),
+            key("dropped_lines", "-", "Lines that standard error did not take since start."),
+            key("last_error", "-", "Why a line was dropped last, or `none`."),
+        ],
+    }
+}
