@@ -114,19 +114,18 @@ impl ValueEnum for Compat {
 }
 
 pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
-    let compat = args.compat;
-    let file = scenario::read(&Disk, &args.scenario, compat)?;
+    let file = scenario::read(&Disk, &args.scenario, args.compat)?;
     let map = Arc::new(light_map(args, &file)?);
-    let unknown = file.check_against(&map, compat);
+    let unknown = file.check_against(&map, args.compat);
     if !unknown.is_empty() {
         return Err(Refused(unknown).into());
     }
     file.not_interpreted.iter().for_each(|part| say(&part.to_string()));
     let span = match args.until {
-        Some(until) => Span { until, why: "as --until says" },
+        Some(until) => Span { until, why: "given by --until" },
         None => Span::of(&file.scenario),
     };
-    let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, compat);
+    let mut settings = LightsSettings::new(Arc::clone(&map), file.scenario, args.compat);
     settings.frame_rate = args.frame_rate;
     settings.first_frame = args.first_frame;
     settings.v2i_rate = args.v2i_rate;
@@ -160,7 +159,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     })
 }
 
-/// The map that is asked for, else that of the scenario.
+/// The map of `--map`, else that of the scenario.
 fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused> {
     if let Some(path) = &args.map {
         return read_map(path, "give the path of a lanelet2 map with --map FILE.osm");
@@ -172,24 +171,15 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
         let reason = "it names no map and no groups, so its lights are not known";
         let remedy =
             "give the lanelet2 map with --map FILE.osm, or in a bench file [groups] as in 100 = [11, 12]";
-        return Err(refused(&args.scenario, reason, remedy));
+        return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
     }
     Ok(LightMap::new([], &file.groups))
 }
 
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
     // Positions of lamps are for viewers.
-    read_lights(&Disk, path, LampSource::Drawn).map_err(|reason| refused(path, &reason, remedy))
-}
-
-fn refused(path: &Path, reason: &str, remedy: &str) -> Refused {
-    Refused(vec![Problem {
-        file: path.to_owned(),
-        position: None,
-        key: String::new(),
-        reason: reason.to_owned(),
-        remedy: remedy.to_owned(),
-    }])
+    read_lights(&Disk, path, LampSource::Drawn)
+        .map_err(|reason| Refused(vec![Problem::whole_file(path, reason, remedy)]))
 }
 
 fn subtitle(args: &LightsArgs) -> String {

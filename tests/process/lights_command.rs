@@ -122,7 +122,7 @@ fn t1_cycling_in_text_byte_for_byte() {
     6.000  phase                  A: p1
     6.000  conventional           21: green
     6.000  internal               200: green
-    6.000  until                  as --until says
+    6.000  until                  given by --until
 ";
     let args = [&BY_THE_SECOND[..], &["--until", "6"]].concat();
     assert_eq!(cycling().out(&args), expected);
@@ -139,7 +139,7 @@ fn t3_detected_in_a_phase() {
         "2 conventional 21: red",
         "2 conventional_detected 21: -",
         "2 internal 200: red",
-        "3 until as --until says",
+        "3 until given by --until",
     ];
     assert_eq!(detected().timeline("3"), expected);
 }
@@ -165,7 +165,7 @@ fn t5_detected_by_hand_on_the_same_light_and_on_another() {
         "6 conventional 21: green",
         "6 conventional_detected 21: yellow",
         "6 internal 200: yellow",
-        "6 until as --until says",
+        "6 until given by --until",
     ];
     assert_eq!(by_hand().timeline("6"), expected);
 }

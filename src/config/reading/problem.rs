@@ -20,12 +20,8 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// A problem of a whole file, without a place.
-    pub(in crate::config) fn whole_file(
-        file: &Path,
-        reason: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
+    /// A problem of a whole file, without a position.
+    pub(crate) fn whole_file(file: &Path, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         let (file, reason, remedy) = (file.to_owned(), reason.into(), remedy.into());
         Self { file, position: None, key: String::new(), reason, remedy }
     }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use super::naming::joined;
 use crate::config::reading::location::SourceLocation;
 use crate::config::reading::problem::Problem;
 use crate::core::compat::Compat;
@@ -71,17 +72,11 @@ impl ScenarioFile {
 }
 
 fn known_ids(map: &LightMap) -> String {
-    let some = |ids: &mut dyn Iterator<Item = i64>| {
-        let mut shown: Vec<_> = ids.take(SHOWN + 1).map(|id| id.to_string()).collect();
-        if shown.len() > SHOWN {
-            shown.truncate(SHOWN);
-            shown.push("…".to_owned());
-        }
-        if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
-    };
+    let lights = map.heads().iter().map(|head| head.way_id.to_string());
+    let groups = map.groups().map(|(id, _)| id.to_string());
     format!(
         "give an id of the map, or another map: its lights are {}; its groups are {}",
-        some(&mut map.heads().iter().map(|head| head.way_id)),
-        some(&mut map.groups().map(|(id, _)| id))
+        joined(lights, SHOWN),
+        joined(groups, SHOWN)
     )
 }

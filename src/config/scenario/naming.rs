@@ -37,6 +37,16 @@ pub(super) fn action_path(event: &str, index: usize) -> String {
     format!("{event}/Action[{}]", index + 1)
 }
 
+/// Names joined by `, `, cut after a number of them; `none` without any.
+pub(super) fn joined(names: impl Iterator<Item = String>, max: usize) -> String {
+    let mut names: Vec<_> = names.take(max + 1).collect();
+    if names.len() > max {
+        names.truncate(max);
+        names.push("…".to_owned());
+    }
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::file::{NotInterpreted, UsedId};
+use super::naming::joined;
 use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::location::{Location, line};
 use crate::config::reading::value::Value;
@@ -216,13 +217,5 @@ impl<'c> Reader<'c> {
 
 /// Names as a remedy, `there are a, b`, cut after 20.
 pub(super) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
-    let mut names: Vec<_> = names.take(21).collect();
-    if names.is_empty() {
-        return "there are none".to_owned();
-    }
-    if names.len() > 20 {
-        names.truncate(20);
-        names.push("…");
-    }
-    format!("there are {}", names.join(", "))
+    format!("there are {}", joined(names.map(str::to_owned), 20))
 }

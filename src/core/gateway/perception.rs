@@ -121,7 +121,7 @@ impl Perception {
                 if known.set_link(state) {
                     self.lights.forget_bus(bus);
                     if let Some(flow) = &mut self.traffic_lights {
-                        flow.forget_bus(bus);
+                        flow.reception().forget_bus(bus);
                     }
                     return Some(Forgotten::Bus(bus));
                 }
@@ -153,14 +153,14 @@ impl Perception {
         if !was_alive {
             self.lights.forget_events(bus);
             if let Some(flow) = &mut self.traffic_lights {
-                flow.forget_events(bus);
+                flow.reception().forget_events(bus);
             }
         }
         if let Some(message) = route.lights {
             self.lights.frame_arrived(message, frame, stamp, now);
         }
         if let (Some(message), Some(flow)) = (route.v2i, &mut self.traffic_lights) {
-            flow.frame_arrived(message, frame, stamp, &self.buses, now);
+            flow.reception().frame_arrived(message, frame, stamp, &self.buses, now);
         }
         Some(if was_alive { Forgotten::Nothing } else { Forgotten::Events(bus) })
     }

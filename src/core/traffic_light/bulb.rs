@@ -38,27 +38,27 @@ pub enum Status {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Shape {
     /// A disc, the usual shape.
-    Circle,
+    Circle = 0x0000,
     /// A cross, as for a closed lane.
-    Cross,
+    Cross = 0x0001,
     /// A shape that was not recognised.
-    Unknown,
+    Unknown = 0x0003,
     /// Arrow to the right.
-    Right,
+    Right = 0x0102,
     /// Arrow straight ahead.
-    Up,
+    Up = 0x0202,
     /// Arrow ahead to the right.
-    UpperRight,
+    UpperRight = 0x0302,
     /// Arrow downwards.
-    Down,
+    Down = 0x0402,
     /// Arrow down to the right.
-    LowerRight,
+    LowerRight = 0x0502,
     /// Arrow to the left.
-    Left,
+    Left = 0x0802,
     /// Arrow ahead to the left.
-    UpperLeft,
+    UpperLeft = 0x0A02,
     /// Arrow down to the left.
-    LowerLeft,
+    LowerLeft = 0x0C02,
 }
 
 impl Color {
@@ -95,26 +95,9 @@ impl Shape {
         Self::LowerLeft,
     ];
 
-    /// The number of the shape in the sort key.
-    pub const fn number(self) -> u16 {
-        match self {
-            Self::Circle => 0x0000,
-            Self::Cross => 0x0001,
-            Self::Unknown => 0x0003,
-            Self::Right => 0x0102,
-            Self::Up => 0x0202,
-            Self::UpperRight => 0x0302,
-            Self::Down => 0x0402,
-            Self::LowerRight => 0x0502,
-            Self::Left => 0x0802,
-            Self::UpperLeft => 0x0A02,
-            Self::LowerLeft => 0x0C02,
-        }
-    }
-
     /// Returns whether the shape has a direction.
     pub const fn is_arrow(self) -> bool {
-        self.number() & 0xFF == 2
+        self as u32 & 0xFF == 2
     }
 }
 
@@ -132,13 +115,13 @@ pub struct Bulb {
 impl Bulb {
     /// The sort key: colour << 24 | status << 16 | shape number.
     pub const fn key(self) -> u32 {
-        (self.color as u32) << 24 | (self.status as u32) << 16 | self.shape.number() as u32
+        (self.color as u32) << 24 | (self.status as u32) << 16 | self.shape as u32
     }
 
     /// Its bit in a [`BulbSet`]: bulbs are numbered in the order of their keys.
-    const fn position(self) -> usize {
-        (self.color as usize * Status::ALL.len() + self.status as usize) * Shape::ALL.len()
-            + self.shape as usize
+    fn position(self) -> usize {
+        let shape = Shape::ALL.iter().position(|shape| *shape == self.shape).unwrap_or_default();
+        (self.color as usize * Status::ALL.len() + self.status as usize) * Shape::ALL.len() + shape
     }
 
     const fn at(position: usize) -> Self {
@@ -165,13 +148,13 @@ impl BulbSet {
     pub const EMPTY: Self = Self([0; 4]);
 
     /// Adds a bulb; does nothing when the set has it already.
-    pub const fn insert(&mut self, bulb: Bulb) {
+    pub fn insert(&mut self, bulb: Bulb) {
         let position = bulb.position();
         self.0[position / 64] |= 1 << (position % 64);
     }
 
     /// Returns whether the set has this bulb.
-    pub const fn contains(&self, bulb: Bulb) -> bool {
+    pub fn contains(&self, bulb: Bulb) -> bool {
         let position = bulb.position();
         self.0[position / 64] >> (position % 64) & 1 == 1
     }

@@ -4,13 +4,13 @@
 //! other topics have periods of their own, which begin with the first frame
 //! (docs/spec/traffic-lights.md, "Frames and rates").
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::bulb::BulbSet;
 use super::controller::{ControllerState, Controllers, Frame};
-use super::emission::{Emission, LightState, LightsTopic};
+use super::emission::{Emission, LightsTopic};
 use super::event_log::{ActionSource, LoggedEvent, ScenarioOutcome};
 use super::expiry::Expiry;
 use super::outbox::Outbox;
@@ -20,10 +20,10 @@ use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
 use super::scenario::{Action, Controller, ControllerIndex, Scenario};
 use super::scenario_state::ScenarioState;
-use super::store::{Change, Stores, heads_of};
+use super::store::{Change, Light, Stores, heads_of};
 use super::storyboard::Storyboard;
 use super::sync::SyncedStores;
-use super::target::{Channel, StoreId, Target};
+use super::target::{Channel, Layer, StoreId, Target};
 use crate::core::map::light_map::LightMap;
 use crate::core::time::{MonoTime, Now, WallStamp};
 
@@ -183,7 +183,7 @@ impl TrafficLights {
     }
 
     /// Writes received states, after all that is due by now: by way or relation id, `None` to remove one. Those of
-    /// V2I expire after the timeout when `expires`, else they hold until their sender removes them. Returns the
+    /// V2I expire after the timeout when `expires`; others hold until their sender removes them. Returns the
     /// number of rejected states: of ids that the map does not have, or with a confidence outside 0 to 1.
     pub fn set_states(
         &mut self,
@@ -269,21 +269,21 @@ impl TrafficLights {
         self.scenario_state.controllers.state(controller)?.phase
     }
 
-    /// Ground truth of a channel, of the heads that were ever touched, ascending by way id.
-    pub fn ground_truth(&self, channel: Channel) -> impl Iterator<Item = LightState> + '_ {
-        let heads = self.stores().map().heads().iter().zip(self.stores().truth(channel).lights());
-        heads.filter_map(|(head, light)| {
-            let (way_id, confidence) = (head.way_id, light.confidence);
-            light.bulbs.map(|bulbs| LightState { way_id, bulbs, confidence })
-        })
-    }
-
-    /// Detections of a channel, ascending by way id of the head; for upstream by the id as it was written.
-    pub fn detected(&self, channel: Channel) -> impl Iterator<Item = (i64, LightObservation)> + '_ {
-        self.stores().detected(channel).entries().filter_map(|(id, entry)| {
-            let confidence = entry.light.confidence;
-            entry.light.bulbs.map(|bulbs| (id, LightObservation { bulbs, confidence }))
-        })
+    /// The states of a store: of the heads that were ever touched, by way id, or of detected lights, by way id; for
+    /// upstream by the id as it was written.
+    pub fn states(&self, store: StoreId) -> BTreeMap<i64, LightObservation> {
+        let (map, truth, detected) =
+            (self.stores().map(), self.stores().truth(store.channel), self.stores().detected(store.channel));
+        let state = |id: i64, Light { bulbs, confidence, .. }: &Light| {
+            bulbs.map(|bulbs| (id, LightObservation { bulbs, confidence: *confidence }))
+        };
+        match store.layer {
+            Layer::GroundTruth => {
+                let heads = map.heads().iter().zip(truth.lights());
+                heads.filter_map(|(head, light)| state(head.way_id, light)).collect()
+            }
+            Layer::Detected => detected.entries().filter_map(|(id, entry)| state(id, &entry.light)).collect(),
+        }
     }
 
     /// Number of frames and messages that were skipped after gaps.

@@ -126,8 +126,7 @@ impl Faults {
             return Err(FaultError::Jitter { jitter: settings.jitter, latency: settings.latency });
         }
         let draws = Draws::new(settings.seed);
-        let groups = GroupFaults::new(draws, &settings);
-        let (freeze, delayed) = (Spell::default(), VecDeque::new());
+        let (groups, freeze, delayed) = (GroupFaults::new(draws), Spell::default(), VecDeque::new());
         Ok(Self { settings, draws, groups, sent: 0, freeze, last: None, delayed })
     }
 
@@ -137,9 +136,10 @@ impl Faults {
         self.sent = self.sent.wrapping_add(1);
         let mut emission = self.frozen(emission, message);
         if let Content::Groups(groups) = &emission.content
-            && self.groups.is_on()
+            && self.settings.change_groups()
         {
-            emission.content = Content::Groups(Arc::new(self.groups.apply(groups, message)));
+            let groups = self.groups.apply(&self.settings, groups, message);
+            emission.content = Content::Groups(Arc::new(groups));
         }
         let stamp_ns = emission.stamp.as_nanos().saturating_add(self.settings.stamp_offset_ns);
         emission.stamp = WallStamp::from_nanos(stamp_ns);

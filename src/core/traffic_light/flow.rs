@@ -15,11 +15,8 @@ use super::target::StoreId;
 use super::v2i_reception::binding::V2iBinding;
 use super::v2i_reception::{V2iReception, ValidState};
 use crate::core::can::bus::Bus;
-use crate::core::can::frame::Frame;
-use crate::core::can::link::BusIndex;
 use crate::core::diagnostics::Status;
 use crate::core::time::{MonoTime, Now, WallStamp};
-use crate::core::validation::table::MessageIndex;
 
 /// The settings of the flow.
 #[derive(Debug, Clone)]
@@ -63,26 +60,9 @@ impl TrafficLightFlow {
         }
     }
 
-    /// Takes a frame of a bound message of the V2X unit. Call [`Self::settle`] afterwards.
-    pub fn frame_arrived(
-        &mut self,
-        message: MessageIndex,
-        frame: &Frame,
-        stamp: WallStamp,
-        buses: &[Bus],
-        now: Now,
-    ) {
-        self.reception.frame_arrived(message, frame, stamp, buses, now);
-    }
-
-    /// Forgets all that was received on a bus. Call [`Self::settle`] afterwards.
-    pub fn forget_bus(&mut self, bus: BusIndex) {
-        self.reception.forget_bus(bus);
-    }
-
-    /// Forgets the event messages of a bus that was silent. Call [`Self::settle`] afterwards.
-    pub fn forget_events(&mut self, bus: BusIndex) {
-        self.reception.forget_events(bus);
+    /// The reception of the V2X unit, for its frames and buses. Call [`Self::settle`] afterwards.
+    pub fn reception(&mut self) -> &mut V2iReception {
+        &mut self.reception
     }
 
     /// Takes an input. Call [`Self::settle`] afterwards.

@@ -23,7 +23,7 @@ pub struct UpstreamQuirks {
     pub cuts_ids: bool,
     /// Upper diagonal arrows are sent as unknown shapes (Q7, "Bulbs and their numbers").
     pub loses_upper_diagonals: bool,
-    /// Actions may write `unknown` to a ground truth (Q8, "The word unknown").
+    /// Actions may write `unknown` to a ground truth (Q8, "Unknown states").
     pub allows_unknown: bool,
     /// Conditions compare with a single bulb (Q9, "Conditions and triggers").
     pub compares_single_bulbs: bool,

@@ -1,4 +1,4 @@
-//! Rules for writing states (docs/spec/traffic-lights.md, "The word unknown").
+//! Rules for writing states (docs/spec/traffic-lights.md, "Unknown states").
 
 use super::quirks::UpstreamQuirks;
 use super::scenario::StateText;
@@ -69,7 +69,7 @@ mod tests {
     use crate::core::compat::Compat;
     use crate::core::traffic_light::target::Channel;
 
-    /// docs/spec/traffic-lights.md, "The word unknown":
+    /// docs/spec/traffic-lights.md, "Unknown states":
     /// every row of its table but the last, for both channels.
     #[test]
     fn unknown_is_for_detected_states() {

@@ -12,7 +12,7 @@ use super::bulb_counts::BulbCounts;
 use super::change_log::ChangeLog;
 use super::quirks::UpstreamQuirks;
 use super::refusal::Refusal;
-use super::target::{Channel, Layer, Target};
+use super::target::{Channel, Layer, StoreId, Target};
 use crate::core::map::light_map::{HeadIndex, LightMap};
 
 /// The state of one light.
@@ -125,11 +125,6 @@ impl GroundTruth {
         &self.lights
     }
 
-    /// Number of changes so far: it differs whenever a light does.
-    pub fn changes(&self) -> u64 {
-        self.change_log.changes()
-    }
-
     fn apply(&mut self, head: HeadIndex, change: Change, write: u64, quirks: UpstreamQuirks) -> bool {
         let Some(light) = self.lights.get_mut(head.0 as usize) else { return false };
         let before = light.bulbs;
@@ -150,11 +145,6 @@ impl Detected {
     /// The entries, ascending by key. An entry without bulbs only keeps a confidence.
     pub fn entries(&self) -> impl Iterator<Item = (i64, &DetectedLight)> {
         self.entries.iter().map(|(key, entry)| (*key, entry))
-    }
-
-    /// Number of changes so far: it differs whenever a light does.
-    pub fn changes(&self) -> u64 {
-        self.change_log.changes()
     }
 
     pub(super) fn light(&self, key: i64) -> Light {
@@ -222,6 +212,14 @@ impl Stores {
     /// Detections of a channel.
     pub fn detected(&self, channel: Channel) -> &Detected {
         &self.channels[channel as usize].1
+    }
+
+    /// Number of changes of a store so far: it differs whenever a light of the store does.
+    pub fn changes(&self, store: StoreId) -> u64 {
+        match store.layer {
+            Layer::GroundTruth => self.truth(store.channel).change_log.changes(),
+            Layer::Detected => self.detected(store.channel).change_log.changes(),
+        }
     }
 
     /// Changes all lights of a target. Returns whether anything differs afterwards; an unknown id is refused.

@@ -1,14 +1,13 @@
 //! A scenario from its start to its end, one step for each time at which something is due.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::traffic_light::emission::{Content, LightsTopic};
-use crate::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
+use crate::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use crate::core::traffic_light::event_log::{LoggedEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{ControllerIndex, Scenario};
-use crate::core::traffic_light::target::{Layer, StoreId};
+use crate::core::traffic_light::target::StoreId;
 use crate::report::lights::{Snapshot, States};
 
 /// A scenario in progress.
@@ -90,24 +89,10 @@ impl Run {
     fn update_stores(&mut self) -> bool {
         let mut has_changed = false;
         for (last, store) in self.store_changes.iter_mut().zip(StoreId::ALL) {
-            let stores = self.lights.stores();
-            let changes = match store.layer {
-                Layer::GroundTruth => stores.truth(store.channel).changes(),
-                Layer::Detected => stores.detected(store.channel).changes(),
-            };
+            let changes = self.lights.stores().changes(store);
             if *last != changes {
                 *last = changes;
-                let lights: BTreeMap<_, _> = match store.layer {
-                    Layer::GroundTruth => {
-                        let lights = self.lights.ground_truth(store.channel);
-                        let observed = lights.map(|light| {
-                            let (bulbs, confidence) = (light.bulbs, light.confidence);
-                            (light.way_id, LightObservation { bulbs, confidence })
-                        });
-                        observed.collect()
-                    }
-                    Layer::Detected => self.lights.detected(store.channel).collect(),
-                };
+                let lights = self.lights.states(store);
                 // A phase that sets the present state again changes the store, but not its content.
                 has_changed |= self.states.stores.get(&store) != Some(&lights);
                 self.states.stores.insert(store, lights);

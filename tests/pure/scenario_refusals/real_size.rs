@@ -36,7 +36,7 @@ fn parts_without_lights_are_listed_with_their_locations() {
         ("<Entities>", "OpenSCENARIO/Entities: once, 12 elements".to_owned()),
         ("<EnvironmentAction", format!("{init}/GlobalAction[2]/EnvironmentAction: once, 2 elements")),
         ("<Private ", format!("{init}/Private: 2 times, 11 elements")),
-        ("maximumExecutionCount=\"2\"", format!("{act}/ManeuverGroup/@maximumExecutionCount: its events run as often as they say, not 2 times over")),
+        ("maximumExecutionCount=\"2\"", format!("{act}/ManeuverGroup/@maximumExecutionCount: each event has its own count, it is not repeated 2 times")),
         ("<Actors", format!("{act}/ManeuverGroup/Actors: 2 times, 4 elements")),
         ("\"brake\"", format!("{event}: \"brake\": {nothing}")),
         ("name=\"slow\"", format!("{event}[2]/Action[2]/PrivateAction: once, 2 elements")),

@@ -30,7 +30,8 @@ fn red() -> LightObservation {
 }
 
 fn truth(lights: &TrafficLights, channel: Channel) -> Vec<(i64, String)> {
-    lights.ground_truth(channel).map(|light| (light.way_id, light.bulbs.to_string())).collect()
+    let states = lights.states(StoreId { channel, layer: Layer::GroundTruth });
+    states.into_iter().map(|(id, light)| (id, light.bulbs.to_string())).collect()
 }
 
 fn status(lights: &TrafficLights, number: usize, seconds: u64) -> Status {
@@ -43,12 +44,7 @@ fn v2i_states_that_are_no_longer_received_are_removed() {
         for layer in [Layer::GroundTruth, Layer::Detected] {
             let mut lights = engine(compat, &[]);
             let store = StoreId { channel: Channel::V2i, layer };
-            let known = |lights: &TrafficLights| match layer {
-                Layer::GroundTruth => {
-                    lights.ground_truth(Channel::V2i).map(|light| light.way_id).collect::<Vec<_>>()
-                }
-                Layer::Detected => lights.detected(Channel::V2i).map(|(id, _)| id).collect(),
-            };
+            let known = |lights: &TrafficLights| lights.states(store).into_keys().collect::<Vec<_>>();
             let states = [(11, Some(red())), (21, Some(red()))];
             assert_eq!(lights.set_states(store, states, true, at_ns(0)), 0);
             lights.set_states(store, [(21, Some(red()))], true, at_ns(300_000_000));
@@ -96,7 +92,7 @@ fn rejected_inputs_are_counted_and_the_others_written() {
             (12, Some(red())),
         ];
         assert_eq!(lights.set_states(StoreId::CONVENTIONAL, states, true, at_ns(0)), 4);
-        let known: Vec<_> = lights.ground_truth(Channel::Conventional).map(|light| light.way_id).collect();
+        let known: Vec<_> = lights.states(StoreId::CONVENTIONAL).into_keys().collect();
         assert_eq!(known, [12], "removed by their group, then set again: {compat:?}");
         let of_camera = status(&lights, 0, 1);
         assert_eq!(

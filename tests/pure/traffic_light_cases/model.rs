@@ -10,20 +10,22 @@ use signal_gateway::core::compat::Compat::{self, Improved, Upstream};
 use signal_gateway::core::traffic_light::bulb::{Bulb, BulbSet};
 use signal_gateway::core::traffic_light::emission::{Content, LightsTopic};
 use signal_gateway::core::traffic_light::scenario::{Action, Controller, Scenario, StateText};
-use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
+use signal_gateway::core::traffic_light::target::{Layer, StoreId, Target};
 
 use super::scene::{Scene, controller, script, settings, small_map};
 
 const IDS: [i64; 5] = [11, 12, 21, 100, 200];
 const STATES: [&str; 5] = ["green", "red", "yellow", "red, green right", ""];
 
+const CONVENTIONAL_DETECTED: StoreId = StoreId { layer: Layer::Detected, ..StoreId::CONVENTIONAL };
+
 type Bulbs = BTreeSet<Bulb>;
 
-/// All states by (channel, is detected, id).
+/// All states by store and id.
 #[derive(Default)]
 struct Model {
     upstream: bool,
-    lights: BTreeMap<(Channel, bool, i64), Bulbs>,
+    lights: BTreeMap<(StoreId, i64), Bulbs>,
     enabled: BTreeSet<i64>,
     phases: Vec<Option<(usize, u64)>>,
 }
@@ -39,25 +41,23 @@ fn heads(id: i64) -> Vec<i64> {
 impl Model {
     /// Adds bulbs to each light of a target, or clears it.
     fn write(&mut self, at: Target, add: Option<&Bulbs>) {
-        let StoreId { channel, layer } = at.store;
-        if layer == Layer::Detected {
+        if at.store.layer == Layer::Detected {
             let keys = if self.upstream { vec![at.id] } else { heads(at.id) };
             for key in keys {
                 match add {
-                    Some(bulbs) => self.lights.entry((channel, true, key)).or_default().extend(bulbs),
-                    None => drop(self.lights.remove(&(channel, true, key))),
+                    Some(bulbs) => self.lights.entry((at.store, key)).or_default().extend(bulbs),
+                    None => drop(self.lights.remove(&(at.store, key))),
                 }
             }
             return;
         }
         for head in heads(at.id) {
-            let mut channels = vec![channel];
+            let mut stores = vec![at.store];
             let enabled = if self.upstream { at.id } else { head };
-            if channel == Channel::Conventional && self.enabled.contains(&enabled) {
-                channels.push(Channel::V2i);
+            if at.store == StoreId::CONVENTIONAL && self.enabled.contains(&enabled) {
+                stores.push(StoreId::V2I);
             }
-            for channel in channels {
-                let light = (channel, false, head);
+            for light in stores.into_iter().map(|store| (store, head)) {
                 match add {
                     Some(bulbs) => self.lights.entry(light).or_default().extend(bulbs),
                     None if self.upstream => drop(self.lights.insert(light, Bulbs::new())),
@@ -135,10 +135,9 @@ impl Model {
         }
     }
 
-    fn of(&self, channel: Channel, is_detected: bool) -> Vec<(i64, BulbSet)> {
-        let of_store =
-            self.lights.iter().filter(|((of, detected, _), _)| (*of, *detected) == (channel, is_detected));
-        of_store.map(|((.., id), bulbs)| (*id, bulbs.iter().copied().collect())).collect()
+    fn states(&self, store: StoreId) -> Vec<(i64, BulbSet)> {
+        let of_store = self.lights.iter().filter(|((of, _), _)| *of == store);
+        of_store.map(|((_, id), bulbs)| (*id, bulbs.iter().copied().collect())).collect()
     }
 }
 
@@ -199,13 +198,10 @@ proptest! {
             if compat == Upstream && scene.verdict().is_some() {
                 return Ok(());
             }
-            for channel in Channel::ALL {
-                let truth: Vec<_> =
-                    scene.lights.ground_truth(channel).map(|light| (light.way_id, light.bulbs)).collect();
-                prop_assert_eq!(truth, model.of(channel, false), "{:?} truth at {}", channel, now);
-                let detected: Vec<_> =
-                    scene.lights.detected(channel).map(|(id, light)| (id, light.bulbs)).collect();
-                prop_assert_eq!(detected, model.of(channel, true), "{:?} detected at {}", channel, now);
+            for store in StoreId::ALL {
+                let states: Vec<_> =
+                    scene.lights.states(store).into_iter().map(|(id, light)| (id, light.bulbs)).collect();
+                prop_assert_eq!(states, model.states(store), "{} at {}", store, now);
             }
         }
     }
@@ -233,13 +229,13 @@ proptest! {
         let entries: Vec<_> = named.iter().map(|head| format!("{} conventional_detected=red", IDS[*head])).collect();
         let phases = [("p1", "3", &*entries.join(";")), ("p2", "3", "")];
         let hand = |head: &usize| {
-            let target = Target::parse(&format!("{} conventional_detected", IDS[*head])).unwrap();
+            let target = Target { id: IDS[*head], store: CONVENTIONAL_DETECTED };
             (1, Action::SetState { target, state: StateText::new("yellow") })
         };
         let actions: Vec<_> = by_hand.iter().map(hand).collect();
         let mut scene = Scene::of(compat, vec![controller("A", &phases)], &actions);
         scene.run_to(3);
-        let left: Vec<_> = scene.lights.detected(Channel::Conventional).map(|(id, _)| id).collect();
+        let left: Vec<_> = scene.lights.states(CONVENTIONAL_DETECTED).into_keys().collect();
         let expected: Vec<_> = by_hand.difference(&named).map(|head| IDS[*head]).collect();
         prop_assert_eq!(left, expected);
     }
@@ -258,7 +254,7 @@ proptest! {
         for now in 0..13 {
             scene.run_to(now);
             let Content::Groups(groups) = &scene.last[&LightsTopic::Camera].content else { unreachable!() };
-            for (id, light) in scene.lights.detected(Channel::Conventional) {
+            for (id, light) in scene.lights.states(CONVENTIONAL_DETECTED) {
                 let relation = if [11, 12, 100].contains(&id) { 100 } else { 200 };
                 let sent = groups.iter().filter(|group| group.relation_id == relation);
                 let sent: BulbSet = sent.flat_map(|group| &group.elements).map(|element| element.bulb).collect();

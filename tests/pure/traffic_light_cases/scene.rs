@@ -11,7 +11,7 @@ use signal_gateway::core::compat::Compat;
 use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::traffic_light::bulb::Bulb;
 use signal_gateway::core::traffic_light::emission::{Content, Emission, GroupState, LightsTopic};
-use signal_gateway::core::traffic_light::engine::{LightObservation, LightsSettings, TrafficLights};
+use signal_gateway::core::traffic_light::engine::{LightsSettings, TrafficLights};
 use signal_gateway::core::traffic_light::event_log::{LoggedEvent, ScenarioEvent, ScenarioOutcome};
 use signal_gateway::core::traffic_light::periodic_timer::Rate;
 use signal_gateway::core::traffic_light::scenario::{
@@ -20,7 +20,7 @@ use signal_gateway::core::traffic_light::scenario::{
 };
 
 use crate::support::clock::{EPOCH_NS, at_ns};
-use signal_gateway::core::traffic_light::target::{Channel, Target};
+use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId, Target};
 
 pub(crate) const BOTH: [Compat; 2] = [Compat::Improved, Compat::Upstream];
 pub(crate) const SECOND: u64 = 1_000_000_000;
@@ -144,8 +144,8 @@ impl Scene {
             "v2idet" => self.detections(Channel::V2i),
             "int" => self.groups(LightsTopic::Camera).iter().map(group_text).collect::<Vec<_>>().join(","),
             "ext" => self.groups(LightsTopic::V2i).iter().map(group_text).collect::<Vec<_>>().join(","),
-            _ if what.starts_with("gt") => self.truth(Channel::Conventional, &what[2..]),
-            _ if what.starts_with("v2i") => self.truth(Channel::V2i, &what[3..]),
+            _ if what.starts_with("gt") => self.truth(StoreId::CONVENTIONAL, &what[2..]),
+            _ if what.starts_with("v2i") => self.truth(StoreId::V2I, &what[3..]),
             _ if what.starts_with('p') => self.predictions(what[1..].parse().unwrap(), second),
             name => {
                 let scenario = self.lights.scenario();
@@ -179,14 +179,15 @@ impl Scene {
         }
     }
 
-    fn truth(&self, channel: Channel, id: &str) -> String {
-        let light = self.lights.ground_truth(channel).find(|light| light.way_id.to_string() == id);
+    fn truth(&self, store: StoreId, id: &str) -> String {
+        let light = self.lights.states(store).remove(&id.parse().unwrap());
         light.map_or("-".to_owned(), |light| bulbs_text(light.bulbs.iter()))
     }
 
     fn detections(&self, channel: Channel) -> String {
-        let text = |(id, light): (i64, LightObservation)| format!("{id}:{}", bulbs_text(light.bulbs.iter()));
-        let texts: Vec<_> = self.lights.detected(channel).map(text).collect();
+        let states = self.lights.states(StoreId { channel, layer: Layer::Detected });
+        let texts: Vec<_> =
+            states.iter().map(|(id, light)| format!("{id}:{}", bulbs_text(light.bulbs.iter()))).collect();
         if texts.is_empty() { "-".to_owned() } else { texts.join(",") }
     }
 

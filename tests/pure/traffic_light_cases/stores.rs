@@ -8,7 +8,7 @@ use signal_gateway::core::map::light_map::{GroupEntry, LightMap};
 use signal_gateway::core::traffic_light::bulb::{BulbSet, Color, Status};
 use signal_gateway::core::traffic_light::refusal::Refusal;
 use signal_gateway::core::traffic_light::store::{Change, Expected, Stores};
-use signal_gateway::core::traffic_light::target::{Channel, Target};
+use signal_gateway::core::traffic_light::target::{Channel, StoreId, Target};
 use signal_gateway::core::traffic_light::text::{parse_bulb, parse_bulbs};
 
 use super::scene::{BOTH, Scene, target};
@@ -87,12 +87,12 @@ fn j_changes_are_counted() {
     let mut stores = stores(Compat::Improved);
     let at = target("34836");
     set(&mut stores, at, "red");
-    let before = stores.truth(Channel::Conventional).changes();
+    let before = stores.changes(StoreId::CONVENTIONAL);
     set(&mut stores, at, "red");
-    assert_eq!(stores.truth(Channel::Conventional).changes(), before);
+    assert_eq!(stores.changes(StoreId::CONVENTIONAL), before);
     set(&mut stores, at, "green");
-    assert_ne!(stores.truth(Channel::Conventional).changes(), before);
-    assert_eq!(stores.truth(Channel::V2i).changes(), 0);
+    assert_ne!(stores.changes(StoreId::CONVENTIONAL), before);
+    assert_eq!(stores.changes(StoreId::V2I), 0);
 }
 
 #[test]
@@ -192,6 +192,6 @@ fn unknown_ids_are_refused_and_change_nothing() {
             assert_eq!(stores.write(at, Change::Set(BulbSet::EMPTY)), refusal, "{text}");
             assert_eq!(stores.matches(at, Expected::Dark), refusal, "{text}");
         }
-        assert_eq!(stores.truth(Channel::Conventional).changes(), 0);
+        assert_eq!(stores.changes(StoreId::CONVENTIONAL), 0);
     }
 }

@@ -35,7 +35,7 @@ impl Document<'_, '_> {
             let path = self.below(&path, group);
             if let Some(count) = self.given(group, "maximumExecutionCount").filter(|count| count.text != "1")
             {
-                let what = format!("its events run as often as they say, not {} times over", count.text);
+                let what = format!("each event has its own count, it is not repeated {} times", count.text);
                 self.reader.leave_out(&count.location, &what);
             }
             for maneuver in group.all("Maneuver") {

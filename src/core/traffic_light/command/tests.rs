@@ -153,7 +153,7 @@ fn controllers_and_phases_are_the_first_of_their_name() {
     assert!(parse_command("TrafficSignalControllerAction(south, go)", &[], Compat::Upstream).is_err());
 }
 
-/// docs/spec/traffic-lights.md, "Signal ids", "The word unknown" and "Actions and commands":
+/// docs/spec/traffic-lights.md, "Signal ids", "Unknown states" and "Actions and commands":
 /// texts that only one of the two modes takes.
 #[test]
 fn each_mode_takes_its_own_texts() {

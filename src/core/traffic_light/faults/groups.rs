@@ -3,94 +3,90 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::FaultSettings;
 use super::draws::{Draws, Kind, Spell};
-use super::{Confusion, FaultSettings, Spells};
 use crate::core::traffic_light::bulb::{Bulb, Color, Status};
 use crate::core::traffic_light::emission::{Element, GroupState};
 
+/// The faults of groups at work.
 #[derive(Debug, Clone)]
 pub(super) struct GroupFaults {
     draws: Draws,
-    miss: Spells,
-    unknown: f64,
-    confusions: Vec<Confusion>,
-    confidence_mean: Option<f64>,
-    confidence_spread: f64,
     /// The spells in which groups are missing, by relation id.
     missing: BTreeMap<i64, Spell>,
 }
 
-impl GroupFaults {
-    pub(super) fn new(draws: Draws, settings: &FaultSettings) -> Self {
-        Self {
-            draws,
-            miss: settings.miss,
-            unknown: settings.unknown,
-            confusions: settings.confusions.clone(),
-            confidence_mean: settings.confidence_mean,
-            confidence_spread: settings.confidence_spread,
-            missing: BTreeMap::new(),
-        }
-    }
-
+impl FaultSettings {
     /// Returns whether any fault of groups is on.
-    pub(super) fn is_on(&self) -> bool {
+    pub(super) fn change_groups(&self) -> bool {
         self.miss.probability > 0.0
             || self.unknown > 0.0
             || !self.confusions.is_empty()
-            || self.changes_confidence()
+            || self.change_confidence()
     }
 
-    pub(super) fn apply(&mut self, groups: &[Arc<GroupState>], message: u64) -> Vec<Arc<GroupState>> {
+    fn change_confidence(&self) -> bool {
+        self.confidence_mean.is_some() || self.confidence_spread > 0.0
+    }
+}
+
+impl GroupFaults {
+    pub(super) fn new(draws: Draws) -> Self {
+        Self { draws, missing: BTreeMap::new() }
+    }
+
+    /// Applies the faults to the groups of a message, by its number.
+    pub(super) fn apply(
+        &mut self,
+        settings: &FaultSettings,
+        groups: &[Arc<GroupState>],
+        message: u64,
+    ) -> Vec<Arc<GroupState>> {
         let mut arriving = Vec::with_capacity(groups.len());
         for group in groups {
             let of = group.relation_id.cast_unsigned();
             let spell = self.missing.entry(group.relation_id).or_default();
-            if !spell.goes_on(self.draws, self.miss, Kind::Miss, of, message) {
-                arriving.push(Arc::new(self.misread(group, of, message)));
+            if !spell.goes_on(self.draws, settings.miss, Kind::Miss, of, message) {
+                arriving.push(Arc::new(misread(self.draws, settings, group, message)));
             }
         }
         arriving
     }
+}
 
-    fn misread(&self, group: &GroupState, of: u64, message: u64) -> GroupState {
-        let is_unknown = self.draws.happens(self.unknown, Kind::Unknown, [of, 0], message);
-        let misread = |element: &Element| {
-            let draw = [of, u64::from(element.bulb.key())];
-            let bulb = if is_unknown {
-                Bulb { color: Color::Unknown, status: Status::Unknown, ..element.bulb }
-            } else {
-                Bulb { color: self.confused(element.bulb.color, draw, message), ..element.bulb }
-            };
-            Element { bulb, confidence: self.confidence(element.confidence, draw, message) }
+fn misread(draws: Draws, settings: &FaultSettings, group: &GroupState, message: u64) -> GroupState {
+    let of = group.relation_id.cast_unsigned();
+    let is_unknown = draws.happens(settings.unknown, Kind::Unknown, [of, 0], message);
+    let misread = |element: &Element| {
+        let draw = [of, u64::from(element.bulb.key())];
+        let color = || confused(element.bulb.color, draws.share(Kind::Confusion, draw, message), settings);
+        let bulb = if is_unknown {
+            Bulb { color: Color::Unknown, status: Status::Unknown, ..element.bulb }
+        } else {
+            Bulb { color: color(), ..element.bulb }
         };
-        let mut elements: Vec<_> = group.elements.iter().map(misread).collect();
-        // Bulbs that have become equal are one.
-        elements.sort_by_key(|element| element.bulb);
-        elements.dedup_by_key(|element| element.bulb);
-        GroupState { elements, ..group.clone() }
-    }
+        let noise = || draws.normal(Kind::Confidence, draw, message) * settings.confidence_spread;
+        let confidence = if settings.change_confidence() {
+            (settings.confidence_mean.unwrap_or(element.confidence) + noise()).clamp(0.0, 1.0)
+        } else {
+            element.confidence
+        };
+        Element { bulb, confidence }
+    };
+    let mut elements: Vec<_> = group.elements.iter().map(misread).collect();
+    // Bulbs that have become equal are one.
+    elements.sort_by_key(|element| element.bulb);
+    elements.dedup_by_key(|element| element.bulb);
+    GroupState { elements, ..group.clone() }
+}
 
-    fn confused(&self, color: Color, draw: [u64; 2], message: u64) -> Color {
-        let mut left = self.draws.share(Kind::Confusion, draw, message);
-        for confusion in self.confusions.iter().filter(|confusion| confusion.from == color) {
-            if left < confusion.probability {
-                return confusion.to;
-            }
-            left -= confusion.probability;
+/// The colour that a colour is taken for. `share` is a draw from 0 to 1.
+fn confused(color: Color, mut share: f64, settings: &FaultSettings) -> Color {
+    for confusion in settings.confusions.iter().filter(|confusion| confusion.from == color) {
+        if share < confusion.probability {
+            return confusion.to;
         }
-        color
+        share -= confusion.probability;
     }
-
-    fn confidence(&self, given: f64, draw: [u64; 2], message: u64) -> f64 {
-        if !self.changes_confidence() {
-            return given;
-        }
-        let noise = self.draws.normal(Kind::Confidence, draw, message) * self.confidence_spread;
-        (self.confidence_mean.unwrap_or(given) + noise).clamp(0.0, 1.0)
-    }
-
-    fn changes_confidence(&self) -> bool {
-        self.confidence_mean.is_some() || self.confidence_spread > 0.0
-    }
+    color
 }

@@ -3,7 +3,6 @@
 use super::*;
 use crate::core::compat::Compat;
 use crate::core::map::light_map::GroupEntry;
-use crate::core::traffic_light::target::StoreId;
 use crate::core::traffic_light::text::parse_bulbs;
 
 /// Relation 7 refers to heads 2 and 1; relation 2 has the number of a head and refers to head 3.
