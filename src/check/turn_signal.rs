@@ -44,8 +44,8 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
             ms(limits.odometry),
             ms(limits.planned_path),
             ms(limits.manoeuvre),
-            ms(flow.limits.scenario),
-            ms(flow.limits.hazard_request),
+            ms(limits.scenario),
+            ms(limits.hazard_request),
         ),
     );
     for parameter in PARAMETERS.iter().take(SIGNAL_PARAMETERS) {

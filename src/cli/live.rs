@@ -30,6 +30,29 @@ Examples:
   signal-gateway demo --no-ros          without publishing";
 
 #[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    config: ConfigArgs,
+    #[command(flatten)]
+    isolation: IsolationArgs,
+}
+
+/// Where DDS runs.
+#[derive(Debug, Args)]
+pub(super) struct IsolationArgs {
+    /// Keep DDS in this process, for debuggers: what the network does to it is then done to all of the gateway
+    #[arg(long)]
+    pub(super) no_isolation: bool,
+}
+
+#[cfg(feature = "ros")]
+#[derive(Debug, Args)]
+pub(super) struct NetworkArgs {
+    /// Level of the log unless the environment sets one
+    log_level: String,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct DemoArgs {
     /// Start again at the end
     #[arg(long)]
@@ -40,11 +63,14 @@ pub(super) struct DemoArgs {
     /// Show only, do not publish
     #[arg(long)]
     no_ros: bool,
+    #[command(flatten)]
+    isolation: IsolationArgs,
 }
 
-pub(super) fn run(args: &ConfigArgs) -> Result<ExitCode, Failure> {
+pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     start_log("info");
-    let settings = settings(args)?;
+    let mut settings = settings(&args.config)?;
+    settings.ros.isolated = !args.isolation.no_isolation;
     let view = View::new(Style::choose(Style::StatusLine, Style::Journal), settings.vehicle.clone())?;
     daemon::run(settings, view)?;
     Ok(ExitCode::SUCCESS)
@@ -54,6 +80,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
     start_log("warn");
     let mut settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default())?;
     settings.ros.enabled &= !args.no_ros;
+    settings.ros.isolated = !args.isolation.no_isolation;
     let (file, stamps) = match &settings.recording {
         Some(recording) => (recording.file.clone(), recording.stamps),
         None => return Err(DaemonError::NoRecording.into()),
@@ -65,4 +92,15 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let playback = Playback { speed: args.speed, repeat: args.repeat, stamps, stay: false };
     daemon::play(settings, view, None, ("the built-in recording", &reopen, routes), playback)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The network side of another process.
+#[cfg(feature = "ros")]
+pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
+    start_log(&args.log_level);
+    match crate::io::ros::network::process::run() {
+        // Whoever started this has ended without a word.
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
+        outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),
+    }
 }

@@ -21,11 +21,12 @@ use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
-use arguments::ConfigArgs;
 use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
-use live::DemoArgs;
+#[cfg(feature = "ros")]
+use live::NetworkArgs;
+use live::{DemoArgs, RunArgs};
 use manual::{CompletionsArgs, ManArgs};
 use replay::ReplayArgs;
 use vehicle::VehicleArgs;
@@ -54,7 +55,7 @@ Start with: signal-gateway demo";
 enum Command {
     /// Run the gateway: the daemon that systemd starts
     #[command(after_help = live::RUN_HELP)]
-    Run(ConfigArgs),
+    Run(RunArgs),
     /// Play the built-in recording in real time, publish it on ROS 2 and show it live
     #[command(after_help = live::DEMO_HELP)]
     Demo(DemoArgs),
@@ -76,6 +77,10 @@ enum Command {
     /// Simulate a vehicle on a virtual bus: lamps that flash, commands obeyed, faults on request
     #[command(after_help = vehicle::HELP)]
     Vehicle(VehicleArgs),
+    /// Serve a gateway that has started this process as its network side
+    #[cfg(feature = "ros")]
+    #[command(hide = true)]
+    Network(NetworkArgs),
     /// Print shell completions
     Completions(CompletionsArgs),
     /// Print the man page (roff), or one for each command into a folder
@@ -97,6 +102,8 @@ pub fn main() -> ExitCode {
         Command::Lights(args) => lights::run(&args),
         Command::Decide(args) => decide::run(&args),
         Command::Vehicle(args) => vehicle::run(&args),
+        #[cfg(feature = "ros")]
+        Command::Network(args) => live::network(&args),
         Command::Completions(args) => Ok(manual::completions(&args)),
         Command::Man(args) => manual::man(&args),
     };

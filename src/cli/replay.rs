@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::arguments::{RecordingArgs, open, recording, settings, speed};
+use super::live::IsolationArgs;
 use super::{Failure, say, start_log};
 use crate::config::Settings;
 use crate::core::gateway::event::Output;
@@ -43,6 +44,8 @@ pub(super) struct ReplayArgs {
     /// Publish on ROS 2 as well, at --speed 1 unless given
     #[arg(long)]
     ros: bool,
+    #[command(flatten)]
+    isolation: IsolationArgs,
 }
 
 pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
@@ -119,6 +122,7 @@ fn replay_in_time(
     json: Option<JsonTimeline>,
 ) -> Result<ExitCode, Failure> {
     settings.ros.enabled = args.ros;
+    settings.ros.isolated = !args.isolation.no_isolation;
     let configured = settings.recording.as_ref().filter(|_| args.ros);
     let stamps = configured.map(|recording| recording.stamps).unwrap_or_default();
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };

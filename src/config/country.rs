@@ -1,4 +1,5 @@
-//! Rules of a country, from a file that is built into the binary or from another one.
+//! Parameters of the decider: the rules of a country, from a file that is built into the binary or from another one, and
+//! parameters set one by one.
 
 use std::path::Path;
 
@@ -9,6 +10,7 @@ use super::reading::location::Text;
 use super::reading::problem::Problem;
 use super::reading::toml_text::from_toml;
 use crate::core::turn_signal::country::Country;
+use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters};
 use crate::core::turn_signal::signal::Side;
 
 /// An example of a file of rules, which shows every key.
@@ -55,8 +57,34 @@ pub fn country(files: &dyn Files, folder: &Path, given: &str) -> Result<Country,
     read(&Embedded, Path::new(&format!("config/countries/{given}.toml")))
 }
 
+/// Reads the keys `country` and `parameters`, of which the latter set parameters one by one.
+pub(super) fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, Parameters) {
+    let checker = fields.checker;
+    let country = fields.string("country").and_then(|given| country_at(files, checker, &given));
+    let mut parameters = country.as_ref().map_or(Parameters::DEPLOYED, |country| country.parameters.clone());
+    let mut taken: Vec<&str> = Vec::new();
+    for entry in fields.entries("parameters", "give parameters by the names of Autoware") {
+        let Some(LocatedText { text, location }) = checker.text(&entry.value) else { continue };
+        match parameters.set(&entry.key, &text) {
+            Ok(()) => {}
+            Err(error @ ParameterError::Unknown { .. }) => {
+                checker.refuse_and_explain(&entry.location, error.to_string());
+            }
+            Err(ParameterError::Value { expected, .. }) => {
+                checker.refuse(&location, format!("invalid value {text}"), &format!("give {expected}"));
+            }
+        }
+        let Some(known) = Parameter::named(&entry.key).map(|parameter| parameter.name) else { continue };
+        if taken.contains(&known) {
+            checker.refuse(&entry.location, format!("{known} is given twice"), "keep one of its names");
+        }
+        taken.push(known);
+    }
+    (country, parameters)
+}
+
 /// The country that a file names; problems are noted.
-pub(super) fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Option<Country> {
+fn country_at(files: &dyn Files, checker: &Checker, given: &LocatedText) -> Option<Country> {
     match country(files, checker.folder(), &given.text) {
         Ok(country) => return Some(country),
         Err(NoCountry::Nowhere { reason, remedy }) => checker.refuse(&given.location, reason, &remedy),
@@ -101,14 +129,18 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
     let [on_entry, on_exit] = ["on_entry", "on_exit"].map(|key| roundabout.keyword(key, SIDES_OR_NONE));
     let entry_persists = roundabout.flag("entry_persists");
     roundabout.done();
-    Some(Country {
-        code: code?,
-        source: source?,
-        traffic: traffic?,
-        turn_distance_m,
-        lane_change_time_s,
+    let (traffic, deployed) = (traffic?, Parameters::DEPLOYED);
+    // Where the law gives no number, the deployed one stays.
+    let parameters = Parameters {
+        intersection_search_distance_m: turn_distance_m.unwrap_or(deployed.intersection_search_distance_m),
+        roundabout_search_distance_m: turn_distance_m.unwrap_or(deployed.roundabout_search_distance_m),
+        search_time_s: lane_change_time_s.unwrap_or(deployed.search_time_s),
         roundabout_on_entry: on_entry?,
         roundabout_on_exit: on_exit?,
         roundabout_entry_persists: entry_persists.unwrap_or_default(),
-    })
+        parking_side: traffic,
+        centerline_start_side: traffic.opposite(),
+        ..deployed
+    };
+    Some(Country { code: code?, source: source?, parameters })
 }

@@ -155,7 +155,8 @@ impl GatewayIo {
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
         let recordings = self.faults.as_ref().map(|faults| faults.status(node));
-        recordings.into_iter().chain(log.map(|log| log.status(node))).collect()
+        let network = self.publisher.network().map(|network| network.status(node));
+        recordings.into_iter().chain(log.map(|log| log.status(node))).chain(network).collect()
     }
 
     fn refresh(&mut self, now: Now) -> Result<(), DaemonError> {

@@ -9,11 +9,12 @@ use crate::config::gateway::traffic_lights::LightsOutput;
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::gateway::event::Output;
+use crate::core::gateway::network::NetworkState;
 use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
 use crate::io::ros::inbox::Inbox;
 #[cfg(feature = "ros")]
 use crate::io::ros::session::{DISTRO, RosError, RosSession};
-use crate::io::ros::settings::{Recovery, RosSettings};
+use crate::io::ros::settings::{Isolation, Recovery, RosSettings};
 use crate::io::ros::topics::{Durability, LightsTopicSettings, Subscription, SubscriptionKind, Topics};
 
 /// Publishes outputs, or nothing.
@@ -119,9 +120,21 @@ impl Publisher {
                 count => format!(", {count} lost"),
             };
             let graph = self.graph();
+            if !status.network.is_up {
+                return format!("{graph}, down");
+            }
             return format!("{graph}, readers: {readers}{writers}{missing}");
         }
         self.graph()
+    }
+
+    /// State of the network side; `None` without a session.
+    pub fn network(&self) -> Option<NetworkState> {
+        #[cfg(feature = "ros")]
+        let network = self.session.as_ref().map(|session| session.status().network);
+        #[cfg(not(feature = "ros"))]
+        let network = None;
+        network
     }
 
     /// The inbox of received messages; `None` without a session.
@@ -242,6 +255,11 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         subscriptions: subscriptions(settings),
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),
+        isolation: if settings.ros.isolated {
+            Isolation::Process { program: "/proc/self/exe".into() }
+        } else {
+            Isolation::Thread
+        },
     })
 }
 

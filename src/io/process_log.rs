@@ -1,6 +1,6 @@
 //! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot flood it.
 //!
-//! Lines wait in an [`OutputQueue`]. Of one kind of message [`MAX_LINES`] a second are written, and then one that says
+//! Lines wait in an [`OutputQueue`]. Of one kind of message `MAX_LINES` a second are written, and then one that says
 //! how many more there were. Debug and trace messages are somebody's wish, and have no such limit.
 
 use std::backtrace::{Backtrace, BacktraceStatus};

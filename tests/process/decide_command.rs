@@ -8,34 +8,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-/// Lanes 1 to 3 end to end, 3.5 m wide, and lane 11 to the left of lane 1.
-fn map() -> String {
-    let node = |id: usize, x: i32, y: f64| {
-        format!("<node id='{id}'><tag k='local_x' v='{x}'/><tag k='local_y' v='{y}'/></node>\n")
-    };
-    let mut text = String::from("<osm>\n");
-    for (index, x) in [0, 100, 116, 216].into_iter().enumerate() {
-        for (row, y) in [-1.75, 1.75, 5.25].into_iter().enumerate() {
-            text += &node(10 * (index + 1) + row, x, y);
-        }
-    }
-    let way = |id: usize, from: usize, to: usize| {
-        format!("<way id='{id}'><nd ref='{from}'/><nd ref='{to}'/><tag k='type' v='line_thin'/></way>\n")
-    };
-    for piece in 1..=3 {
-        for row in 0..=2 {
-            text += &way(100 * piece + row, 10 * piece + row, 10 * (piece + 1) + row);
-        }
-    }
-    let lane = |id: usize, piece: usize, row: usize, tag: &str| {
-        let member = |way, role| format!("<member type='way' ref='{way}' role='{role}'/>");
-        let bounds = member(100 * piece + row + 1, "left") + &member(100 * piece + row, "right");
-        format!("<relation id='{id}'>{bounds}<tag k='type' v='lanelet'/>{tag}</relation>\n")
-    };
-    let left = "<tag k='turn_direction' v='left'/>";
-    text += &[lane(1, 1, 0, ""), lane(2, 2, 0, left), lane(3, 3, 0, ""), lane(11, 1, 1, "")].concat();
-    text + "</osm>"
-}
+use crate::support::two_lanes;
 
 const TURN: &str = "map = \"map.osm\"
 until_m = 130
@@ -61,7 +34,7 @@ struct Bench {
 impl Bench {
     fn new(name: &'static str, text: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("map.osm"), map()).unwrap();
+        fs::write(folder.path().join("map.osm"), two_lanes::osm([0, 100, 116, 216])).unwrap();
         fs::write(folder.path().join(name), text).unwrap();
         Self { folder, name }
     }
@@ -298,7 +271,7 @@ fn wrong_files_are_refused_with_location_key_and_remedy() {
         ),
         (
             "[parameters]\nturn_signal_search_time = -1\n",
-            "`turn_signal_search_time` = `-1`: give seconds, 0 to 3600",
+            "parameters.turn_signal_search_time: invalid value -1; give seconds, 0 to 3600",
         ),
         ("[[expect]]\nfrom_m = 1\nto_m = 9\n", "expect[1]: nothing is expected; give command, hazard"),
         (

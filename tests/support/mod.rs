@@ -14,5 +14,6 @@ pub(crate) mod prerequisite;
 pub(crate) mod process;
 pub(crate) mod property;
 pub(crate) mod slcan;
+pub(crate) mod two_lanes;
 pub(crate) mod vcan;
 pub(crate) mod virtual_gateway;

@@ -127,12 +127,6 @@ impl Process {
         self.started
     }
 
-    /// Id of the process.
-    #[allow(dead_code)] // not every test uses it
-    pub(crate) fn id(&self) -> u32 {
-        self.child.id()
-    }
-
     /// Lines of standard error so far.
     pub(crate) fn log(&self) -> Vec<String> {
         self.log.0.lock().unwrap().clone()
@@ -150,6 +144,12 @@ impl Process {
             self.log.1.wait_timeout_while(self.log.0.lock().unwrap(), DEADLINE, lacks).unwrap();
         drop(log);
         assert!(!timeout.timed_out(), "the log did not say {part:?} {count} times");
+    }
+
+    /// The id of the process.
+    #[allow(dead_code)] // not every test looks at it
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
     }
 
     pub(crate) fn is_running(&mut self) -> bool {

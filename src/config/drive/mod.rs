@@ -22,6 +22,7 @@ pub use reader::Moment;
 pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
+use crate::config::country::parameters;
 use crate::config::dimensions;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
@@ -103,7 +104,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
     let map = top.path("map");
     let compats = reader::compats(&top);
-    let parameters = setting::parameters(files, &top);
+    let (_, parameters) = parameters(files, &top);
     let vehicle = dimensions::vehicle(top.section("vehicle"));
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
     let start_m = metres(&top, "start_m").unwrap_or(0.0);

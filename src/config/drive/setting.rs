@@ -1,12 +1,9 @@
-//! Parameters, speed and stops of a drive scenario.
+//! Speed and stops of a drive scenario.
 
 use super::reader::{MAX_S, required_metres, required_seconds};
-use crate::config::country::country_at;
-use crate::config::files::Files;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::Value;
 use crate::core::map::geometry::Point;
-use crate::core::turn_signal::parameters::Parameters;
 
 /// The highest speed of a drive, m/s.
 const MAX_SPEED_MPS: f64 = 100.0;
@@ -28,19 +25,6 @@ pub struct Stop {
     pub at_m: f64,
     /// Duration, seconds.
     pub for_s: f64,
-}
-
-/// Reads the keys `country` and `parameters`.
-pub(super) fn parameters(files: &dyn Files, top: &Fields<'_>) -> Parameters {
-    let checker = top.checker;
-    let country = top.string("country").and_then(|given| country_at(files, checker, &given));
-    let mut parameters = country.as_ref().map_or(Parameters::DEPLOYED, Parameters::for_country);
-    for entry in top.entries("parameters", "give parameters by the names of Autoware") {
-        let Some(given) = checker.text(&entry.value) else { continue };
-        let set = parameters.set(&entry.key, &given.text);
-        checker.accept(&given.location, set, "see docs/turn-signal-scenarios.md");
-    }
-    parameters
 }
 
 /// Reads the table `drive`: speed, stops, and the points of a line other than the route's lanelets.

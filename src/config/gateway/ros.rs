@@ -12,6 +12,8 @@ const DEFAULT_NODE: &str = "signal_gateway";
 pub struct RosConfig {
     /// Whether `run` and `demo` publish at all.
     pub enabled: bool,
+    /// Whether DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
+    pub isolated: bool,
     /// Namespace, `/` or `/name`.
     pub namespace: String,
     /// Domain, when the configuration overrides `ROS_DOMAIN_ID`.
@@ -43,6 +45,7 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
     let topics = fields.section("topics");
     let config = RosConfig {
         enabled: fields.flag("enabled").unwrap_or(true),
+        isolated: true,
         namespace,
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),

@@ -41,6 +41,7 @@ use perception::{Forgotten, Headlines, Perception};
 pub mod black_box;
 pub mod event;
 pub mod live_time;
+pub mod network;
 mod perception;
 pub mod process_status;
 

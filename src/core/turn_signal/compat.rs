@@ -69,42 +69,23 @@ pub struct UpstreamQuirks {
 }
 
 impl UpstreamQuirks {
-    /// Those of improved mode.
-    pub const NONE: Self = Self {
-        drops_announced_turns: false,
-        has_no_minimum_durations: false,
-        required_start_belongs_to_nothing: false,
-        finished_manoeuvres_return: false,
-        empty_records_take_part: false,
-        splits_turns: false,
-        memory_survives_route: false,
-        lane_changes_have_begun: false,
-        overlooks_roundabout_exits: false,
-        has_stop_rule: false,
-        searches_back_by_entries: false,
-        centerline_start_has_no_points: false,
-    };
-    /// Those of the behavior path planner.
-    pub const ALL: Self = Self {
-        drops_announced_turns: true,
-        has_no_minimum_durations: true,
-        required_start_belongs_to_nothing: true,
-        finished_manoeuvres_return: true,
-        empty_records_take_part: true,
-        splits_turns: true,
-        memory_survives_route: true,
-        lane_changes_have_begun: true,
-        overlooks_roundabout_exits: true,
-        has_stop_rule: true,
-        searches_back_by_entries: true,
-        centerline_start_has_no_points: true,
-    };
-
-    /// The quirks of a decider; none of them concerns the path generator, which has a rule of its own.
+    /// The quirks of a decider: all for the behavior path planner, none for improved mode. None of them concerns the path
+    /// generator, which has a rule of its own.
     pub const fn of(compat: DeciderCompat) -> Self {
-        match compat {
-            DeciderCompat::Improved | DeciderCompat::PathGenerator => Self::NONE,
-            DeciderCompat::Upstream => Self::ALL,
+        let is_upstream = matches!(compat, DeciderCompat::Upstream);
+        Self {
+            drops_announced_turns: is_upstream,
+            has_no_minimum_durations: is_upstream,
+            required_start_belongs_to_nothing: is_upstream,
+            finished_manoeuvres_return: is_upstream,
+            empty_records_take_part: is_upstream,
+            splits_turns: is_upstream,
+            memory_survives_route: is_upstream,
+            lane_changes_have_begun: is_upstream,
+            overlooks_roundabout_exits: is_upstream,
+            has_stop_rule: is_upstream,
+            searches_back_by_entries: is_upstream,
+            centerline_start_has_no_points: is_upstream,
         }
     }
 }

@@ -128,6 +128,7 @@ impl Decider {
         } else {
             self.distance_path(road, route, odometry.pose)
         };
+        let measured = measured.map_err(|finding| findings.push(finding)).ok();
         let (settings, quirks) = (self.settings.clone(), self.quirks);
         let on = |path| DecisionContext {
             road,
@@ -144,38 +145,27 @@ impl Decider {
             quirks,
             now,
         };
-        let mut decision = match measured {
-            Ok(measured) if follows_path_generator => {
-                let front_m = settings.vehicle.front_m();
-                let (turn, tagged) = path_generator::decide(
-                    (road, route),
-                    &measured.lanes,
-                    odometry,
-                    front_m,
-                    &settings.parameters,
-                );
+        let mut decision = match &measured {
+            _ if follows_path_generator => {
+                let (front_m, parameters) = (settings.vehicle.front_m(), &settings.parameters);
+                let (turn, tagged) =
+                    measured.as_ref().map_or((Signal::NoCommand, TaggedLanelet::None), |measured| {
+                        path_generator::decide((road, route), &measured.lanes, odometry, front_m, parameters)
+                    });
                 bare(turn, Hazard::NoCommand, Basis::PathGenerator(tagged), Vec::new())
             }
-            Err(finding) if follows_path_generator => {
-                findings.push(finding);
-                let basis = Basis::PathGenerator(TaggedLanelet::None);
-                bare(Signal::NoCommand, Hazard::NoCommand, basis, Vec::new())
-            }
-            Ok(measured) => {
+            Some(measured) => {
                 let context = on(&measured.path);
                 self.decide_on(&context, manoeuvres, |manoeuvre| Observed {
                     turns: turns(&context, &measured.lanes, manoeuvre),
                     legs: legs(&context, &measured.lanes),
                 })
             }
-            Err(finding) => {
-                findings.push(finding);
-                // Without a path of lanelets, the chain measures on the vehicle's own straight line.
-                match own_line(odometry.pose) {
-                    Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
-                    None => bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, Vec::new()),
-                }
-            }
+            // Without a path of lanelets, the chain measures on the vehicle's own straight line.
+            None => match own_line(odometry.pose) {
+                Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
+                None => bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, Vec::new()),
+            },
         };
         decision.findings = findings;
         // Inputs turn old without any event.

@@ -2,6 +2,7 @@
 //! the vehicle (docs/spec/turn-signal-decider.md, "Distance path").
 
 use std::collections::BTreeSet;
+use std::iter::successors;
 
 use super::parameters::Parameters;
 use super::route::Route;
@@ -93,12 +94,7 @@ fn resampled(line: &[Point], from_m: f64, to_m: f64, step_m: f64) -> Vec<Point> 
     let arcs = arc_lengths_m(&knots);
     let length_m = arcs.last().copied().unwrap_or_default();
     let (from_m, to_m) = (from_m.max(0.0), to_m.min(length_m));
-    let mut queries = Vec::new();
-    let mut at_m = from_m;
-    while at_m < to_m {
-        queries.push(at_m);
-        at_m += step_m;
-    }
-    queries.push(to_m);
+    let samples = successors(Some(from_m), |at_m| Some(at_m + step_m));
+    let queries: Vec<f64> = samples.take_while(|at_m| *at_m < to_m).chain([to_m]).collect();
     akima_points(&arcs, &knots, &queries).unwrap_or(knots)
 }

@@ -27,7 +27,7 @@ mod tests;
 /// `STOP` of the operation mode.
 const MODE_STOP: u8 = 1;
 
-/// The latest factors of each module.
+/// The latest factors of each module, in the order in which the planner runs them.
 pub type Factors = BTreeMap<FactorTopic, Timed<Arc<[PlanningFactor]>>>;
 
 /// Everything by which factors are judged.
@@ -46,18 +46,6 @@ pub struct FactorContext<'a> {
     /// The operation mode, if known.
     pub operation_mode: Option<OperationMode>,
 }
-
-/// The order in which the planner runs its modules (docs/spec/turn-signal-decider.md, "Joining records").
-const SLOTS: [FactorTopic; 8] = [
-    FactorTopic::StartPlanner,
-    FactorTopic::AvoidanceByLaneChange,
-    FactorTopic::StaticObstacleAvoidance,
-    FactorTopic::LaneChangeLeft,
-    FactorTopic::LaneChangeRight,
-    FactorTopic::ExternalLaneChangeLeft,
-    FactorTopic::ExternalLaneChangeRight,
-    FactorTopic::GoalPlanner,
-];
 
 /// The values of `PlanningFactor.behavior` that matter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,9 +71,8 @@ pub fn manoeuvres(context: &FactorContext<'_>, factors: &Factors) -> (Vec<Timed<
     let mut manoeuvres = Vec::new();
     let anything = factors.values().any(|latest| !latest.value.is_empty());
     let path_offsets = if anything { PathOffsets::new(context) } else { None };
-    for topic in SLOTS {
-        let Some(latest) = factors.get(&topic) else { continue };
-        let made = made(context, path_offsets.as_ref(), topic, &latest.value, &mut findings);
+    for (topic, latest) in factors {
+        let made = made(context, path_offsets.as_ref(), *topic, &latest.value, &mut findings);
         manoeuvres.extend(made.into_iter().map(|value| Timed { at: latest.at, value }));
     }
     (manoeuvres, findings)

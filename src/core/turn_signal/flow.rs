@@ -17,7 +17,7 @@ use super::inputs::{Finding, Inputs, Timed};
 use super::output::TurnSignalOutput;
 use super::planner_input::{PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
-use super::signal::{Hazard, joined_hazard};
+use super::signal::Hazard;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
@@ -39,8 +39,6 @@ pub struct FlowSettings {
     pub role: Role,
     /// Time from cycle to cycle, above zero.
     pub period: Duration,
-    /// Age limits of inputs that the decider itself does not look at.
-    pub limits: Limits,
 }
 
 /// The use of decisions.
@@ -53,18 +51,6 @@ pub enum Role {
         /// So long the two may differ before it counts.
         tolerance: Duration,
     },
-}
-
-/// Age limits of inputs other than odometry, path and manoeuvres. As old as the limit is not too old. Route and
-/// operation mode hold until the next one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
-    /// Age of the scenario.
-    pub scenario: Duration,
-    /// Age of the system's request for hazard lights.
-    pub hazard_request: Duration,
-    /// Age of Autoware's own commands.
-    pub own_command: Duration,
 }
 
 /// The decider with everything around it.
@@ -84,15 +70,6 @@ pub struct TurnSignalFlow {
     hazard_comparison: ShadowComparison,
     last_summary: Option<(Level, String)>,
     ready: VecDeque<TurnSignalOutput>,
-}
-
-impl Limits {
-    /// Several cycles of sources that send ten times a second.
-    pub const DEFAULT: Self = Self {
-        scenario: Duration::from_secs(1),
-        hazard_request: Duration::from_secs(1),
-        own_command: Duration::from_secs(1),
-    };
 }
 
 impl TurnSignalFlow {
@@ -182,7 +159,7 @@ impl TurnSignalFlow {
     }
 
     fn decide(&mut self, now: MonoTime) -> Decision {
-        let limits = self.settings.limits;
+        let limits = self.settings.decider.age_limits;
         let mut findings = Vec::new();
         let route = match &self.route {
             Some(Ok(route)) => Some(route),
@@ -240,18 +217,15 @@ impl TurnSignalFlow {
     fn joined_hazard(&self, planner: Hazard, now: MonoTime, findings: &mut Vec<Finding>) -> Hazard {
         let Some(request) = self.latest.hazard_request else { return planner };
         let age = now.since(request.at);
-        if age > self.settings.limits.hazard_request {
+        if age > self.settings.decider.age_limits.hazard_request {
             findings.push(Finding::OldHazardRequest { age });
             return if planner == Hazard::Enable { planner } else { Hazard::NoCommand };
         }
-        match (planner, request.value) {
-            (Hazard::NoCommand, Hazard::NoCommand | Hazard::Disable) => Hazard::NoCommand,
-            (planner, system) => joined_hazard(planner, system),
-        }
+        if request.value == Hazard::Enable { Hazard::Enable } else { planner }
     }
 
     fn compare(&mut self, decision: &Decision, tolerance: Duration, now: MonoTime) {
-        let limit = self.settings.limits.own_command;
+        let limit = self.settings.decider.age_limits.own_command;
         let fresh =
             |own: Option<Timed<u8>>| own.filter(|own| now.since(own.at) <= limit).map(|own| own.value);
         // Upstream publishes nothing when it knows nothing; NO_COMMAND of the path generator is a decision.

@@ -37,7 +37,7 @@ pub struct Inputs<'a> {
     pub lane_driving: bool,
 }
 
-/// Age limits of inputs. As old as the limit is not too old.
+/// Age limits of inputs. As old as the limit is not too old. Route and operation mode hold until the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AgeLimits {
     /// Age of the odometry.
@@ -46,6 +46,12 @@ pub struct AgeLimits {
     pub planned_path: Duration,
     /// Age of a manoeuvre.
     pub manoeuvre: Duration,
+    /// Age of the scenario.
+    pub scenario: Duration,
+    /// Age of the system's request for hazard lights.
+    pub hazard_request: Duration,
+    /// Age of Autoware's own commands.
+    pub own_command: Duration,
 }
 
 /// Something wrong with the inputs.
@@ -152,6 +158,9 @@ impl AgeLimits {
         odometry: Duration::from_millis(500),
         planned_path: Duration::from_secs(1),
         manoeuvre: Duration::from_secs(1),
+        scenario: Duration::from_secs(1),
+        hazard_request: Duration::from_secs(1),
+        own_command: Duration::from_secs(1),
     };
 }
 

@@ -76,16 +76,16 @@ pub struct PathPoint {
     pub lanes: Vec<LaneId>,
 }
 
-/// Modules of the planner whose factors matter, by the last part of their topic
-/// (`/planning/planning_factors/…`).
+/// Modules of the planner whose factors matter, by the last part of their topic (`/planning/planning_factors/…`), in the
+/// order in which the planner runs them (docs/spec/turn-signal-decider.md, "Joining records").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FactorTopic {
     /// `start_planner`
     StartPlanner,
-    /// `static_obstacle_avoidance`
-    StaticObstacleAvoidance,
     /// `avoidance_by_lane_change`
     AvoidanceByLaneChange,
+    /// `static_obstacle_avoidance`
+    StaticObstacleAvoidance,
     /// `lane_change_left`
     LaneChangeLeft,
     /// `lane_change_right`
@@ -140,8 +140,8 @@ impl FactorTopic {
     /// Every module, in the order of the variants.
     pub const ALL: [Self; 8] = [
         Self::StartPlanner,
-        Self::StaticObstacleAvoidance,
         Self::AvoidanceByLaneChange,
+        Self::StaticObstacleAvoidance,
         Self::LaneChangeLeft,
         Self::LaneChangeRight,
         Self::ExternalLaneChangeLeft,

@@ -22,6 +22,15 @@ pub enum Source {
 impl Source {
     /// All of them, in order.
     pub const ALL: [Self; 3] = [Self::Intersection, Self::Roundabout, Self::Manoeuvre];
+
+    /// The name in reports, diagnostics and drives.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Intersection => "intersection",
+            Self::Roundabout => "roundabout",
+            Self::Manoeuvre => "manoeuvre",
+        }
+    }
 }
 
 /// The records to choose from.
@@ -258,24 +267,14 @@ impl Distances {
 
 impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Intersection => "intersection",
-            Self::Roundabout => "roundabout",
-            Self::Manoeuvre => "manoeuvre",
-        })
+        f.write_str(self.name())
     }
 }
 
+/// The label in the specification is the name of the variant.
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::A1 => "A1",
-            Self::A2 => "A2",
-            Self::A3 => "A3",
-            Self::A4 => "A4",
-            Self::B1 => "B1",
-            Self::B2 => "B2",
-        })
+        write!(f, "{self:?}")
     }
 }
 

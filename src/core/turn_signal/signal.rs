@@ -48,9 +48,3 @@ impl fmt::Display for Side {
         Signal::from(*self).fmt(f)
     }
 }
-
-/// The command of the hazard lights from the requests of the planner and the system: on when either
-/// requests them (docs/spec/turn-signal-decider.md, "Hazard lights").
-pub fn joined_hazard(planner: Hazard, system: Hazard) -> Hazard {
-    if planner == Hazard::Enable || system == Hazard::Enable { Hazard::Enable } else { Hazard::Disable }
-}

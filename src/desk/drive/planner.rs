@@ -1,5 +1,7 @@
 //! The manoeuvres of a drive as the planner publishes them at a cycle.
 
+use std::iter::successors;
+
 use super::route_path::{RoutePath, smooth};
 use crate::config::drive::{DriveFile, Moment, Plan, PlanKind, PlannedShift};
 use crate::core::map::geometry::Pose;
@@ -219,13 +221,8 @@ impl DrivePosition<'_> {
     fn positions(&self, from_m: f64, to_m: f64) -> Vec<f64> {
         let from_m = from_m.max(-self.moved_m).max(self.at_m - BEHIND_M);
         let to_m = to_m.min(self.route_path.length_m() - self.moved_m).min(self.at_m + AHEAD_M);
-        let mut positions = Vec::new();
-        let mut at_m = (from_m / SPACING_M).ceil() * SPACING_M;
-        while at_m <= to_m {
-            positions.push(at_m);
-            at_m += SPACING_M;
-        }
-        positions
+        let first_m = (from_m / SPACING_M).ceil() * SPACING_M;
+        successors(Some(first_m), |at_m| Some(at_m + SPACING_M)).take_while(|at_m| *at_m <= to_m).collect()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The path of a drive: positions along the centrelines of the lanelets of a route, as points of the map.
 
 use std::collections::BTreeMap;
+use std::iter::successors;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -156,24 +157,18 @@ impl RoutePath {
     /// The lanelets between two positions, in order.
     pub fn lanes_between(&self, from_m: f64, to_m: f64) -> Vec<LaneId> {
         let mut found: Vec<LaneId> = Vec::new();
-        let mut at_m = from_m.max(0.0);
         let to_m = to_m.min(self.length_m());
-        while at_m <= to_m {
+        for at_m in metres_from(from_m.max(0.0)).take_while(|at_m| *at_m <= to_m) {
             found.extend(self.lane_at(at_m).filter(|lane| !found.contains(lane)));
-            at_m += 1.0;
         }
         found
     }
 
     /// The position nearest to a point, and its distance from there, metres.
     pub fn nearest(&self, query: Point) -> (f64, f64) {
-        let mut line = Vec::new();
-        let mut at_m = 0.0;
-        while at_m < self.length_m() {
-            line.push(self.middle(at_m));
-            at_m += 1.0;
-        }
-        line.push(self.middle(self.length_m()));
+        let length_m = self.length_m();
+        let positions = metres_from(0.0).take_while(|at_m| *at_m < length_m).chain([length_m]);
+        let line: Vec<Point> = positions.map(|at_m| self.middle(at_m)).collect();
         let projection = nearest(&line, query);
         // A piece of the line is a metre of the path, but for the last.
         let arcs_m = arc_lengths_m(&line);
@@ -282,6 +277,11 @@ impl Lanes {
     }
 }
 
+/// Positions a metre apart.
+pub(super) fn metres_from(from_m: f64) -> impl Iterator<Item = f64> {
+    successors(Some(from_m), |at_m| Some(at_m + 1.0))
+}
+
 /// A ramp from 0 to 1 without kinks; constant outside.
 pub(super) fn smooth(share: f64) -> f64 {
     let share = share.clamp(0.0, 1.0);
@@ -318,24 +318,23 @@ fn tracks(road: &LaneNetwork, segments: &[Segment]) -> Result<Vec<Track>, RouteP
     Ok(tracks)
 }
 
-/// Back along the lanelets of the route that lead into a track.
+/// Extends a track back along the lanelets of the route that lead into it.
 fn lead_back(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
-    while let Some(segment) = track.first.checked_sub(1).and_then(|before| segments.get(before)) {
-        let leads =
-            |lane: &&LaneId| track.lanes.first().is_some_and(|first| road.followers(**lane).contains(first));
-        let Some(lane) = segment.lanes.iter().find(leads).copied() else { return };
-        track.lanes.insert(0, lane);
-        track.first -= 1;
+    while let (Some(before), Some(first)) = (track.first.checked_sub(1), track.lanes.first().copied()) {
+        let leads = |lane: &&LaneId| road.followers(**lane).contains(&first);
+        let lanes = segments.get(before).map(|segment| &segment.lanes);
+        let Some(lane) = lanes.and_then(|lanes| lanes.iter().find(leads)) else { return };
+        track.lanes.insert(0, *lane);
+        track.first = before;
     }
 }
 
-/// On along the lanelets of the route that follow a track.
+/// Extends a track along the lanelets of the route that follow it.
 fn lead_on(road: &LaneNetwork, segments: &[Segment], track: &mut Track) {
-    while let Some(segment) = segments.get(track.end()) {
-        let follows =
-            |lane: &&LaneId| track.lanes.last().is_some_and(|last| road.followers(*last).contains(*lane));
-        let Some(lane) = segment.lanes.iter().find(follows).copied() else { return };
-        track.lanes.push(lane);
+    while let (Some(segment), Some(last)) = (segments.get(track.end()), track.lanes.last().copied()) {
+        let follows = |lane: &&LaneId| road.followers(last).contains(*lane);
+        let Some(lane) = segment.lanes.iter().find(follows) else { return };
+        track.lanes.push(*lane);
     }
 }
 

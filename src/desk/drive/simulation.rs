@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::motion::Motion;
 use super::planner::{DrivePosition, offset_m};
-use super::route_path::{Change, RoutePath, RoutePathError};
+use super::route_path::{Change, RoutePath, RoutePathError, metres_from};
 use crate::config::Refused;
 use crate::config::drive::{DisturbanceKind, DriveFile, Expectation, Moment, PlanKind, RoutePlan};
 use crate::core::map::geometry::Pose;
@@ -353,16 +353,13 @@ impl Cycles<'_> {
 
 /// Points a metre apart.
 fn path(position: &DrivePosition<'_>) -> Vec<PathPoint> {
-    let mut points = Vec::new();
-    let mut path_m = (position.at_m + position.moved_m - PATH_BEHIND_M).max(0.0);
-    let to_m = (position.at_m + position.moved_m + PATH_AHEAD_M).min(position.route_path.length_m());
-    while path_m <= to_m {
-        let pose =
-            position.route_path.pose(path_m, |path_m| offset_m(position.file, path_m - position.moved_m));
-        points.push(PathPoint { pose, lane: position.route_path.lane_at(path_m) });
-        path_m += 1.0;
-    }
-    points
+    let (path, here_m) = (position.route_path, position.at_m + position.moved_m);
+    let to_m = (here_m + PATH_AHEAD_M).min(path.length_m());
+    let point = |path_m| PathPoint {
+        pose: path.pose(path_m, |path_m| offset_m(position.file, path_m - position.moved_m)),
+        lane: path.lane_at(path_m),
+    };
+    metres_from((here_m - PATH_BEHIND_M).max(0.0)).take_while(|path_m| *path_m <= to_m).map(point).collect()
 }
 
 fn clock(at_s: f64) -> MonoTime {

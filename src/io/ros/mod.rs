@@ -1,8 +1,13 @@
 //! ROS 2: the messages, the topics, and the session that sends and receives them over DDS.
 
+mod duplicate_filter;
 pub mod inbox;
+pub mod link;
 pub mod messages;
+#[cfg(feature = "ros")]
+pub mod network;
 pub mod reading;
+pub mod reception;
 #[cfg(feature = "ros")]
 pub mod session;
 pub mod settings;

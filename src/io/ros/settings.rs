@@ -1,7 +1,10 @@
 //! Settings of a ROS 2 session.
 
 use std::net::IpAddr;
+use std::path::PathBuf;
 use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
 
 use super::topics::{Durability, Subscription, Topics};
 
@@ -26,10 +29,26 @@ pub struct RosSettings {
     pub hardware_id: String,
     /// Intervals at which lost peers and new addresses are acted on.
     pub recovery: Recovery,
+    /// Where DDS runs.
+    pub isolation: Isolation,
+}
+
+/// Where the network side of a session runs.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Isolation {
+    /// In a thread of this process, for debuggers and tests: what brings DDS down brings the process down, and a DDS
+    /// that hangs stays.
+    #[default]
+    Thread,
+    /// In a process of its own, which may die and is replaced.
+    Process {
+        /// The program, which serves with the arguments `network LEVEL`; this one is `/proc/self/exe`.
+        program: PathBuf,
+    },
 }
 
 /// Intervals of a session that watches its network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recovery {
     /// Time between two checks of interfaces, missing peers and acknowledgements; 1 s by default.
     pub check_interval: Duration,
@@ -55,6 +74,7 @@ impl Default for RosSettings {
             subscriptions: Vec::new(),
             hardware_id: "none".to_owned(),
             recovery: Recovery::default(),
+            isolation: Isolation::default(),
         }
     }
 }

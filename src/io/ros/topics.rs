@@ -5,6 +5,8 @@
 //! transient local, with depth 10, markers with depth 1
 //! (docs/spec/traffic-lights.md, "Messages and topics"); commands reliable, volatile, with depth 1.
 
+use serde::{Deserialize, Serialize};
+
 use super::messages::LightsType;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
@@ -57,7 +59,7 @@ pub struct LightsTopicSettings {
 }
 
 /// The durability of a topic: does a late reader get the current sample?
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Durability {
     /// It is. A writer serves transient-local and volatile readers alike; a reader takes transient-local writers only.
     #[default]
@@ -67,7 +69,7 @@ pub enum Durability {
 }
 
 /// The reliability that a reader requests: are lost samples sent again?
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Reliability {
     /// They are, by reliable writers; others are not read at all.
     #[default]

@@ -59,6 +59,11 @@ impl Role {
         self.with("networks", json!([address]))
     }
 
+    /// With its network side in a process.
+    pub(crate) fn isolated(self) -> Self {
+        self.with("isolated", json!(true))
+    }
+
     /// Looks for lost peers sooner than a gateway does by itself.
     pub(crate) fn alert(self) -> Self {
         self.with("alert", json!(true))
@@ -87,6 +92,11 @@ impl Role {
 pub(crate) struct Gateway(JsonProcess);
 
 impl Gateway {
+    /// The id of its process.
+    pub(crate) fn id(&self) -> u32 {
+        self.0.id()
+    }
+
     /// Sends a command.
     pub(crate) fn send(&self, command: &str) {
         self.0.send(command);

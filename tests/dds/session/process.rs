@@ -13,7 +13,7 @@ use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::io::ros::session::{
-    Durability, OutgoingStatus, Recovery, RosSession, RosSettings, Topics,
+    Durability, Isolation, OutgoingStatus, Recovery, RosSession, RosSettings, Topics,
 };
 
 use super::{ROLE, autoware_topics, lights};
@@ -47,6 +47,11 @@ fn session_process() {
         topics,
         subscriptions,
         recovery: if role["alert"] == true { alert } else { Recovery::default() },
+        isolation: if role["isolated"] == true {
+            Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into() }
+        } else {
+            Isolation::Thread
+        },
     };
     let session = RosSession::start(settings).unwrap();
     let inbox = session.inbox();
@@ -67,7 +72,10 @@ fn session_process() {
                             "rejected": topic.rejected_groups})).collect::<Vec<_>>(),
                         "missing": status.missing_peers, "probe": status.has_probe,
                         "write_errors": status.write_errors,
-                        "overtaken": status.overtaken_lights})
+                        "overtaken": status.overtaken_lights,
+                        "up": status.network.is_up, "restarts": status.network.restarts,
+                        "echo": status.network.has_echo,
+                        "failure": status.network.last_failure.map(|failure| failure.to_string())})
                 );
             }
             "stop" => {

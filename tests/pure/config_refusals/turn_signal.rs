@@ -236,11 +236,11 @@ fn rules_of_a_country_are_refused_where_they_break() {
             "lane_change_time_s = -1",
             "lane_change_time_s: -1 s is out of range; give 0 to 60 s",
         ),
-        ("on_exit = \"left\"", "on_exit = 1", "rules.toml:11:11: roundabout.on_exit: "),
+        ("on_exit = \"left\"", "on_exit = 1", "rules.toml:12:11: roundabout.on_exit: "),
         ("on_exit", "on_exits", "roundabout.on_exits: unknown key \"on_exits\""),
         ("source", "sources", "sources: unknown key \"sources\""),
         ("code = ", "# ", "a key is missing: code; see config/countries/JP.toml"),
-        ("[roundabout]", "[roundabout", "rules.toml:9:"),
+        ("[roundabout]", "[roundabout", "rules.toml:10:"),
     ] {
         let problems = with_rules(&RULES.replacen(part, other, 1)).unwrap_err();
         let text = problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");

@@ -1,5 +1,5 @@
 //! A gateway with nothing but the decider, on virtual time: a straight road of two lanes,
-//! one of which has a piece tagged as a left turn.
+//! one of which has a lanelet tagged as a left turn from 60 to 80 m.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,43 +17,13 @@ use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use super::drive::segments;
 use crate::support::clock::{at, at_ms, millis};
 use crate::support::files::MemoryFiles;
+use crate::support::two_lanes;
 use crate::support::virtual_gateway::VirtualGateway;
-
-/// The road: lanelets 1, 2, 3 to 60, 80 and 200 m, of which 2 turns left; 11, 12, 13 to their left.
-pub(crate) fn map() -> String {
-    let (xs, ys) = ([0, 60, 80, 200], [-1.75, 1.75, 5.25]);
-    let mut text = "<osm>\n".to_owned();
-    for (row, y) in ys.iter().enumerate() {
-        for (column, x) in xs.iter().enumerate() {
-            text += &format!(
-                "<node id='{}' lat='0' lon='0'><tag k='local_x' v='{x}'/><tag k='local_y' v='{y}'/></node>\n",
-                row * 10 + column + 1
-            );
-        }
-        for piece in 1..=3 {
-            let from = row * 10 + piece;
-            text += &format!("<way id='{}'><nd ref='{from}'/><nd ref='{}'/></way>\n", 100 + from, from + 1);
-        }
-    }
-    for row in 0..2 {
-        for piece in 1..=3 {
-            let (left, right) = (110 + row * 10 + piece, 100 + row * 10 + piece);
-            let turn = if (row, piece) == (0, 2) { "<tag k='turn_direction' v='left'/>" } else { "" };
-            text += &format!(
-                "<relation id='{}'><member type='way' ref='{left}' role='left'/>\
-                 <member type='way' ref='{right}' role='right'/><tag k='type' v='lanelet'/>\
-                 <tag k='subtype' v='road'/>{turn}</relation>\n",
-                row * 10 + piece
-            );
-        }
-    }
-    text + "</osm>\n"
-}
 
 /// A decider with these keys in `[turn_signal]`, from 10 s on.
 pub(crate) fn decider(keys: &str) -> VirtualGateway {
     let gateway = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}\n");
-    let files = MemoryFiles::new([("gateway.toml", gateway), ("map.osm", map())]);
+    let files = MemoryFiles::new([("gateway.toml", gateway), ("map.osm", two_lanes::osm([0, 60, 80, 200]))]);
     VirtualGateway::starting_at(MonoTime::from_millis(10_000), files.settings().gateway)
 }
 
@@ -82,31 +52,26 @@ impl VirtualGateway {
     /// The turn commands, each with the time it was sent at, ms.
     pub(crate) fn turn_commands(&self) -> Vec<(u64, Signal)> {
         self.stamped(|output| {
-            if let Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) = output {
-                Some((*command, *stamp))
-            } else {
-                None
-            }
+            let Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) = output else {
+                return None;
+            };
+            Some((*command, *stamp))
         })
     }
 
     pub(crate) fn hazard_commands(&self) -> Vec<(u64, Hazard)> {
         self.stamped(|output| {
-            if let Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) = output {
-                Some((*command, *stamp))
-            } else {
-                None
-            }
+            let Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) = output else {
+                return None;
+            };
+            Some((*command, *stamp))
         })
     }
 
     pub(crate) fn decisions(&self) -> Vec<(u64, Arc<Decision>)> {
         self.select(|output| {
-            if let Output::TurnSignal(TurnSignalOutput::Decision(decision)) = output {
-                Some(Arc::clone(decision))
-            } else {
-                None
-            }
+            let Output::TurnSignal(TurnSignalOutput::Decision(decision)) = output else { return None };
+            Some(Arc::clone(decision))
         })
     }
 

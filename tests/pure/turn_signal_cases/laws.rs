@@ -51,6 +51,16 @@ fn mapped(candidates: &Candidates, change: impl Fn(Section) -> Section) -> Candi
     }
 }
 
+fn with_poses(record: Section, change: impl Fn(Pose) -> Pose) -> Section {
+    Section {
+        desired_start: change(record.desired_start),
+        desired_end: change(record.desired_end),
+        required_start: change(record.required_start),
+        required_end: change(record.required_end),
+        ..record
+    }
+}
+
 fn other_side(turn: Signal) -> Signal {
     turn.side().map_or(turn, |side| side.opposite().into())
 }
@@ -83,23 +93,9 @@ proptest! {
             }
             Pose { position: Point::new(point.x_m + f64::from(dx), point.y_m), yaw_rad: yaw }
         };
-        let change = |record: Section| Section {
-            desired_start: turned(record.desired_start),
-            desired_end: turned(record.desired_end),
-            required_start: turned(record.required_start),
-            required_end: turned(record.required_end),
-            ..record
-        };
-        let rounded = mapped(&candidates, |record| {
-            let round = |pose: Pose| at(pose.position.x_m.round());
-            Section {
-                desired_start: round(record.desired_start),
-                desired_end: round(record.desired_end),
-                required_start: round(record.required_start),
-                required_end: round(record.required_end),
-                ..record
-            }
-        });
+        let rounded =
+            mapped(&candidates, |record| with_poses(record, |pose| at(pose.position.x_m.round())));
+        let change = |record| with_poses(record, turned);
         let path = Path::new(line(-20, 140).poses().iter().map(|pose| turned(*pose))).unwrap();
         let limits = NearestLimits { distance_m: 3.0, yaw_rad: 1.046 };
         let path_frame = PathFrame::new(&path, turned(at(f64::from(x))), 2.0, limits);

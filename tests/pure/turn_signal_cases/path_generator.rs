@@ -10,7 +10,7 @@ use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::inputs::{Finding, Inputs, Timed};
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::parameters::Parameters;
-use signal_gateway::core::turn_signal::path_generator::{TaggedLanelet, decide};
+use signal_gateway::core::turn_signal::path_generator::TaggedLanelet;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
@@ -64,15 +64,6 @@ fn odometry(road: &LaneNetwork, (lane, before_end_m): (i64, f64), speed_mps: f64
     Odometry { pose: Pose { position, yaw_rad: 0.0 }, speed_mps }
 }
 
-fn signal(before_end_of: (i64, f64), speed_mps: f64, change: fn(&mut Parameters)) -> Signal {
-    let road = consecutive_turn();
-    let route = route_from(1, Pose::default(), &ROUTE);
-    let odometry = odometry(&road, before_end_of, speed_mps);
-    let mut parameters = Parameters::DEPLOYED;
-    change(&mut parameters);
-    decide((&road, &route), &ROUTE, odometry, 3.79, &parameters).0
-}
-
 #[test]
 fn the_lengths_are_those_of_the_map() {
     let road = consecutive_turn();
@@ -82,51 +73,54 @@ fn the_lengths_are_those_of_the_map() {
 }
 
 #[test]
-fn every_listed_position_gives_its_command() {
-    for (id, position, speed, expected) in [
-        ("P1", (500, 40.0), 0.0, Signal::NoCommand),
-        ("P3", (500, 40.0), 3.5, Signal::Right),
-        ("P5", (501, 1.0), 0.0, Signal::Left),
-        ("P7", (497, 1.0), 0.0, Signal::Left),
-        ("standing within the search distance", (500, 33.0), 0.0, Signal::Right),
-        ("standing just outside", (500, 34.0), 0.0, Signal::NoCommand),
-        ("before the required end", (501, 5.0), 0.0, Signal::Right),
-        ("on the last lanelet of the route", (494, 10.0), 0.0, Signal::NoCommand),
+fn every_listed_position_gives_its_command_by_its_lanelet() {
+    use TaggedLanelet::{Ahead, None, Own, PastEnd, TooFar};
+    let deployed = Parameters::DEPLOYED;
+    let narrow = Parameters { intersection_search_distance_m: 0.0, ..Parameters::DEPLOYED };
+    for (id, position, speed_mps, parameters, command, tagged) in [
+        ("P1", (500, 40.0), 0.0, &deployed, Signal::NoCommand, TooFar(501)),
+        ("P3", (500, 40.0), 3.5, &deployed, Signal::Right, Ahead(501)),
+        ("P5", (501, 1.0), 0.0, &deployed, Signal::Left, Ahead(497)),
+        ("P7", (497, 1.0), 0.0, &deployed, Signal::Left, PastEnd(497)),
+        ("standing within the search distance", (500, 33.0), 0.0, &deployed, Signal::Right, Ahead(501)),
+        ("standing just outside", (500, 34.0), 0.0, &deployed, Signal::NoCommand, TooFar(501)),
+        ("before the required end", (501, 5.0), 0.0, &deployed, Signal::Right, Own(501)),
+        ("on the last lanelet of the route", (494, 10.0), 0.0, &deployed, Signal::NoCommand, None),
+        ("0.6 m before the next turn", (501, 1.0), 0.0, &narrow, Signal::NoCommand, TooFar(497)),
+        ("the turn is behind the front already", (489, 3.4), 0.0, &narrow, Signal::Left, Ahead(497)),
     ] {
-        assert_eq!(signal(position, speed, |_| {}), expected, "{id}");
+        let (road, route) = (consecutive_turn(), route_from(1, Pose::default(), &ROUTE));
+        let settings = Settings::deployed(DeciderCompat::PathGenerator);
+        let mut decider = Decider::new(Settings { parameters: parameters.clone(), ..settings });
+        let now = MonoTime::from_millis(100);
+        let odometry = Timed { at: now, value: odometry(&road, position, speed_mps) };
+        // Neither the lane change nor a minimum duration has an effect.
+        let change = lane_change(Side::Left, Option::None, Some(Pose::new(60.0, 100.0, 0.0)));
+        let manoeuvres = [Timed { at: now, value: Manoeuvre::LaneChange(change) }];
+        let inputs = Inputs { manoeuvres: &manoeuvres, ..inputs(odometry, &road, &route) };
+        let empty = Inputs { planned_path: Some(Timed { at: now, value: 0 }), ..inputs };
+        let empty = decider.decide(&empty, now);
+        assert_eq!((empty.turn, &empty.findings[..]), (Signal::NoCommand, &[Finding::EmptyPlannedPath][..]));
+        for now in [now, MonoTime::from_millis(200)] {
+            let decision = decider.decide(&inputs, now);
+            assert_eq!((decision.turn, decision.hazard), (command, Hazard::NoCommand), "{id}");
+            assert_eq!(decision.basis, Basis::PathGenerator(tagged), "{id}");
+            assert_eq!((decision.held, &decision.remarks[..]), (Option::None, &[][..]), "{id}");
+        }
     }
-    let narrow = |parameters: &mut Parameters| parameters.intersection_search_distance_m = 0.0;
-    assert_eq!(signal((501, 1.0), 0.0, narrow), Signal::NoCommand, "0.6 m before the next turn");
-    assert_eq!(signal((489, 3.4), 0.0, narrow), Signal::Left, "it is behind the front already");
 }
 
+/// From turn to turn, one decider: no command is held.
 #[test]
-fn the_decider_follows_the_rule_and_names_the_lanelet() {
+fn commands_follow_each_other_at_once() {
     let (road, route) = (consecutive_turn(), route_from(1, Pose::default(), &ROUTE));
     let mut decider = Decider::new(Settings::deployed(DeciderCompat::PathGenerator));
-    // Neither the lane change nor a minimum duration has an effect.
-    let change = lane_change(Side::Left, None, Some(Pose::new(60.0, 100.0, 0.0)));
-    for (cycle, (before_end_of, expected, tagged)) in (1..).zip([
-        ((500, 34.0), Signal::NoCommand, TaggedLanelet::TooFar(501)),
-        ((500, 33.0), Signal::Right, TaggedLanelet::Ahead(501)),
-        ((501, 5.0), Signal::Right, TaggedLanelet::Own(501)),
-        ((501, 1.0), Signal::Left, TaggedLanelet::Ahead(497)),
-        ((497, 1.0), Signal::Left, TaggedLanelet::PastEnd(497)),
-        ((494, 10.0), Signal::NoCommand, TaggedLanelet::None),
-    ]) {
-        let now = MonoTime::from_millis(100 * cycle);
-        let odometry = Timed { at: now, value: odometry(&road, before_end_of, 0.0) };
-        let manoeuvres = [Timed { at: now, value: Manoeuvre::LaneChange(change.clone()) }];
-        let inputs = Inputs { manoeuvres: &manoeuvres, ..inputs(odometry, &road, &route) };
-        let decision = decider.decide(&inputs, now);
-        assert_eq!((decision.turn, decision.hazard), (expected, Hazard::NoCommand), "{before_end_of:?}");
-        assert_eq!(decision.basis, Basis::PathGenerator(tagged), "{before_end_of:?}");
-        assert_eq!((decision.held, &decision.remarks[..]), (None, &[][..]));
-        let empty = Inputs { planned_path: Some(Timed { at: now, value: 0 }), ..inputs };
-        let decision = decider.decide(&empty, now);
-        assert_eq!(
-            (decision.turn, &decision.findings[..]),
-            (Signal::NoCommand, &[Finding::EmptyPlannedPath][..])
-        );
-    }
+    let positions = [(500, 34.0), (500, 33.0), (501, 5.0), (501, 1.0), (497, 1.0), (494, 10.0)];
+    let commands = positions.map(|position| {
+        let now = MonoTime::from_millis(100);
+        let odometry = Timed { at: now, value: odometry(&road, position, 0.0) };
+        decider.decide(&inputs(odometry, &road, &route), now).turn
+    });
+    use Signal::{Left, NoCommand, Right};
+    assert_eq!(commands, [NoCommand, Right, Right, Left, Left, NoCommand]);
 }

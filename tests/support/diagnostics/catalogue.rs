@@ -55,6 +55,7 @@ pub(super) fn tasks() -> Vec<Task> {
         planning::v2i_reception(),
         process::black_box(),
         process::log(),
+        ros(),
     ]
 }
 
@@ -131,7 +132,7 @@ fn lights() -> Task {
         message(
             Warn,
             "fallback {source}: {reason}",
-            "The report goes on from the named source; do what the reason asks for.",
+            "The report goes on from the named source; act on the reason.",
         ),
         message(
             Warn,
@@ -234,14 +235,14 @@ fn interface() -> Task {
             key("rx_errors", "-", "Receive error counter, 0 to 255, or `unknown`.").when(has_controller),
             key("bus_off_count", "-", "Times the controller went bus-off since start.").when(has_controller),
             key("restart_ms", "ms", "Time until the kernel restarts the controller; 0 = never.")
-                .when("if the kernel tells it"),
+                .when("if the kernel reports it"),
             key("frames", "-", "Frames of the profile since start."),
             key("rate_hz", "Hz", "The same over the last 5 s."),
             key("silence_ms", "ms", "Time since the last frame, or `never` before the first."),
             key("drops", "-", "Frames that the kernel dropped because its queue was full."),
             key("error_frames", "-", "Error frames since start."),
             key("error_classes", "-", "The same by class.").when("after an error frame"),
-            key("last_error", "-", "Last error frame in words, with its age, `… (12 s ago)`.")
+            key("last_error", "-", "Last error frame as text, with its age, `… (12 s ago)`.")
                 .when("after an error frame"),
             key("link_losses", "-", "Times the link was lost since start."),
             key("bad_lines", "-", "Lines of the recording that could not be read.").when("if there were any"),
@@ -291,7 +292,7 @@ fn command() -> Task {
             message(
                 Error,
                 "no response to the hazard button",
-                "Check the button's message; the attempts begin anew with the next command.",
+                "Check the button's message; the attempts start again with the next command.",
             ),
         ],
         keys: vec![
@@ -358,6 +359,48 @@ fn command_transmission() -> Task {
             key("refused", "-", "Not sent: the kernel refused them."),
             key("echoed", "-", "Own frames received again by loopback."),
             key("foreign", "-", "Frames of these messages from another sender."),
+        ],
+    }
+}
+
+fn ros() -> Task {
+    Task {
+        names: &["ros"],
+        about: "The network side of ROS 2, which alone speaks DDS: a process of its own, replaced when it ends, hangs or \
+                breaks the rules; see [reliability](reliability.md). Not in a replay.",
+        messages: vec![
+            message(Ok, "joined", NOTHING),
+            message(Warn, "joining the network", "Wait."),
+            message(
+                Warn,
+                "the network side is down: {failure}",
+                "Wait; if it stays, read the log, and look for who sends what DDS cannot bear.",
+            ),
+            message(
+                Warn,
+                "the network side was replaced: {failure}",
+                "Nothing; it is told for a minute. If it comes again, look for who sends what DDS cannot bear.",
+            ),
+        ],
+        keys: vec![
+            key("runs_as", "-", "`process`, or `thread` with `--no-isolation`."),
+            key("restarts", "-", "Times it was replaced since start."),
+            key(
+                "last_failure",
+                "-",
+                "Why it ended the last time: `exit code N`, `killed by signal N`, `panic`, `out of memory`, \
+                 `no answer`, `it sent …`, or `not started: …`.",
+            )
+            .when("if it has ended"),
+            key("age_s", "s", "Time since it joined the network.").when("while it is joined"),
+            key(
+                "own_samples",
+                "-",
+                "`come back`, or `do not come back`: without a network, behind a firewall, and on a loopback without \
+                 multicast alone. Then nothing proves that it receives.",
+            )
+            .when("while it is joined"),
+            key("memory_kb", "kB", "Memory its process has in use.").when("while it is a process"),
         ],
     }
 }

@@ -6,20 +6,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::config::country::country_at;
+use crate::config::country::parameters;
 use crate::config::dimensions::vehicle;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
-use crate::config::reading::checker::{Keywords, LocatedText};
+use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::decider::Settings as DeciderSettings;
-use crate::core::turn_signal::flow::{FlowSettings, Limits, Role};
+use crate::core::turn_signal::flow::{FlowSettings, Role};
 use crate::core::turn_signal::inputs::AgeLimits;
 use crate::core::turn_signal::min_duration::MinDurations;
-use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters};
 use topics::topics;
 pub use topics::{DeciderInputs, DeciderOutputs};
 
@@ -75,7 +74,7 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
         minimum_gap: time("minimum_gap_ms", MinDurations::READABLE.minimum_gap),
     };
     let tolerance = time("shadow_tolerance_ms", DEFAULT_TOLERANCE);
-    let (age_limits, limits) = age_limits(fields.section("age_limits"));
+    let age_limits = age_limits(fields.section("age_limits"));
     let vehicle = vehicle(fields.section("vehicle"));
     let [is_enabled, is_shadow] = ["enabled", "shadow"].map(|key| fields.flag(key).unwrap_or_default());
     let (inputs, outputs) = topics(fields.section("inputs"), fields.section("outputs"), !is_shadow);
@@ -90,7 +89,7 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
     let decider = DeciderSettings { compat, parameters, vehicle, age_limits, min_durations };
     let role = if is_shadow { Role::Shadow { tolerance } } else { Role::Command };
     Some(TurnSignalConfig {
-        flow: FlowSettings { decider, road: Arc::new(road), role, period, limits },
+        flow: FlowSettings { decider, road: Arc::new(road), role, period },
         runs: is_enabled || is_shadow,
         map,
         country,
@@ -114,44 +113,16 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     Some((path, road))
 }
 
-/// Reads the country, and the parameters that are set one by one.
-fn parameters(files: &dyn Files, fields: &Fields<'_>) -> (Option<Country>, Parameters) {
-    let checker = fields.checker;
-    let country = fields.string("country").and_then(|given| country_at(files, checker, &given));
-    let mut parameters = country.as_ref().map_or(Parameters::DEPLOYED, Parameters::for_country);
-    let mut taken: Vec<&str> = Vec::new();
-    for entry in fields.entries("parameters", "give parameters by the names of Autoware") {
-        let Some(LocatedText { text, location }) = checker.text(&entry.value) else { continue };
-        match parameters.set(&entry.key, &text) {
-            Ok(()) => {}
-            Err(error @ ParameterError::Unknown { .. }) => {
-                checker.refuse_and_explain(&entry.location, error.to_string());
-            }
-            Err(ParameterError::Value { expected, .. }) => {
-                checker.refuse(&location, format!("invalid value {text}"), &format!("give {expected}"));
-            }
-        }
-        let Some(known) = Parameter::named(&entry.key).map(|parameter| parameter.name) else { continue };
-        if taken.contains(&known) {
-            checker.refuse(&entry.location, format!("{known} is given twice"), "keep one of its names");
-        }
-        taken.push(known);
-    }
-    (country, parameters)
-}
-
-fn age_limits(fields: Fields<'_>) -> (AgeLimits, Limits) {
+fn age_limits(fields: Fields<'_>) -> AgeLimits {
     let limit = |key, default| fields.millis(key, 10..=MAX_MS).unwrap_or(default);
-    let decider = AgeLimits {
+    let limits = AgeLimits {
         odometry: limit("odometry_ms", AgeLimits::DEFAULT.odometry),
         planned_path: limit("planned_path_ms", AgeLimits::DEFAULT.planned_path),
         manoeuvre: limit("manoeuvre_ms", AgeLimits::DEFAULT.manoeuvre),
-    };
-    let flow = Limits {
-        scenario: limit("scenario_ms", Limits::DEFAULT.scenario),
-        hazard_request: limit("hazard_request_ms", Limits::DEFAULT.hazard_request),
-        own_command: limit("own_command_ms", Limits::DEFAULT.own_command),
+        scenario: limit("scenario_ms", AgeLimits::DEFAULT.scenario),
+        hazard_request: limit("hazard_request_ms", AgeLimits::DEFAULT.hazard_request),
+        own_command: limit("own_command_ms", AgeLimits::DEFAULT.own_command),
     };
     fields.done();
-    (decider, flow)
+    limits
 }

@@ -1,6 +1,8 @@
 //! The end of the required section of a turn, as upstream's two planners compute it
 //! (docs/spec/turn-signal-decider.md, "Required end of a turn").
 
+use std::iter::successors;
+
 use super::polyline::{arc_lengths_m, back_pose, headed, length_m, without_repeats};
 use super::spline::akima_points;
 use super::{Point, Pose, wrapped};
@@ -55,15 +57,11 @@ fn resampled(centerline: &[Point]) -> Option<Vec<Point>> {
 }
 
 fn queries_m(length_m: f64) -> Vec<f64> {
-    let mut queries = Vec::new();
     if length_m >= MAX_M {
-        return queries;
+        return Vec::new();
     }
-    let mut at_m = 0.0;
-    while at_m < length_m {
-        queries.push(at_m);
-        at_m += STEP_M;
-    }
+    let samples = successors(Some(0.0), |at_m| Some(at_m + STEP_M));
+    let mut queries: Vec<f64> = samples.take_while(|at_m| *at_m < length_m).collect();
     match queries.last_mut() {
         Some(last) if length_m - *last < MERGE_M => *last = length_m,
         Some(_) | None => queries.push(length_m),

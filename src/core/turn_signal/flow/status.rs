@@ -7,7 +7,7 @@ use crate::core::diagnostics::Level;
 use crate::core::time::MonoTime;
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Impact;
-use crate::core::turn_signal::resolve::{Resolution, Source};
+use crate::core::turn_signal::resolve::Resolution;
 
 type Value = (&'static str, String);
 
@@ -133,14 +133,9 @@ fn evaluated(resolution: &Resolution, values: &mut Vec<Value>) {
         values.push(("required_end_m", metres(winner.distances.required_end_m)));
     }
     for evaluated in &resolution.evaluated {
-        let key = match evaluated.source {
-            Source::Intersection => "intersection",
-            Source::Roundabout => "roundabout",
-            Source::Manoeuvre => "manoeuvre",
-        };
         let text = evaluated.to_string();
         let why = text.split_once(": ").map_or(text.as_str(), |(_, why)| why);
-        values.push((key, why.to_owned()));
+        values.push((evaluated.source.name(), why.to_owned()));
     }
 }
 

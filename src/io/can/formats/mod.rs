@@ -1,6 +1,6 @@
 //! The formats of recordings, one in each file, and the recognition of a recording's format.
 //!
-//! Formats of lines are those of [`LINE_FORMATS`]; a new one is its file and its line there. Binary formats are Vector
+//! Formats of lines are those of `LINE_FORMATS`; a new one is its file and its line there. Binary formats are Vector
 //! BLF, by the bytes `LOGG`, and ASAM MDF 4, which is only recognised. The name of a file does not matter. The first line
 //! that a format claims decides; lines before it are read (and counted as bad) in that format.
 //!

@@ -17,6 +17,13 @@ impl CdrBytes {
     }
 }
 
+impl From<Vec<u8>> for CdrBytes {
+    /// Takes bytes that are encoded already.
+    fn from(bytes: Vec<u8>) -> Self {
+        Self(Arc::new(bytes))
+    }
+}
+
 impl AsRef<[u8]> for CdrBytes {
     fn as_ref(&self) -> &[u8] {
         &self.0

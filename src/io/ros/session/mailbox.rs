@@ -4,11 +4,11 @@
 //! their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::task::Wake;
-use std::time::Duration;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::RosStatus;
+use tokio::sync::Notify;
+
+use super::status::RosStatus;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
@@ -60,23 +60,15 @@ pub(super) struct OutgoingMessages {
     pub(super) turn_command: Option<TurnIndicatorsCommand>,
     /// The newest hazard command.
     pub(super) hazard_command: Option<HazardLightsCommand>,
-    /// Something was received.
-    pub(super) has_received: bool,
     /// Leave the graph after sending the rest.
     pub(super) stop: bool,
-}
-
-impl OutgoingMessages {
-    fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// Between the caller and the thread; locks are held for moments only.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     messages: Mutex<OutgoingMessages>,
-    arrived: Condvar,
+    arrived: Notify,
     status: Mutex<RosStatus>,
 }
 
@@ -105,12 +97,19 @@ impl Mailbox {
         self.arrived.notify_one();
     }
 
-    /// Takes everything out; waits for something to arrive, at most `timeout`.
-    pub(super) fn take(&self, timeout: Duration) -> OutgoingMessages {
-        let messages = lock(&self.messages);
-        let waited = self.arrived.wait_timeout_while(messages, timeout, |messages| messages.is_empty());
-        let (mut messages, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        std::mem::take(&mut messages)
+    /// Waits for something to arrive since the last wait. Cancellation loses nothing.
+    pub(super) async fn arrived(&self) {
+        self.arrived.notified().await;
+    }
+
+    /// Takes everything out.
+    pub(super) fn take(&self) -> OutgoingMessages {
+        std::mem::take(&mut lock(&self.messages))
+    }
+
+    /// True while a stop waits.
+    pub(super) fn is_stopping(&self) -> bool {
+        lock(&self.messages).stop
     }
 
     /// State and counts of the session.
@@ -124,18 +123,6 @@ impl Mailbox {
     }
 }
 
-/// RustDDS calls it when something was received.
-impl Wake for Mailbox {
-    fn wake(self: Arc<Self>) {
-        self.wake_by_ref();
-    }
-
-    fn wake_by_ref(self: &Arc<Self>) {
-        lock(&self.messages).has_received = true;
-        self.arrived.notify_one();
-    }
-}
-
 /// Nothing behind these locks can be left half done by a panic.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -143,8 +130,6 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
-    use std::task::Waker;
-
     use super::*;
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
@@ -162,13 +147,13 @@ mod tests {
         let report = |state| TurnIndicatorsReport::new(state, WallStamp::default());
         mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
         mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableRight))));
-        let taken = mailbox.take(Duration::ZERO);
+        let taken = mailbox.take();
         assert_eq!(taken.turn, Some(Publication::Publish(report(TurnIndicators::EnableRight))));
         assert_eq!(taken.hazard, None);
         mailbox.put(OutgoingMessage::Turn(Publication::Publish(report(TurnIndicators::EnableLeft))));
         mailbox.put(OutgoingMessage::Turn(Publication::Withdraw));
-        assert_eq!(mailbox.take(Duration::ZERO).turn, Some(Publication::Withdraw));
-        assert!(mailbox.take(Duration::ZERO).is_empty());
+        assert_eq!(mailbox.take().turn, Some(Publication::Withdraw));
+        assert_eq!(mailbox.take(), OutgoingMessages::default());
     }
 
     #[test]
@@ -182,18 +167,18 @@ mod tests {
         for (topic, nanos) in [(LightsTopic::V2i, 1), (LightsTopic::Camera, 2), (LightsTopic::V2i, 3)] {
             mailbox.put(OutgoingMessage::Lights(emission(topic, nanos)));
         }
-        let taken = mailbox.take(Duration::ZERO).lights;
+        let taken = mailbox.take().lights;
         let stamps: Vec<_> = taken.values().map(|emission| emission.stamp.as_nanos()).collect();
         assert_eq!(stamps, [2, 3]);
         assert_eq!(mailbox.status().overtaken_lights, 1);
     }
 
-    #[test]
-    fn a_wake_up_ends_the_wait_once() {
-        let mailbox = Arc::new(Mailbox::default());
-        Waker::from(Arc::clone(&mailbox)).wake();
-        assert!(mailbox.take(Duration::from_secs(60)).has_received);
-        assert!(mailbox.take(Duration::ZERO).is_empty());
+    #[tokio::test]
+    async fn a_message_ends_the_wait_also_when_it_came_before() {
+        let mailbox = Mailbox::default();
+        mailbox.put(OutgoingMessage::Stop);
+        mailbox.arrived().await;
+        assert!(mailbox.take().stop);
     }
 
     #[test]
@@ -203,7 +188,7 @@ mod tests {
         for number in 0..most + 2 {
             mailbox.put(diagnostics(number.into()));
         }
-        let taken = mailbox.take(Duration::ZERO).diagnostics;
+        let taken = mailbox.take().diagnostics;
         let numbers: Vec<u32> = taken.iter().map(|array| array.header.stamp.nanosec).collect();
         assert_eq!(numbers, (2..most + 2).collect::<Vec<_>>());
     }

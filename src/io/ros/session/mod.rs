@@ -1,71 +1,35 @@
 //! The session: a node in the ROS 2 graph that publishes any number of topics and reads any number.
 //!
 //! It owns a thread; the caller only puts messages into its mailbox and is never held up. Received messages wait in an
-//! inbox; RustDDS wakes the thread for them. DDS is RustDDS itself. Of `ros2-client` only the names of the ROS graph and
-//! `ros_discovery_info` in the layout of the distribution are used, because its node brings endpoints that nobody needs
-//! here, and cannot take a publisher back.
+//! inbox. The thread encodes and decodes messages, and exchanges them with the network side ([`network`](super::network)),
+//! which alone joins DDS: a process that the session starts, watches and replaces, or a thread of this process.
 //!
-//! # Withdrawn reports
-//!
-//! A transient-local writer hands its last sample to whoever comes later. When a report is
-//! withdrawn, the writer is therefore replaced by a new, empty one, after its readers have
-//! acknowledged what was sent (or 100 ms). The readers meet the new writer during the silence; see
-//! `topic_writer.rs` for a resume that comes sooner. A volatile writer hands nothing over and stays.
-//!
-//! Fast DDS 2.9 ignores RustDDS's dispose messages, which lack the key hash that it needs: it keeps
-//! each replaced writer (some 9 kB) until our participant leaves. Data is unaffected.
-//!
-//! # Outages
-//!
-//! RustDDS 0.15 discards repeated participant announcements by their sequence number, so a peer
-//! that was silent for longer than its lease is never found again by the same participant, and
-//! nothing in RustDDS's interface makes it forget. A new participant finds the peer at once. But
-//! the other peers would lose us for a moment if ours were simply rebuilt on suspicion, and a
-//! peer that was killed looks the same as one behind a broken link. So:
-//!
-//! * A peer that leaves orderly, or that we never met, needs nothing.
-//! * While a peer is missing (its lease ran out), a second, bare participant listens as a
-//!   `DiscoveryProbe`. The peer is new to it, so it can find it.
-//! * When it does, and only then, the probe becomes our participant: it gets writers with what is
-//!   current on them, and readers, and the old participant leaves when all its peers have found the
-//!   new one. Nobody else misses a sample; some get one twice. What we receive twice is recognised by its
-//!   number (`duplicate_filter.rs`).
-//! * A peer that was killed costs the probe's two idle threads until it is given up after a day.
-//! * An interface or address that was not there when the participant was made replaces the
-//!   participant in the same way: sockets join multicast groups, and addresses are announced, only
-//!   at the start. A link that comes up while somebody is missing renews the probe, which then
-//!   announces itself at once instead of within 10 s.
-//! * Where hosts have no multicast between them, Cyclone must know our address (`Peers`) and not
-//!   forget it (`PruneDelay="inf"`): RustDDS cannot be given addresses, and a new participant has a
-//!   new port. Cyclone asks such ports every 30 s. Within one host this is not needed.
-//! * A peer that forgot us while we still know it stops acknowledging; see `ack_timeout.rs`.
+//! The network side answers pings with the help of a sample of its own that goes out and comes back. One that is silent
+//! for a second is killed, and so is one that breaks the rules of the link. The next one starts after a delay, gets what
+//! is current on each topic, and announces it as a new participant does.
 
-mod ack_timeout;
-mod discovery_probe;
-mod duplicate_filter;
-mod graph;
-mod history;
-mod interfaces;
+mod exchange;
+mod host;
+mod liveness;
 mod mailbox;
 mod outgoing;
-mod participant;
-mod sample;
-mod topic_reader;
-mod topic_writer;
-mod worker;
+mod status;
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-use ros2_client::names::{Name, NameError};
+use ros2_client::names::{Name, NameError, NodeName};
+use tokio::runtime::Builder;
 
 use super::inbox::Inbox;
 use super::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
 };
-pub use super::settings::{Recovery, RosSettings};
+pub use super::network::DISTRO;
+pub use super::reception::IncomingStatus;
+pub use super::settings::{Isolation, Recovery, RosSettings};
 pub use super::topics::{
     Durability, LightsTopicSettings, Reliability, Subscription, SubscriptionKind, Topics,
 };
@@ -73,20 +37,14 @@ use crate::core::gateway::event::Output;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use exchange::Exchange;
 use mailbox::{Mailbox, OutgoingMessage, Publication};
-use outgoing::Outgoing;
-use worker::Worker;
-
-#[cfg(all(feature = "humble", feature = "jazzy"))]
-compile_error!("choose one ROS 2 distribution: `humble` needs --no-default-features");
-#[cfg(not(any(feature = "humble", feature = "jazzy")))]
-compile_error!("`ros` is internal: choose the feature `humble` or `jazzy`");
-
-/// The distribution whose graph this build joins.
-pub const DISTRO: &str = if cfg!(feature = "humble") { "humble" } else { "jazzy" };
+pub use status::{OutgoingStatus, RosStatus};
 
 /// Longest time that [`RosSession::stop`] waits for DDS to leave the graph.
 const STOP_PATIENCE: Duration = Duration::from_millis(450);
+/// Longest time that a start waits for the network side; after it, the session goes on without one for now.
+const START_PATIENCE: Duration = Duration::from_secs(5);
 /// The highest domain whose ports exist.
 const LAST_DOMAIN: u16 = 232;
 
@@ -127,70 +85,9 @@ pub enum RosError {
     /// DDS could not be set up.
     #[error("DDS could not be set up: {0}; are the UDP ports of the domain free?")]
     Dds(String),
-    /// The thread could not be started.
-    #[error("no thread for ROS 2: {0}")]
-    Thread(#[from] std::io::Error),
-}
-
-/// State and counts of a session since its start.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct RosStatus {
-    /// False when the session's thread has ended; nothing is published any more.
-    pub running: bool,
-    /// The topics that are written: turn indicators and hazard lights if they have a name, diagnostics, traffic
-    /// lights in the order of the settings, then the turn and the hazard command if they are configured.
-    pub outgoing: Vec<OutgoingStatus>,
-    /// The topics that are read, in the order of the settings.
-    pub incoming: Vec<IncomingStatus>,
-    /// Participants of the network whose lease ran out and that were not found again yet.
-    pub missing_peers: usize,
-    /// True while a second participant listens for them.
-    pub has_probe: bool,
-    /// Times our own participant was replaced.
-    pub rebuilds: u32,
-    /// Emissions of traffic lights overtaken by a newer one because DDS did not keep up.
-    pub overtaken_lights: u64,
-    /// Samples that RustDDS did not take.
-    pub write_errors: u64,
-}
-
-/// State of a topic that is written.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct OutgoingStatus {
-    /// Short name for people, e.g. `turn`, `hazard`, `V2I lights`.
-    pub label: &'static str,
-    /// Its absolute name.
-    pub name: Arc<str>,
-    /// Readers that are matched now.
-    pub readers: usize,
-}
-
-impl OutgoingStatus {
-    fn new(outgoing: &Outgoing) -> Self {
-        Self { label: outgoing.label(), name: outgoing.name.as_str().into(), readers: 0 }
-    }
-}
-
-/// State and counts of a topic that is read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct IncomingStatus {
-    /// Its absolute name.
-    pub name: Arc<str>,
-    /// Writers that are matched now.
-    pub writers: usize,
-    /// Samples that were handed on to the inbox.
-    pub received: u64,
-    /// Samples that were not of the topic's type.
-    pub undecodable: u64,
-    /// Groups that were left out because of an undefined number.
-    pub rejected_groups: u64,
-}
-
-impl IncomingStatus {
-    fn new(subscription: &Subscription) -> Self {
-        let name = subscription.name.as_str().into();
-        Self { name, writers: 0, received: 0, undecodable: 0, rejected_groups: 0 }
-    }
+    /// The thread or the process could not be started.
+    #[error("no thread or process for ROS 2: {0}")]
+    Start(#[from] std::io::Error),
 }
 
 /// A running session.
@@ -203,7 +100,7 @@ pub struct RosSession {
 }
 
 impl RosSession {
-    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 10 s.
+    /// Joins the graph. Blocks until DDS is up, for some 10 ms; at worst 5 s, and then goes on without it for now.
     pub fn start(settings: RosSettings) -> Result<Self, RosError> {
         check(&settings)?;
         warn_of_other_distribution();
@@ -212,24 +109,19 @@ impl RosSession {
         let (end_sender, ended) = channel();
         let (ready_sender, ready) = channel();
         let inbox = Arc::new(Inbox::default());
-        let (messages, received) = (Arc::clone(&mailbox), Arc::clone(&inbox));
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let exchange = Exchange::new(settings, Arc::clone(&mailbox), Arc::clone(&inbox), ready_sender);
         thread::Builder::new().name("ros".to_owned()).spawn(move || {
             // Dropped last, also by a panic, which ends the wait of `stop`.
             let _end = end_sender;
-            match Worker::new(settings, messages, received) {
-                Ok(worker) => {
-                    let _ = ready_sender.send(Ok(()));
-                    worker.run();
-                }
-                Err(error) => {
-                    let _ = ready_sender.send(Err(error));
-                }
-            }
+            runtime.block_on(exchange.run());
         })?;
-        match ready.recv() {
-            Ok(Ok(())) => Ok(Self { mailbox, inbox, hardware_id, ended }),
+        match ready.recv_timeout(START_PATIENCE) {
             Ok(Err(error)) => Err(error),
-            Err(_) => Err(RosError::Dds("the thread ended while starting".to_owned())),
+            Ok(Ok(())) | Err(RecvTimeoutError::Timeout) => Ok(Self { mailbox, inbox, hardware_id, ended }),
+            Err(RecvTimeoutError::Disconnected) => {
+                Err(RosError::Dds("the thread ended while starting".to_owned()))
+            }
         }
     }
 
@@ -292,7 +184,11 @@ impl Drop for RosSession {
 }
 
 fn check(settings: &RosSettings) -> Result<(), RosError> {
-    graph::node_name(settings)?;
+    NodeName::new(&settings.namespace, &settings.node).map_err(|why| RosError::Node {
+        node: settings.node.clone(),
+        namespace: settings.namespace.clone(),
+        why,
+    })?;
     let written = outgoing::table(settings).into_iter().map(|outgoing| outgoing.name);
     let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
     for topic in written.chain(read) {

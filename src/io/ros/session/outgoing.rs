@@ -5,25 +5,16 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::mailbox::{OutgoingMessages, Publication};
-use super::{Durability, RosSettings};
+use super::status::OutgoingStatus;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
+use crate::io::ros::link::{Delivery, Order, WrittenTopic};
 use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType};
+use crate::io::ros::settings::RosSettings;
 use crate::io::ros::topics::{
-    COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
+    COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, Durability, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
     REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
 };
-
-/// The delivery of a topic's messages to readers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Delivery {
-    /// The newest counts, changes are rare, and it can be withdrawn.
-    Report,
-    /// The newest counts, and there are many a second.
-    Stream,
-    /// Sent to the readers of that moment, and not again.
-    Once,
-}
 
 /// The source of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -54,6 +45,23 @@ pub(super) struct Outgoing {
 }
 
 impl Outgoing {
+    /// Its part of the settings of the network side.
+    pub(super) fn written(&self) -> WrittenTopic {
+        let (package, message) = self.type_name;
+        WrittenTopic {
+            name: self.name.clone(),
+            type_name: (package.to_owned(), message.to_owned()),
+            durability: self.durability,
+            depth: self.depth,
+            delivery: self.delivery,
+        }
+    }
+
+    /// Its status while nobody reads it.
+    pub(super) fn status(&self) -> OutgoingStatus {
+        OutgoingStatus { label: self.label(), name: self.name.as_str().into(), readers: 0 }
+    }
+
     /// Short name for people.
     pub(super) fn label(&self) -> &'static str {
         match self.source {
@@ -120,15 +128,6 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         topics.hazard_command.iter().map(|name| command(name, HAZARD_COMMAND_TYPE, Source::HazardCommand)),
     );
     table
-}
-
-/// An instruction for the writer of a topic.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Order {
-    /// Publish these samples.
-    Publish(Vec<CdrBytes>),
-    /// Publish nothing, not even to readers that come later.
-    Withdraw,
 }
 
 /// The encoders of traffic lights. Topics with the same source share one.
@@ -198,10 +197,10 @@ fn encode(message: &impl Serialize) -> Result<CdrBytes, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::LightsTopicSettings;
     use super::*;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::{Content, Emission};
+    use crate::io::ros::topics::LightsTopicSettings;
 
     fn settings() -> RosSettings {
         let mut settings = RosSettings { durability: Durability::Volatile, ..RosSettings::default() };

@@ -1,5 +1,8 @@
 //! The process itself, well and not.
 
+use std::time::Duration;
+
+use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState};
 use signal_gateway::core::gateway::process_status::{LogState, RecorderState};
 
 use super::Said;
@@ -13,4 +16,18 @@ pub(super) fn drive(said: &mut Said) {
         let log = LogState { is_failing, ..log.clone() };
         said.take(vec![recorder.status("gateway"), log.status("gateway")]);
     }
+    network(said);
+}
+
+/// The network side joins, hangs, is replaced, and is well again.
+fn network(said: &mut Said) {
+    let joining = NetworkState::default();
+    let failed = NetworkState { last_failure: Some(NetworkFailure::NoAnswer), ..joining.clone() };
+    let joined = |seconds: u64| NetworkState {
+        is_up: true,
+        age: Some(Duration::from_secs(seconds)),
+        memory_bytes: Some(30_000_000),
+        ..failed.clone()
+    };
+    said.take([joining, failed.clone(), joined(1), joined(60)].map(|state| state.status("gateway")).to_vec());
 }

@@ -107,7 +107,7 @@ fn decider_keys() -> Vec<Key> {
             )
             .when("with `compat = \"path_generator\"`"),
             key("manoeuvres", "-", "What became of each manoeuvre of the planner, or `none`.").when(decided),
-            key("findings", "-", "All that is noted of the inputs, in the words above, ages as `… is 700 ms old`; `new route`; or `none`.")
+            key("findings", "-", "All that is noted of the inputs, in the texts above, ages as `… is 700 ms old`; `new route`; or `none`.")
                 .when(decided),
             key("route", "-", "Id of the route in hexadecimal, `none`, or `refused`."),
             key("odometry_age_ms", "ms", "Age of the last odometry, or `none`."),

@@ -14,15 +14,15 @@ use rustdds::{
 };
 
 use super::discovery_probe::{Missing, Prefix, prefix};
-use super::graph::{GraphEntry, node_name};
-use super::outgoing::{Order, Outgoing};
+use super::echo::{Echo, SignsOfLife};
+use super::graph::GraphEntry;
 use super::topic_reader::{Taken, TopicReader};
 use super::topic_writer::TopicWriter;
-use super::{Durability, Reliability, RosError, RosSettings};
-use crate::io::ros::topics::TypeName;
+use crate::io::ros::link::{NetworkSettings, Order};
+use crate::io::ros::topics::{Durability, Reliability};
 
 /// Makes a participant; it announces itself at once.
-pub(super) fn participant(settings: &RosSettings) -> CreateResult<DomainParticipant> {
+pub(super) fn participant(settings: &NetworkSettings) -> CreateResult<DomainParticipant> {
     let builder = DomainParticipantBuilder::new(settings.domain_id);
     if settings.only_networks.is_empty() {
         builder.build()
@@ -33,11 +33,12 @@ pub(super) fn participant(settings: &RosSettings) -> CreateResult<DomainParticip
 
 /// Node, writers and readers on one DDS participant. Dropping it leaves the graph.
 pub(super) struct Participant {
-    /// Writers, in the order of the table.
+    /// Writers, in the order of the settings.
     topic_writers: Vec<TopicWriter>,
     /// Readers, in the order of the settings.
     topic_readers: Vec<TopicReader>,
     graph: GraphEntry,
+    echo: Echo,
     /// The remote endpoints that each of our writers and readers is matched with.
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
     /// Topic names of the writers, then of the readers.
@@ -51,39 +52,36 @@ pub(super) struct Participant {
 
 impl Participant {
     /// Puts node, topics, writers and readers on a participant.
-    pub(super) fn new(
-        settings: &RosSettings,
-        table: &[Outgoing],
-        domain: DomainParticipant,
-    ) -> Result<Self, RosError> {
-        let node = node_name(settings)?;
+    pub(super) fn new(settings: &NetworkSettings, domain: DomainParticipant) -> Result<Self, String> {
+        let node = NodeName::new(&settings.namespace, &settings.node).map_err(|why| why.to_string())?;
         let events = domain.status_listener();
         let publisher = domain.create_publisher(&QosPolicies::default()).map_err(dds)?;
         let subscriber = domain.create_subscriber(&QosPolicies::default()).map_err(dds)?;
-        let topic_writers = table
+        let topic_writers = settings
+            .written
             .iter()
-            .map(|outgoing| {
-                let qos = qos(Reliability::Reliable, outgoing.durability, outgoing.depth);
-                let topic = topic(&domain, &node, &outgoing.name, outgoing.type_name, &qos)?;
-                TopicWriter::new(&publisher, topic, outgoing.durability, outgoing.delivery).map_err(dds)
+            .map(|written| {
+                let qos = qos(Reliability::Reliable, written.durability, written.depth);
+                let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
+                TopicWriter::new(&publisher, topic, written.durability, written.delivery).map_err(dds)
             })
-            .collect::<Result<Vec<_>, RosError>>()?;
+            .collect::<Result<Vec<_>, String>>()?;
         let topic_readers = settings
-            .subscriptions
+            .read
             .iter()
-            .map(|subscription| {
-                let qos = qos(subscription.reliability, subscription.durability, subscription.depth);
-                let (name, kind) = (&subscription.name, subscription.kind);
-                let topic = topic(&domain, &node, name, kind.type_name(), &qos)?;
-                TopicReader::new(&subscriber, &topic, kind).map_err(dds)
+            .map(|read| {
+                let qos = qos(read.reliability, read.durability, read.depth);
+                let topic = topic(&domain, &node, &read.name, &read.type_name, &qos)?;
+                TopicReader::new(&subscriber, &topic).map_err(dds)
             })
-            .collect::<Result<Vec<_>, RosError>>()?;
-        let written = table.iter().map(|outgoing| outgoing.name.clone());
-        let read = settings.subscriptions.iter().map(|subscription| subscription.name.clone());
+            .collect::<Result<Vec<_>, String>>()?;
+        let written = settings.written.iter().map(|written| written.name.clone());
+        let read = settings.read.iter().map(|read| read.name.clone());
         let participant = Self {
             topic_writers,
             topic_readers,
             graph: GraphEntry::new(&domain, &publisher, node).map_err(dds)?,
+            echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
             matched: BTreeMap::new(),
             names: written.chain(read).collect(),
             events,
@@ -99,7 +97,17 @@ impl Participant {
         prefix(&self.domain.guid().to_bytes())
     }
 
-    /// Publishes or withdraws on the topic at a position of the table.
+    /// Sends a number to itself over the network.
+    pub(super) fn send_echo(&self, number: u64) -> Result<(), String> {
+        self.echo.send(number)
+    }
+
+    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    pub(super) fn take_signs_of_life(&self, waker: &Waker) -> SignsOfLife {
+        self.echo.take(waker)
+    }
+
+    /// Publishes or withdraws on the topic at a position of the settings.
     pub(super) fn carry_out(&mut self, position: usize, order: &Order) -> Result<(), String> {
         let Some(topic_writer) = self.topic_writers.get_mut(position) else { return Ok(()) };
         let readers = matches(&self.matched, topic_writer.guid());
@@ -120,10 +128,11 @@ impl Participant {
         self.replaced_writers
     }
 
-    /// Takes received samples, each with the position of its subscription. True when there are more.
-    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(usize, Taken)) -> bool {
+    /// Takes received samples, each with the position of its subscription, until `hand_over` wants no more. True when
+    /// there are more.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(u16, Taken) -> bool) -> bool {
         let mut is_more = false;
-        for (subscription, topic_reader) in self.topic_readers.iter().enumerate() {
+        for (subscription, topic_reader) in (0..=u16::MAX).zip(&self.topic_readers) {
             is_more |= topic_reader.take(waker, |taken| hand_over(subscription, taken));
         }
         is_more
@@ -156,7 +165,7 @@ impl Participant {
         is_acknowledged
     }
 
-    /// Matched readers of each topic of the table.
+    /// Matched readers of each topic that is written.
     pub(super) fn readers(&self) -> impl Iterator<Item = usize> {
         self.topic_writers.iter().map(|topic_writer| matches(&self.matched, topic_writer.guid()))
     }
@@ -255,19 +264,18 @@ fn matches(matched: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
 }
 
 #[allow(clippy::needless_pass_by_value)] // for map_err
-fn dds(error: CreateError) -> RosError {
-    RosError::Dds(error.to_string())
+fn dds(error: CreateError) -> String {
+    error.to_string()
 }
 
 fn topic(
     participant: &DomainParticipant,
     node: &NodeName,
     name: &str,
-    (package, message): TypeName,
+    (package, message): &(String, String),
     qos: &QosPolicies,
-) -> Result<Topic, RosError> {
-    let parsed =
-        Name::parse(name).map_err(|why| RosError::Topic { topic: name.to_owned(), why: why.to_string() })?;
+) -> Result<Topic, String> {
+    let parsed = Name::parse(name).map_err(|why| format!("topic `{name}`: {why}"))?;
     let type_name = MessageTypeName::new(package, message).dds_msg_type();
     participant
         .create_topic(parsed.to_dds_name("rt", node, ""), type_name, qos, TopicKind::NoKey)

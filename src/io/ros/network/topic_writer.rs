@@ -17,11 +17,11 @@ use std::time::{Duration, Instant};
 use rustdds::dds::result::CreateResult;
 use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 
-use super::Durability;
 use super::history::History;
-use super::outgoing::Delivery;
 use super::sample::{AsIs, SampleWriter};
+use crate::io::ros::link::Delivery;
 use crate::io::ros::messages::CdrBytes;
+use crate::io::ros::topics::Durability;
 
 /// Times since a writer's first report at which it repeats the current report.
 const REPEATS: [Duration; 4] =

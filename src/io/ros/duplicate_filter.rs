@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use rustdds::GUID;
+/// GUID of a writer.
+type Guid = [u8; 16];
 
 /// Writers that are remembered; the one that was silent longest is forgotten first.
 const MAX_WRITERS: usize = 256;
@@ -11,7 +12,7 @@ const MAX_WRITERS: usize = 256;
 /// The newest samples of each writer.
 #[derive(Debug, Default)]
 pub(super) struct DuplicateFilter {
-    writers: BTreeMap<GUID, ReceivedNumbers>,
+    writers: BTreeMap<Guid, ReceivedNumbers>,
     turn: u64,
 }
 
@@ -27,7 +28,7 @@ struct ReceivedNumbers {
 
 impl DuplicateFilter {
     /// Records a sample; true when it comes for the first time. Numbers 64 or more below the highest count as received.
-    pub(super) fn is_first(&mut self, writer: GUID, number: i64) -> bool {
+    pub(super) fn is_first(&mut self, writer: Guid, number: i64) -> bool {
         self.turn += 1;
         let turn = self.turn;
         let Some(received) = self.writers.get_mut(&writer) else {
@@ -63,10 +64,10 @@ impl DuplicateFilter {
 mod tests {
     use super::*;
 
-    fn writer(number: u16) -> GUID {
+    fn writer(number: u16) -> Guid {
         let mut bytes = [0; 16];
         bytes[..2].copy_from_slice(&number.to_be_bytes());
-        GUID::from_bytes(bytes)
+        bytes
     }
 
     /// The numbers that came first among those given.

@@ -12,17 +12,6 @@ use rustdds::dds::result::CreateResult;
 use rustdds::no_key::DataWriterCdr;
 use rustdds::{DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, TopicKind};
 
-use super::{RosError, RosSettings};
-
-/// The node's full name, or why ROS 2 does not allow it.
-pub(super) fn node_name(settings: &RosSettings) -> Result<NodeName, RosError> {
-    NodeName::new(&settings.namespace, &settings.node).map_err(|why| RosError::Node {
-        node: settings.node.clone(),
-        namespace: settings.namespace.clone(),
-        why,
-    })
-}
-
 /// Publishes to the graph which writers and readers belong to our node.
 pub(super) struct GraphEntry {
     participant: GUID,

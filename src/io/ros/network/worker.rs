@@ -1,23 +1,25 @@
-//! The session's thread: mailbox to writers, readers to inbox, and a new participant when the old one cannot go on.
+//! The network side at work: orders to writers, samples to the gateway, and a new participant when the old one cannot
+//! go on.
 
+use std::collections::BTreeMap;
+use std::io;
 use std::sync::Arc;
 use std::task::Waker;
 use std::time::{Duration, Instant};
 
 use rustdds::RTPSEntity;
+use tokio::time::sleep;
 
 use super::ack_timeout::AckTimeout;
 use super::discovery_probe::{DiscoveryProbe, Missing, Prefix, ProbeResult, prefix};
-use super::duplicate_filter::DuplicateFilter;
 use super::interfaces::Interfaces;
-use super::mailbox::{Mailbox, OutgoingMessages};
-use super::outgoing::{Delivery, LightsEncoders, Order, Outgoing, orders, table};
 use super::participant::{Participant, participant};
+use super::pings::{Answer, Pings};
 use super::topic_reader::Taken;
-use super::{IncomingStatus, OutgoingStatus, RosError, RosSettings};
-use crate::core::gateway::event::Input;
-use crate::core::traffic_light::input::TrafficLightInput;
-use crate::io::ros::inbox::Inbox;
+use super::wakeup::Wakeup;
+use crate::io::ros::link::{
+    Delivery, FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork,
+};
 
 /// Longest sleep between two polls of the events of DDS.
 const TICK: Duration = Duration::from_millis(100);
@@ -33,15 +35,14 @@ const MAX_REPLACED_WRITERS: u32 = 1000;
 const STANDSTILL: Duration = Duration::from_secs(2);
 /// Own participants that are remembered; those of the last lease (50 s) would do.
 const MAX_OWN: usize = 32;
+/// Bytes that may wait for the gateway before samples stay with RustDDS, which keeps as many as the topic's depth.
+const MAX_WAITING: usize = 256 * 1024;
 
-/// The thread's state.
+/// The network side's state.
 pub(super) struct Worker {
-    settings: RosSettings,
-    table: Vec<Outgoing>,
-    encoders: LightsEncoders,
-    mailbox: Arc<Mailbox>,
-    inbox: Arc<Inbox>,
-    /// Ends the mailbox's wait.
+    settings: NetworkSettings,
+    /// Ends the wait when something was received.
+    wakeup: Arc<Wakeup>,
     waker: Waker,
     participant: Participant,
     /// With the time it was replaced.
@@ -61,33 +62,37 @@ pub(super) struct Worker {
     last_round: Instant,
     stood_still: bool,
     write_failed: bool,
-    /// The current order of each topic of the table, but for those delivered once.
+    /// The current order of each topic that is written, but for those delivered once.
     current: Vec<Order>,
-    /// One for each subscription.
-    duplicate_filters: Vec<DuplicateFilter>,
+    pings: Pings,
+    rebuilds: u32,
+    write_errors: u64,
+    /// As the gateway was told.
+    status: NetworkStatus,
+    /// Last: the gateway sees its end when everything else is gone.
+    link: Link,
+}
+
+/// Joins the graph; gives the participant and the interfaces that it was made with. The error is a text for people.
+pub(super) fn join(settings: &NetworkSettings) -> Result<(Participant, Interfaces), String> {
+    let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
+    let domain = participant(settings).map_err(|error| error.to_string())?;
+    Ok((Participant::new(settings, domain)?, interfaces))
 }
 
 impl Worker {
-    /// Joins the graph and starts with an empty status.
+    /// A network side that has joined the graph with this participant.
     pub(super) fn new(
-        settings: RosSettings,
-        mailbox: Arc<Mailbox>,
-        inbox: Arc<Inbox>,
-    ) -> Result<Self, RosError> {
-        let interfaces = Interfaces::now(&settings.only_networks).unwrap_or_default();
-        let table = table(&settings);
-        let participant = participant(&settings).map_err(|error| RosError::Dds(error.to_string()))?;
-        let participant = Participant::new(&settings, &table, participant)?;
-        mailbox.update_status(|status| {
-            status.running = true;
-            status.outgoing = table.iter().map(OutgoingStatus::new).collect();
-            status.incoming = settings.subscriptions.iter().map(IncomingStatus::new).collect();
-        });
+        settings: NetworkSettings,
+        (participant, interfaces): (Participant, Interfaces),
+        link: Link,
+    ) -> Self {
+        let wakeup = Arc::new(Wakeup::default());
         let now = Instant::now();
-        Ok(Self {
-            waker: Waker::from(Arc::clone(&mailbox)),
-            mailbox,
-            inbox,
+        Self {
+            link,
+            waker: Waker::from(Arc::clone(&wakeup)),
+            wakeup,
             predecessor: None,
             probe: None,
             missing: Missing::default(),
@@ -101,28 +106,36 @@ impl Worker {
             last_round: now,
             stood_still: false,
             write_failed: false,
-            current: table.iter().map(|_| Order::Withdraw).collect(),
-            duplicate_filters: settings.subscriptions.iter().map(|_| DuplicateFilter::default()).collect(),
-            table,
-            encoders: LightsEncoders::default(),
+            current: settings.written.iter().map(|_| Order::Withdraw).collect(),
+            pings: Pings::new(settings.echo_is_proven),
+            rebuilds: 0,
+            write_errors: 0,
+            status: NetworkStatus::default(),
             settings,
-        })
+        }
     }
 
-    /// Works until the mailbox holds a stop.
-    pub(super) fn run(mut self) {
+    /// Works until the gateway says stop; an error is that of the link, whose other end is gone.
+    pub(super) async fn run(mut self) -> io::Result<()> {
+        self.link.answer(&FromNetwork::Ready);
+        self.link.flush()?;
         loop {
-            let messages = self.mailbox.take(TICK);
+            tokio::select! {
+                ready = self.link.ready() => ready?,
+                () = self.wakeup.arrived() => {}
+                () = sleep(TICK) => {}
+            }
             let now = Instant::now();
             // Making a participant may take as long.
             let made_one = self.last_made >= self.last_round;
             self.stood_still |= !made_one && now.duration_since(self.last_round) > STANDSTILL;
             self.last_round = now;
-            self.deliver(&messages);
-            if messages.stop {
-                return;
+            if self.obey()? {
+                return Ok(());
             }
             self.receive();
+            self.answer_ping();
+            self.link.flush()?;
             let settled = self.participant.settle();
             self.count_write_error(settled);
             self.participant.observe(&mut self.missing, &self.own);
@@ -133,7 +146,41 @@ impl Worker {
             }
             self.retire();
             self.update_status();
+            self.link.flush()?;
         }
+    }
+
+    /// Carries out what the gateway has ordered since the last call, of each topic the newest unless each counts.
+    /// True if it says stop.
+    fn obey(&mut self) -> io::Result<bool> {
+        self.link.read()?;
+        let (mut orders, mut stop) = (BTreeMap::new(), false);
+        while let Some(message) = next_message(&mut self.link)? {
+            match message {
+                ToNetwork::Order(topic, order) => add(&mut orders, topic, order, self.is_once(topic)),
+                ToNetwork::Ping(number) => {
+                    self.pings.asked(number, self.last_round);
+                    let sent = self.participant.send_echo(number);
+                    self.count_write_error(sent);
+                }
+                ToNetwork::Stop => stop = true,
+                ToNetwork::Start(_) => return Err(io::ErrorKind::InvalidData.into()),
+            }
+        }
+        for (topic, order) in orders {
+            let position = usize::from(topic);
+            self.each(|participant| participant.carry_out(position, &order));
+            let is_once = self.is_once(topic);
+            if let Some(current) = self.current.get_mut(position).filter(|_| !is_once) {
+                *current = order;
+            }
+        }
+        Ok(stop)
+    }
+
+    fn is_once(&self, topic: u16) -> bool {
+        let written = self.settings.written.get(usize::from(topic));
+        written.is_some_and(|written| written.delivery == Delivery::Once)
     }
 
     /// Drops the predecessor once all its readers read the successor too.
@@ -147,55 +194,43 @@ impl Worker {
         }
     }
 
-    fn deliver(&mut self, messages: &OutgoingMessages) {
-        for (position, order) in orders(&self.table, &mut self.encoders, messages) {
-            match order {
-                Ok(order) => {
-                    self.each(|participant| participant.carry_out(position, &order));
-                    self.remember(position, order);
-                }
-                Err(error) => self.count_write_error(Err(error)),
-            }
-        }
-    }
-
-    fn remember(&mut self, position: usize, order: Order) {
-        let is_once = self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Once);
-        if let Some(current) = self.current.get_mut(position).filter(|_| !is_once) {
-            *current = order;
-        }
-    }
-
-    /// Hands received samples on to the inbox, those of the predecessor first: it reads on until its successor has met
-    /// all writers.
+    /// Hands received samples on to the gateway while it takes them, those of the predecessor first: it reads on until
+    /// its successor has met all writers.
     fn receive(&mut self) {
-        let Self { duplicate_filters, inbox, mailbox, waker, .. } = self;
-        let mut hand_over = |subscription: usize, taken: Taken| match taken {
-            Taken::Sample(writer, number, input) => {
-                let duplicate_filter = duplicate_filters.get_mut(subscription);
-                if duplicate_filter.is_some_and(|duplicate_filter| duplicate_filter.is_first(writer, number))
-                {
-                    count(mailbox, subscription, |status| {
-                        status.received += 1;
-                        status.rejected_groups += rejected(&input);
-                    });
-                    inbox.put(subscription, input);
-                }
-            }
-            Taken::Undecodable(error) => count(mailbox, subscription, |status| {
-                if status.undecodable == 0 {
-                    tracing::warn!("{}: a sample is not of the topic's type: {error}", status.name);
-                }
-                status.undecodable += 1;
-            }),
+        let Self { link, waker, .. } = self;
+        let mut hand_over = |subscription: u16, taken: Taken| {
+            match &taken {
+                Taken::Sample(writer, number, encoded) => link.answer(&FromNetwork::Sample(Sample {
+                    subscription,
+                    writer: writer.to_bytes(),
+                    number: *number,
+                    encoding: encoded.encoding,
+                    bytes: &encoded.bytes,
+                })),
+                Taken::Unreadable(reason) => link.answer(&FromNetwork::Unreadable(subscription, reason)),
+            };
+            link.waiting() < MAX_WAITING
         };
         let mut is_more = false;
         if let Some((predecessor, _)) = &self.predecessor {
             is_more |= predecessor.take(waker, &mut hand_over);
         }
         is_more |= self.participant.take(waker, &mut hand_over);
-        if is_more {
+        // A link that is full wakes when it is not any more.
+        if is_more && self.link.waiting() < MAX_WAITING {
             self.waker.wake_by_ref();
+        }
+    }
+
+    /// Answers pings when there are signs of life.
+    fn answer_ping(&mut self) {
+        let signs = self.participant.take_signs_of_life(&self.waker);
+        let has_network = || {
+            let now = Interfaces::now(&self.settings.only_networks);
+            now.is_none_or(|now| now.still_serves(&self.interfaces))
+        };
+        if let Some(Answer { number, has_echo }) = self.pings.answer(signs, self.last_round, has_network) {
+            self.link.answer(&FromNetwork::Pong { number, has_echo });
         }
     }
 
@@ -215,7 +250,7 @@ impl Worker {
                 tracing::warn!("RustDDS did not take a sample: {error}");
             }
             self.write_failed = true;
-            self.mailbox.update_status(|status| status.write_errors += 1);
+            self.write_errors += 1;
         }
     }
 
@@ -288,7 +323,7 @@ impl Worker {
 
     /// Moves to another participant and publishes there what is current.
     fn replace(&mut self, participant: rustdds::DomainParticipant, interfaces: Interfaces) {
-        let mut successor = match Participant::new(&self.settings, &self.table, participant) {
+        let mut successor = match Participant::new(&self.settings, participant) {
             Ok(successor) => successor,
             Err(error) => {
                 tracing::warn!("no new participant: {error}");
@@ -304,40 +339,41 @@ impl Worker {
         self.missing.clear();
         (self.write_failed, self.stood_still) = (false, false);
         self.count_write_error(done);
-        self.mailbox.update_status(|status| status.rebuilds += 1);
+        self.rebuilds += 1;
     }
 
-    fn update_status(&self) {
-        let (missing, has_probe) = (self.missing.len(), self.probe.is_some());
-        self.mailbox.update_status(|status| {
-            for (outgoing, readers) in status.outgoing.iter_mut().zip(self.participant.readers()) {
-                outgoing.readers = readers;
-            }
-            for (incoming, writers) in status.incoming.iter_mut().zip(self.participant.writers()) {
-                incoming.writers = writers;
-            }
-            status.missing_peers = missing;
-            status.has_probe = has_probe;
-        });
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.mailbox.update_status(|status| status.running = false);
-        self.inbox.close();
+    /// Tells the gateway what has changed.
+    fn update_status(&mut self) {
+        let count = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let status = NetworkStatus {
+            readers: self.participant.readers().map(count).collect(),
+            writers: self.participant.writers().map(count).collect(),
+            missing_peers: count(self.missing.len()),
+            has_probe: self.probe.is_some(),
+            rebuilds: self.rebuilds,
+            write_errors: self.write_errors,
+        };
+        if status != self.status {
+            self.link.answer(&FromNetwork::Status(status.clone()));
+            self.status = status;
+        }
     }
 }
 
-fn count(mailbox: &Mailbox, subscription: usize, change: impl FnOnce(&mut IncomingStatus)) {
-    mailbox.update_status(|status| status.incoming.get_mut(subscription).map(change).unwrap_or_default());
+/// The next message that was read; what cannot be read is an error.
+pub(super) fn next_message(link: &mut Link) -> io::Result<Option<ToNetwork>> {
+    let invalid = |violation| io::Error::new(io::ErrorKind::InvalidData, violation);
+    let frame = link.next_frame().map_err(invalid)?;
+    frame.map(ToNetwork::decode).transpose().map_err(invalid)
 }
 
-/// Groups of the input that could not be read.
-fn rejected(input: &Input) -> u64 {
-    if let Input::TrafficLight(TrafficLightInput::States { rejected, .. }) = input {
-        u64::from(*rejected)
-    } else {
-        0
+/// Adds an order to those that are to be carried out: behind the samples of the last one where each counts, else in its
+/// place.
+fn add(orders: &mut BTreeMap<u16, Order>, topic: u16, order: Order, is_once: bool) {
+    match (orders.get_mut(&topic), order) {
+        (Some(Order::Publish(samples)), Order::Publish(more)) if is_once => samples.extend(more),
+        (_, order) => {
+            orders.insert(topic, order);
+        }
     }
 }

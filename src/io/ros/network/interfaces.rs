@@ -39,6 +39,11 @@ impl Interfaces {
         !self.addresses.is_subset(&before.addresses)
     }
 
+    /// True if one of the addresses of `before` is still there, on a link that is up.
+    pub(super) fn still_serves(&self, before: &Self) -> bool {
+        !self.up.is_disjoint(&before.addresses)
+    }
+
     /// True if a link came up since then.
     pub(super) fn has_new_link_since(&self, before: &Self) -> bool {
         !self.up.is_subset(&before.up)
@@ -70,6 +75,14 @@ mod tests {
         assert!(!with(&[1, 2], &[]).has_new_link_since(&before));
         assert!(with(&[1, 2], &[1, 2]).has_new_link_since(&before));
         assert!(!with(&[1, 2], &[1, 2]).has_new_address_since(&before));
+    }
+
+    #[test]
+    fn a_participant_is_served_while_one_of_its_addresses_is_up() {
+        let made = with(&[1, 2], &[1]);
+        assert!(with(&[2, 3], &[2, 3]).still_serves(&made));
+        assert!(!with(&[1, 2, 3], &[3]).still_serves(&made));
+        assert!(!with(&[], &[]).still_serves(&made));
     }
 
     #[test]

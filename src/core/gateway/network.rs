@@ -1,0 +1,121 @@
+//! The network side of ROS 2, as far as diagnostics tell of it.
+
+use std::fmt;
+use std::time::Duration;
+
+use crate::core::diagnostics::{Level, Status};
+
+/// Time for which a network side that replaced another counts as new.
+const RECENT: Duration = Duration::from_secs(60);
+
+/// State of the network side, as its session knows it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct NetworkState {
+    /// True for a process of its own, false for a thread of the gateway.
+    pub is_isolated: bool,
+    /// True while it has joined the network and answers.
+    pub is_up: bool,
+    /// True while its own samples come back to it; if they do not, only its thread is known to work.
+    pub has_echo: bool,
+    /// Times it was replaced.
+    pub restarts: u64,
+    /// Why it ended the last time.
+    pub last_failure: Option<NetworkFailure>,
+    /// Time since it joined the network; `None` while it is not up.
+    pub age: Option<Duration>,
+    /// Memory in use by its process, bytes; `None` where that is not known.
+    pub memory_bytes: Option<u64>,
+}
+
+/// Why a network side ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NetworkFailure {
+    /// It ended by itself with this exit code.
+    Exited(i32),
+    /// It was ended by this signal, which was not ours.
+    Signalled(i32),
+    /// One of its threads had a panic.
+    Panicked,
+    /// It was refused more memory than its limit allows.
+    OutOfMemory,
+    /// It did not answer in time, and was killed.
+    NoAnswer,
+    /// It broke the rules of the link in this way, and was killed.
+    Violation(String),
+    /// It could not be started, or could not join the network, for this reason.
+    NotStarted(String),
+}
+
+impl fmt::Display for NetworkFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exited(code) => write!(f, "exit code {code}"),
+            Self::Signalled(signal) => write!(f, "killed by signal {signal}"),
+            Self::Panicked => f.write_str("panic"),
+            Self::OutOfMemory => f.write_str("out of memory"),
+            Self::NoAnswer => f.write_str("no answer"),
+            Self::Violation(violation) => write!(f, "it sent {violation}"),
+            Self::NotStarted(reason) => write!(f, "not started: {reason}"),
+        }
+    }
+}
+
+impl NetworkState {
+    /// The status of a node's network side.
+    pub fn status(&self, node: &str) -> Status {
+        let (level, message) = level_and_message(self);
+        let place = if self.is_isolated { "process" } else { "thread" };
+        let mut values = vec![("runs_as", place.to_owned()), ("restarts", self.restarts.to_string())];
+        values.extend(self.last_failure.iter().map(|failure| ("last_failure", failure.to_string())));
+        values.extend(self.age.map(|age| ("age_s", age.as_secs().to_string())));
+        let own_samples = if self.has_echo { "come back" } else { "do not come back" };
+        values.extend(self.age.map(|_| ("own_samples", own_samples.to_owned())));
+        values.extend(self.memory_bytes.map(|bytes| ("memory_kb", (bytes / 1024).to_string())));
+        Status { name: format!("{node}: ros"), level, message, values }
+    }
+}
+
+fn level_and_message(state: &NetworkState) -> (Level, String) {
+    let failure = state.last_failure.as_ref();
+    match (state.age.filter(|_| state.is_up), failure) {
+        (None, None) => (Level::Warn, "joining the network".to_owned()),
+        (None, Some(failure)) => (Level::Warn, format!("the network side is down: {failure}")),
+        (Some(age), Some(failure)) if age < RECENT => {
+            (Level::Warn, format!("the network side was replaced: {failure}"))
+        }
+        (Some(_), _) => (Level::Ok, "joined".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headline(change: impl FnOnce(&mut NetworkState)) -> (Level, String) {
+        let age = Some(Duration::from_secs(1));
+        let mut state = NetworkState { is_up: true, has_echo: true, age, ..NetworkState::default() };
+        change(&mut state);
+        let status = state.status("gw");
+        (status.level, status.message)
+    }
+
+    #[test]
+    fn a_failure_is_told_while_it_lasts_and_for_a_minute() {
+        let failed = |state: &mut NetworkState| state.last_failure = Some(NetworkFailure::OutOfMemory);
+        assert_eq!(headline(|_| ()), (Level::Ok, "joined".to_owned()));
+        let down = headline(|state| {
+            failed(state);
+            state.is_up = false;
+        });
+        assert_eq!(down, (Level::Warn, "the network side is down: out of memory".to_owned()));
+        assert_eq!(
+            headline(failed),
+            (Level::Warn, "the network side was replaced: out of memory".to_owned())
+        );
+        let later = headline(|state| {
+            failed(state);
+            state.age = Some(RECENT);
+        });
+        assert_eq!(later, (Level::Ok, "joined".to_owned()));
+    }
+}

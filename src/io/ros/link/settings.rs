@@ -1,0 +1,70 @@
+//! The settings of the network side, which are the first message to it.
+
+use std::net::IpAddr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::io::ros::settings::Recovery;
+use crate::io::ros::topics::{Durability, Reliability};
+
+/// The node's name in the graph, its network, and the topics it writes and reads.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NetworkSettings {
+    /// Node name.
+    pub node: String,
+    /// Namespace of the node, absolute.
+    pub namespace: String,
+    /// `ROS_DOMAIN_ID`, 0 to 232.
+    pub domain_id: u16,
+    /// Addresses of the interfaces to use; all of them if empty.
+    pub only_networks: Vec<IpAddr>,
+    /// The topics that are written; orders point here.
+    pub written: Vec<WrittenTopic>,
+    /// The topics that are read; samples point here.
+    pub read: Vec<ReadTopic>,
+    /// Intervals at which lost peers and new addresses are acted on.
+    pub recovery: Recovery,
+    /// True once a sample of our own has come back on this computer. Where none has, it is not a sign of life.
+    pub echo_is_proven: bool,
+}
+
+/// A topic that is written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WrittenTopic {
+    /// Its absolute name.
+    pub name: String,
+    /// Package and name of its type.
+    pub type_name: (String, String),
+    /// Durability offered to readers.
+    pub durability: Durability,
+    /// Number of samples offered to readers.
+    pub depth: i32,
+    /// The delivery of its messages to readers.
+    pub delivery: Delivery,
+}
+
+/// A topic that is read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReadTopic {
+    /// Its absolute name.
+    pub name: String,
+    /// Package and name of its type.
+    pub type_name: (String, String),
+    /// Reliability asked of writers.
+    pub reliability: Reliability,
+    /// Durability asked of writers.
+    pub durability: Durability,
+    /// Samples kept while the network side is busy.
+    pub depth: i32,
+}
+
+/// The delivery of a topic's messages to readers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Delivery {
+    /// The newest counts, changes are rare, and it can be withdrawn.
+    Report,
+    /// The newest counts, and there are many a second.
+    Stream,
+    /// Sent to the readers of that moment, and not again.
+    Once,
+}

@@ -1,0 +1,88 @@
+//! A sample that a participant sends to itself: it comes back only while RustDDS sends and receives.
+//!
+//! Without a network it does not, nor on a loopback without multicast, where RustDDS sends nothing to itself. What
+//! RustDDS's thread then still does is to notice that no sample came within the deadline that the reader asks for.
+//!
+//! The topic is no ROS topic (its name lacks their prefix), and each participant has its own, so that nobody else reads
+//! it. A sample may get lost, as the next comes soon.
+
+use std::task::Waker;
+
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::{DeserializedCacheChange, SimpleDataReaderCdr};
+use rustdds::policy::{Deadline, Durability, History, Reliability};
+use rustdds::{
+    DataReaderStatus, DomainParticipant, Duration, Publisher, QosPolicyBuilder, RTPSEntity, StatusEvented,
+    Subscriber, TopicKind,
+};
+
+use super::sample::SampleWriter;
+use crate::io::ros::messages::CdrBytes;
+
+/// Echoes and events taken at once; more than ever wait.
+const MAX_AT_ONCE: usize = 16;
+/// Time after which a missing echo is noticed.
+const DEADLINE: Duration = Duration::from_millis(200);
+
+/// Signs of life of RustDDS.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SignsOfLife {
+    /// The highest number that came back since the last call.
+    pub(super) echo: Option<u64>,
+    /// RustDDS's thread has noticed since the last call that a sample is missing.
+    pub(super) noticed_silence: bool,
+}
+
+/// A writer and a reader of numbers on one participant.
+pub(super) struct Echo {
+    writer: SampleWriter,
+    reader: SimpleDataReaderCdr<u64>,
+}
+
+impl Echo {
+    /// Puts the two on a participant.
+    pub(super) fn new(
+        domain: &DomainParticipant,
+        publisher: &Publisher,
+        subscriber: &Subscriber,
+    ) -> CreateResult<Self> {
+        let qos = QosPolicyBuilder::new()
+            .reliability(Reliability::BestEffort)
+            .durability(Durability::Volatile)
+            .history(History::KeepLast { depth: 1 })
+            .deadline(Deadline(DEADLINE))
+            .build();
+        let guid = domain.guid().to_bytes();
+        let name = guid.iter().take(12).map(|byte| format!("{byte:02x}")).collect::<String>();
+        let topic = domain.create_topic(
+            format!("signal_gateway/echo/{name}"),
+            "signal_gateway::Echo".to_owned(),
+            &qos,
+            TopicKind::NoKey,
+        )?;
+        Ok(Self {
+            writer: publisher.create_datawriter_no_key(&topic, None)?,
+            reader: subscriber.create_simple_datareader_no_key(&topic, None)?,
+        })
+    }
+
+    /// Sends a number; the error is the text of RustDDS.
+    pub(super) fn send(&self, number: u64) -> Result<(), String> {
+        let bytes = CdrBytes::from(number.to_le_bytes().to_vec());
+        self.writer.write(bytes, None).map_err(|error| error.to_string())
+    }
+
+    /// Takes the signs of life since the last call; has `waker` called when an echo comes back.
+    pub(super) fn take(&self, waker: &Waker) -> SignsOfLife {
+        self.reader.set_waker(Some(waker.clone()));
+        self.reader.drain_read_notifications();
+        let numbers = (0..MAX_AT_ONCE).map_while(|_| self.reader.try_take_one().ok().flatten());
+        let echo = numbers.map(DeserializedCacheChange::into_value).max();
+        let events = (0..MAX_AT_ONCE).map_while(|_| self.reader.try_recv_status());
+        let is_missed =
+            |event: &DataReaderStatus| matches!(event, DataReaderStatus::RequestedDeadlineMissed { .. });
+        // Each is taken, so that none is taken for a later one.
+        let noticed_silence = events.filter(|event| is_missed(event)).count() > 0;
+        SignsOfLife { echo, noticed_silence }
+    }
+}

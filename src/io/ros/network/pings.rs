@@ -1,0 +1,120 @@
+//! When a ping is answered: once its echo is there; where there can be none, once RustDDS's thread has shown that it works.
+
+use std::time::{Duration, Instant};
+
+use super::echo::SignsOfLife;
+
+/// Time after which there may be no network for an echo. Before, RustDDS's thread notices that it is missing.
+const ECHO_PATIENCE: Duration = Duration::from_millis(300);
+
+/// The pings without an answer.
+#[derive(Debug)]
+pub(super) struct Pings {
+    /// The newest one, and when the oldest came.
+    open: Option<(u64, Instant)>,
+    /// An echo has come back on this computer.
+    echo_is_proven: bool,
+    /// RustDDS's thread has worked since the oldest ping.
+    noticed_silence: bool,
+    /// The highest number that was answered; no number is answered twice.
+    answered: u64,
+}
+
+/// An answer to all pings up to a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Answer {
+    /// The number.
+    pub(super) number: u64,
+    /// An echo is the reason.
+    pub(super) has_echo: bool,
+}
+
+impl Pings {
+    /// None yet.
+    pub(super) fn new(echo_is_proven: bool) -> Self {
+        Self { open: None, echo_is_proven, noticed_silence: false, answered: 0 }
+    }
+
+    /// Takes a ping, whose echo was sent.
+    pub(super) fn asked(&mut self, number: u64, now: Instant) {
+        self.noticed_silence &= self.open.is_some();
+        self.open = Some((number, self.open.map_or(now, |(_, since)| since)));
+    }
+
+    /// The answer that these signs of life allow; `has_network` is asked when there is no echo in time.
+    pub(super) fn answer(
+        &mut self,
+        signs: SignsOfLife,
+        now: Instant,
+        has_network: impl FnOnce() -> bool,
+    ) -> Option<Answer> {
+        self.noticed_silence |= signs.noticed_silence;
+        if let Some(number) = signs.echo.filter(|number| *number > self.answered) {
+            (self.echo_is_proven, self.answered) = (true, number);
+            self.open = self.open.filter(|(newest, _)| *newest > number).map(|(newest, _)| (newest, now));
+            return Some(Answer { number, has_echo: true });
+        }
+        let (number, since) = self.open?;
+        let is_late = now.saturating_duration_since(since) >= ECHO_PATIENCE;
+        if is_late && self.noticed_silence && (!self.echo_is_proven || !has_network()) {
+            (self.open, self.answered) = (None, number);
+            return Some(Answer { number, has_echo: false });
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NONE: SignsOfLife = SignsOfLife { echo: None, noticed_silence: false };
+    const SILENCE: SignsOfLife = SignsOfLife { echo: None, noticed_silence: true };
+
+    /// The last answer within two seconds of pings, with these signs of life at each tenth.
+    fn answer(echo_is_proven: bool, has_network: bool, signs: impl Fn(u64) -> SignsOfLife) -> Option<Answer> {
+        let (start, mut pings) = (Instant::now(), Pings::new(echo_is_proven));
+        let mut last = None;
+        for tenth in 0..20 {
+            let now = start + Duration::from_millis(tenth * 100);
+            if tenth % 2 == 0 {
+                pings.asked(1 + tenth / 2, now);
+            }
+            let answer = pings.answer(signs(tenth), now, || has_network);
+            assert!(answer.is_none_or(|answer| last.is_none_or(|last: Answer| last.number < answer.number)));
+            last = answer.or(last);
+        }
+        last
+    }
+
+    #[test]
+    fn an_echo_is_an_answer_to_its_ping_and_those_before() {
+        let echo = |tenth| SignsOfLife { echo: (tenth % 4 == 1).then_some(1 + tenth / 2), ..NONE };
+        assert_eq!(answer(true, true, echo), Some(Answer { number: 9, has_echo: true }));
+    }
+
+    #[test]
+    fn silence_that_was_noticed_is_an_answer_only_where_no_echo_can_be() {
+        let without_echo = Some(Answer { number: 10, has_echo: false });
+        assert_eq!(answer(false, true, |_| SILENCE), without_echo);
+        assert_eq!(answer(true, false, |_| SILENCE), without_echo);
+        assert_eq!(answer(true, true, |_| SILENCE), None);
+    }
+
+    #[test]
+    fn a_thread_that_hangs_is_no_answer_whatever_the_network() {
+        for (echo_is_proven, has_network) in [(false, false), (false, true), (true, false), (true, true)] {
+            assert_eq!(answer(echo_is_proven, has_network, |_| NONE), None);
+        }
+        // What was noticed before the first ping without an answer tells nothing of later.
+        let once =
+            |tenth| if tenth == 0 { SignsOfLife { echo: Some(1), noticed_silence: true } } else { NONE };
+        assert_eq!(answer(false, false, once), Some(Answer { number: 1, has_echo: true }));
+    }
+
+    #[test]
+    fn an_echo_that_comes_after_its_answer_is_no_second_one() {
+        let late = |tenth| if tenth == 7 { SignsOfLife { echo: Some(1), ..SILENCE } } else { SILENCE };
+        assert_eq!(answer(false, true, late).map(|answer| answer.has_echo), Some(false));
+    }
+}

@@ -1,0 +1,34 @@
+//! The network side as a process: what the hidden command `network` runs.
+
+use std::io;
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::{panic, process};
+
+use super::{confinement, serve};
+
+/// Exit code of a process that had a panic in one of its threads.
+pub const PANICKED: i32 = 101;
+
+/// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
+/// `confinement` says.
+pub fn run() -> io::Result<()> {
+    end_with_any_panic();
+    let socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
+    // Another standard input, such as a terminal, is nobody to serve.
+    socket.peer_addr()?;
+    for refused in confinement::confine() {
+        tracing::warn!("the network process is not confined as it should be: {refused}");
+    }
+    serve(socket)
+}
+
+/// A thread of RustDDS that panics leaves a process that looks alive. Here it ends the process, with a code that no
+/// lack of memory has.
+fn end_with_any_panic() {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(move |panic| {
+        hook(panic);
+        process::exit(PANICKED);
+    }));
+}

@@ -1,0 +1,104 @@
+//! The reader of one topic, and its samples as bytes.
+
+use std::task::Waker;
+
+use rustdds::dds::result::CreateResult;
+use rustdds::no_key::{Decode, DeserializerAdapter, SimpleDataReader};
+use rustdds::serialization::Error;
+use rustdds::{GUID, RepresentationIdentifier, Subscriber, Topic};
+
+use crate::io::ros::link::{MAX_SAMPLE, SampleEncoding};
+
+/// Samples taken from one topic before others have their turn.
+const MAX_AT_ONCE: usize = 64;
+
+/// A sample that was taken.
+pub(super) enum Taken {
+    /// It was read: its writer, its number among that writer's, and its bytes.
+    Sample(GUID, i64, Encoded),
+    /// It could not be read; the text says why.
+    Unreadable(String),
+}
+
+/// A message in CDR, without the encapsulation header.
+pub(super) struct Encoded {
+    /// Its byte order.
+    pub(super) encoding: SampleEncoding,
+    /// Its bytes, at most [`MAX_SAMPLE`].
+    pub(super) bytes: Vec<u8>,
+}
+
+/// A topic of one participant.
+pub(super) struct TopicReader {
+    reader: SimpleDataReader<Encoded, AsBytes>,
+}
+
+impl TopicReader {
+    /// A reader with the topic's quality of service.
+    pub(super) fn new(subscriber: &Subscriber, topic: &Topic) -> CreateResult<Self> {
+        Ok(Self { reader: subscriber.create_simple_datareader_no_key(topic, None)? })
+    }
+
+    /// The reader's identity.
+    pub(super) fn guid(&self) -> GUID {
+        self.reader.guid()
+    }
+
+    /// Takes what has arrived until `hand_over` wants no more, and has `waker` called when more does. True when more
+    /// has arrived already.
+    pub(super) fn take(&self, waker: &Waker, mut hand_over: impl FnMut(Taken) -> bool) -> bool {
+        // First, so that whatever arrives from here on wakes.
+        self.reader.set_waker(Some(waker.clone()));
+        self.reader.drain_read_notifications();
+        for _ in 0..MAX_AT_ONCE {
+            let wants_more = match self.reader.try_take_one_with(Copied) {
+                Ok(Some(sample)) => {
+                    let number = sample.sequence_number.into();
+                    hand_over(Taken::Sample(sample.writer_guid(), number, sample.into_value()))
+                }
+                Ok(None) => return false,
+                Err(error) => hand_over(Taken::Unreadable(error.to_string())),
+            };
+            if !wants_more {
+                break;
+            }
+        }
+        true
+    }
+}
+
+/// Tells RustDDS that [`Copied`] makes what is read.
+struct AsBytes;
+
+impl DeserializerAdapter<Encoded> for AsBytes {
+    type Error = Error;
+    type Decoded = Encoded;
+
+    fn supported_encodings() -> &'static [RepresentationIdentifier] {
+        &[RepresentationIdentifier::CDR_LE, RepresentationIdentifier::CDR_BE]
+    }
+
+    fn transform_decoded(decoded: Encoded) -> Encoded {
+        decoded
+    }
+}
+
+/// Copies a sample's bytes; the gateway decodes them.
+#[derive(Clone)]
+struct Copied;
+
+impl<'de> Decode<'de, Encoded> for Copied {
+    type Error = Error;
+
+    fn decode_bytes(self, bytes: &'de [u8], encoding: RepresentationIdentifier) -> Result<Encoded, Error> {
+        let encoding = match encoding {
+            RepresentationIdentifier::CDR_LE => SampleEncoding::Little,
+            RepresentationIdentifier::CDR_BE => SampleEncoding::Big,
+            other => return Err(Error::Message(format!("encoded as {other:?}"))),
+        };
+        if bytes.len() > MAX_SAMPLE {
+            return Err(Error::Message(format!("{} bytes, at most {MAX_SAMPLE}", bytes.len())));
+        }
+        Ok(Encoded { encoding, bytes: bytes.to_vec() })
+    }
+}

@@ -1,0 +1,43 @@
+//! Wakes the network side when RustDDS has received something.
+
+use std::sync::Arc;
+use std::task::Wake;
+
+use tokio::sync::Notify;
+
+/// Between RustDDS's threads and the network side's task. Wake-ups that nobody waited for become one.
+#[derive(Debug, Default)]
+pub(super) struct Wakeup(Notify);
+
+impl Wakeup {
+    /// Waits for a wake-up since the last wait. Cancellation loses nothing.
+    pub(super) async fn arrived(&self) {
+        self.0.notified().await;
+    }
+}
+
+impl Wake for Wakeup {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        self.0.notify_one();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::task::Waker;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_wake_up_before_the_wait_ends_it() {
+        let wakeup = Arc::new(Wakeup::default());
+        let waker = Waker::from(Arc::clone(&wakeup));
+        waker.wake_by_ref();
+        waker.wake();
+        wakeup.arrived().await;
+    }
+}

@@ -1,0 +1,218 @@
+//! The reception of the network side's messages: samples become inputs, its state becomes a status. Nothing in them is
+//! trusted.
+
+use std::sync::Arc;
+
+use super::duplicate_filter::DuplicateFilter;
+use super::inbox::Inbox;
+use super::link::{FromNetwork, NetworkStatus, Sample, SampleEncoding, Violation};
+use super::reading::{Endian, read};
+use super::topics::{Subscription, SubscriptionKind};
+use crate::core::gateway::event::Input;
+use crate::core::traffic_light::input::TrafficLightInput;
+
+/// State and counts of a topic that is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IncomingStatus {
+    /// Its absolute name.
+    pub name: Arc<str>,
+    /// Writers that are matched now.
+    pub writers: usize,
+    /// Samples that were handed on to the inbox.
+    pub received: u64,
+    /// Samples that were not of the topic's type.
+    pub undecodable: u64,
+    /// Groups that were left out because of an undefined number.
+    pub rejected_groups: u64,
+}
+
+/// A message that concerns the session itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Signal {
+    /// The network was joined.
+    Ready,
+    /// The network cannot be joined, for this reason.
+    Failed(String),
+    /// The state of the network side has changed; the counts of the topics that are read are noted already.
+    Status(NetworkStatus),
+    /// The answer to the ping of this number, and whether a sample came back for it.
+    Pong(u64, bool),
+}
+
+/// The subscriptions of a session, and what was received for them.
+#[derive(Debug)]
+pub struct Reception {
+    inbox: Arc<Inbox>,
+    /// Number of topics that are written.
+    written: usize,
+    subscriptions: Vec<Received>,
+}
+
+#[derive(Debug)]
+struct Received {
+    kind: SubscriptionKind,
+    duplicate_filter: DuplicateFilter,
+    status: IncomingStatus,
+}
+
+impl Reception {
+    /// A reception of nothing yet into an inbox, beside so many topics that are written.
+    pub fn new(subscriptions: &[Subscription], written: usize, inbox: Arc<Inbox>) -> Self {
+        let received = |subscription: &Subscription| Received {
+            kind: subscription.kind,
+            duplicate_filter: DuplicateFilter::default(),
+            status: IncomingStatus {
+                name: subscription.name.as_str().into(),
+                writers: 0,
+                received: 0,
+                undecodable: 0,
+                rejected_groups: 0,
+            },
+        };
+        Self { inbox, written, subscriptions: subscriptions.iter().map(received).collect() }
+    }
+
+    /// Takes a message of the network side: a sample goes to the inbox, unless it was received before. What concerns
+    /// the session is given back.
+    pub fn take(&mut self, frame: &[u8]) -> Result<Option<Signal>, Violation> {
+        match FromNetwork::decode(frame)? {
+            FromNetwork::Sample(sample) => self.take_sample(&sample)?,
+            FromNetwork::Unreadable(subscription, reason) => {
+                undecodable(&mut self.subscription(subscription)?.status, reason);
+            }
+            FromNetwork::Ready => return Ok(Some(Signal::Ready)),
+            FromNetwork::Failed(reason) => return Ok(Some(Signal::Failed(printable(reason)))),
+            FromNetwork::Pong { number, has_echo } => return Ok(Some(Signal::Pong(number, has_echo))),
+            FromNetwork::Status(status) => {
+                if status.readers.len() != self.written {
+                    return Err(Violation::Topic(status.readers.len()));
+                }
+                if status.writers.len() != self.subscriptions.len() {
+                    return Err(Violation::Topic(status.writers.len()));
+                }
+                for (received, writers) in self.subscriptions.iter_mut().zip(&status.writers) {
+                    received.status.writers = usize::try_from(*writers).unwrap_or(usize::MAX);
+                }
+                return Ok(Some(Signal::Status(status)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Notes that the network side is gone: no writer is matched.
+    pub fn lose_writers(&mut self) {
+        self.subscriptions.iter_mut().for_each(|received| received.status.writers = 0);
+    }
+
+    /// State and counts of the topics that are read, in the order of the settings.
+    pub fn statuses(&self) -> impl Iterator<Item = &IncomingStatus> {
+        self.subscriptions.iter().map(|received| &received.status)
+    }
+
+    /// The inbox in which inputs wait.
+    pub fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    fn subscription(&mut self, index: u16) -> Result<&mut Received, Violation> {
+        let index = usize::from(index);
+        self.subscriptions.get_mut(index).ok_or(Violation::Topic(index))
+    }
+
+    fn take_sample(&mut self, sample: &Sample<'_>) -> Result<(), Violation> {
+        let Received { kind, duplicate_filter, status } = self.subscription(sample.subscription)?;
+        let endian = match sample.encoding {
+            SampleEncoding::Big => Endian::Big,
+            SampleEncoding::Little => Endian::Little,
+        };
+        match read(*kind, sample.bytes, endian) {
+            Ok(input) if duplicate_filter.is_first(sample.writer, sample.number) => {
+                status.received += 1;
+                status.rejected_groups += rejected(&input);
+                self.inbox.put(usize::from(sample.subscription), input);
+            }
+            Ok(_) => {}
+            Err(error) => undecodable(status, &error.to_string()),
+        }
+        Ok(())
+    }
+}
+
+fn undecodable(status: &mut IncomingStatus, reason: &str) {
+    if status.undecodable == 0 {
+        tracing::warn!("{}: a sample is not of the topic's type: {}", status.name, printable(reason));
+    }
+    status.undecodable += 1;
+}
+
+/// A text of the network side on one line of a log.
+fn printable(text: &str) -> String {
+    text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
+}
+
+/// Groups of the input that could not be read.
+fn rejected(input: &Input) -> u64 {
+    if let Input::TrafficLight(TrafficLightInput::States { rejected, .. }) = input {
+        u64::from(*rejected)
+    } else {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(message: &FromNetwork<'_>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        message.encode(&mut bytes);
+        bytes
+    }
+
+    fn reception() -> Reception {
+        let subscriptions = [Subscription::new("/c", SubscriptionKind::Command)];
+        Reception::new(&subscriptions, 2, Arc::default())
+    }
+
+    fn text(number: i64, bytes: &[u8]) -> Vec<u8> {
+        let sample =
+            Sample { subscription: 0, writer: [1; 16], number, encoding: SampleEncoding::Little, bytes };
+        frame(&FromNetwork::Sample(sample))
+    }
+
+    #[test]
+    fn a_sample_is_handed_on_once_and_an_undecodable_one_is_counted() {
+        let mut reception = reception();
+        let hello = [3, 0, 0, 0, b'a', b'b', 0];
+        for sample in [text(1, &hello), text(1, &hello), text(2, &hello), text(3, &[1])] {
+            assert_eq!(reception.take(&sample), Ok(None));
+        }
+        assert_eq!(reception.take(&frame(&FromNetwork::Unreadable(0, "line\nbreak"))), Ok(None));
+        let status = reception.statuses().next().unwrap();
+        assert_eq!((status.received, status.undecodable), (2, 2));
+        assert_eq!(std::iter::from_fn(|| reception.inbox().try_take()).count(), 2);
+    }
+
+    #[test]
+    fn topics_that_do_not_exist_are_violations() {
+        let mut reception = reception();
+        assert_eq!(reception.take(&frame(&FromNetwork::Unreadable(1, ""))), Err(Violation::Topic(1)));
+        let mut status = |readers: &[u32], writers: &[u32]| {
+            let (readers, writers) = (readers.to_vec(), writers.to_vec());
+            let status = NetworkStatus { readers, writers, ..NetworkStatus::default() };
+            reception.take(&frame(&FromNetwork::Status(status))).map(|signal| signal.is_some())
+        };
+        assert_eq!(status(&[1, 2], &[3]), Ok(true));
+        assert_eq!(status(&[1], &[3]), Err(Violation::Topic(1)));
+        assert_eq!(status(&[1, 2], &[]), Err(Violation::Topic(0)));
+        assert_eq!(reception.statuses().next().unwrap().writers, 3);
+        reception.lose_writers();
+        assert_eq!(reception.statuses().next().unwrap().writers, 0);
+    }
+
+    #[test]
+    fn a_text_stays_on_its_line() {
+        let failed = reception().take(&frame(&FromNetwork::Failed("a\nb")));
+        assert_eq!(failed, Ok(Some(Signal::Failed("a b".to_owned()))));
+    }
+}

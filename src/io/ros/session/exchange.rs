@@ -1,0 +1,462 @@
+//! The session's thread: mailbox to network side, network side to inbox, and a new network side when the old one ends.
+
+use std::future::pending;
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tokio::time::{sleep, timeout};
+
+use super::RosError;
+use super::host::Host;
+use super::liveness::{Liveness, RestartDelay};
+use super::mailbox::{Mailbox, OutgoingMessages};
+use super::outgoing::{LightsEncoders, Outgoing, orders, table};
+use crate::core::gateway::network::{NetworkFailure, NetworkState};
+use crate::io::ros::inbox::Inbox;
+use crate::io::ros::link::{
+    Delivery, Link, NetworkSettings, NetworkStatus, Order, ReadTopic, ToNetwork, Violation,
+};
+use crate::io::ros::reception::{Reception, Signal};
+use crate::io::ros::settings::{Isolation, RosSettings};
+
+/// Longest sleep between two looks at the network side.
+const TICK: Duration = Duration::from_millis(100);
+/// Sleep between two looks at one that ends.
+const END_TICK: Duration = Duration::from_millis(5);
+/// Time after which a killed network side that has not ended is left to itself.
+const END_PATIENCE: Duration = Duration::from_secs(1);
+/// Longest time that the network side has for leaving the graph.
+const GOODBYE: Duration = Duration::from_millis(400);
+/// Time after which age and memory are noted again.
+const NOTE_INTERVAL: Duration = Duration::from_secs(1);
+/// Network sides killed in a row without any echo, after which an echo is no sign of life any more.
+const MAX_SILENT: u32 = 5;
+
+/// The thread's state.
+pub(super) struct Exchange {
+    isolation: Isolation,
+    settings: NetworkSettings,
+    table: Vec<Outgoing>,
+    encoders: LightsEncoders,
+    /// The current order of each topic of the table, but for those delivered once.
+    current: Vec<Order>,
+    mailbox: Arc<Mailbox>,
+    reception: Reception,
+    phase: Phase,
+    /// Killed, but not seen to end.
+    unended: Vec<Host>,
+    restart_delay: RestartDelay,
+    /// Network sides in a row that ended without any echo.
+    silent: u32,
+    state: NetworkState,
+    /// The state as noted last, and when.
+    noted: Option<(NetworkState, Instant)>,
+    /// Messages that could not be encoded or sent.
+    send_errors: u64,
+    /// Who waits for the start.
+    starter: Option<Sender<Result<(), RosError>>>,
+}
+
+/// Where the network side is in its life.
+enum Phase {
+    /// It runs.
+    Active(Box<Active>),
+    /// It was killed, or has closed its end of the link; with the cause, if that is known, and the age it reached.
+    Ending { host: Host, since: Instant, failure: Option<NetworkFailure>, age: Option<Duration> },
+    /// There is none until then.
+    Down { until: Instant },
+    /// The first one could not be started.
+    Refused,
+}
+
+/// A network side that runs.
+struct Active {
+    host: Host,
+    link: Link,
+    liveness: Liveness,
+    /// When it joined the network.
+    joined: Option<Instant>,
+    /// A sample of its own has come back.
+    had_echo: bool,
+    status: NetworkStatus,
+}
+
+/// Why the conversation with a network side is over.
+enum Over {
+    /// Its end of the link is closed.
+    Closed,
+    /// It is of no more use.
+    Failed(NetworkFailure),
+}
+
+impl From<Violation> for Over {
+    fn from(violation: Violation) -> Self {
+        Self::Failed(NetworkFailure::Violation(violation.to_string()))
+    }
+}
+
+impl Exchange {
+    /// An exchange that starts the first network side when it runs, and says to `starter` how that went.
+    pub(super) fn new(
+        settings: RosSettings,
+        mailbox: Arc<Mailbox>,
+        inbox: Arc<Inbox>,
+        starter: Sender<Result<(), RosError>>,
+    ) -> Self {
+        let table = table(&settings);
+        let reception = Reception::new(&settings.subscriptions, table.len(), inbox);
+        mailbox.update_status(|status| {
+            status.running = true;
+            status.outgoing = table.iter().map(Outgoing::status).collect();
+            status.incoming = reception.statuses().cloned().collect();
+        });
+        Self {
+            settings: network_settings(&settings, &table),
+            isolation: settings.isolation,
+            current: table.iter().map(|_| Order::Withdraw).collect(),
+            table,
+            encoders: LightsEncoders::default(),
+            mailbox,
+            reception,
+            phase: Phase::Down { until: Instant::now() },
+            unended: Vec::new(),
+            restart_delay: RestartDelay::default(),
+            silent: 0,
+            state: NetworkState::default(),
+            noted: None,
+            send_errors: 0,
+            starter: Some(starter),
+        }
+    }
+
+    /// Works until the mailbox holds a stop, or the first network side cannot be started.
+    pub(super) async fn run(mut self) {
+        while !self.mailbox.is_stopping() {
+            let now = Instant::now();
+            match &mut self.phase {
+                Phase::Active(_) => self.exchange(now),
+                Phase::Ending { .. } => self.see_end(now),
+                Phase::Down { until } if now >= *until => self.start(now),
+                Phase::Down { .. } => {}
+                Phase::Refused => return,
+            }
+            // Without a network side, messages are noted as current or lost.
+            if !matches!(self.phase, Phase::Active(_)) {
+                self.deliver(&self.mailbox.take());
+            }
+            self.show(now);
+            self.wait(now).await;
+        }
+        self.leave().await;
+    }
+
+    /// Waits for a message, for the network side, or for a time.
+    async fn wait(&self, now: Instant) {
+        let (link, pause) = match &self.phase {
+            Phase::Active(active) => (Some(&active.link), TICK),
+            Phase::Ending { .. } => (None, END_TICK),
+            Phase::Down { until } => (None, until.saturating_duration_since(now).min(TICK)),
+            Phase::Refused => (None, Duration::ZERO),
+        };
+        let link_ready = async {
+            match link {
+                // An error shows when it is read.
+                Some(link) => drop(link.ready().await),
+                None => pending().await,
+            }
+        };
+        tokio::select! {
+            () = self.mailbox.arrived() => {}
+            () = link_ready => {}
+            () = sleep(pause) => {}
+        }
+    }
+
+    fn start(&mut self, now: Instant) {
+        let is_first = self.state.last_failure.is_none();
+        match Host::start(&self.isolation).and_then(|(host, socket)| Ok((host, Link::new(socket)?))) {
+            Ok((host, mut link)) => {
+                self.state.is_isolated = host.is_isolated();
+                self.state.restarts += u64::from(!is_first);
+                link.queue(&ToNetwork::Start(Box::new(self.settings.clone())));
+                self.phase = Phase::Active(Box::new(Active {
+                    host,
+                    link,
+                    liveness: Liveness::new(now),
+                    joined: None,
+                    had_echo: false,
+                    status: NetworkStatus::default(),
+                }));
+            }
+            Err(error) => match self.starter.take() {
+                Some(starter) => {
+                    // Nobody waits any more: then nobody needs to know.
+                    let _ = starter.send(Err(error.into()));
+                    self.phase = Phase::Refused;
+                }
+                None => self.note_end(NetworkFailure::NotStarted(error.to_string()), None, now),
+            },
+        }
+    }
+
+    fn exchange(&mut self, now: Instant) {
+        let Err(over) = self.converse(now) else { return };
+        let Phase::Active(active) = std::mem::replace(&mut self.phase, Phase::Down { until: now }) else {
+            return;
+        };
+        let Active { mut host, joined, had_echo, .. } = *active;
+        host.kill();
+        let failure = match over {
+            Over::Closed => None,
+            Over::Failed(failure) => Some(failure),
+        };
+        if let (Some(NetworkFailure::NotStarted(reason)), Some(starter)) = (&failure, self.starter.take()) {
+            let _ = starter.send(Err(RosError::Dds(reason.clone())));
+            self.phase = Phase::Refused;
+            return;
+        }
+        if failure == Some(NetworkFailure::NoAnswer) && !had_echo {
+            self.silent += 1;
+            self.settings.echo_is_proven &= self.silent < MAX_SILENT;
+        }
+        let age = joined.map(|joined| now.saturating_duration_since(joined));
+        self.phase = Phase::Ending { host, since: now, failure, age };
+    }
+
+    /// Reads what the network side has sent, and writes what it takes.
+    fn converse(&mut self, now: Instant) -> Result<(), Over> {
+        let Phase::Active(active) = &mut self.phase else { return Ok(()) };
+        let read = active.link.read();
+        while let Some(frame) = active.link.next_frame()? {
+            match (self.reception.take(frame)?, active.joined) {
+                (Some(Signal::Ready), None) => {
+                    active.joined = Some(now);
+                    active.liveness.joined();
+                    (self.state.is_up, self.state.has_echo) = (true, true);
+                    for (topic, order) in (0..=u16::MAX).zip(&self.current) {
+                        if matches!(order, Order::Publish(_)) {
+                            active.link.queue(&ToNetwork::Order(topic, order.clone()));
+                        }
+                    }
+                    if let Some(starter) = self.starter.take() {
+                        let _ = starter.send(Ok(()));
+                    }
+                }
+                (Some(Signal::Failed(reason)), None) => {
+                    return Err(Over::Failed(NetworkFailure::NotStarted(reason)));
+                }
+                (Some(Signal::Status(status)), Some(_)) => active.status = status,
+                (Some(Signal::Pong(number, has_echo)), Some(_)) => {
+                    active.liveness.pong(number)?;
+                    self.state.has_echo = has_echo;
+                    if has_echo {
+                        (active.had_echo, self.silent, self.settings.echo_is_proven) = (true, 0, true);
+                    }
+                }
+                (None, Some(_)) => {}
+                (Some(Signal::Ready | Signal::Failed(_)), Some(_))
+                | (Some(Signal::Status(_) | Signal::Pong(..)) | None, None) => {
+                    return Err(Violation::OutOfTurn.into());
+                }
+            }
+        }
+        read.map_err(|_| Over::Closed)?;
+        // A thread may be in a debugger, and cannot be killed.
+        if !active.liveness.look(now) && active.host.is_isolated() {
+            return Err(Over::Failed(NetworkFailure::NoAnswer));
+        }
+        if active.link.waiting() == 0 {
+            self.deliver(&self.mailbox.take());
+        }
+        let Phase::Active(active) = &mut self.phase else { return Ok(()) };
+        if let Some(number) = active.joined.and_then(|_| active.liveness.next_ping(now)) {
+            active.link.queue(&ToNetwork::Ping(number));
+        }
+        active.link.flush().map_err(|_| Over::Closed)
+    }
+
+    /// Queues what the messages order, if the network was joined, and notes what is current.
+    fn deliver(&mut self, messages: &OutgoingMessages) {
+        for (position, order) in orders(&self.table, &mut self.encoders, messages) {
+            match order {
+                Ok(order) => self.send(position, order),
+                Err(error) => self.count_send_error(&error),
+            }
+        }
+    }
+
+    fn send(&mut self, position: usize, order: Order) {
+        let is_once = self.table.get(position).is_some_and(|outgoing| outgoing.delivery == Delivery::Once);
+        let message = ToNetwork::Order(u16::try_from(position).unwrap_or(u16::MAX), order);
+        let is_sent = match &mut self.phase {
+            Phase::Active(active) if active.joined.is_some() => active.link.queue(&message),
+            Phase::Active(_) | Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => true,
+        };
+        if !is_sent {
+            self.count_send_error("it is too large");
+        }
+        if let (ToNetwork::Order(_, order), Some(current)) = (message, self.current.get_mut(position))
+            && !is_once
+        {
+            *current = order;
+        }
+    }
+
+    fn count_send_error(&mut self, error: &str) {
+        if self.send_errors == 0 {
+            tracing::warn!("a message cannot be sent: {error}");
+        }
+        self.send_errors += 1;
+    }
+
+    /// Waits for the end of a network side that was killed.
+    fn see_end(&mut self, now: Instant) {
+        let Phase::Ending { host, since, failure, age } = &mut self.phase else { return };
+        let (end, age, is_over) = (host.end(), *age, now.duration_since(*since) >= END_PATIENCE);
+        let failure = failure.take();
+        match (failure, end) {
+            (failure, Some(end)) => self.note_end(failure.unwrap_or(end), age, now),
+            (failure, None) if is_over => {
+                if let Phase::Ending { host, .. } = std::mem::replace(&mut self.phase, Phase::Refused) {
+                    self.unended.push(host);
+                }
+                self.note_end(failure.unwrap_or(NetworkFailure::NoAnswer), age, now);
+            }
+            (cause, None) => {
+                if let Phase::Ending { failure, .. } = &mut self.phase {
+                    *failure = cause;
+                }
+            }
+        }
+    }
+
+    /// Notes an end and its cause, and when the next network side is to start.
+    fn note_end(&mut self, failure: NetworkFailure, age: Option<Duration>, now: Instant) {
+        let delay = self.restart_delay.next(age);
+        let ends = self.state.restarts + 1;
+        // In a row of the same ends, not each is worth a line.
+        if self.state.last_failure.as_ref() != Some(&failure) || ends.is_power_of_two() {
+            tracing::warn!(
+                "the network side of ROS 2 has ended ({failure}), {ends} in all; starting it anew"
+            );
+        }
+        self.reception.lose_writers();
+        (self.state.is_up, self.state.last_failure) = (false, Some(failure));
+        self.phase = Phase::Down { until: now + delay };
+        // A first one that ended is not a start that failed: the next may do better.
+        if let Some(starter) = self.starter.take() {
+            let _ = starter.send(Ok(()));
+        }
+    }
+
+    /// Shows the status to the caller, with the state when it has changed or is due.
+    fn show(&mut self, now: Instant) {
+        self.unended.retain_mut(|host| host.end().is_none());
+        let none = NetworkStatus::default();
+        let (seen, joined) = match &self.phase {
+            Phase::Active(active) => (&active.status, active.joined),
+            Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (&none, None),
+        };
+        let is_due = self.noted.as_ref().is_none_or(|(noted, at)| {
+            let NetworkState { is_up, has_echo, restarts, last_failure, .. } = noted;
+            now.duration_since(*at) >= NOTE_INTERVAL
+                || (is_up, has_echo) != (&self.state.is_up, &self.state.has_echo)
+                || (restarts, last_failure) != (&self.state.restarts, &self.state.last_failure)
+        });
+        if is_due {
+            self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
+            self.state.memory_bytes = match &self.phase {
+                Phase::Active(active) => active.host.memory_bytes(),
+                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
+            };
+            self.noted = Some((self.state.clone(), now));
+        }
+        let count = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
+        self.mailbox.update_status(|status| {
+            for (index, outgoing) in status.outgoing.iter_mut().enumerate() {
+                outgoing.readers = seen.readers.get(index).copied().map_or(0, count);
+            }
+            for (shown, incoming) in status.incoming.iter_mut().zip(self.reception.statuses()) {
+                shown.clone_from(incoming);
+            }
+            status.missing_peers = count(seen.missing_peers);
+            status.has_probe = seen.has_probe;
+            status.rebuilds = seen.rebuilds;
+            status.write_errors = seen.write_errors.saturating_add(self.send_errors);
+            if is_due {
+                status.network.clone_from(&self.state);
+            }
+        });
+    }
+
+    /// Sends what is left, and waits for the network side to say goodbye.
+    async fn leave(&mut self) {
+        self.deliver(&self.mailbox.take());
+        if let Phase::Active(active) = &mut self.phase {
+            active.link.queue(&ToNetwork::Stop);
+            // Over either way: it has ended, or the time is up.
+            let _ = timeout(GOODBYE, active.end()).await;
+        }
+    }
+}
+
+impl Active {
+    /// Writes what waits, and reads until the other end is closed.
+    async fn end(&mut self) {
+        while self.link.flush().is_ok() && self.link.read().is_ok() {
+            // What it still has to say is of no use.
+            while let Ok(Some(_)) = self.link.next_frame() {}
+            if self.link.ready().await.is_err() {
+                return;
+            }
+        }
+    }
+}
+
+impl Drop for Exchange {
+    fn drop(&mut self) {
+        let host = match &mut self.phase {
+            Phase::Active(active) => Some(&mut active.host),
+            Phase::Ending { host, .. } => Some(host),
+            Phase::Down { .. } | Phase::Refused => None,
+        };
+        if let Some(host) = host.filter(|host| host.is_isolated()) {
+            host.kill();
+            let looks = std::iter::repeat_with(|| host.end().is_some());
+            let _ = looks.take(10).find(|has_ended| {
+                if !has_ended {
+                    thread::sleep(END_TICK);
+                }
+                *has_ended
+            });
+        }
+        self.mailbox.update_status(|status| status.running = false);
+        self.reception.inbox().close();
+    }
+}
+
+/// The settings of the network side among those of a session.
+fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettings {
+    let read = settings.subscriptions.iter().map(|subscription| {
+        let (package, message) = subscription.kind.type_name();
+        ReadTopic {
+            name: subscription.name.clone(),
+            type_name: (package.to_owned(), message.to_owned()),
+            reliability: subscription.reliability,
+            durability: subscription.durability,
+            depth: subscription.depth,
+        }
+    });
+    NetworkSettings {
+        node: settings.node.clone(),
+        namespace: settings.namespace.clone(),
+        domain_id: settings.domain_id,
+        only_networks: settings.only_networks.clone(),
+        written: table.iter().map(Outgoing::written).collect(),
+        read: read.collect(),
+        recovery: settings.recovery,
+        echo_is_proven: false,
+    }
+}

@@ -1,0 +1,41 @@
+//! State and counts of a session.
+
+use std::sync::Arc;
+
+use crate::core::gateway::network::NetworkState;
+use crate::io::ros::reception::IncomingStatus;
+
+/// State and counts of a session since its start.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RosStatus {
+    /// False when the session's thread has ended; nothing is published any more.
+    pub running: bool,
+    /// The topics that are written: turn indicators and hazard lights if they have a name, diagnostics, traffic
+    /// lights in the order of the settings, then the turn and the hazard command if they are configured.
+    pub outgoing: Vec<OutgoingStatus>,
+    /// The topics that are read, in the order of the settings.
+    pub incoming: Vec<IncomingStatus>,
+    /// Participants of the network whose lease ran out and that were not found again yet.
+    pub missing_peers: usize,
+    /// True while a second participant listens for them.
+    pub has_probe: bool,
+    /// Times our own participant was replaced.
+    pub rebuilds: u32,
+    /// Emissions of traffic lights overtaken by a newer one because DDS did not keep up.
+    pub overtaken_lights: u64,
+    /// Samples that RustDDS did not take, or that could not be sent to it.
+    pub write_errors: u64,
+    /// State of the network side.
+    pub network: NetworkState,
+}
+
+/// State of a topic that is written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutgoingStatus {
+    /// Short name for people, e.g. `turn`, `hazard`, `V2I lights`.
+    pub label: &'static str,
+    /// Its absolute name.
+    pub name: Arc<str>,
+    /// Readers that are matched now.
+    pub readers: usize,
+}

@@ -1,0 +1,108 @@
+//! What the boundary of the process costs.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::time::WallStamp;
+use signal_gateway::core::turn_signal::output::TurnSignalOutput;
+use signal_gateway::core::turn_signal::signal::Signal;
+use signal_gateway::io::ros::inbox::Inbox;
+use signal_gateway::io::ros::session::{
+    Isolation, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
+};
+
+use crate::support::json_process::PATIENCE;
+use crate::support::peer::domain;
+
+/// Messages on each way.
+const COUNT: i64 = 2_000;
+/// How long one may take, or is lost.
+const LIMIT: Duration = Duration::from_secs(5);
+
+fn session(domain_id: u16, node: &str, isolation: Isolation, topics: Topics, reads: &[&str]) -> RosSession {
+    let settings = RosSettings {
+        node: node.to_owned(),
+        domain_id,
+        only_networks: vec!["127.0.0.1".parse().unwrap()],
+        topics,
+        subscriptions: reads
+            .iter()
+            .map(|name| Subscription::new(name, SubscriptionKind::TurnCommand))
+            .collect(),
+        isolation,
+        ..RosSettings::default()
+    };
+    RosSession::start(settings).unwrap()
+}
+
+/// A session that sends commands on a topic.
+fn sender(domain_id: u16, name: &str, isolation: Isolation) -> RosSession {
+    let topics = Topics {
+        turn_indicators: String::new(),
+        hazard_lights: String::new(),
+        diagnostics: format!("/{name}/diagnostics"),
+        turn_command: Some(format!("/{name}")),
+        ..Topics::default()
+    };
+    session(domain_id, name, isolation, topics, &[])
+}
+
+/// The time until a command of this number has come through, asked for with hardly a pause.
+fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Duration> {
+    let stamp = WallStamp::from_nanos(number);
+    let sent = Instant::now();
+    session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Left, stamp }));
+    while sent.elapsed() < LIMIT {
+        match inbox.try_take() {
+            Some((_, Input::Command(CommandInput::Turn { stamp: arrived, .. }))) if arrived == stamp => {
+                return Some(sent.elapsed());
+            }
+            Some(_) => {}
+            None => thread::sleep(Duration::from_micros(5)),
+        }
+    }
+    None
+}
+
+fn percentiles(mut times: Vec<Duration>) -> (Duration, Duration) {
+    times.sort();
+    let at = |share: usize| times[(times.len() - 1) * share / 100];
+    (at(50), at(99))
+}
+
+/// A command goes from one session to another, whose network side is a thread in both cases. The two ways take turns,
+/// so that whatever else the machine does troubles both.
+#[test]
+fn the_boundary_of_the_process_adds_little_to_a_message() {
+    let domain = domain();
+    let process = Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into() };
+    let senders = [sender(domain, "thread", Isolation::Thread), sender(domain, "process", process)];
+    let receiver =
+        session(domain, "receiver", Isolation::Thread, Topics::default(), &["/thread", "/process"]);
+    let inbox: Arc<Inbox> = receiver.inbox();
+    let begun = Instant::now();
+    while !receiver.status().incoming.iter().all(|topic| topic.writers == 1)
+        || !senders.iter().all(|sender| sender.status().outgoing.iter().any(|topic| topic.readers == 1))
+    {
+        assert!(begun.elapsed() < PATIENCE, "the sessions do not find each other");
+        thread::sleep(Duration::from_millis(50));
+    }
+    let (mut times, mut lost) = ([Vec::new(), Vec::new()], [0, 0]);
+    for number in 1..=COUNT {
+        for (index, sender) in senders.iter().enumerate() {
+            match travel(sender, &inbox, number) {
+                Some(time) => times[index].push(time),
+                None => lost[index] += 1,
+            }
+            thread::sleep(Duration::from_micros(500));
+        }
+    }
+    for (place, times) in ["thread", "process"].iter().zip(times) {
+        let (middle, late) = percentiles(times);
+        println!("network side in a {place}: p50 {middle:?}, p99 {late:?}");
+    }
+    assert_eq!(lost, [0, 0], "messages lost");
+}

