@@ -21,6 +21,7 @@ use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::{Task, FaultKind};
 
 macro_rules! shipped {
@@ -130,14 +131,8 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
     while let Some(output) = gateway.poll_output() {
         count += 1;
         match output {
-            Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. }) => shown[0] = true,
-            Output::VehicleLights(VehicleLightsOutput::HazardLights { .. }) => shown[1] = true,
-            Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => {
-                assert!(std::mem::take(&mut shown[0]), "withdrawn twice")
-            }
-            Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => {
-                assert!(std::mem::take(&mut shown[1]), "withdrawn twice")
-            }
+            Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => show(&mut shown[0], step),
+            Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => show(&mut shown[1], step),
             Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                 panic!("nothing but reports here")
             }
@@ -153,4 +148,10 @@ fn drain(gateway: &mut Gateway, shown: &mut [bool; 2]) {
         }
         assert!(published || fault.is_some(), "{task:?} is withheld for no reason");
     }
+}
+
+/// A step on a topic: what is withdrawn must have been shown.
+fn show<T: Copy>(shown: &mut bool, step: Step<T>) {
+    let before = std::mem::replace(shown, step.value().is_some());
+    assert!(*shown || before, "withdrawn twice");
 }

@@ -64,7 +64,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     }
     let modules = decider.inputs.planning_factors.len();
     report.line("", &format!("planning factors of {modules} of {} modules", FactorTopic::ALL.len()));
-    if decider.commands() {
+    if decider.publishes_commands() {
         let outputs = &decider.outputs;
         report.line("", &format!("commands to {} and {}", outputs.turn_command, outputs.hazard_command));
     }

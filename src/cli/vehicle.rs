@@ -16,7 +16,7 @@ use crate::core::simulated_vehicle::plan::VehiclePlan;
 use crate::core::simulated_vehicle::request::{self, Request};
 use crate::core::simulated_vehicle::{Output, SimulationSettings, VehicleEvent};
 use crate::core::time::WallStamp;
-use crate::daemon::vehicle::{Seen, VehicleRun, run_vehicle};
+use crate::daemon::vehicle::{RunEvent, VehicleRun, run_vehicle};
 use crate::desk;
 use crate::io::can::controller::has_controller;
 use crate::report::Form;
@@ -48,7 +48,7 @@ in seconds since the start, # begins a comment:
   clear                      all faults end
 Without MESSAGE a fault is of all messages. The end of standard input does not end the vehicle.
 
-A line of text is  seconds  what  how. With --json each line is one object {\"t\": SECONDS, \"what\": …}:
+A line of text is  seconds  subject  event. With --json each line is one object {\"t\": SECONDS, \"what\": …}:
   commanded          turn (left, right, off or null: nothing requested), hazard (true, false or null)
   command_timed_out  message
   command_rejected   message, why
@@ -123,19 +123,19 @@ fn drive(settings: &Settings, mut run: VehicleRun, form: Form) -> Result<ExitCod
     }
     run.lines = Some(lines_of_stdin());
     let mut out = io::stdout().lock();
-    run_vehicle(settings, run, |seen, now| {
-        match seen {
-            Seen::Output(Output::Happened(event)) => {
+    run_vehicle(settings, run, |event, now| {
+        match event {
+            RunEvent::Output(Output::Happened(event)) => {
                 writeln!(out, "{}", line(form, event, now))?;
                 out.flush()?;
             }
-            Seen::Output(Output::Frame { .. } | Output::Error { .. }) => {}
-            Seen::NotSent(bus, why) => {
+            RunEvent::Output(Output::Frame { .. } | Output::Error { .. }) => {}
+            RunEvent::SendFailed(bus, why) => {
                 let bus = settings.gateway.buses.get(usize::from(bus.0));
                 let interface = bus.map_or("?", |bus| bus.interface.as_str());
                 say(&format!("nothing can be sent on {interface}: {}", reason(why)));
             }
-            Seen::Misunderstood(error) => say(&format!("request: {error}")),
+            RunEvent::InvalidRequest(error) => say(&format!("request: {error}")),
         }
         Ok(())
     })?;

@@ -7,16 +7,16 @@ use std::path::{Component, Path, PathBuf};
 /// The largest file that is read, bytes: a file named by mistake must not fill memory.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// A source of files.
+/// A source of files, by path.
 pub trait Files {
-    /// The whole file.
+    /// Reads a whole file.
     ///
     /// # Errors
     /// An error of the source, such as a missing file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 }
 
-/// The file system.
+/// The file system of the machine.
 #[derive(Debug, Clone, Copy)]
 pub struct Disk;
 
@@ -65,7 +65,7 @@ impl Files for Embedded {
     }
 }
 
-/// `a/b/../c` as `a/c`.
+/// A path without `.` and `..`: `a/c` of `a/b/../c`.
 fn without_dots(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for component in path.components() {
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn endless_files_are_not_read_to_their_end() {
+    fn a_file_above_the_limit_is_refused() {
         let read = |bytes: u64| read_at_most(io::repeat(b'x').take(bytes), 100).map(|bytes| bytes.len());
         assert_eq!(read(100).unwrap(), 100);
         assert_eq!(read(u64::MAX).unwrap_err().kind(), io::ErrorKind::FileTooLarge);

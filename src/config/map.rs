@@ -9,10 +9,10 @@ use crate::core::map::osm;
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
-/// The lights of a map in a file.
+/// Reads the lights of a map from a file.
 ///
 /// # Errors
-/// The reason as text.
+/// The reason as text: the file, its projector, or the map.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<LightMap, String> {
     let osm = osm::read(&read(files, path)?).map_err(|error| error.to_string())?;
     // Points are for viewers only: a map without them has its lights all the same.
@@ -20,10 +20,10 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
     LightMap::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())
 }
 
-/// The lanelets of a map in a file.
+/// Reads the lanelets of a map from a file.
 ///
 /// # Errors
-/// The reason as text.
+/// The reason as text: the file, its projector, or the map.
 pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
     LaneNetwork::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
 }

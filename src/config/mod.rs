@@ -12,7 +12,7 @@
 //! | `map` | the lanelet2 maps that sections and drives name |
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
 //! | [`files`] | sources of files: the disk, or the binary itself |
-//! | `reading` | TOML, YAML and XML as values with their places, and the problems found in them |
+//! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
 
 pub mod country;
 mod dimensions;

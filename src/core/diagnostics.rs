@@ -10,11 +10,11 @@ use super::time::MonoTime;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Level {
-    /// No problem (0).
+    /// Works without a problem (0).
     Ok = 0,
     /// Works with a problem (1).
     Warn = 1,
-    /// Does not work (2).
+    /// Does not work at all (2).
     Error = 2,
     /// Not refreshed (3); set by aggregators, never by this gateway.
     Stale = 3,

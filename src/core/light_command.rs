@@ -9,11 +9,11 @@ pub enum TurnCommand {
     /// `NO_COMMAND`, 0: nothing is known or requested.
     #[default]
     NoCommand = 0,
-    /// `DISABLE`, 1: off.
+    /// `DISABLE`, 1: both sides off.
     Disable = 1,
-    /// `ENABLE_LEFT`, 2: left.
+    /// `ENABLE_LEFT`, 2: left side on.
     Left = 2,
-    /// `ENABLE_RIGHT`, 3: right.
+    /// `ENABLE_RIGHT`, 3: right side on.
     Right = 3,
 }
 
@@ -24,9 +24,9 @@ pub enum HazardCommand {
     /// `NO_COMMAND`, 0: nothing is known or requested.
     #[default]
     NoCommand = 0,
-    /// `DISABLE`, 1: off.
+    /// `DISABLE`, 1: lights off.
     Disable = 1,
-    /// `ENABLE`, 2: on.
+    /// `ENABLE`, 2: lights on.
     Enable = 2,
 }
 

@@ -12,7 +12,7 @@ pub mod timer_table;
 pub struct MonoTime(u64);
 
 impl MonoTime {
-    /// The origin of the time.
+    /// The arbitrary origin.
     pub const ZERO: Self = Self(0);
     /// The end of time, 584 years after the origin.
     pub const MAX: Self = Self(u64::MAX);

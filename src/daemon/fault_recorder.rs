@@ -1,4 +1,4 @@
-//! The black box at work: keeps what happens, and writes a file around each change to ERROR.
+//! The black box at work: keeps inputs and decisions, and writes a file around each change to ERROR.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -79,7 +79,7 @@ impl FaultRecorder {
         self.recorder.state().status(node)
     }
 
-    /// Keeps what was decided.
+    /// Keeps an output, which ends a recording if a status changes to ERROR.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {

@@ -1,4 +1,4 @@
-//! Everything the outputs go to, and what a process owes its supervisor.
+//! Destinations of the outputs, and the duties of a process to its supervisor.
 
 use std::future::pending;
 use std::io;
@@ -30,7 +30,7 @@ use crate::io::systemd::Supervisor;
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
 
-/// Everything the outputs go to, and the request to stop.
+/// The destinations of the outputs, and the request to stop.
 pub(super) struct GatewayIo {
     publisher: Publisher,
     view: View,
@@ -58,14 +58,14 @@ impl GatewayIo {
         Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None, node: None })
     }
 
-    /// From now on keeps a black box, if the configuration says where, and adds the statuses of the process itself to
+    /// From now on keeps a black box, if the configuration names a folder, and adds the statuses of the process itself to
     /// the diagnostics.
     pub(super) fn observe_process(&mut self, settings: &Settings, links: &[LinkState]) {
         self.faults = FaultRecorder::start(settings, links);
         self.node = Some(settings.gateway.node.clone());
     }
 
-    /// Where what is received over ROS 2 waits.
+    /// The queue of inputs received over ROS 2; `None` without ROS.
     pub(super) fn inbox(&self) -> Option<Arc<Inbox>> {
         self.publisher.inbox()
     }
@@ -95,7 +95,7 @@ impl GatewayIo {
         self.emit_and_send(live, transmitters, clock, read)
     }
 
-    /// Hands on all outputs. What became of a frame to the vehicle goes back as an input.
+    /// Hands on all outputs. Whether a frame to the vehicle was sent goes back as an input.
     fn emit_and_send(
         &mut self,
         live: &mut Live,
@@ -126,7 +126,7 @@ impl GatewayIo {
 
     fn emit_output(&mut self, mut output: Output, now: Now) -> Result<(), DaemonError> {
         if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
-            tracing::warn!("a command was not understood: {error}");
+            tracing::warn!("a command was refused: {error}");
         }
         // Before the statuses of the process, which a replay of the recording has not.
         if let Some(faults) = &mut self.faults {
@@ -163,7 +163,7 @@ impl GatewayIo {
         if self.json.is_none() {
             self.view.refresh(now.mono, || self.publisher.describe())?;
         }
-        if !self.publisher.is_well() {
+        if !self.publisher.is_healthy() {
             return Err(DaemonError::RosEnded);
         }
         Ok(())
@@ -171,7 +171,7 @@ impl GatewayIo {
 
     /// Sleeps, feeding the watchdog; true when a stop was requested meanwhile, or before.
     pub(super) async fn stopped_before(&mut self, wake: Instant) -> bool {
-        // Signals and timers are looked at in between only, even when `wake` is past.
+        // Signals and timers are polled in between only, even when `wake` is past.
         tokio::task::yield_now().await;
         loop {
             tokio::select! {
@@ -204,13 +204,13 @@ fn transmit(frame: &CommandFrame, transmitters: &[Transmitter]) -> CommandInput 
     }
 }
 
-#[allow(clippy::print_stdout)] // the JSON lines are what was asked for
+#[allow(clippy::print_stdout)] // JSON lines are an output
 fn write_line(line: &str) -> io::Result<()> {
     use io::Write;
     writeln!(io::stdout().lock(), "{line}")
 }
 
-/// When the service manager wants to hear that the loop still turns. In real time, which that of a
+/// The times at which the service manager expects a sign of life from the loop. In real time, which that of a
 /// recording is not.
 pub(super) struct Watchdog(Option<Interval>);
 
@@ -232,7 +232,7 @@ impl Watchdog {
     }
 }
 
-/// SIGTERM and SIGINT.
+/// SIGTERM and SIGINT, which request an orderly stop.
 pub(super) struct StopSignals {
     terminate: Signal,
     interrupt: Signal,

@@ -131,13 +131,13 @@ mod tests {
         (720, 0, 725),
     ];
 
-    /// What a person would hear, with its time since the first frame, µs.
-    type Story = Vec<(u64, String)>;
+    /// Changes of reports and statuses, with their times since the first frame, µs.
+    type TimedChanges = Vec<(u64, String)>;
 
-    fn live_story() -> Story {
+    fn live_changes() -> TimedChanges {
         let mut live = Live::new(settings(), &[LinkState::Up], read_at(0));
         let mut changes = Changes::default();
-        let mut story = Story::new();
+        let mut timed = TimedChanges::new();
         for ms in 0..1_200 {
             let frames = FRAMES.iter().filter(|(_, _, read)| *read == ms).map(|(received, value, _)| {
                 CanInput::Frame {
@@ -152,15 +152,15 @@ mod tests {
             while let Some(at) = now {
                 while let Some(output) = live.poll_output() {
                     let events = changes.of(&output);
-                    story.extend(events.iter().map(|event| (at.mono.as_nanos() / 1000, event.to_string())));
+                    timed.extend(events.iter().map(|event| (at.mono.as_nanos() / 1000, event.to_string())));
                 }
                 now = live.step(read_at(ms).mono, |_, _| ());
             }
         }
-        story
+        timed
     }
 
-    fn replayed_story() -> Story {
+    fn replayed_changes() -> TimedChanges {
         let lines = FRAMES.iter().map(|(received, value, _)| {
             let stamp = WALL_MS + received;
             format!("({}.{:03}000) can0 2A5#0000{:02X}0000000000\n", stamp / 1000, stamp % 1000, value << 1)
@@ -170,22 +170,22 @@ mod tests {
         let routes = Routes::by_interface(&settings());
         let mut replay = Replay::new(settings(), log, routes).unwrap();
         let mut changes = Changes::default();
-        let mut story = Story::new();
+        let mut timed = TimedChanges::new();
         loop {
             while let Some(output) = replay.poll_output() {
                 let at = replay.now().mono.as_nanos() / 1000;
-                story.extend(changes.of(&output).iter().map(|event| (at, event.to_string())));
+                timed.extend(changes.of(&output).iter().map(|event| (at, event.to_string())));
             }
             if !replay.step().unwrap() {
-                return story;
+                return timed;
             }
         }
     }
 
     #[test]
     fn a_drive_and_its_recording_decide_alike_at_the_same_times() {
-        let recorded = replayed_story();
-        let mut lived = live_story();
+        let recorded = replayed_changes();
+        let mut lived = live_changes();
         // The recording ends with its last frame, the drive goes on.
         lived.retain(|(at, _)| *at <= 720_000);
         assert_eq!(lived, recorded);
@@ -198,6 +198,6 @@ mod tests {
     #[test]
     fn a_frame_received_in_time_but_read_late_is_in_time() {
         // Received 249 ms after the one before, read 262 ms after it; the limit is 250 ms.
-        assert!(!live_story().iter().any(|(at, text)| *at < 362_000 && text.contains("stale")));
+        assert!(!live_changes().iter().any(|(at, text)| *at < 362_000 && text.contains("stale")));
     }
 }

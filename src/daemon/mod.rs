@@ -42,15 +42,15 @@ pub enum DaemonError {
     /// The recording cannot be read.
     #[error("{file}: {error}")]
     Recording {
-        /// Its path.
+        /// Path of the recording.
         file: String,
-        /// What the system says.
+        /// The error of the operating system.
         error: io::Error,
     },
     /// `source = "recording"` needs one.
     #[error("the configuration names no recording; add [recording] file = \"….log\"")]
     NoRecording,
-    /// ROS 2 cannot be joined.
+    /// The ROS 2 graph cannot be joined.
     #[error(transparent)]
     Publisher(#[from] PublisherError),
     /// The ROS session ended by itself.
@@ -64,16 +64,16 @@ pub enum DaemonError {
     System(#[from] io::Error),
 }
 
-/// How a recording is played.
+/// The manner in which a recording is played.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
     /// Factor on the original timing.
     pub speed: f64,
-    /// Start again at the end.
+    /// True to start again at the end.
     pub repeat: bool,
-    /// Which time goes into stamps.
+    /// Time that goes into message stamps.
     pub stamps: Stamps,
-    /// At the end: go on and say that nothing comes any more, instead of leaving.
+    /// True to go on at the end, with buses that have become silent, instead of leaving.
     pub stay: bool,
 }
 
@@ -84,10 +84,10 @@ pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
 /// kernel, which counts what it has to drop.
 const QUEUED_BATCHES: usize = 16;
 
-/// How long the last frames to the vehicle may take, over a bus whose queue is full.
+/// Longest wait for the last frames to the vehicle, over a bus whose queue is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 
-/// How long a recording that is behind its time is played without looking for a stop.
+/// Longest time for which a late recording is played without a check for a stop.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
 /// Runs on the source that the configuration names until SIGTERM or SIGINT.
@@ -143,7 +143,7 @@ pub fn listen(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut inputs, _ways) = receive_all(settings, |bus| settings.gateway.relevant_ids(bus));
+        let (mut inputs, _transmitters) = receive_all(settings, |bus| settings.gateway.relevant_ids(bus));
         loop {
             tokio::select! {
                 () = stop.requested() => return Ok(()),
@@ -201,7 +201,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
 }
 
 /// Starts a receiver for the identifiers of each bus; the channel closes when all have ended. With it come
-/// the ways out, one for each bus.
+/// the transmitters, one for each bus.
 fn receive_all(
     settings: &Settings,
     ids: impl Fn(BusIndex) -> Vec<CanId>,
@@ -234,7 +234,7 @@ async fn next_received(inbox: Option<&Inbox>) -> Input {
     }
 }
 
-/// Waits until every receiver has said what its link is, which each does at once and first of all.
+/// Waits until every receiver has reported its link, which each does at once and first of all.
 /// With the links comes what else arrived by then; `None` when there are no receivers.
 async fn first_links(
     inputs: &mut mpsc::Receiver<Vec<CanInput>>,
@@ -270,7 +270,7 @@ async fn play_on(
     };
     let mut replay = replay.map_err(unreadable)?;
     gateway_io.supervisor.ready("playing a recording");
-    let mut heard = Instant::now();
+    let mut polled = Instant::now();
     loop {
         let now = replay.now();
         gateway_io.emit(|| replay.poll_output(), now)?;
@@ -290,11 +290,11 @@ async fn play_on(
         let real = MonoTime::ZERO.after(next.since(MonoTime::ZERO).div_f64(playback.speed));
         let wake = clock.instant(real);
         // Frames are µs apart: only what lies ahead is waited for.
-        if wake > Instant::now() || heard.elapsed() > MAX_SIGNAL_POLL {
+        if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
             if gateway_io.stopped_before(wake).await {
                 return Ok(());
             }
-            heard = Instant::now();
+            polled = Instant::now();
         }
         replay.step().map_err(unreadable)?;
     }

@@ -31,7 +31,7 @@ pub enum PublisherError {
     /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
     #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
     DomainId(String),
-    /// This build has no DDS.
+    /// The build contains no DDS implementation.
     #[error(
         "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"
     )]
@@ -83,13 +83,13 @@ impl Publisher {
         let _ = output;
     }
 
-    /// Whether publishing works, or is off.
-    pub fn is_well(&self) -> bool {
+    /// True while publishing works, or is off.
+    pub fn is_healthy(&self) -> bool {
         #[cfg(feature = "ros")]
-        let well = self.session.as_ref().is_none_or(|session| session.status().running);
+        let healthy = self.session.as_ref().is_none_or(|session| session.status().running);
         #[cfg(not(feature = "ros"))]
-        let well = true;
-        well
+        let healthy = true;
+        healthy
     }
 
     /// Distribution and domain as text.
@@ -161,7 +161,7 @@ pub fn topics(settings: &Settings) -> Topics {
     let unless = |left_out, name: &String| if left_out { String::new() } else { name.clone() };
     let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
     let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
-    let commands = settings.turn_signal.as_ref().filter(|decider| decider.commands());
+    let commands = settings.turn_signal.as_ref().filter(|decider| decider.publishes_commands());
     Topics {
         turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
         hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
@@ -186,7 +186,7 @@ fn light_output(lights_output: &LightsOutput, settings: &Settings) -> LightsTopi
     }
 }
 
-/// The topics that are read.
+/// The topics that are subscribed to, by what reads them.
 fn subscriptions(settings: &Settings) -> Vec<Subscription> {
     let topics = &settings.light_topics;
     let states =
@@ -209,14 +209,14 @@ fn command_subscriptions(command: &CommandConfig) -> Vec<Subscription> {
         ModeFrom::Signal => None,
     };
     let hazard = Some((&topics.hazard_lights_cmd, SubscriptionKind::HazardCommand));
-    let wanted = [turn, hazard, mode].into_iter().flatten();
-    wanted.map(|(name, kind)| Subscription::new(name, kind)).collect()
+    let topics = [turn, hazard, mode].into_iter().flatten();
+    topics.map(|(name, kind)| Subscription::new(name, kind)).collect()
 }
 
 /// Autoware's own commands only for comparing: where we command they are ours.
 fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
     let inputs = &decider.inputs;
-    let mut wanted = vec![
+    let mut topics = vec![
         (&inputs.odometry, SubscriptionKind::Odometry),
         (&inputs.route, SubscriptionKind::Route),
         (&inputs.planned_path, SubscriptionKind::PlannedPath),
@@ -224,14 +224,14 @@ fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
         (&inputs.scenario, SubscriptionKind::Scenario),
         (&inputs.hazard_request, SubscriptionKind::HazardRequest),
     ];
-    wanted.extend(
+    topics.extend(
         inputs.planning_factors.iter().map(|(topic, name)| (name, SubscriptionKind::Factors(*topic))),
     );
-    if !decider.commands() {
-        wanted.push((&inputs.own_turn_command, SubscriptionKind::OwnTurnCommand));
-        wanted.push((&inputs.own_hazard_command, SubscriptionKind::OwnHazardCommand));
+    if !decider.publishes_commands() {
+        topics.push((&inputs.own_turn_command, SubscriptionKind::OwnTurnCommand));
+        topics.push((&inputs.own_hazard_command, SubscriptionKind::OwnHazardCommand));
     }
-    let named = wanted.into_iter().filter(|(name, _)| !name.is_empty());
+    let named = topics.into_iter().filter(|(name, _)| !name.is_empty());
     named.map(|(name, kind)| Subscription::new(name, kind)).collect()
 }
 
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Topics of commands, and how much is read, by whether Autoware's own commands are.
+    /// Topics of commands, the number of subscriptions, and whether Autoware's own commands are among them.
     fn graph(keys: &str) -> ([Option<String>; 2], usize, bool) {
         let text = format!("[turn_signal]\nmap = \"map.osm\"\n{keys}");
         let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();

@@ -33,15 +33,15 @@ pub struct VehicleRun {
     pub lines: Option<UnboundedReceiver<String>>,
 }
 
-/// Something that an observer sees.
+/// An event of a run.
 #[derive(Debug)]
-pub enum Seen<'a> {
+pub enum RunEvent<'a> {
     /// An output of the vehicle.
     Output(&'a Output),
     /// A frame that could not be sent; only the first of a row.
-    NotSent(BusIndex, SendFailure),
+    SendFailed(BusIndex, SendFailure),
     /// A line that is not a request.
-    Misunderstood(&'a request::RequestError),
+    InvalidRequest(&'a request::RequestError),
 }
 
 /// Runs a vehicle on the interfaces of the settings until SIGTERM, SIGINT, its end, or an error of `take`.
@@ -51,7 +51,7 @@ pub enum Seen<'a> {
 pub fn run_vehicle(
     settings: &Settings,
     run: VehicleRun,
-    mut take: impl FnMut(Seen<'_>, MonoTime) -> io::Result<()>,
+    mut take: impl FnMut(RunEvent<'_>, MonoTime) -> io::Result<()>,
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
@@ -71,9 +71,9 @@ pub fn run_vehicle(
             vehicle.settle(now);
             while let Some(output) = vehicle.poll_output() {
                 if let Some((bus, failure)) = send(&mut transmitters, &output) {
-                    take(Seen::NotSent(bus, failure), now)?;
+                    take(RunEvent::SendFailed(bus, failure), now)?;
                 }
-                take(Seen::Output(&output), now)?;
+                take(RunEvent::Output(&output), now)?;
             }
             if end.is_some_and(|end| now >= end) {
                 return Ok(());
@@ -95,7 +95,7 @@ pub fn run_vehicle(
                     Some(Ok(None)) => {}
                     Some(Ok(Some((None, request)))) => vehicle.request(request, clock.now().mono),
                     Some(Ok(Some((Some(at), request)))) => vehicle.schedule(MonoTime::ZERO.after(at), request),
-                    Some(Err(error)) => take(Seen::Misunderstood(&error), clock.now().mono)?,
+                    Some(Err(error)) => take(RunEvent::InvalidRequest(&error), clock.now().mono)?,
                 },
                 () = sleep_until(wake.into()) => {}
             }
@@ -126,7 +126,7 @@ fn send(transmitters: &mut [Channel], output: &Output) -> Option<(BusIndex, Send
     sent.err().filter(|_| !was_refusing).map(|why| (bus, why))
 }
 
-/// The next line; none when there will be no more. Waits for ever when there is nobody to write any.
+/// The next line; `None` after the last one. Waits for ever when there is nobody to write any.
 async fn next_line(lines: &mut Option<UnboundedReceiver<String>>) -> Option<String> {
     match lines {
         Some(lines) => lines.recv().await,

@@ -31,6 +31,7 @@ pub fn run<E>(
             take(&output, now)?;
         }
         next = vehicle.next_deadline(now);
+        debug_assert!(next.is_none_or(|next| next > now), "a deadline that does not move");
     }
     Ok(())
 }

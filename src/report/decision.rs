@@ -81,7 +81,7 @@ fn text(value: Option<impl Display>) -> Option<String> {
     value.map(|value| value.to_string())
 }
 
-/// Zero has no sign.
+/// Metres rounded to the micrometre; zero has no sign.
 fn to_the_micrometre(metres: f64) -> f64 {
     (metres * 1e6).round() / 1e6 + 0.0
 }

@@ -17,6 +17,8 @@ use crate::core::traffic_light::emission::Emission;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::core::turn_signal::output::TurnSignalOutput;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
+use crate::core::vehicle_lights::report::Step;
+use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, LightsMessage, TurnIndicatorsCommand,
     TurnIndicatorsReport,
@@ -27,17 +29,17 @@ use crate::io::ros::topics::Topics;
 ///
 /// Every published report is a line. Diagnostics are a line whenever a status changes, with the
 /// statuses that changed; plain refreshes are left out. A decision of the turn signal decider is a line
-/// when it, or the reason for it, is another than before; its topic is [`DECISIONS`] and its data an
+/// when it or its reason has changed; its topic is [`DECISIONS`] and its data an
 /// object, see [`decision::fields`]. A frame to the vehicle is a line with the topic [`FRAMES`] and the data
 /// `{"bus": name, "id": number, "extended": bool, "fd": bool, "data": "hex", "sent": bool}`; `sent` is
 /// false in a dry run, and always in a replay.
 #[derive(Debug, Clone)]
 pub struct JsonTimeline {
-    /// Configured topic names.
+    /// Names of the topics, as configured.
     pub topics: Topics,
     /// `hardware_id` of each status.
     pub hardware_id: String,
-    /// Name of each bus.
+    /// Name of each bus, by its index.
     pub buses: Vec<String>,
 }
 
@@ -80,13 +82,14 @@ impl JsonTimeline {
 
     fn vehicle_lights(&self, output: &VehicleLightsOutput, at: MonoTime) -> Option<String> {
         match *output {
-            VehicleLightsOutput::TurnIndicators { report, stamp } => {
+            VehicleLightsOutput::TurnIndicators(Step::Publish(report, stamp)) => {
                 line(at, &self.topics.turn_indicators, TurnIndicatorsReport::new(report, stamp))
             }
-            VehicleLightsOutput::HazardLights { report, stamp } => {
+            VehicleLightsOutput::HazardLights(Step::Publish(report, stamp)) => {
                 line(at, &self.topics.hazard_lights, HazardLightsReport::new(report, stamp))
             }
-            VehicleLightsOutput::WithdrawTurnIndicators | VehicleLightsOutput::WithdrawHazardLights => None,
+            VehicleLightsOutput::TurnIndicators(Step::Withdraw)
+            | VehicleLightsOutput::HazardLights(Step::Withdraw) => None,
         }
     }
 
@@ -116,8 +119,8 @@ impl JsonTimeline {
     }
 
     fn lights(&self, emission: &Emission, at: MonoTime) -> Option<String> {
-        let outlets = self.topics.lights.iter().filter(|lights_topic| lights_topic.topic == emission.topic);
-        let lines: Vec<_> = outlets
+        let topics = self.topics.lights.iter().filter(|lights_topic| lights_topic.topic == emission.topic);
+        let lines: Vec<_> = topics
             .flat_map(|lights_topic| {
                 let messages = LightsMessage::of(emission, lights_topic.lights, lights_topic.compat);
                 messages.into_iter().filter_map(|message| line(at, &lights_topic.name, message))
@@ -135,7 +138,7 @@ fn line(at: MonoTime, topic: &str, data: impl Serialize) -> Option<String> {
 /// A change for people: of a report or of a status.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
-    /// Severity.
+    /// Severity: that of a status; WARN where a report ends.
     pub level: Level,
     /// Subject: `turn_indicators`, `hazard_lights` or an interface.
     pub task: String,
@@ -161,20 +164,12 @@ impl Changes {
     /// The changes in this output.
     pub fn of(&mut self, output: &Output) -> Vec<Event> {
         match output {
-            Output::VehicleLights(output) => match output {
-                VehicleLightsOutput::TurnIndicators { report, .. } => {
-                    published(&mut self.turn, "turn_indicators", Some(report.name()))
-                }
-                VehicleLightsOutput::HazardLights { report, .. } => {
-                    published(&mut self.hazard, "hazard_lights", Some(report.name()))
-                }
-                VehicleLightsOutput::WithdrawTurnIndicators => {
-                    published(&mut self.turn, "turn_indicators", None)
-                }
-                VehicleLightsOutput::WithdrawHazardLights => {
-                    published(&mut self.hazard, "hazard_lights", None)
-                }
-            },
+            Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
+                published(&mut self.turn, "turn_indicators", step.value().map(TurnIndicators::name))
+            }
+            Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
+                published(&mut self.hazard, "hazard_lights", step.value().map(HazardLights::name))
+            }
             Output::Diagnostics { diagnostics, .. } => {
                 diagnostics.statuses.iter().filter_map(|status| self.status(status)).collect()
             }
@@ -189,12 +184,12 @@ impl Changes {
         }
     }
 
-    /// What is published on the turn topic, by the name of its constant.
+    /// The report on the turn topic, by the name of its constant; `None` while there is none.
     pub fn turn(&self) -> Option<&'static str> {
         self.turn
     }
 
-    /// What is published on the hazard topic, by the name of its constant.
+    /// The report on the hazard topic, by the name of its constant; `None` while there is none.
     pub fn hazard(&self) -> Option<&'static str> {
         self.hazard
     }
@@ -236,16 +231,19 @@ mod tests {
     use crate::core::diagnostics::Diagnostics;
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::{Content, GroupState, LightsTopic};
-    use crate::core::vehicle_lights::verdict::TurnIndicators;
     use crate::io::ros::messages::LightsType;
     use crate::io::ros::topics::LightsTopicSettings;
 
-    fn left() -> Output {
-        Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
-            report: TurnIndicators::EnableLeft,
-            stamp: WallStamp::from_nanos(1_500_000_001),
-        })
+    fn timeline(topics: Topics) -> JsonTimeline {
+        JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] }
     }
+
+    fn left() -> Output {
+        let step = Step::Publish(TurnIndicators::EnableLeft, WallStamp::from_nanos(1_500_000_001));
+        Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step))
+    }
+
+    const WITHDRAW: Output = Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Withdraw));
 
     fn status(level: Level, refresh: bool) -> Output {
         let values = vec![("age_ms", "3".to_owned())];
@@ -256,8 +254,7 @@ mod tests {
 
     #[test]
     fn json_lines_are_the_contract() {
-        let timeline =
-            JsonTimeline { topics: Topics::default(), hardware_id: "car".into(), buses: vec!["body".into()] };
+        let timeline = timeline(Topics::default());
         assert_eq!(
             timeline.line(&left(), MonoTime::from_nanos(1_250_000_000)).unwrap(),
             r#"{"t":1.25,"topic":"/vehicle/status/turn_indicators_status","data":{"stamp":{"sec":1,"nanosec":500000001},"report":2}}"#
@@ -267,11 +264,7 @@ mod tests {
             r#"{"t":0.003,"topic":"/diagnostics","data":{"header":{"stamp":{"sec":2,"nanosec":0},"frame_id":""},"status":[{"level":2,"name":"gw: can0","message":"text","hardware_id":"car","values":[{"key":"age_ms","value":"3"}]}]}}"#
         );
         assert_eq!(timeline.line(&status(Level::Error, true), MonoTime::ZERO), None);
-        assert_eq!(
-            timeline
-                .line(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators), MonoTime::ZERO),
-            None
-        );
+        assert_eq!(timeline.line(&WITHDRAW, MonoTime::ZERO), None);
     }
 
     #[test]
@@ -284,8 +277,7 @@ mod tests {
         };
         let (v2i, camera) = (LightsTopic::V2i, LightsTopic::Camera);
         let lights = vec![lights_topic(v2i, "/a"), lights_topic(camera, "/b"), lights_topic(v2i, "/c")];
-        let topics = Topics { lights, ..Topics::default() };
-        let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
+        let timeline = timeline(Topics { lights, ..Topics::default() });
         let emission = |topic| {
             let groups = vec![GroupState { relation_id: 7, ..GroupState::default() }];
             let (stamp, content) = (WallStamp::from_nanos(3), Content::groups(groups));
@@ -302,8 +294,7 @@ mod tests {
 
     #[test]
     fn every_frame_to_the_vehicle_is_a_json_line_and_new_ones_are_lines_for_people() {
-        let topics = Topics::default();
-        let timeline = JsonTimeline { topics, hardware_id: "car".into(), buses: vec!["body".into()] };
+        let timeline = timeline(Topics::default());
         let frame = Frame::classic(CanId::Extended(0x130), &[1, 0xFF]).unwrap();
         let output =
             |is_news| Output::Command(CommandOutput::WouldTransmit { bus: BusIndex(0), frame, is_news });
@@ -321,11 +312,8 @@ mod tests {
         let mut changes = Changes::default();
         assert_eq!(changes.of(&left())[0].text, "ENABLE_LEFT");
         assert!(changes.of(&left()).is_empty());
-        assert_eq!(
-            changes.of(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators))[0].text,
-            "no longer published"
-        );
-        assert!(changes.of(&Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators)).is_empty());
+        assert_eq!(changes.of(&WITHDRAW)[0].text, "no longer published");
+        assert!(changes.of(&WITHDRAW).is_empty());
         assert_eq!(changes.of(&status(Level::Error, false)).len(), 1);
         assert!(changes.of(&status(Level::Error, true)).is_empty());
         assert_eq!(changes.of(&status(Level::Ok, false))[0].to_string(), "OK    can0             text");

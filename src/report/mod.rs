@@ -1,17 +1,17 @@
-//! What came out, written down: as text for people, as JSON for programs, as a chart.
+//! Results as text for people, as JSON for programs, and as charts.
 //!
-//! | module | what came out |
+//! | module | results |
 //! |---|---|
 //! | [`gateway`] | outputs of the gateway: messages, statuses, frames |
 //! | [`decision`] | a decision of the turn signal decider |
 //! | [`drive`] | the decisions of a drive |
 //! | [`lights`] | a scenario of traffic lights |
-//! | [`vehicle`] | what a simulated vehicle does |
+//! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
 //! | [`chart`] | the chart of a drive or a scenario |
 //!
-//! Text and JSON are lines, written as they come. What happens is an [`Entry`], with its text and its fields; what
-//! lasts is a state, and a chart has a [`chart::Bar`] for as long as it does.
+//! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a state
+//! has a [`chart::Bar`] in a chart for as long as it lasts.
 
 pub mod chart;
 pub mod decision;
@@ -25,28 +25,28 @@ use serde_json::Value;
 
 use crate::core::time::MonoTime;
 
-/// How lines are written.
+/// The notation of lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// Columns for people.
+    /// Columns of text, for people.
     Text,
     /// An object a line, for programs.
     Json,
 }
 
 impl Form {
-    /// JSON when it is asked for, else text.
+    /// JSON if `json` is set, else text.
     pub fn json_if(json: bool) -> Self {
         if json { Self::Json } else { Self::Text }
     }
 }
 
-/// Something that happened.
+/// One event, in both notations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// The column of text that says what it is about.
+    /// The thing that it is about, in a column of the text.
     pub subject: &'static str,
-    /// For people.
+    /// The event in words, for people.
     pub text: String,
     /// For programs: an object.
     pub fields: Value,

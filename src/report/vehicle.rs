@@ -1,4 +1,4 @@
-//! What a simulated vehicle does: entries, or the candump log of its frames.
+//! Events of a simulated vehicle as entries, or its frames as a candump log.
 
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use crate::core::simulated_vehicle::{Output, VehicleEvent};
 use crate::core::time::{MonoTime, WallStamp};
 use crate::core::vehicle_lights::state::TurnCode;
 
-/// The line for an event: `seconds  subject  what`, or an object that `vehicle --help` describes.
+/// The line for an event: time, subject and event, or an object that `vehicle --help` describes.
 pub fn line(form: Form, event: &VehicleEvent, at: MonoTime) -> String {
     let entry = entry(event);
     let t = at.since(MonoTime::ZERO).as_secs_f64();
@@ -50,12 +50,12 @@ fn entry(event: &VehicleEvent) -> Entry {
             Entry::new("commanded", text, json!({ "what": "commanded", "turn": turn, "hazard": hazard }))
         }
         VehicleEvent::CommandTimedOut { message } => {
-            let text = format!("{message} is no longer received: dropped");
+            let text = format!("{message} is no longer received");
             Entry::new("command", text, json!({ "what": "command_timed_out", "message": message }))
         }
         VehicleEvent::CommandRejected { message, why } => {
             let fields = json!({ "what": "command_rejected", "message": message, "why": why });
-            Entry::new("command", format!("{message} not believed: {why}"), fields)
+            Entry::new("command", format!("{message} is rejected: {why}"), fields)
         }
         VehicleEvent::Lights { code, who } => {
             let (lights, who) = (lights(*code), who.name());
@@ -72,7 +72,7 @@ fn entry(event: &VehicleEvent) -> Entry {
             Entry::new("request", text, json!({ "what": "not_possible", "why": why }))
         }
         VehicleEvent::BusOff(on) => {
-            let text = if *on { "off: nothing is sent, nothing is heard" } else { "restarted" };
+            let text = if *on { "off: nothing is sent or received" } else { "restarted" };
             Entry::new("bus", text, json!({ "what": "bus_off", "on": on }))
         }
     }

@@ -257,13 +257,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_clipped_by_what_is_seen_of_it() {
+    fn a_line_is_clipped_by_its_visible_characters() {
         assert_eq!(clip("\x1b[31mabcdef\x1b[0m", 4), "\x1b[31mabc\x1b[0m");
         assert_eq!(clip("◀ LEFT", 40), "◀ LEFT");
     }
 
     #[test]
-    fn times_are_seconds() {
+    fn times_are_written_in_seconds() {
         assert_eq!(time_text(MonoTime::from_millis(61_007)), "      61.007");
     }
 }

@@ -240,7 +240,7 @@ fn wrong_files_are_refused_with_location_key_and_remedy() {
     let with = |more: &str| format!("{TURN}{more}");
     let cases = [
         ("map.osm", "no.osm", "turn.toml:1:7: map: no.osm: cannot read it"),
-        ("until_m", "untilm", "turn.toml:2:1: untilm: unknown key \"untilm\"; known here are name,"),
+        ("until_m", "untilm", "turn.toml:2:1: untilm: unknown key \"untilm\"; valid keys: name,"),
         ("[2], [3]", "[2], [4]", "route.segments[3][1]: the map has no lanelet 4; it has 1, 2, 3, 11"),
         (
             "[1, 11], [2], [3]",
@@ -278,7 +278,7 @@ fn wrong_files_are_refused_with_location_key_and_remedy() {
             "[[expect]]\nfrom_m = 9\nto_m = 1\ncommand = \"LEFT\"\n",
             "expect[1]: from 9 to 1 m nothing is left",
         ),
-        ("[[expect]]\nto_m = 1\ncommand = \"LEFT\"\n", "expect[1]: a key is missing: from_m"),
+        ("[[expect]]\nto_m = 1\ncommand = \"LEFT\"\n", "expect[1]: missing key: from_m"),
         (
             "[[disturbance]]\nkind = \"snow\"\nat_m = 1\n",
             "disturbance[1].kind: unknown value \"snow\"; give one of odometry_gap,",

@@ -1,4 +1,4 @@
-//! Why there is no value, in words that are true: checked on small vehicles of the test's own.
+//! The reasons for a missing value in diagnostics, on small vehicles of the test's own.
 
 use std::io;
 
@@ -9,20 +9,20 @@ use signal_gateway::report::gateway::Changes;
 
 use crate::support::files::MemoryFiles;
 
-/// What a person hears in a replay, each line without time and level.
-fn heard(settings: &Settings, log: &str) -> Vec<String> {
+/// Changes of reports and statuses in a replay, each as task and text.
+fn replay_changes(settings: &Settings, log: &str) -> Vec<String> {
     let log = Log::new(Box::new(io::Cursor::new(log.as_bytes().to_vec()))).unwrap();
     let mut replay =
         Replay::new(settings.gateway.clone(), log, Routes::by_interface(&settings.gateway)).unwrap();
-    let (mut changes, mut heard) = (Changes::default(), Vec::new());
+    let (mut changes, mut lines) = (Changes::default(), Vec::new());
     loop {
         while let Some(output) = replay.poll_output() {
-            heard.extend(
+            lines.extend(
                 changes.of(&output).into_iter().map(|event| format!("{} {}", event.task, event.text)),
             );
         }
         if !replay.step().unwrap() {
-            return heard;
+            return lines;
         }
     }
 }
@@ -64,8 +64,8 @@ fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
     let turn_only = lines("can0", "200#0301000000000000", 0..5);
     let other_pages = lines("can0", "200#0500000000000000", 5..12);
     let other_message = lines("can0", "201#00", 12..20);
-    let heard = heard(&settings, &(turn_only + &other_pages + &other_message));
-    let of = |task: &str| -> Vec<_> { heard.iter().filter(|line| line.starts_with(task)).cloned().collect() };
+    let lines = replay_changes(&settings, &(turn_only + &other_pages + &other_message));
+    let of = |task: &str| -> Vec<_> { lines.iter().filter(|line| line.starts_with(task)).cloned().collect() };
     assert_eq!(
         of("hazard_lights"),
         [
@@ -117,16 +117,16 @@ fn a_message_that_two_buses_have_is_named_with_its_bus() {
     let settings =
         MemoryFiles::new([("gateway.toml", gateway), ("two.toml", TWO_BUSES), ("body.dbc", BODY)]).settings();
     let log = lines("can0", "123#0100000000000000", 0..2) + &lines("can1", "123#0200000000000000", 2..9);
-    let heard = heard(&settings, &(log + &lines("can0", "123#0300000000000000", 9..10)));
+    let lines = replay_changes(&settings, &(log + &lines("can0", "123#0300000000000000", 9..10)));
     for text in [
         "turn_indicators unknown: no frame of a:BODY (123) on can0 yet",
         "turn_indicators ENABLE_LEFT",
         "turn_indicators unknown: a:BODY is stale, silent for more than 300 ms",
         "turn_indicators invalid: a:BODY.TURN = 3 is not a defined value",
     ] {
-        assert!(heard.iter().any(|line| line == text), "{text} is not in {heard:#?}");
+        assert!(lines.iter().any(|line| line == text), "{text} is not in {lines:#?}");
     }
-    assert!(!heard.iter().any(|line| line.ends_with("ENABLE_RIGHT")), "the other bus says something else");
+    assert!(!lines.iter().any(|line| line.ends_with("ENABLE_RIGHT")), "the other bus carries another value");
 }
 
 const SLOW: &str = "\
@@ -148,8 +148,8 @@ fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
     // Repeated in time on a live bus; then missing on a live bus; then the bus silent.
     let log = body(0) + &lines("can0", "124#00", 1..14) + &body(14) + &lines("can0", "124#00", 15..35);
     let log = log + &body(35) + &body(45);
-    let heard = heard(&settings, &log);
-    let turn: Vec<_> = heard.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
+    let lines = replay_changes(&settings, &log);
+    let turn: Vec<_> = lines.iter().filter(|line| line.starts_with("turn_indicators unknown")).collect();
     assert_eq!(
         turn,
         [

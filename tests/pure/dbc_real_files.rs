@@ -47,7 +47,7 @@ const FILES: [(&str, usize, usize, usize); 31] = [
     ("vw_pq", 86, 1_312, 19),
 ];
 
-/// File and message id (in its DBC's number), with the signals that tell the turn and hazard state.
+/// File and message id (in its DBC's number), with the signals of the turn and hazard state.
 static TURN_SIGNALS: [(&str, u32, &str); 45] = [
     ("New_Eagle_DBW_3.4", 2_147_491_599, "DBW_DrvInptTurnSignal 34|2@1"),
     ("New_Eagle_DBW_3.4", 2_147_491_604, "DBW_TurnSignalState 4|3@1, DBW_TurnSignalSyncBit 7|1@1"),
@@ -211,14 +211,14 @@ fn raw_values_agree_with_cantools() {
     let folder = require!(shared_data()).join("dbc");
     let python = require!(peer_python());
     let mut random = Random(0x5EED);
-    let (mut requests, mut asked) = (String::new(), Vec::new());
+    let (mut requests, mut requested) = (String::new(), Vec::new());
     for (file, ..) in FILES {
         let path = folder.join(format!("{file}.dbc"));
         writeln!(requests, "file {}", path.display()).unwrap();
         let database = &databases(&folder)[file];
         let frames = database.messages.iter().flat_map(|message| payloads(message, &mut random));
-        asked.push((file, frames.collect::<Vec<_>>()));
-        for (message, data) in &asked.last().unwrap().1 {
+        requested.push((file, frames.collect::<Vec<_>>()));
+        for (message, data) in &requested.last().unwrap().1 {
             write!(requests, "frame {} ", number_of(message)).unwrap();
             data[..message.length].iter().for_each(|byte| write!(requests, "{byte:02x}").unwrap());
             requests.push('\n');
@@ -233,7 +233,7 @@ fn raw_values_agree_with_cantools() {
     let answers = String::from_utf8(output.stdout).unwrap();
     let mut answers = answers.lines();
     let (mut whole, mut total) = (0, Tally::default());
-    for (file, asked) in &asked {
+    for (file, requested) in &requested {
         let verdict = answers.next().unwrap();
         if verdict == "file whole" {
             whole += 1;
@@ -241,14 +241,14 @@ fn raw_values_agree_with_cantools() {
             println!("cantools refuses {file}, so only what is well-formed: {verdict}");
             assert!(verdict.starts_with("file bones"), "{verdict}");
         }
-        for (message, data) in asked {
+        for (message, data) in requested {
             total.compare(file, message, data, answers.next().unwrap());
         }
     }
     assert_eq!(answers.next(), None);
     let Tally { frames, agreed, absent, unknown } = total;
     println!("cantools agrees on {agreed} raw values and {absent} absent signals in {frames} frames");
-    println!("of {} files, {whole} of them whole; {unknown} more it does not know", asked.len());
+    println!("of {} files, {whole} of them whole; {unknown} more it does not know", requested.len());
     assert!(whole >= 19 && agreed > 50_000 && unknown < agreed / 50);
 }
 

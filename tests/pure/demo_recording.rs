@@ -1,4 +1,4 @@
-//! The shipped recording of the demo vehicle is what its generator makes, and tells its story.
+//! The shipped recording of the demo vehicle is what its generator makes, and shows each kind of report.
 
 #[path = "../../examples/demo_recording/mod.rs"]
 mod generator;

@@ -62,7 +62,7 @@ fn rate(frames: &[Frame], checksum: impl Fn(usize) -> Checksum) -> (usize, usize
     (frames.iter().filter(|frame| holds(&checksum, frame)).count(), frames.len())
 }
 
-/// What a guard says of a message's frames: the first, then the rest counted.
+/// The results of a checker for a message's frames: the first, then the rest counted.
 fn guarded(frames: &[Frame], checksum: Checksum, counter: Counter) -> (IntegrityVerdict, IntegrityCounts) {
     let mut checker = IntegrityChecker::new(MessageIntegrity {
         length: Some(frames[0].data().len()),

@@ -1,5 +1,5 @@
 //! The house rules a compiler does not check: imports run downhill, between the rooms of the core as
-//! well, and in no circle there; the core stays pure, files stay short and their names say something.
+//! well, and in no circle there; the core stays pure, files stay short and their names are specific.
 //!
 //! Sources are read as tokens, so comments and strings do not count, and paths count wherever they
 //! stand: in `use`, in expressions, inside macros. What is `#[cfg(test)]` may do as it likes.
@@ -17,7 +17,7 @@ mod circles;
 const FLOORS: &[&[&str]] =
     &[&["cli"], &["daemon", "check"], &["replay", "desk"], &["report"], &["config", "io"], &["core"]];
 /// The rooms of `core`, top to bottom, likewise. The flows are on one floor: each stands alone, and only
-/// what is above them sees two of them; what they share does not know what it is for.
+/// what is above them imports two of them; what they share does not know its purpose.
 const CORE_FLOORS: &[&[&str]] = &[
     &["gateway", "simulated_vehicle"],
     &["vehicle_lights", "turn_signal", "traffic_light", "command"],
@@ -79,7 +79,7 @@ fn files_are_short_and_named_after_what_they_do() {
         let declared = Source::parse(&path, &text).declared;
         let names = path.iter().filter_map(|part| part.to_str()?.split('.').next()).map(str::to_owned);
         for name in names.chain(declared).filter(|name| VAGUE_NAMES.contains(&name.as_str())) {
-            breaches.push(format!("{}: `{name}` says nothing", path.display()));
+            breaches.push(format!("{}: `{name}` is too vague", path.display()));
         }
     }
     assert!(breaches.is_empty(), "\n{}", breaches.join("\n"));
@@ -126,15 +126,15 @@ impl Source {
             let rest = &tokens[at..];
             at += match token {
                 TokenTree::Punct(_) if is_cfg_test(rest) => self.skip_test_item(rest, inside),
-                TokenTree::Ident(word) if word == "mod" => self.enter_module(rest, inside),
-                TokenTree::Ident(word) if word == "pub" => {
+                TokenTree::Ident(segment) if segment == "mod" => self.enter_module(rest, inside),
+                TokenTree::Ident(segment) if segment == "pub" => {
                     if is_restriction(rest.get(1)) {
                         2
                     } else {
                         1
                     }
                 }
-                TokenTree::Ident(word) if word == "as" && !prefix.is_empty() => 2, // a new name is not a path
+                TokenTree::Ident(segment) if segment == "as" && !prefix.is_empty() => 2, // a new name is not a path
                 TokenTree::Ident(_) => self.note_path(rest, inside, prefix),
                 TokenTree::Group(group) => {
                     self.walk(group.stream(), inside, &[]);
@@ -145,14 +145,14 @@ impl Source {
         }
     }
 
-    /// `a::b::{c, d}` from its first word on; returns how many tokens it took.
+    /// `a::b::{c, d}` from its first segment on; returns how many tokens it took.
     fn note_path(&mut self, tokens: &[TokenTree], inside: &[String], prefix: &[String]) -> usize {
         let mut path = prefix.to_vec();
         let mut at = 0;
         loop {
             match tokens.get(at) {
-                Some(TokenTree::Ident(word)) => {
-                    path.push(word.to_string().trim_start_matches("r#").to_owned());
+                Some(TokenTree::Ident(segment)) => {
+                    path.push(segment.to_string().trim_start_matches("r#").to_owned());
                 }
                 Some(TokenTree::Punct(star)) if star.as_char() == '*' && at > 0 => path.push("*".to_owned()),
                 Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace && at > 0 => {
@@ -210,7 +210,7 @@ impl Source {
 impl Mention {
     /// Why this must not stand here.
     fn breach(&self, dependencies: &BTreeSet<String>) -> Option<String> {
-        let home = self.inside.first()?; // the two roots may see everything
+        let home = self.inside.first()?; // the two roots may import everything
         let Some(floor) = floor_of(FLOORS, home) else {
             return Some(format!("`{home}` has no floor: give it one in tests/pure/layering.rs"));
         };
@@ -228,7 +228,7 @@ impl Mention {
     }
 
     fn breach_within_core(&self, target: &[String]) -> Option<String> {
-        let room = self.inside.get(1)?; // `core` itself may see its rooms
+        let room = self.inside.get(1)?; // `core` itself may import its rooms
         let Some(floor) = floor_of(CORE_FLOORS, room) else {
             return Some(format!("`core::{room}` has no floor: give it one in tests/pure/layering.rs"));
         };
@@ -237,16 +237,16 @@ impl Mention {
             [_, met, ..] if met != room && floor_of(CORE_FLOORS, met).is_none_or(|other| other <= floor) => {
                 Some(format!("`{room}` must not know `{met}`: imports run downhill"))
             }
-            [] | [_, ..] => None, // the whole crate is told above
+            [] | [_, ..] => None, // the whole crate is reported above
         }
     }
 
     fn impurity(&self, dependencies: &BTreeSet<String>) -> Option<String> {
-        let words: Vec<&str> = self.path.iter().map(String::as_str).collect();
-        if let Some(name) = words.iter().find(|word| IMPURE_NAMES.contains(word)) {
+        let segments: Vec<&str> = self.path.iter().map(String::as_str).collect();
+        if let Some(name) = segments.iter().find(|segment| IMPURE_NAMES.contains(segment)) {
             return Some(format!("`{name}` is no business of the core"));
         }
-        match words.as_slice() {
+        match segments.as_slice() {
             ["std" | "alloc"] | ["std", "*"] => Some("names the whole standard library".to_owned()),
             ["std", "sync", "Arc", ..] => None,
             ["std", part, ..] if IMPURE_STD.contains(part) => Some(format!("`std::{part}` is not pure")),
@@ -265,8 +265,8 @@ impl Mention {
             "super" => self.inside[..self.inside.len() - 1].to_vec(),
             _ => return None,
         };
-        for word in &self.path[1..] {
-            match word.as_str() {
+        for segment in &self.path[1..] {
+            match segment.as_str() {
                 "super" => drop(target.pop()),
                 "self" | "*" => {}
                 name => target.push(name.to_owned()),
@@ -290,7 +290,7 @@ fn is_restriction(token: Option<&TokenTree>) -> bool {
     let Some(TokenTree::Group(group)) = token else { return false };
     let first = group.stream().into_iter().next().map(|token| token.to_string());
     group.delimiter() == Delimiter::Parenthesis
-        && first.is_some_and(|word| ["crate", "self", "super", "in"].contains(&word.as_str()))
+        && first.is_some_and(|segment| ["crate", "self", "super", "in"].contains(&segment.as_str()))
 }
 
 fn is_cfg_test(tokens: &[TokenTree]) -> bool {

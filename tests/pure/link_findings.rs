@@ -1,4 +1,4 @@
-//! What diagnostics say of a bus whose controller, link or silence is the matter, on virtual time.
+//! Diagnostics of a bus with a problem of its controller, its link or its silence, on virtual time.
 
 use std::io;
 
@@ -56,14 +56,14 @@ fn settings(may_sleep: bool) -> GatewaySettings {
     files.with("car.toml", PROFILE.replace("heartbeat_messages", sleep)).settings().gateway
 }
 
-/// On a bus that is up; nothing said so far counts.
+/// A gateway on a bus that is up, without the status changes of its start.
 fn gateway_on_bus(may_sleep: bool) -> VirtualGateway {
     let mut desk = VirtualGateway::new(settings(may_sleep));
     desk.changes.clear();
     desk
 }
 
-/// What happens on the bus here, and what is said of it.
+/// Events on the bus, and the status changes that follow.
 impl VirtualGateway {
     /// All messages, each 100 ms, for so long.
     fn send_all(&mut self, ms: u64) {
@@ -79,16 +79,16 @@ impl VirtualGateway {
         self.handle(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(class, data) });
     }
 
-    fn told(&mut self, state: ControllerState, restart_ms: u32) {
+    fn controller(&mut self, state: ControllerState, restart_ms: u32) {
         let counters = Some(ErrorCounters { tx: 0, rx: 7 });
         let report = ControllerReport { state, counters, restart_ms: Some(restart_ms) };
         self.handle(CanInput::Controller { bus: BUS, report });
     }
 
-    /// What a task said since the last call, as `LEVEL message`.
-    fn heard(&mut self, task: &str) -> Vec<String> {
-        let said = self.changes.extract_if(.., |change| change.task == task);
-        said.map(|change| format!("{} {}", change.level, change.message)).collect()
+    /// The status changes of a task since the last call, as `LEVEL message`.
+    fn new_statuses(&mut self, task: &str) -> Vec<String> {
+        let changes = self.changes.extract_if(.., |change| change.task == task);
+        changes.map(|change| format!("{} {}", change.level, change.message)).collect()
     }
 }
 
@@ -100,15 +100,15 @@ fn a_sleeping_bus_is_one_finding_however_long_it_sleeps_and_returns_cleanly() {
     desk.send_all(1000);
     desk.changes.clear();
     desk.pass(3_600_000);
-    assert_eq!(desk.heard("can0"), ["OK asleep"]);
+    assert_eq!(desk.new_statuses("can0"), ["OK asleep"]);
     // TURN was stale before the bus could be called asleep, HAZARD not.
     let asleep = |message| format!("ERROR unknown: no frame of {message} since bus can0 fell asleep");
-    assert_eq!(desk.heard("turn_indicators"), [STALE.to_owned(), asleep("TURN")]);
-    assert_eq!(desk.heard("hazard_lights"), [asleep("HAZARD")]);
+    assert_eq!(desk.new_statuses("turn_indicators"), [STALE.to_owned(), asleep("TURN")]);
+    assert_eq!(desk.new_statuses("hazard_lights"), [asleep("HAZARD")]);
     desk.send_all(2000);
-    assert_eq!(desk.heard("can0"), ["OK receiving"]);
-    assert_eq!(desk.heard("turn_indicators"), ["OK publishing"]);
-    assert_eq!(desk.heard("hazard_lights"), ["OK publishing"]);
+    assert_eq!(desk.new_statuses("can0"), ["OK receiving"]);
+    assert_eq!(desk.new_statuses("turn_indicators"), ["OK publishing"]);
+    assert_eq!(desk.new_statuses("hazard_lights"), ["OK publishing"]);
 }
 
 #[test]
@@ -121,12 +121,12 @@ fn a_message_that_stays_away_after_the_bus_woke_up_is_still_missed() {
         desk.receive(ALIVE, &[1]);
         desk.pass(100);
     }
-    assert_eq!(desk.heard("can0"), ["OK receiving"]);
+    assert_eq!(desk.new_statuses("can0"), ["OK receiving"]);
     assert!(desk.changes.is_empty(), "nothing new of the reports: {:?}", desk.changes);
     desk.receive(TURN, &[1]);
-    assert_eq!(desk.heard("turn_indicators"), ["OK publishing"]);
+    assert_eq!(desk.new_statuses("turn_indicators"), ["OK publishing"]);
     desk.pass(600); // awake, and stale for its own reasons
-    assert_eq!(desk.heard("turn_indicators"), [STALE]);
+    assert_eq!(desk.new_statuses("turn_indicators"), [STALE]);
 }
 
 #[test]
@@ -136,24 +136,24 @@ fn a_bus_that_may_not_sleep_or_dies_is_silent_and_not_asleep() {
     desk.send_all(1000);
     desk.changes.clear();
     desk.pass(10_000);
-    assert_eq!(desk.heard("can0"), [silent]);
-    assert_eq!(desk.heard("turn_indicators"), [STALE]);
+    assert_eq!(desk.new_statuses("can0"), [silent]);
+    assert_eq!(desk.new_statuses("turn_indicators"), [STALE]);
 
     let mut desk = gateway_on_bus(true);
     desk.send_all(1000);
     desk.error(0x88, &[0, 0, 0x04]); // a plug that is being pulled
     desk.changes.clear();
     desk.pass(30_000);
-    assert_eq!(desk.heard("can0"), [silent]);
-    assert_eq!(desk.heard("turn_indicators"), [STALE]);
+    assert_eq!(desk.new_statuses("can0"), [silent]);
+    assert_eq!(desk.new_statuses("turn_indicators"), [STALE]);
 
     let mut desk = gateway_on_bus(true);
     desk.send_all(1000);
     desk.changes.clear();
     desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
     desk.pass(10_000);
-    assert_eq!(desk.heard("can0"), ["ERROR can0 is down"]);
-    assert_eq!(desk.heard("turn_indicators"), ["ERROR unknown: can0 is down"]);
+    assert_eq!(desk.new_statuses("can0"), ["ERROR can0 is down"]);
+    assert_eq!(desk.new_statuses("turn_indicators"), ["ERROR unknown: can0 is down"]);
 }
 
 #[test]
@@ -165,25 +165,28 @@ fn bus_off_is_the_cause_that_is_named_and_says_how_it_ends() {
     ] {
         let mut desk = gateway_on_bus(true);
         if let Some(ms) = restart_ms {
-            desk.told(ControllerState::ErrorActive, ms);
+            desk.controller(ControllerState::ErrorActive, ms);
         }
         desk.send_all(1000);
-        assert_eq!(desk.heard("can0"), ["OK receiving"]);
+        assert_eq!(desk.new_statuses("can0"), ["OK receiving"]);
         desk.changes.clear();
         desk.error(0x40, &[]);
         desk.pass(60_000);
-        assert_eq!(desk.heard("can0"), [format!("ERROR bus-off: {how}")]);
-        assert_eq!(desk.heard("turn_indicators"), ["ERROR unknown: TURN is not received, can0 is bus-off"]);
+        assert_eq!(desk.new_statuses("can0"), [format!("ERROR bus-off: {how}")]);
+        assert_eq!(
+            desk.new_statuses("turn_indicators"),
+            ["ERROR unknown: TURN is not received, can0 is bus-off"]
+        );
         assert_eq!(desk.value("can0", "controller"), "bus-off");
         assert_eq!(desk.value("can0", "controller_state_s"), "60");
         desk.error(0x100, &[]);
         desk.send_all(1000);
         assert_eq!(
-            desk.heard("can0"),
+            desk.new_statuses("can0"),
             ["WARN restarted after bus-off; up, but silent for more than 1000 ms", "OK receiving"],
             "back at once with the first frame"
         );
-        assert_eq!(desk.heard("turn_indicators").last().unwrap(), "OK publishing");
+        assert_eq!(desk.new_statuses("turn_indicators").last().unwrap(), "OK publishing");
         assert_eq!(desk.value("can0", "bus_off_count"), "1");
         assert_eq!(desk.value("can0", "last_error"), "bus-off (61 s ago)");
     }
@@ -192,12 +195,12 @@ fn bus_off_is_the_cause_that_is_named_and_says_how_it_ends() {
 #[test]
 fn a_changed_restart_time_is_news_while_the_controller_is_bus_off() {
     let mut desk = gateway_on_bus(false);
-    desk.told(ControllerState::BusOff, 0);
-    desk.told(ControllerState::BusOff, 50);
-    desk.told(ControllerState::BusOff, 50);
-    let said = desk.heard("can0");
-    assert_eq!(said.len(), 2, "{said:?}");
-    assert_eq!(said[1], "ERROR bus-off: receives nothing, restarts by itself after 50 ms");
+    desk.controller(ControllerState::BusOff, 0);
+    desk.controller(ControllerState::BusOff, 50);
+    desk.controller(ControllerState::BusOff, 50);
+    let statuses = desk.new_statuses("can0");
+    assert_eq!(statuses.len(), 2, "{statuses:?}");
+    assert_eq!(statuses[1], "ERROR bus-off: receives nothing, restarts by itself after 50 ms");
     assert_eq!(desk.value("can0", "rx_errors"), "7");
 }
 
@@ -211,9 +214,9 @@ fn a_controller_that_flaps_is_told_once() {
         desk.error(0x204, &[0, 0x40, 0, 0, 0, 0, 95, 0]);
         desk.send_all(100);
     }
-    assert_eq!(desk.heard("can0"), ["WARN error-warning: the bus is disturbed"]);
+    assert_eq!(desk.new_statuses("can0"), ["WARN error-warning: the bus is disturbed"]);
     desk.send_all(2000);
-    assert_eq!(desk.heard("can0"), ["OK receiving"]);
+    assert_eq!(desk.new_statuses("can0"), ["OK receiving"]);
     assert_eq!(desk.value("can0", "error_frames"), "2000");
 }
 
@@ -225,7 +228,7 @@ fn a_storm_of_bus_errors_is_counted_and_told_once() {
     for _ in 0..10_000 {
         desk.error(0x88, &[0, 0, 0x04, 0x0A]);
     }
-    assert_eq!(desk.heard("can0"), ["WARN receiving, with recent drops, error frames or bad lines"]);
+    assert_eq!(desk.new_statuses("can0"), ["WARN receiving, with recent drops, error frames or bad lines"]);
     assert_eq!(desk.value("can0", "error_classes"), "protocol 10000, bus-error 10000");
     assert_eq!(desk.value("can0", "last_error"), "protocol (stuff error at data), bus-error (0 s ago)");
 }
@@ -239,7 +242,7 @@ fn a_recording_with_error_frames_replays_to_the_same_findings() {
     let settings = settings(false);
     let routes = Routes::by_interface(&settings);
     let mut replay = Replay::new(settings, log, routes).unwrap();
-    let mut said = Vec::new();
+    let mut messages = Vec::new();
     let mut last = String::new();
     while replay.step().unwrap() {
         while let Some(output) = replay.poll_output() {
@@ -247,9 +250,9 @@ fn a_recording_with_error_frames_replays_to_the_same_findings() {
             for status in diagnostics.statuses.into_iter().filter(|status| status.name.ends_with("can0")) {
                 let text = status.message;
                 let is_controllers =
-                    ["error-", "bus-off", "restarted"].iter().any(|word| text.starts_with(word));
+                    ["error-", "bus-off", "restarted"].iter().any(|start| text.starts_with(start));
                 if !diagnostics.refresh && is_controllers {
-                    said.push(text);
+                    messages.push(text);
                 }
                 let counters = status.values.iter().filter(|(key, _)| key.ends_with("x_errors"));
                 last = counters.map(|(_, value)| value.as_str()).collect::<Vec<_>>().join(" ");
@@ -257,7 +260,7 @@ fn a_recording_with_error_frames_replays_to_the_same_findings() {
         }
     }
     assert_eq!(
-        said,
+        messages,
         [
             "error-warning: the bus is disturbed",
             "error-warning: the bus is disturbed; up, but silent for more than 1000 ms",

@@ -15,6 +15,7 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::io::can::formats::Content;
 use signal_gateway::io::can::log::{Log, Record};
 use signal_gateway::replay::{Replay, Routes};
@@ -145,7 +146,7 @@ fn two_buses_of_one_file_do_not_mix() {
             while let Some(output) = replay.poll_output() {
                 reports += usize::from(matches!(
                     output,
-                    Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. })
+                    Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(..)))
                 ));
             }
         }

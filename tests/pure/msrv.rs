@@ -1,4 +1,4 @@
-//! The promise `rust-version` makes: no locked dependency asks for a newer compiler than this crate.
+//! The promise `rust-version` makes: no locked dependency requires a newer compiler than this crate.
 
 #![allow(clippy::unwrap_used)] // a test's own functions
 

@@ -1,4 +1,4 @@
-//! The way of a frame through the gateway asks for no memory: nothing can grow, fragment or wait
+//! The path of a frame through the gateway allocates no memory: nothing can grow, fragment or wait
 //! for the allocator however long and busy the drive.
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -39,9 +39,10 @@ use signal_gateway::core::validation::integrity::{
 };
 use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::io::can::log::Log;
 
-/// The system's allocator, counting what each thread asks of it.
+/// The system's allocator, counting the allocations of each thread.
 struct Counting;
 
 #[global_allocator]
@@ -73,7 +74,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What `action` asked of the allocator.
+/// The number of allocations in `action`.
 fn allocations(action: impl FnOnce()) -> u64 {
     let before = ALLOCATIONS.get();
     action();
@@ -149,15 +150,15 @@ fn a_frame_that_changes_nothing_allocates_nothing() {
 fn a_frame_that_changes_a_report_allocates_nothing() {
     let mut car = Car::in_steady_state();
     let mut report = None;
-    let asked = allocations(|| {
+    let allocated = allocations(|| {
         car.receive(TURN, LEFT);
         report = car.gateway.poll_output();
     });
     assert!(
-        matches!(report, Some(Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. }))),
+        matches!(report, Some(Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(..))))),
         "{report:?}"
     );
-    assert_eq!(asked, 0);
+    assert_eq!(allocated, 0);
 }
 
 #[test]
@@ -197,13 +198,13 @@ fn flashing_lamps_of_several_sources_allocate_nothing() {
     while drained(&mut gateway) == 0 {
         frame(&mut gateway, 0b1_0000);
     }
-    let asked = allocations(|| {
+    let allocated = allocations(|| {
         for lamps in [0, 0b1_0000, 0b11_0000, 0b10_0000, 0] {
             (0..4).for_each(|_| frame(&mut gateway, lamps));
             black_box(gateway.next_deadline());
         }
     });
-    assert_eq!((asked, drained(&mut gateway)), (0, 0), "no refresh meanwhile");
+    assert_eq!((allocated, drained(&mut gateway)), (0, 0), "no refresh meanwhile");
 }
 
 /// A controller for each ten lights, all copied to V2I with what is predicted.
@@ -258,7 +259,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
     }
     let (mut groups, mut messages) = (0, 0);
     let until = due.after(period);
-    let asked = allocations(|| {
+    let allocated = allocations(|| {
         while gateway.next_deadline() < until {
             due = gateway.next_deadline();
             gateway.handle(Input::Tick, now(due));
@@ -272,7 +273,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
         }
     });
     assert!(messages >= 15 && groups >= 50_000, "{messages} messages, {groups} groups");
-    assert_eq!(asked, 0);
+    assert_eq!(allocated, 0);
 }
 
 #[test]
@@ -280,11 +281,11 @@ fn decoding_allocates_nothing() {
     let binding = demo().gateway.lights;
     let frame = Frame::classic(TURN, &LEFT).unwrap();
     for signal in &binding.table.signals {
-        let asked = allocations(|| {
+        let allocated = allocations(|| {
             let read = (signal.codec.is_present(frame.padded()), signal.codec.value(frame.padded()));
             black_box((read, signal.codec.needed_length()));
         });
-        assert_eq!(asked, 0, "{}", signal.name);
+        assert_eq!(allocated, 0, "{}", signal.name);
     }
 }
 
@@ -309,7 +310,7 @@ fn judging_a_frame_allocates_nothing_good_or_bad() {
             forget_after: Some(Duration::from_secs(1)),
         });
         let mut trusted = 0;
-        let asked = allocations(|| {
+        let allocated = allocations(|| {
             for counter in 0..100_u8 {
                 let mut data = [counter; 8];
                 match &checker.rules().protection {
@@ -322,7 +323,7 @@ fn judging_a_frame_allocates_nothing_good_or_bad() {
                 trusted += u32::from(verdict == IntegrityVerdict::Trusted);
             }
         });
-        assert_eq!((trusted, asked), (79, 0));
+        assert_eq!((trusted, allocated), (79, 0));
     }
 }
 
@@ -332,10 +333,10 @@ fn reading_a_recording_allocates_nothing_after_its_first_line() {
     let mut log = Log::new(Box::new(Cursor::new(lines.into_bytes()))).unwrap();
     assert!(log.next_record().unwrap().is_some());
     let mut records = 1;
-    let asked = allocations(|| {
+    let allocated = allocations(|| {
         while log.next_record().unwrap().is_some() {
             records += 1;
         }
     });
-    assert_eq!((records, log.bad_lines(), asked), (100, 100, 0));
+    assert_eq!((records, log.bad_lines(), allocated), (100, 100, 0));
 }

@@ -1,5 +1,5 @@
 //! A gateway on virtual time: inputs go in at the present instant, time passes from deadline to deadline, and
-//! what comes out is kept.
+//! its outputs are kept.
 
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
@@ -7,11 +7,12 @@ use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::command::sender::SendFailure;
-use signal_gateway::core::diagnostics::{Level, Status};
+use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
 use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::gateway::{Gateway, GatewaySettings};
 use signal_gateway::core::time::{MonoTime, Now};
-use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput::{self, HazardLights, TurnIndicators};
+use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 use super::clock::{at, millis};
 use super::diagnostics::assert_listed;
@@ -19,7 +20,7 @@ use super::diagnostics::assert_listed;
 pub(crate) struct VirtualGateway {
     pub(crate) gateway: Gateway,
     pub(crate) now: Now,
-    /// Everything that came out but diagnostics, and when.
+    /// All outputs but diagnostics, with their times.
     pub(crate) outputs: Vec<(MonoTime, Output)>,
     /// Every status whose level or message changed.
     pub(crate) changes: Vec<StatusChange>,
@@ -27,7 +28,7 @@ pub(crate) struct VirtualGateway {
     pub(crate) queue_full_until: MonoTime,
 }
 
-/// A status that is not what it was.
+/// A status whose level or message has changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StatusChange {
     pub(crate) at: MonoTime,
@@ -35,6 +36,24 @@ pub(crate) struct StatusChange {
     pub(crate) task: String,
     pub(crate) level: Level,
     pub(crate) message: String,
+}
+
+impl StatusChange {
+    /// The changes among statuses that were sent together; none in a refresh.
+    pub(crate) fn all(diagnostics: Diagnostics, at: MonoTime) -> impl Iterator<Item = Self> {
+        let changed = diagnostics.statuses.into_iter().filter(move |_| !diagnostics.refresh);
+        changed.inspect(assert_listed).map(move |status| Self {
+            at,
+            task: status.name.split_once(": ").unwrap().1.to_owned(),
+            level: status.level,
+            message: status.message,
+        })
+    }
+
+    /// Its time in whole milliseconds.
+    pub(crate) fn ms(&self) -> u64 {
+        millis(self.at)
+    }
 }
 
 impl VirtualGateway {
@@ -104,20 +123,18 @@ impl VirtualGateway {
     /// The reports on the turn topic, in order: time, ms, and the constant's name, or `stops`.
     pub(crate) fn turn_reports(&self) -> Vec<(u64, &'static str)> {
         self.select(|output| {
-            if let Output::VehicleLights(TurnIndicators { report, .. }) = output {
-                return Some(report.name());
-            }
-            (*output == Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators)).then_some("stops")
+            let Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) = output else {
+                return None;
+            };
+            Some(step.value().map_or("stops", TurnIndicators::name))
         })
     }
 
     /// Likewise of the hazard topic.
     pub(crate) fn hazard_reports(&self) -> Vec<(u64, &'static str)> {
         self.select(|output| {
-            if let Output::VehicleLights(HazardLights { report, .. }) = output {
-                return Some(report.name());
-            }
-            (*output == Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights)).then_some("stops")
+            let Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) = output else { return None };
+            Some(step.value().map_or("stops", HazardLights::name))
         })
     }
 
@@ -163,13 +180,7 @@ impl VirtualGateway {
         while let Some(output) = self.gateway.poll_output() {
             if let Output::Diagnostics { diagnostics, stamp } = output {
                 assert_eq!(stamp, self.now.wall);
-                let changed = diagnostics.statuses.into_iter().filter(|_| !diagnostics.refresh);
-                self.changes.extend(changed.inspect(assert_listed).map(|status| StatusChange {
-                    at,
-                    task: status.name.split_once(": ").unwrap().1.to_owned(),
-                    level: status.level,
-                    message: status.message,
-                }));
+                self.changes.extend(StatusChange::all(diagnostics, at));
             } else if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output
                 && at < self.queue_full_until
             {

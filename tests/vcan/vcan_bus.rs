@@ -65,9 +65,9 @@ impl Inbox {
     }
 
     /// Batches up to and with the first that has an input like this.
-    async fn until(&mut self, wanted: impl Fn(&CanInput) -> bool) -> Vec<Vec<CanInput>> {
+    async fn until(&mut self, is_last: impl Fn(&CanInput) -> bool) -> Vec<Vec<CanInput>> {
         let mut batches = Vec::new();
-        while !batches.last().is_some_and(|batch: &Vec<CanInput>| batch.iter().any(&wanted)) {
+        while !batches.last().is_some_and(|batch: &Vec<CanInput>| batch.iter().any(&is_last)) {
             batches.push(self.batch().await);
         }
         batches
@@ -78,8 +78,8 @@ impl Inbox {
         self.until(is_it).await.concat()
     }
 
-    async fn until_frame(&mut self, wanted: Frame) -> Vec<Vec<CanInput>> {
-        self.until(|input| matches!(input, CanInput::Frame { frame, .. } if *frame == wanted)).await
+    async fn until_frame(&mut self, last: Frame) -> Vec<Vec<CanInput>> {
+        self.until(|input| matches!(input, CanInput::Frame { frame, .. } if *frame == last)).await
     }
 }
 
@@ -142,7 +142,7 @@ async fn classic_fd_and_29_bit_frames_come_with_the_time_the_kernel_received_the
 async fn the_kernel_hides_other_ids_other_lengths_of_id_and_remote_requests() {
     let vcan = require!(Vcan::new("vcan-filter"));
     let mut inbox = Inbox::of(&vcan, &[FIRST, SECOND]).await;
-    let wanted = classic(FIRST, &[1]);
+    let last = classic(FIRST, &[1]);
     send(
         &vcan,
         [
@@ -150,10 +150,10 @@ async fn the_kernel_hides_other_ids_other_lengths_of_id_and_remote_requests() {
             sent(&classic(CanId::Extended(0x123), &[])),
             sent(&classic(CanId::Extended(0x18FE_F101), &[])),
             CanRemoteFrame::new_remote(id(FIRST), 1).unwrap().into(),
-            sent(&wanted),
+            sent(&last),
         ],
     );
-    assert_eq!(frames(&inbox.until_frame(wanted).await.concat()), [wanted]);
+    assert_eq!(frames(&inbox.until_frame(last).await.concat()), [last]);
 }
 
 #[tokio::test]
@@ -177,7 +177,7 @@ async fn frames_a_full_buffer_could_not_take_are_counted() {
     for round in 1..=2 {
         send(&vcan, numbered(FIRST, 2000)); // one thread: the task takes none of them meanwhile
         let mut inputs = inbox.batch().await;
-        // The kernel tells of a loss with the next frame it has room for.
+        // The kernel reports a loss with the next frame it has room for.
         send(&vcan, [sent(&next)]);
         inputs.extend(inbox.until_frame(next).await.concat());
         let received = u32::try_from(frames(&inputs).len()).unwrap() - 1;
@@ -254,7 +254,7 @@ async fn an_interface_that_appears_later_is_waited_for() {
 /// The clock is advanced to the next look as soon as nothing else is left to do.
 #[tokio::test(start_paused = true)]
 async fn an_interface_that_appears_is_announced_without_waiting_for_the_next_look() {
-    let vcan = require!(Vcan::new("vcan-told"));
+    let vcan = require!(Vcan::new("vcan-linked"));
     vcan.delete();
     let started = tokio::time::Instant::now();
     let mut inbox = Inbox::start(settings(vcan.name, &[FIRST]), 64);

@@ -1,4 +1,4 @@
-//! What the gateway says of a real link: of a controller with states, without hardware (the kernel's
+//! Diagnostics of a real link: of a controller with states, without hardware (the kernel's
 //! serial-line CAN on a pseudo-terminal), of a reader that stalls, of a bus that falls asleep.
 
 use std::path::Path;
@@ -13,6 +13,7 @@ use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::{Input, Output};
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::io::can::bus::{BusSocketSettings, receive};
 use signal_gateway::io::can::transmit::Transmitter;
 use socketcan::nl::CanState;
@@ -33,7 +34,7 @@ struct Desk {
     inputs: Receiver<Vec<CanInput>>,
     started: Instant,
     /// Level and message of the interface whenever they changed, newest last.
-    said: Vec<(Level, String)>,
+    changes: Vec<(Level, String)>,
     turn: Vec<String>,
     reports: usize,
 }
@@ -50,18 +51,18 @@ impl Desk {
         tokio::spawn(receive(receiver, sender));
         let started = Instant::now();
         let gateway = Gateway::new(settings, LinkState::Missing, now(started));
-        Self { gateway, inputs, started, said: vec![], turn: vec![], reports: 0 }
+        Self { gateway, inputs, started, changes: vec![], turn: vec![], reports: 0 }
     }
 
-    /// Runs until what was said fulfils `wanted`.
-    async fn until(&mut self, wanted: impl Fn(&Self) -> bool) {
+    /// Runs until `is_over`.
+    async fn until(&mut self, is_over: impl Fn(&Self) -> bool) {
         let end = Instant::now() + DEADLINE;
         loop {
-            self.hear();
-            if wanted(self) {
+            self.take_outputs();
+            if is_over(self) {
                 return;
             }
-            assert!(Instant::now() < end, "only {:#?} {:#?}", self.said, self.turn);
+            assert!(Instant::now() < end, "only {:#?} {:#?}", self.changes, self.turn);
             let deadline = self.gateway.next_deadline().as_nanos();
             let wait = Duration::from_nanos(deadline).saturating_sub(self.started.elapsed());
             let batch = timeout(wait, self.inputs.recv()).await;
@@ -73,11 +74,11 @@ impl Desk {
         }
     }
 
-    async fn until_said(&mut self, level: Level, message: &str) {
-        self.until(|desk| desk.said.last() == Some(&(level, message.to_owned()))).await;
+    async fn until_change(&mut self, level: Level, message: &str) {
+        self.until(|desk| desk.changes.last() == Some(&(level, message.to_owned()))).await;
     }
 
-    fn hear(&mut self) {
+    fn take_outputs(&mut self) {
         while let Some(output) = self.gateway.poll_output() {
             match output {
                 Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
@@ -85,20 +86,17 @@ impl Desk {
                         if status.name.ends_with(": turn_indicators") {
                             self.turn.push(status.message);
                         } else if !status.name.ends_with(": hazard_lights") {
-                            self.said.push((status.level, status.message));
+                            self.changes.push((status.level, status.message));
                         }
                     }
                 }
-                Output::VehicleLights(VehicleLightsOutput::TurnIndicators { .. }) => self.reports += 1,
+                Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(..))) => {
+                    self.reports += 1;
+                }
                 Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                     panic!("nothing but reports here")
                 }
-                Output::VehicleLights(
-                    VehicleLightsOutput::HazardLights { .. }
-                    | VehicleLightsOutput::WithdrawTurnIndicators
-                    | VehicleLightsOutput::WithdrawHazardLights,
-                )
-                | Output::Diagnostics { .. } => {}
+                Output::VehicleLights(_) | Output::Diagnostics { .. } => {}
             }
         }
     }
@@ -153,48 +151,48 @@ async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
     let adapter = require!(Adapter::plug_in());
     let interface = adapter.name.clone();
     let mut desk = Desk::open(&interface, 65_536);
-    desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
-    desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await; // the kernel's word
+    desk.until_change(Level::Warn, "up, but no frame of the vehicle profile yet").await;
+    desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await; // the kernel's state
     adapter.send_lines("t1232AABB\r");
-    desk.until_said(Level::Ok, "receiving").await;
+    desk.until_change(Level::Ok, "receiving").await;
 
     adapter.send_lines("sw100096\rt1232AABB\r");
-    desk.until_said(Level::Warn, "error-warning: the bus is disturbed").await;
+    desk.until_change(Level::Warn, "error-warning: the bus is disturbed").await;
     assert_eq!(desk.value("rx_errors").as_deref(), Some("100"));
     assert_eq!(desk.value("tx_errors").as_deref(), Some("96"));
     assert_eq!(desk.value("last_error").unwrap(), "controller (rx warning), tx 96, rx 100 (0 s ago)");
 
     adapter.send_lines("sp130020\rt1232AABB\r");
-    desk.until_said(Level::Warn, "error-passive: the bus is heavily disturbed").await;
+    desk.until_change(Level::Warn, "error-passive: the bus is heavily disturbed").await;
 
     adapter.send_lines("sb000256\r");
     let off = format!(
         "bus-off: receives nothing, needs a manual restart: ip link set {interface} type can restart"
     );
-    desk.until_said(Level::Error, &off).await;
-    desk.until(|desk| desk.turn.last().is_some_and(|said| said.ends_with(" is bus-off"))).await;
+    desk.until_change(Level::Error, &off).await;
+    desk.until(|desk| desk.turn.last().is_some_and(|message| message.ends_with(" is bus-off"))).await;
     assert_eq!(desk.value("bus_off_count").as_deref(), Some("1"));
     assert_eq!(desk.value("controller").as_deref(), Some("bus-off"));
 
     let reports = desk.reports;
     adapter.send_lines("sa000000\rt1232AABB\r");
     desk.until(|desk| {
-        desk.said.last() == Some(&(Level::Ok, "receiving".to_owned())) && desk.reports > reports
+        desk.changes.last() == Some(&(Level::Ok, "receiving".to_owned())) && desk.reports > reports
     })
     .await;
     assert_eq!(desk.turn.last().unwrap(), "publishing");
     assert_eq!(desk.value("bus_off_count").as_deref(), Some("1"));
 
     adapter.send_lines("e2bc\rt1232AABB\r");
-    desk.until_said(Level::Warn, "receiving, with recent drops, error frames or bad lines").await;
+    desk.until_change(Level::Warn, "receiving, with recent drops, error frames or bad lines").await;
     drop(adapter);
-    desk.until_said(Level::Error, &format!("{interface} is missing")).await;
-    println!("interface: {:#?}\nturn: {:#?}", desk.said, desk.turn);
-    let levels: Vec<_> = desk.said.iter().map(|(level, _)| *level).collect();
+    desk.until_change(Level::Error, &format!("{interface} is missing")).await;
+    println!("interface: {:#?}\nturn: {:#?}", desk.changes, desk.turn);
+    let levels: Vec<_> = desk.changes.iter().map(|(level, _)| *level).collect();
     let (ok, warn, error) = (Level::Ok, Level::Warn, Level::Error);
     // Between bus-off and the first frame the bus is silent for a moment.
     let expected = [error, warn, ok, warn, warn, error, warn, ok, warn, error];
-    assert_eq!(levels, expected, "each said once: {:#?}", desk.said);
+    assert_eq!(levels, expected, "each reported once: {:#?}", desk.changes);
 }
 
 #[tokio::test]
@@ -210,37 +208,37 @@ async fn the_kernel_is_asked_for_a_state_that_no_error_frame_announced() {
     }
     let mut desk = Desk::open(&adapter.name, 65_536);
     let text = "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile yet";
-    desk.until_said(Level::Warn, text).await;
+    desk.until_change(Level::Warn, text).await;
     assert_eq!(desk.value("error_frames").as_deref(), Some("0"));
-    // Nor must the way back be announced: after down and up the driver is active without a word.
+    // Nor must recovery be announced: after down and up the driver is active without a notice.
     can.bring_down().unwrap();
     can.bring_up().unwrap();
     desk.until(|desk| desk.value("controller").as_deref() == Some("error-active")).await;
     adapter.send_lines("t1232AABB\r");
-    desk.until_said(Level::Ok, "receiving").await;
+    desk.until_change(Level::Ok, "receiving").await;
 }
 
 #[tokio::test]
 async fn frames_lost_while_the_reader_stalls_are_counted_in_diagnostics() {
     let vcan = require!(Vcan::new("vcan-stall"));
     let mut desk = Desk::open(vcan.name, 1); // the smallest buffer there is
-    desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
+    desk.until_change(Level::Warn, "up, but no frame of the vehicle profile yet").await;
     let socket = CanSocket::open(vcan.name).unwrap();
     let frame = CanDataFrame::new(StandardId::new(0x123).unwrap(), &[0, 0]).unwrap();
     for _ in 0..2000 {
         socket.write_frame(&frame).unwrap(); // one thread: the reader stands still meanwhile
     }
-    desk.until_said(Level::Ok, "receiving").await;
+    desk.until_change(Level::Ok, "receiving").await;
     let queued = |desk: &Desk| desk.value("frames").unwrap().parse::<u64>().unwrap();
     let received = queued(&desk);
     desk.until(|desk| {
-        // The kernel tells of a loss with the next frame it has room for.
+        // The kernel reports a loss with the next frame it has room for.
         socket.write_frame(&frame).unwrap();
         desk.value("drops").unwrap() != "0" && queued(desk) > received
     })
     .await;
     let text = "receiving, with recent drops, error frames or bad lines";
-    desk.until_said(Level::Warn, text).await;
+    desk.until_change(Level::Warn, text).await;
     let drops: u64 = desk.value("drops").unwrap().parse().unwrap();
     assert!((1000..2000).contains(&drops), "{drops}");
 }
@@ -249,17 +247,17 @@ async fn frames_lost_while_the_reader_stalls_are_counted_in_diagnostics() {
 async fn a_bus_that_may_sleep_falls_asleep_and_wakes_up_with_one_word_each() {
     let vcan = require!(Vcan::new("vcan-sleep"));
     let mut desk = Desk::open(vcan.name, 65_536);
-    desk.until_said(Level::Warn, "up, but no frame of the vehicle profile yet").await;
+    desk.until_change(Level::Warn, "up, but no frame of the vehicle profile yet").await;
     let socket = CanSocket::open(vcan.name).unwrap();
     let frame = CanDataFrame::new(StandardId::new(0x123).unwrap(), &[1, 0]).unwrap();
     let first = desk.turn.len();
     for _ in 0..2 {
         socket.write_frame(&frame).unwrap();
-        desk.until_said(Level::Ok, "receiving").await;
-        desk.until_said(Level::Ok, "asleep").await;
+        desk.until_change(Level::Ok, "receiving").await;
+        desk.until_change(Level::Ok, "asleep").await;
     }
     vcan.delete();
-    desk.until_said(Level::Error, "vcan-sleep is missing").await;
+    desk.until_change(Level::Error, "vcan-sleep is missing").await;
     let asleep = "unknown: no frame of TURN since bus vcan-sleep fell asleep";
     assert_eq!(desk.turn[first..first + 4], ["publishing", asleep, "publishing", asleep]);
 }

@@ -18,7 +18,7 @@ pub struct BlackBoxConfig {
     pub keep: usize,
 }
 
-/// Reads the section.
+/// Reads the section; what is absent has its default.
 pub(super) fn black_box(fields: Fields<'_>) -> BlackBoxConfig {
     let seconds = |key, default| Duration::from_secs(fields.number(key, 1..=300, "s").unwrap_or(default));
     let config = BlackBoxConfig {

@@ -5,7 +5,7 @@ use crate::config::vehicle::Vehicle;
 
 const DEFAULT_RECEIVE_BUFFER: usize = 4 << 20;
 
-/// The interface of a bus.
+/// The interface that a bus is received on.
 #[derive(Debug)]
 pub(super) struct CanConfig {
     /// Name of the SocketCAN interface, also in recordings.
@@ -35,7 +35,7 @@ pub(super) fn cans(top: &Fields<'_>, vehicle: &Vehicle) -> Vec<CanConfig> {
         let Some(fields) = Fields::of(checker, &entry.value) else { continue };
         if let Some(can) = can(&fields) {
             if taken.contains(&can.interface) {
-                let reason = format!("{} serves two buses", can.interface);
+                let reason = format!("{} already serves another bus", can.interface);
                 fields.refuse("interface", reason, "give each bus its own interface");
             }
             taken.push(can.interface.clone());

@@ -15,13 +15,13 @@ const ON_TIMEOUT: Keywords<TimeoutAction> =
     &[("off", TimeoutAction::Off), ("hold", TimeoutAction::Hold), ("hazard", TimeoutAction::Hazard)];
 const ON_SHUTDOWN: Keywords<ShutdownAction> =
     &[("release", ShutdownAction::Release), ("off", ShutdownAction::Off), ("hazard", ShutdownAction::Hazard)];
-/// Whether the control mode comes from a signal.
+/// Origins of the control mode; true for a signal.
 const MODE_FROM_SIGNAL: Keywords<bool> = &[("topic", false), ("signal", true)];
 
 /// The settings of commands to the vehicle.
 #[derive(Debug, Clone)]
 pub struct CommandConfig {
-    /// Settings of the flow.
+    /// Settings of the command machine.
     pub settings: CommandSettings,
     /// The binding of the vehicle profile; never empty.
     pub binding: CommandBinding,
@@ -29,12 +29,12 @@ pub struct CommandConfig {
     pub topics: CommandTopics,
 }
 
-/// Topics that are read.
+/// Topics that commands and the control mode are read from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommandTopics {
     /// `TurnIndicatorsCommand`; not read when the decider is the source.
     pub turn_indicators_cmd: String,
-    /// `HazardLightsCommand`
+    /// `HazardLightsCommand`; always read.
     pub hazard_lights_cmd: String,
     /// `ControlModeReport`; not read when the mode comes from a signal.
     pub control_mode: String,
@@ -45,8 +45,8 @@ const TIMEOUT: Duration = Duration::from_secs(1);
 const WARN_AFTER: Duration = Duration::from_millis(1500);
 const ERROR_AFTER: Duration = Duration::from_secs(3);
 
-/// Reads the section. `binding` is that of the vehicle profile, unless the profile was refused; `decides` says
-/// whether the decider publishes commands.
+/// Reads the section. `binding` is that of the vehicle profile, unless the profile was refused; `decides` is
+/// true if the decider publishes commands.
 pub(super) fn command(
     fields: Fields<'_>,
     binding: Option<&CommandBinding>,
@@ -60,13 +60,13 @@ pub(super) fn command(
     let source = fields.keyword("source", SOURCES).unwrap_or_default();
     if source == CommandSource::Decider && !decides {
         let remedy = "add [turn_signal] enabled = true, or use \"topic\"";
-        fields.refuse("source", "there is no decider that commands", remedy);
+        fields.refuse("source", "the decider does not publish commands", remedy);
     }
     let time = |key, default| fields.limit(key).unwrap_or(default);
     let warn = time("warn_after_ms", WARN_AFTER);
     let error = time("error_after_ms", ERROR_AFTER.max(warn));
     if error < warn {
-        let reason = format!("an error after {} ms comes before its warning", error.as_millis());
+        let reason = format!("{} ms is less than warn_after_ms", error.as_millis());
         fields.refuse("error_after_ms", reason, &format!("give at least {} ms", warn.as_millis()));
     }
     let settings = CommandSettings {
@@ -102,7 +102,11 @@ fn mode_from(fields: &Fields<'_>, binding: Option<&CommandBinding>) -> ModeFrom 
     }
     if fields.has("control_mode_timeout_ms") {
         let remedy = "remove it, or use control_mode = \"topic\"";
-        fields.refuse("control_mode_timeout_ms", "a signal has the timeout of its message", remedy);
+        fields.refuse(
+            "control_mode_timeout_ms",
+            "a control mode from a signal has the timeout of its message",
+            remedy,
+        );
     }
     if binding.is_some_and(|binding| binding.control_mode.is_none()) {
         let reason = "the vehicle profile binds no signal for the control mode";

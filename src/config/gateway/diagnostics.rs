@@ -12,7 +12,7 @@ pub(super) fn diagnostics(fields: Fields<'_>) -> (Duration, String) {
     let period = fields.millis("period_ms", 20..=500).unwrap_or(DEFAULT_PERIOD);
     let hardware_id = fields.string("hardware_id").map_or("none".to_owned(), |id| id.text);
     if hardware_id.is_empty() {
-        let reason = "an empty hardware_id draws a warning from ROS tools";
+        let reason = "ROS tools warn about an empty hardware_id";
         fields.refuse("hardware_id", reason, "use \"none\" or leave it out");
     }
     fields.done();

@@ -18,6 +18,8 @@ pub use recording::{Recording, Stamps};
 pub use reports::Durability;
 pub use ros::RosConfig;
 
+pub use super::vehicle::LoadedDbc;
+
 use super::files::Files;
 use super::reading::checker::{Checker, Keywords};
 use super::reading::fields::Fields;
@@ -25,9 +27,7 @@ use super::reading::location::{Location, Text};
 use super::reading::problem::Refused;
 use super::reading::toml_text::from_toml;
 use super::vehicle::{self, SEE, Vehicle};
-use crate::core::can::bus::BusSettings;
 use crate::core::command::settings::CommandBinding;
-use crate::core::dbc::model::Database;
 use crate::core::gateway::GatewaySettings;
 use crate::core::simulated_vehicle::plan::{PlanError, VehiclePlan};
 use can::{CanConfig, cans};
@@ -53,13 +53,13 @@ const SOURCES: Keywords<SourceKind> =
 pub struct Settings {
     /// Name of the vehicle profile, for people.
     pub vehicle: String,
-    /// Settings of the gateway.
+    /// Settings of the gateway: its buses and flows.
     pub gateway: GatewaySettings,
     /// Origin of frames in `run`.
     pub source: SourceKind,
     /// Kernel receive buffer of each bus, bytes.
     pub receive_buffer_bytes: Vec<usize>,
-    /// The DBC of each bus.
+    /// The DBC of each bus, in the order of the buses.
     pub dbcs: Vec<LoadedDbc>,
     /// The recording, if one is named.
     pub recording: Option<Recording>,
@@ -67,7 +67,7 @@ pub struct Settings {
     pub hardware_id: String,
     /// Recordings around faults.
     pub black_box: BlackBoxConfig,
-    /// ROS 2.
+    /// Node, network and report topics.
     pub ros: RosConfig,
     /// Topics of the traffic lights; empty without them.
     pub light_topics: LightTopics,
@@ -88,17 +88,6 @@ impl Settings {
         let databases: Vec<_> = self.dbcs.iter().map(|dbc| &dbc.database).collect();
         VehiclePlan::new(&self.gateway.lights, &self.command_binding, &self.gateway.buses, &databases)
     }
-}
-
-/// A DBC that was read.
-#[derive(Debug)]
-pub struct LoadedDbc {
-    /// Name of its bus.
-    pub bus: String,
-    /// Path of the file.
-    pub path: PathBuf,
-    /// Its content, with what was rejected of it.
-    pub database: Database,
 }
 
 /// Settings of the command line that replace those of the file.
@@ -133,7 +122,7 @@ pub fn load_profile(files: &dyn Files, profile: &Path) -> Result<Settings, Refus
 enum Profile<'p> {
     /// The one that the configuration names or contains.
     Named,
-    /// Another one.
+    /// Another one, from the command line.
     Chosen(&'p Path),
     /// This one, without a configuration.
     Alone(&'p Path),
@@ -146,7 +135,7 @@ fn resolve(files: &dyn Files, text: &Text, profile: Profile<'_>) -> Result<Setti
     checker.finish(settings).map_err(Refused)
 }
 
-/// Reads the vehicle.
+/// Reads the vehicle that `profile` stands for; `None` when a problem was noted.
 fn vehicle(files: &dyn Files, top: &Fields<'_>, profile: Profile<'_>) -> Option<Vehicle> {
     let (named, inline) = (top.string("profile"), top.table("vehicle"));
     if let Profile::Chosen(path) | Profile::Alone(path) = profile {
@@ -169,7 +158,7 @@ fn vehicle(files: &dyn Files, top: &Fields<'_>, profile: Profile<'_>) -> Option<
     }
 }
 
-/// Reads a profile that is named at a place.
+/// Reads a profile that is named at a location.
 fn read_profile(files: &dyn Files, top: &Fields<'_>, path: &Path, at: &Location) -> Option<Vehicle> {
     let checker = top.checker;
     let bytes = files.read(path).map_err(|error| format!("{}: cannot read it: {error}", path.display()));
@@ -203,23 +192,14 @@ fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<
         }
     };
     top.done();
-    let vehicle = vehicle?;
-    let mut buses = Vec::new();
-    let mut dbcs = Vec::new();
-    for (bus, can) in vehicle.buses.into_iter().zip(&cans) {
-        dbcs.push(LoadedDbc { bus: bus.name.clone(), path: bus.dbc_path, database: bus.database });
-        buses.push(BusSettings {
-            name: bus.name,
-            interface: can.interface.clone(),
-            heartbeat_messages: bus.heartbeat_messages,
-            alive_timeout: bus.alive_timeout,
-            may_sleep: bus.may_sleep,
-        });
+    let mut vehicle = vehicle?;
+    for (bus, can) in vehicle.buses.iter_mut().zip(&cans) {
+        bus.interface.clone_from(&can.interface);
     }
     let (flow, light_topics) = lights.unzip();
     let gateway = GatewaySettings {
         node,
-        buses,
+        buses: vehicle.buses,
         lights: vehicle.lights,
         v2i: vehicle.v2i,
         traffic_lights: flow,
@@ -233,7 +213,7 @@ fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<
         gateway,
         source,
         receive_buffer_bytes: cans.iter().map(|can| can.receive_buffer).collect(),
-        dbcs,
+        dbcs: vehicle.dbcs,
         recording,
         hardware_id,
         black_box,

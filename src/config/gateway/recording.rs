@@ -24,13 +24,13 @@ pub struct Recording {
     pub file: PathBuf,
     /// Factor on the original timing.
     pub speed: f64,
-    /// Whether playback starts again at the end.
+    /// True if playback starts again at the end.
     pub repeat: bool,
-    /// Time in message stamps.
+    /// Time that goes into message stamps.
     pub stamps: Stamps,
 }
 
-/// Reads the section.
+/// Reads the section; `None` when it names no file.
 pub(super) fn recording(fields: Fields<'_>) -> Option<Recording> {
     fields.require(&["file"], "");
     let file = fields.path("file");

@@ -8,7 +8,7 @@ use crate::core::vehicle_lights::report::Publish;
 
 const DEFAULT_RATE_HZ: f64 = 10.0;
 
-/// Durability of a topic.
+/// Durability of the reports' topics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Durability {
     /// A late joiner gets the current report.
@@ -20,7 +20,7 @@ pub enum Durability {
 
 const DURABILITIES: Keywords<Durability> =
     &[("transient_local", Durability::TransientLocal), ("volatile", Durability::Volatile)];
-/// Whether reports are published periodically.
+/// Occasions of publishing; true for periodic reports.
 const IS_PERIODIC: Keywords<bool> = &[("periodic", true), ("on_change", false)];
 
 /// Reads the section: when reports are published, and their durability.
@@ -31,7 +31,11 @@ pub(super) fn reports(fields: Fields<'_>) -> (Publish, Durability) {
         Publish::Periodic(Duration::from_secs_f64(1.0 / rate_hz.unwrap_or(DEFAULT_RATE_HZ)))
     } else {
         if rate_hz.is_some() {
-            fields.refuse("rate_hz", "on_change has no rate", "remove it, or use publish = \"periodic\"");
+            fields.refuse(
+                "rate_hz",
+                "reports on change have no rate",
+                "remove it, or use publish = \"periodic\"",
+            );
         }
         Publish::OnChange
     };

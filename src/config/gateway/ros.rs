@@ -7,10 +7,10 @@ use crate::config::reading::fields::Fields;
 
 const DEFAULT_NODE: &str = "signal_gateway";
 
-/// Settings of ROS 2.
+/// Settings of the ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RosConfig {
-    /// Whether `run` and `demo` publish at all.
+    /// False if `run` and `demo` publish nothing.
     pub enabled: bool,
     /// Whether DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
     pub isolated: bool,

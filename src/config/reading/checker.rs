@@ -1,5 +1,5 @@
 //! Collects the problems of one file, and reads single values: a value that cannot be used is refused at its
-//! place, and reading goes on.
+//! location, and reading goes on.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -14,17 +14,20 @@ use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
 
 /// Keywords with the value of each, in the order in which a refusal lists them.
-pub(in crate::config) type Keywords<T> = &'static [(&'static str, T)];
+pub(crate) type Keywords<T> = &'static [(&'static str, T)];
 
-/// A text with its place.
+/// The length up to which the end of a range is written out, digits.
+const MAX_DIGITS: usize = 20;
+
+/// A text with its location, for refusals.
 #[derive(Debug, Clone)]
-pub(in crate::config) struct LocatedText {
-    pub(in crate::config) text: String,
-    pub(in crate::config) location: Location,
+pub(crate) struct LocatedText {
+    pub(crate) text: String,
+    pub(crate) location: Location,
 }
 
 /// Collects the problems of one file.
-pub(in crate::config) struct Checker {
+pub(crate) struct Checker {
     file: Arc<Path>,
     /// Document that explains the keys.
     see: &'static str,
@@ -33,43 +36,43 @@ pub(in crate::config) struct Checker {
 
 impl Checker {
     /// A checker without problems; `see` names the document that explains the keys of the file.
-    pub(in crate::config) fn new(file: &Arc<Path>, see: &'static str) -> Self {
+    pub(crate) fn new(file: &Arc<Path>, see: &'static str) -> Self {
         Self { file: Arc::clone(file), see, problems: RefCell::default() }
     }
 
     /// The folder of the file, to which its paths are relative.
-    pub(in crate::config) fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         self.file.parent().unwrap_or(Path::new(""))
     }
 
     /// A path that the file names.
-    pub(in crate::config) fn beside(&self, named: &str) -> PathBuf {
+    pub(crate) fn beside(&self, named: &str) -> PathBuf {
         self.folder().join(named)
     }
 
-    /// The place with the name of the file.
-    pub(in crate::config) fn source_location(&self, at: &Location) -> SourceLocation {
+    /// The location with the name of the file.
+    pub(crate) fn source_location(&self, at: &Location) -> SourceLocation {
         at.in_file(&self.file)
     }
 
-    /// Notes a problem at a place.
-    pub(in crate::config) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
+    /// Notes a problem at a location.
+    pub(crate) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
         let problem = self.source_location(at).problem(line(reason.as_ref()), line(remedy));
         self.problems.borrow_mut().push(problem);
     }
 
     /// Notes a problem whose remedy is in the document that explains the keys.
-    pub(in crate::config) fn refuse_and_explain(&self, at: &Location, reason: impl AsRef<str>) {
+    pub(crate) fn refuse_and_explain(&self, at: &Location, reason: impl AsRef<str>) {
         self.refuse(at, reason, &format!("see {}", self.see));
     }
 
     /// Adds problems of another file, or of this one.
-    pub(in crate::config) fn adopt(&self, problems: Vec<Problem>) {
+    pub(crate) fn adopt(&self, problems: Vec<Problem>) {
         self.problems.borrow_mut().extend(problems);
     }
 
     /// The value; an error is noted at `at`.
-    pub(in crate::config) fn accept<T, E: Display>(
+    pub(crate) fn accept<T, E: Display>(
         &self,
         at: &Location,
         result: Result<T, E>,
@@ -79,15 +82,15 @@ impl Checker {
     }
 
     /// The number of problems so far.
-    pub(in crate::config) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.problems.borrow().len()
     }
 
     /// The value, which must exist when no problem was noted.
     ///
     /// # Errors
-    /// Every problem: those of other files first, then those of this file in the order of their places.
-    pub(in crate::config) fn finish<T>(self, value: Option<T>) -> Result<T, Vec<Problem>> {
+    /// Every problem: those of other files first, then those of this file in the order of their locations.
+    pub(crate) fn finish<T>(self, value: Option<T>) -> Result<T, Vec<Problem>> {
         let problems = self.problems.into_inner();
         match value {
             Some(value) if problems.is_empty() => Ok(value),
@@ -96,8 +99,8 @@ impl Checker {
                     problems.into_iter().partition(|problem| problem.file == *self.file);
                 own.sort_by_key(|problem| problem.position);
                 // A value that was read twice was refused twice.
-                let mut seen = BTreeSet::new();
-                own.retain(|problem| seen.insert((problem.position, problem.reason.clone())));
+                let mut known = BTreeSet::new();
+                own.retain(|problem| known.insert((problem.position, problem.reason.clone())));
                 all.extend(own);
                 Err(all)
             }
@@ -105,7 +108,7 @@ impl Checker {
     }
 
     /// A single value as text, quoted or not.
-    pub(in crate::config) fn text(&self, value: &Value) -> Option<LocatedText> {
+    pub(crate) fn text(&self, value: &Value) -> Option<LocatedText> {
         match &value.kind {
             Kind::Scalar { text, .. } => {
                 Some(LocatedText { text: text.clone(), location: value.location.clone() })
@@ -117,8 +120,8 @@ impl Checker {
         }
     }
 
-    /// A text in quotes.
-    pub(in crate::config) fn string(&self, value: &Value) -> Option<LocatedText> {
+    /// A text in quotes; anything else is refused.
+    pub(crate) fn string(&self, value: &Value) -> Option<LocatedText> {
         match &value.kind {
             Kind::Scalar { is_quoted: true, .. } => self.text(value),
             Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => {
@@ -128,19 +131,25 @@ impl Checker {
         }
     }
 
-    /// A number within a range.
-    pub(in crate::config) fn number<T: FromStr + Display + PartialOrd>(
+    /// A number within a range; `unit` is for refusals, empty for a plain number.
+    pub(crate) fn number<T: FromStr + Display + PartialOrd>(
         &self,
         value: &Value,
         range: &RangeInclusive<T>,
         unit: &str,
     ) -> Option<T> {
-        let remedy = format!("give {} to {}", range.start(), with_unit(&range.end().to_string(), unit));
+        let (first, last) = (range.start().to_string(), range.end().to_string());
+        // The largest number of a type is not a limit that anybody can read.
+        let remedy = if last.len() > MAX_DIGITS {
+            format!("give {} or more", with_unit(&first, unit))
+        } else {
+            format!("give {first} to {}", with_unit(&last, unit))
+        };
         self.number_that(value, |number| range.contains(number), unit, &remedy)
     }
 
     /// A whole number of any size that its type can hold.
-    pub(in crate::config) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
+    pub(crate) fn whole<T: FromStr>(&self, value: &Value) -> Option<T> {
         self.number_that(value, |_| true, "", "give a whole number")
     }
 
@@ -168,8 +177,8 @@ impl Checker {
         None
     }
 
-    /// `true` or `false`.
-    pub(in crate::config) fn flag(&self, value: &Value) -> Option<bool> {
+    /// A truth value, `true` or `false`.
+    pub(crate) fn flag(&self, value: &Value) -> Option<bool> {
         let flag = match &value.kind {
             Kind::Scalar { text, is_quoted: false } => text.parse().ok(),
             Kind::Null | Kind::Scalar { .. } | Kind::List(_) | Kind::Map(_) => None,
@@ -180,12 +189,8 @@ impl Checker {
         flag
     }
 
-    /// The value of a keyword.
-    pub(in crate::config) fn keyword<T: Copy>(
-        &self,
-        given: &LocatedText,
-        keywords: &[(&str, T)],
-    ) -> Option<T> {
+    /// The value of a keyword; an unknown one is refused with the list of those that exist.
+    pub(crate) fn keyword<T: Copy>(&self, given: &LocatedText, keywords: &[(&str, T)]) -> Option<T> {
         let found = keywords.iter().find(|(keyword, _)| *keyword == given.text);
         if found.is_none() {
             let known: Vec<_> = keywords.iter().map(|(keyword, _)| *keyword).collect();
@@ -196,7 +201,7 @@ impl Checker {
     }
 
     /// The values of a list; `example` is part of the remedy when it is something else.
-    pub(in crate::config) fn list<'v>(&self, value: &'v Value, example: &str) -> &'v [Value] {
+    pub(crate) fn list<'v>(&self, value: &'v Value, example: &str) -> &'v [Value] {
         if let Kind::List(items) = &value.kind {
             return items;
         }
@@ -205,7 +210,7 @@ impl Checker {
     }
 
     /// The entries of a table; `example` is part of the remedy when it is something else.
-    pub(in crate::config) fn entries<'v>(&self, value: &'v Value, example: &str) -> &'v [Entry] {
+    pub(crate) fn entries<'v>(&self, value: &'v Value, example: &str) -> &'v [Entry] {
         if let Kind::Map(entries) = &value.kind {
             return entries;
         }
@@ -214,7 +219,7 @@ impl Checker {
     }
 
     /// Refuses a value of another kind than expected.
-    pub(in crate::config) fn refuse_kind(&self, value: &Value, expected: &str) {
+    pub(crate) fn refuse_kind(&self, value: &Value, expected: &str) {
         self.refuse_and_explain(&value.location, format!("expected {expected}, found {}", value.described()));
     }
 }

@@ -12,24 +12,24 @@ use super::location::Location;
 use super::value::{Entry, Kind, Value};
 
 /// The longest time limit, an hour in ms.
-pub(in crate::config) const MAX_LIMIT_MS: u64 = 3_600_000;
+pub(crate) const MAX_LIMIT_MS: u64 = 3_600_000;
 
 /// The keys of a table. Each reading method takes a key and gives `None` when it is absent, or when its value
 /// was refused.
-pub(in crate::config) struct Fields<'c> {
-    pub(in crate::config) checker: &'c Checker,
+pub(crate) struct Fields<'c> {
+    pub(crate) checker: &'c Checker,
     location: &'c Location,
     entries: &'c [Entry],
     known: RefCell<Vec<&'static str>>,
     /// The form of the table, for refusals: `with kind = "lamp"`; empty when it has only one.
     form: Cell<&'static str>,
-    /// Whether the form is unknown, so that any key may be right.
+    /// True while the form is unknown, so that any key may be right.
     is_open: Cell<bool>,
 }
 
 impl<'c> Fields<'c> {
     /// The keys of a table; any other value is refused.
-    pub(in crate::config) fn of(checker: &'c Checker, value: &'c Value) -> Option<Self> {
+    pub(crate) fn of(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let fields = Self::of_table(checker, value);
         if fields.is_none() {
             checker.refuse_kind(value, "a table");
@@ -38,7 +38,7 @@ impl<'c> Fields<'c> {
     }
 
     /// The keys of a table; `None` for any other value.
-    pub(in crate::config) fn of_table(checker: &'c Checker, value: &'c Value) -> Option<Self> {
+    pub(crate) fn of_table(checker: &'c Checker, value: &'c Value) -> Option<Self> {
         let Kind::Map(entries) = &value.kind else { return None };
         Some(Self::new(checker, &value.location, entries))
     }
@@ -55,12 +55,12 @@ impl<'c> Fields<'c> {
     }
 
     /// Notes a problem at the value of a key, or at the table when the key is absent.
-    pub(in crate::config) fn refuse(&self, key: &str, reason: impl AsRef<str>, remedy: &str) {
+    pub(crate) fn refuse(&self, key: &str, reason: impl AsRef<str>, remedy: &str) {
         self.checker.refuse(self.at(key), reason, remedy);
     }
 
-    /// The value of a key.
-    pub(in crate::config) fn value(&self, key: &'static str) -> Option<&'c Value> {
+    /// The value of a key, which is known from now on; `None` when it is absent.
+    pub(crate) fn value(&self, key: &'static str) -> Option<&'c Value> {
         let mut known = self.known.borrow_mut();
         if !known.contains(&key) {
             known.push(key);
@@ -68,19 +68,19 @@ impl<'c> Fields<'c> {
         self.entries.iter().find(|entry| entry.key == key).map(|entry| &entry.value)
     }
 
-    /// Whether the key is present.
-    pub(in crate::config) fn has(&self, key: &str) -> bool {
+    /// True if the key is present, whatever its value.
+    pub(crate) fn has(&self, key: &str) -> bool {
         self.entries.iter().any(|entry| entry.key == key)
     }
 
-    /// Whether the key has this text. It is not taken, so it must be read elsewhere.
-    pub(in crate::config) fn is(&self, key: &str, expected: &str) -> bool {
+    /// True if the key has this text. The key is not known by that, so it must be read elsewhere.
+    pub(crate) fn is(&self, key: &str, expected: &str) -> bool {
         let has_text = |value: &Value| matches!(&value.kind, Kind::Scalar { text, .. } if text == expected);
         self.entries.iter().any(|entry| entry.key == key && has_text(&entry.value))
     }
 
     /// The one key of several that is present; none or more than one is refused for `reason`.
-    pub(in crate::config) fn only_one_of(&self, keys: &[&'static str], reason: &str) -> Option<&'static str> {
+    pub(crate) fn only_one_of(&self, keys: &[&'static str], reason: &str) -> Option<&'static str> {
         let mut given = keys.iter().filter(|key| self.has(key));
         let (Some(key), None) = (given.next(), given.next()) else {
             self.checker.refuse(self.location, reason, &format!("give one of {}", keys.join(", ")));
@@ -89,25 +89,25 @@ impl<'c> Fields<'c> {
         Some(key)
     }
 
-    /// The place of the table.
-    pub(in crate::config) fn location(&self) -> &'c Location {
+    /// The location of the table itself.
+    pub(crate) fn location(&self) -> &'c Location {
         self.location
     }
 
-    /// The place of a key's value, or of the table when the key is absent.
-    pub(in crate::config) fn at(&self, key: &str) -> &'c Location {
+    /// The location of a key's value, or of the table when the key is absent.
+    pub(crate) fn at(&self, key: &str) -> &'c Location {
         let entry = self.entries.iter().find(|entry| entry.key == key);
         entry.map_or(self.location, |entry| &entry.value.location)
     }
 
     /// Refuses the table for the keys among these that are missing; `remedy` is empty when the document that
     /// explains the keys is enough.
-    pub(in crate::config) fn require(&self, keys: &[&'static str], remedy: &str) -> Option<()> {
+    pub(crate) fn require(&self, keys: &[&'static str], remedy: &str) -> Option<()> {
         let missing: Vec<_> = keys.iter().filter(|key| !self.has(key)).copied().collect();
         let reason = match missing.as_slice() {
             [] => return Some(()),
-            [key] => format!("a key is missing: {key}"),
-            keys => format!("keys are missing: {}", keys.join(", ")),
+            [key] => format!("missing key: {key}"),
+            keys => format!("missing keys: {}", keys.join(", ")),
         };
         match remedy {
             "" => self.checker.refuse_and_explain(self.location, reason),
@@ -117,17 +117,17 @@ impl<'c> Fields<'c> {
     }
 
     /// A single value as text, quoted or not.
-    pub(in crate::config) fn text(&self, key: &'static str) -> Option<LocatedText> {
+    pub(crate) fn text(&self, key: &'static str) -> Option<LocatedText> {
         self.checker.text(self.value(key)?)
     }
 
-    /// A text in quotes.
-    pub(in crate::config) fn string(&self, key: &'static str) -> Option<LocatedText> {
+    /// A text in quotes; anything else is refused.
+    pub(crate) fn string(&self, key: &'static str) -> Option<LocatedText> {
         self.checker.string(self.value(key)?)
     }
 
     /// A single value, not quoted, that its reader makes a number.
-    pub(in crate::config) fn unquoted(&self, key: &'static str) -> Option<LocatedText> {
+    pub(crate) fn unquoted(&self, key: &'static str) -> Option<LocatedText> {
         let value = self.value(key)?;
         if let Kind::Scalar { is_quoted: true, .. } = &value.kind {
             let reason = format!("expected a number, found {}", value.described());
@@ -138,19 +138,19 @@ impl<'c> Fields<'c> {
     }
 
     /// A single value, quoted or not, that must be present.
-    pub(in crate::config) fn required_text(&self, key: &'static str) -> Option<LocatedText> {
+    pub(crate) fn required_text(&self, key: &'static str) -> Option<LocatedText> {
         self.require(&[key], "")?;
         self.text(key)
     }
 
     /// A text in quotes that must be present.
-    pub(in crate::config) fn required_string(&self, key: &'static str) -> Option<LocatedText> {
+    pub(crate) fn required_string(&self, key: &'static str) -> Option<LocatedText> {
         self.require(&[key], "")?;
         self.string(key)
     }
 
-    /// A number within a range.
-    pub(in crate::config) fn number<T: FromStr + Display + PartialOrd>(
+    /// A number within a range; `unit` is for refusals, empty for a plain number.
+    pub(crate) fn number<T: FromStr + Display + PartialOrd>(
         &self,
         key: &'static str,
         range: RangeInclusive<T>,
@@ -160,7 +160,7 @@ impl<'c> Fields<'c> {
     }
 
     /// A number within a range that must be present.
-    pub(in crate::config) fn required_number<T: FromStr + Display + PartialOrd>(
+    pub(crate) fn required_number<T: FromStr + Display + PartialOrd>(
         &self,
         key: &'static str,
         range: RangeInclusive<T>,
@@ -171,41 +171,37 @@ impl<'c> Fields<'c> {
     }
 
     /// A whole number of any size that its type can hold.
-    pub(in crate::config) fn whole<T: FromStr>(&self, key: &'static str) -> Option<T> {
+    pub(crate) fn whole<T: FromStr>(&self, key: &'static str) -> Option<T> {
         self.checker.whole(self.value(key)?)
     }
 
     /// A time within a range of milliseconds.
-    pub(in crate::config) fn millis(
-        &self,
-        key: &'static str,
-        range: RangeInclusive<u64>,
-    ) -> Option<Duration> {
+    pub(crate) fn millis(&self, key: &'static str, range: RangeInclusive<u64>) -> Option<Duration> {
         self.number(key, range, "ms").map(Duration::from_millis)
     }
 
     /// A time limit: 1 ms to an hour.
-    pub(in crate::config) fn limit(&self, key: &'static str) -> Option<Duration> {
+    pub(crate) fn limit(&self, key: &'static str) -> Option<Duration> {
         self.millis(key, 1..=MAX_LIMIT_MS)
     }
 
-    /// `true` or `false`.
-    pub(in crate::config) fn flag(&self, key: &'static str) -> Option<bool> {
+    /// A truth value, `true` or `false`.
+    pub(crate) fn flag(&self, key: &'static str) -> Option<bool> {
         self.checker.flag(self.value(key)?)
     }
 
-    /// The value of a keyword.
-    pub(in crate::config) fn keyword<T: Copy>(&self, key: &'static str, keywords: &[(&str, T)]) -> Option<T> {
+    /// The value of a keyword; an unknown one is refused with the list of those that exist.
+    pub(crate) fn keyword<T: Copy>(&self, key: &'static str, keywords: &[(&str, T)]) -> Option<T> {
         self.checker.keyword(&self.text(key)?, keywords)
     }
 
     /// A path, relative to the file.
-    pub(in crate::config) fn path(&self, key: &'static str) -> Option<PathBuf> {
+    pub(crate) fn path(&self, key: &'static str) -> Option<PathBuf> {
         Some(self.checker.beside(&self.string(key)?.text))
     }
 
     /// A ROS name (letters, digits and underscores, not beginning with a digit), or `default`.
-    pub(in crate::config) fn ros_name(&self, key: &'static str, default: &str) -> String {
+    pub(crate) fn ros_name(&self, key: &'static str, default: &str) -> String {
         let given = self.string(key);
         if let Some(name) = given.as_ref().filter(|name| !is_ros_name(&name.text)) {
             let reason = format!("{:?} is not a ROS name", name.text);
@@ -215,7 +211,7 @@ impl<'c> Fields<'c> {
     }
 
     /// An absolute topic such as `/a/b`, or `default`.
-    pub(in crate::config) fn topic(&self, key: &'static str, default: &str) -> String {
+    pub(crate) fn topic(&self, key: &'static str, default: &str) -> String {
         let given = self.string(key);
         if let Some(topic) = given.as_ref().filter(|topic| !is_topic(&topic.text)) {
             self.refuse(key, format!("{:?} is not an absolute topic", topic.text), "write it as /a/b");
@@ -224,7 +220,7 @@ impl<'c> Fields<'c> {
     }
 
     /// An absolute topic, empty for none, or `default`.
-    pub(in crate::config) fn optional_topic(&self, key: &'static str, default: &str) -> String {
+    pub(crate) fn optional_topic(&self, key: &'static str, default: &str) -> String {
         match self.value(key).map(|value| &value.kind) {
             Some(Kind::Scalar { text, is_quoted: true }) if text.is_empty() => String::new(),
             _ => self.topic(key, default),
@@ -232,48 +228,51 @@ impl<'c> Fields<'c> {
     }
 
     /// The keys of a table within the table.
-    pub(in crate::config) fn table(&self, key: &'static str) -> Option<Self> {
+    pub(crate) fn table(&self, key: &'static str) -> Option<Self> {
         Self::of(self.checker, self.value(key)?)
     }
 
     /// As [`Self::table`]; an absent table is an empty one.
-    pub(in crate::config) fn section(&self, key: &'static str) -> Self {
+    pub(crate) fn section(&self, key: &'static str) -> Self {
         self.table(key).unwrap_or_else(|| Self::new(self.checker, self.location, &[]))
     }
 
     /// The values of a list; empty when it is absent.
-    pub(in crate::config) fn list(&self, key: &'static str, example: &str) -> &'c [Value] {
+    pub(crate) fn list(&self, key: &'static str, example: &str) -> &'c [Value] {
         self.value(key).map(|value| self.checker.list(value, example)).unwrap_or_default()
     }
 
     /// A list of tables, `[[key]]`; empty when it is absent.
-    pub(in crate::config) fn tables(&self, key: &'static str) -> impl Iterator<Item = Self> + use<'c> {
+    pub(crate) fn tables(&self, key: &'static str) -> impl Iterator<Item = Self> + use<'c> {
         let checker = self.checker;
         self.list(key, &format!("write [[{key}]]")).iter().filter_map(|value| Self::of(checker, value))
     }
 
     /// The entries of a table whose keys are names; empty when it is absent.
-    pub(in crate::config) fn entries(&self, key: &'static str, example: &str) -> &'c [Entry] {
+    pub(crate) fn entries(&self, key: &'static str, example: &str) -> &'c [Entry] {
         self.value(key).map(|value| self.checker.entries(value, example)).unwrap_or_default()
     }
 
     /// Names the form of the table on which its known keys depend, such as `with kind = "lamp"`.
-    pub(in crate::config) fn set_form(&self, form: &'static str) {
+    pub(crate) fn set_form(&self, form: &'static str) {
         self.form.set(form);
     }
 
     /// Lets all keys pass that are not read: the form of the table was refused.
-    pub(in crate::config) fn accept_rest(&self) {
+    pub(crate) fn accept_rest(&self) {
         self.is_open.set(true);
     }
 
     /// Refuses every key that was not read.
-    pub(in crate::config) fn done(self) {
+    pub(crate) fn done(self) {
         if self.is_open.get() {
             return;
         }
         let known = self.known.into_inner();
-        let remedy = format!("known here are {}", known.join(", "));
+        let remedy = match known.as_slice() {
+            [] => "remove it".to_owned(),
+            known => format!("valid keys: {}", known.join(", ")),
+        };
         for entry in self.entries.iter().filter(|entry| !known.contains(&entry.key.as_str())) {
             let reason = format!("unknown key {:?} {}", entry.key, self.form.get());
             self.checker.refuse(&entry.location, reason.trim_end(), &remedy);

@@ -1,4 +1,4 @@
-//! The text of a file, and places in it: line, column, and the path of keys or elements.
+//! The text of a file, and locations in it: line, column, and the path of keys or elements.
 
 use std::fmt;
 use std::io;
@@ -11,22 +11,22 @@ use super::problem::Problem;
 /// The largest file that is read, bytes.
 const MAX_BYTES: usize = 4 << 20;
 /// The deepest nesting of values, levels.
-pub(in crate::config) const MAX_DEPTH: usize = 64;
+pub(crate) const MAX_DEPTH: usize = 64;
 /// The largest number of elements or values in a file, with aliases written out.
-pub(in crate::config) const MAX_NODES: usize = 100_000;
+pub(crate) const MAX_NODES: usize = 100_000;
 /// The length at which a key is cut in a refusal, characters.
 const MAX_NAME: usize = 60;
 
-/// The distance between the places for which the number of characters before them is kept, bytes.
+/// The distance between the positions for which the number of characters before them is kept, bytes.
 const STRIDE: usize = 256;
 
 /// The length at which a reason is cut, characters.
 const MAX_REASON: usize = 600;
 
-/// A place in a file, for people.
+/// A location in a file, for people.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceLocation {
-    /// Path of the file.
+    /// Path of the file, as it was named.
     pub file: Arc<Path>,
     /// Line and column (characters), both from 1.
     pub position: (usize, usize),
@@ -35,7 +35,7 @@ pub struct SourceLocation {
 }
 
 impl SourceLocation {
-    /// A problem at this place.
+    /// A problem at this location.
     pub fn problem(&self, reason: impl Into<String>, remedy: impl Into<String>) -> Problem {
         Problem {
             file: self.file.to_path_buf(),
@@ -47,7 +47,7 @@ impl SourceLocation {
     }
 }
 
-/// `file:line:column: key`
+/// Written `file:line:column: key`.
 impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (line, column) = self.position;
@@ -57,20 +57,20 @@ impl fmt::Display for SourceLocation {
 
 /// A path of keys that shares its beginning with its neighbours, so that a deep file stays small.
 #[derive(Debug)]
-pub(in crate::config) struct Key {
+pub(crate) struct Key {
     parent: Option<Rc<Key>>,
     /// With its separator in front.
     segment: String,
 }
 
 impl Key {
-    /// The start of every path.
-    pub(in crate::config) fn root() -> Rc<Self> {
+    /// The empty path, at which every other begins.
+    pub(crate) fn root() -> Rc<Self> {
         Rc::new(Self { parent: None, segment: String::new() })
     }
 
     /// `parent` and `separator` and `name`, the name kept short and on one line.
-    pub(in crate::config) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
+    pub(crate) fn below(parent: &Rc<Self>, separator: &str, name: &str) -> Rc<Self> {
         let plain = |char: char| !char.is_control();
         let mut segment = separator.to_owned();
         if name.chars().all(plain) && name.chars().nth(MAX_NAME).is_none() {
@@ -83,7 +83,7 @@ impl Key {
     }
 
     /// The path of the child element with this number: `Phase`, `Phase[2]`, …
-    pub(in crate::config) fn numbered(parent: &Rc<Self>, name: &str, count: usize) -> Rc<Self> {
+    pub(crate) fn numbered(parent: &Rc<Self>, name: &str, count: usize) -> Rc<Self> {
         let key = Self::below(parent, "/", name);
         if count == 1 { key } else { Self::below(&key, "", &format!("[{count}]")) }
     }
@@ -102,25 +102,25 @@ impl fmt::Display for Key {
     }
 }
 
-/// A place within the file being read.
+/// A location within the file being read.
 #[derive(Debug, Clone)]
-pub(in crate::config) struct Location {
-    pub(in crate::config) position: (usize, usize),
-    pub(in crate::config) key: Rc<Key>,
+pub(crate) struct Location {
+    pub(crate) position: (usize, usize),
+    pub(crate) key: Rc<Key>,
 }
 
 impl Location {
-    /// The place with the name of the file.
-    pub(in crate::config) fn in_file(&self, file: &Arc<Path>) -> SourceLocation {
+    /// The location with the name of the file.
+    pub(crate) fn in_file(&self, file: &Arc<Path>) -> SourceLocation {
         SourceLocation { file: Arc::clone(file), position: self.position, key: self.key.to_string() }
     }
 }
 
 /// The text of a file, without byte-order mark, with the starts of its lines.
 #[derive(Debug)]
-pub(in crate::config) struct Text {
-    pub(in crate::config) file: Arc<Path>,
-    pub(in crate::config) body: String,
+pub(crate) struct Text {
+    pub(crate) file: Arc<Path>,
+    pub(crate) content: String,
     /// Byte at which each line begins.
     starts: Vec<usize>,
     /// The number of characters before each stretch of [`STRIDE`] bytes, since a whole file may be one line.
@@ -132,11 +132,7 @@ impl Text {
     ///
     /// # Errors
     /// A file that cannot be read, is too large, or is not UTF-8.
-    pub(in crate::config) fn read(
-        path: &Path,
-        bytes: io::Result<Vec<u8>>,
-        remedy: &str,
-    ) -> Result<Self, Problem> {
+    pub(crate) fn read(path: &Path, bytes: io::Result<Vec<u8>>, remedy: &str) -> Result<Self, Problem> {
         let bytes = bytes.map_err(|error| Problem::unreadable(path, &error, remedy))?;
         Self::new(path, bytes)
     }
@@ -145,7 +141,7 @@ impl Text {
     ///
     /// # Errors
     /// Too many bytes, or bytes that are not UTF-8.
-    pub(in crate::config) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
+    pub(crate) fn new(path: &Path, bytes: Vec<u8>) -> Result<Self, Problem> {
         let whole = |reason: String, remedy: &str| Problem {
             file: path.to_owned(),
             position: Some((1, 1)),
@@ -157,55 +153,55 @@ impl Text {
             let reason = format!("the file is too large: {} bytes", bytes.len());
             return Err(whole(reason, "split it: at most 4 MiB are read"));
         }
-        let body = String::from_utf8(bytes).map_err(|error| {
+        let content = String::from_utf8(bytes).map_err(|error| {
             let good = error.utf8_error().valid_up_to();
             let before = String::from_utf8_lossy(error.as_bytes().get(..good).unwrap_or_default());
             let text = Self::of(path, before.into_owned());
-            let position = text.position(text.body.len());
+            let position = text.position(text.content.len());
             Problem {
                 position: Some(position),
                 ..whole("this is not UTF-8".into(), "save the file as UTF-8")
             }
         })?;
-        Ok(Self::of(path, body.strip_prefix('\u{FEFF}').map_or(body.clone(), str::to_owned)))
+        Ok(Self::of(path, content.strip_prefix('\u{FEFF}').map_or(content.clone(), str::to_owned)))
     }
 
     /// The same text, refused when it is blank.
-    pub(in crate::config) fn not_blank(self) -> Result<Self, Problem> {
-        if self.body.trim().is_empty() {
+    pub(crate) fn not_blank(self) -> Result<Self, Problem> {
+        if self.content.trim().is_empty() {
             return Err(self.problem((1, 1), "the file is empty", "write a scenario into it"));
         }
         Ok(self)
     }
 
-    fn of(path: &Path, body: String) -> Self {
-        let ends = body.match_indices('\n').map(|(at, _)| at + 1);
+    fn of(path: &Path, content: String) -> Self {
+        let ends = content.match_indices('\n').map(|(at, _)| at + 1);
         let starts = std::iter::once(0).chain(ends).collect();
-        let stretches = body.as_bytes().chunks(STRIDE).scan(0, |sum, stretch| {
+        let stretches = content.as_bytes().chunks(STRIDE).scan(0, |sum, stretch| {
             *sum += characters(stretch);
             Some(*sum)
         });
         let before = std::iter::once(0).chain(stretches).collect();
-        Self { file: path.into(), body, starts, before }
+        Self { file: path.into(), content, starts, before }
     }
 
     /// The number of characters before a byte.
     fn characters_before(&self, offset: usize) -> usize {
         let stretch = offset / STRIDE;
-        let rest = self.body.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
+        let rest = self.content.as_bytes().get(stretch * STRIDE..offset).unwrap_or_default();
         self.before.get(stretch).copied().unwrap_or(0) + characters(rest)
     }
 
     /// Line and column of a byte.
-    pub(in crate::config) fn position(&self, offset: usize) -> (usize, usize) {
+    pub(crate) fn position(&self, offset: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|start| *start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
-        let offset = offset.min(self.body.len());
+        let offset = offset.min(self.content.len());
         (line, self.characters_before(offset) - self.characters_before(start.min(offset)) + 1)
     }
 
     /// A problem that belongs to no key.
-    pub(in crate::config) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
+    pub(crate) fn problem(&self, position: (usize, usize), reason: &str, remedy: &str) -> Problem {
         let location = SourceLocation { file: Arc::clone(&self.file), position, key: String::new() };
         location.problem(line(reason), remedy)
     }
@@ -217,7 +213,7 @@ fn characters(bytes: &[u8]) -> usize {
 }
 
 /// The text on one line and cut to a bounded length, whatever names are in it.
-pub(in crate::config) fn line(text: &str) -> String {
+pub(crate) fn line(text: &str) -> String {
     text.chars().take(MAX_REASON).map(|char| if char.is_control() { ' ' } else { char }).collect()
 }
 
@@ -228,22 +224,22 @@ mod tests {
     #[test]
     fn positions_count_lines_and_characters_from_one() {
         let text = Text::new(Path::new("a"), "\u{FEFF}ä=1\nöb\n".into()).unwrap();
-        let at = |part: &str| text.position(text.body.find(part).unwrap());
+        let at = |part: &str| text.position(text.content.find(part).unwrap());
         assert_eq!((at("ä"), at("="), at("ö"), at("b")), ((1, 1), (1, 2), (2, 1), (2, 2)));
     }
 
     #[test]
-    fn positions_on_an_endless_line_are_counted_in_characters() {
+    fn positions_on_a_long_line_are_counted_in_characters() {
         let text = Text::new(Path::new("a"), "äb日".repeat(1_000).into()).unwrap();
         for character in [0, 1, 2, 84, 85, 86, 127, 128, 129, 1_500, 2_999] {
-            let offset = text.body.char_indices().nth(character).unwrap().0;
+            let offset = text.content.char_indices().nth(character).unwrap().0;
             assert_eq!(text.position(offset), (1, character + 1));
         }
-        assert_eq!(text.position(text.body.len() + 1), (1, 3_001));
+        assert_eq!(text.position(text.content.len() + 1), (1, 3_001));
     }
 
     #[test]
-    fn bytes_that_are_not_utf8_are_refused_at_their_place() {
+    fn bytes_that_are_not_utf8_are_refused_at_their_position() {
         let refused = |bytes: &[u8]| Text::new(Path::new("a"), bytes.to_vec()).unwrap_err().to_string();
         assert_eq!(refused(b"a\nb\xFF"), "a:2:2: this is not UTF-8; save the file as UTF-8");
         let blank = Text::new(Path::new("a"), b"\xEF\xBB\xBF \n".to_vec()).unwrap().not_blank();

@@ -1,10 +1,10 @@
-//! The one layer between text files and settings: TOML, YAML and XML become values that keep their places,
+//! The one layer between text files and settings: TOML, YAML and XML become values that keep their locations,
 //! and reading them notes every problem of a file instead of stopping at the first one.
 //!
 //! | file | contents |
 //! |---|---|
 //! | `problem` | a reason to refuse a configuration: file, line, column, key, reason, remedy |
-//! | `location` | the text of a file, and places in it |
+//! | `location` | the text of a file, and locations in it |
 //! | `value` | keys, lists and scalars of any notation; `toml_text` and `yaml_text` make them |
 //! | `checker` | collects the problems of one file; reads single values |
 //! | `fields` | reads a table key by key, and refuses the keys that nobody read |

@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// Path of the file.
+    /// Path of the file, as it was named.
     pub file: PathBuf,
     /// Line and column (characters), both from 1; `None` when the file cannot be read at all.
     pub position: Option<(usize, usize)>,
     /// Path of the key, e.g. `turn.left` or `event[2].do[1].set`; empty for the whole file.
     pub key: String,
-    /// The problem in words.
+    /// The problem, in plain text without a full stop.
     pub reason: String,
-    /// The remedy in words; may be empty.
+    /// The remedy, likewise; may be empty.
     pub remedy: String,
 }
 
@@ -27,7 +27,7 @@ impl Problem {
     }
 
     /// The problem of a file that cannot be read.
-    pub(in crate::config) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
+    pub(crate) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
         Self::whole_file(file, format!("cannot read it: {error}"), remedy)
     }
 }

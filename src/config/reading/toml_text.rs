@@ -13,8 +13,8 @@ use super::value::{Entry, Kind, Value};
 ///
 /// # Errors
 /// The first breach of TOML, or nesting that is too deep.
-pub(in crate::config) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
-    let table = DeTable::parse(&text.body).map_err(|error| {
+pub(crate) fn from_toml(text: &Text, see: &str) -> Result<Value, Problem> {
+    let table = DeTable::parse(&text.content).map_err(|error| {
         let position = text.position(error.span().map_or(0, |span| span.start));
         text.problem(position, error.message(), &format!("see {see} for every key"))
     })?;
@@ -75,7 +75,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn keys_keep_their_order_and_places() {
+    fn keys_keep_their_order_and_locations() {
         let text =
             Text::new(Path::new("a"), b"z = 0x1F\n[b]\na = [1.5, \"x\"]\n[[c]]\n[[c]]\nd = true".to_vec());
         let Kind::Map(entries) = from_toml(&text.unwrap(), "b").unwrap().kind else { panic!() };
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_of_many_lines_stays_on_one() {
+    fn a_key_with_a_line_break_is_shown_on_one_line() {
         let text = Text::new(Path::new("a"), b"a = { \"b\\nc\" = 1 }\n".to_vec()).unwrap();
         let Kind::Map(entries) = from_toml(&text, "b").unwrap().kind else { panic!() };
         let Kind::Map(inner) = &entries[0].value.kind else { panic!() };
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_toml_is_refused_where_it_breaks_on_one_line() {
+    fn broken_toml_is_refused_at_its_location_on_one_line() {
         let refused = |text: &str| {
             from_toml(&Text::new(Path::new("a"), text.as_bytes().to_vec()).unwrap(), "b").unwrap_err()
         };

@@ -1,18 +1,18 @@
-//! Keys, lists and scalars of any notation, each with its place.
+//! Keys, lists and scalars of any notation, each with its location.
 
 use super::location::Location;
 
-/// A value with its place.
+/// A value with its location in the file.
 #[derive(Debug, Clone)]
-pub(in crate::config) struct Value {
-    pub(in crate::config) location: Location,
-    pub(in crate::config) kind: Kind,
+pub(crate) struct Value {
+    pub(crate) location: Location,
+    pub(crate) kind: Kind,
 }
 
 /// The kind of a value, with its content.
 #[derive(Debug, Clone)]
-pub(in crate::config) enum Kind {
-    /// No value, in YAML only.
+pub(crate) enum Kind {
+    /// A key without a value, in YAML only.
     Null,
     /// A number, a truth value or a text, as written.
     Scalar {
@@ -25,18 +25,18 @@ pub(in crate::config) enum Kind {
     Map(Vec<Entry>),
 }
 
-/// A key with its value.
+/// A key of a table with its value.
 #[derive(Debug, Clone)]
-pub(in crate::config) struct Entry {
-    pub(in crate::config) key: String,
-    /// Of the key.
-    pub(in crate::config) location: Location,
-    pub(in crate::config) value: Value,
+pub(crate) struct Entry {
+    pub(crate) key: String,
+    /// Location of the key; the value has its own.
+    pub(crate) location: Location,
+    pub(crate) value: Value,
 }
 
 impl Value {
     /// The value in a refusal: `expected a list, found …`.
-    pub(in crate::config) fn described(&self) -> String {
+    pub(crate) fn described(&self) -> String {
         match &self.kind {
             Kind::Null => "nothing".to_owned(),
             Kind::Scalar { text, is_quoted: true } => format!("the text {text:?}"),
@@ -48,7 +48,7 @@ impl Value {
 }
 
 /// The values of a list; a single one is a list of one.
-pub(in crate::config) fn items(value: &Value) -> &[Value] {
+pub(crate) fn items(value: &Value) -> &[Value] {
     match &value.kind {
         Kind::List(items) => items,
         Kind::Null => &[],

@@ -15,10 +15,10 @@ use super::problem::Problem;
 /// # Errors
 /// The first breach of XML, nesting that is too deep, or too many elements. A document type is refused, and so
 /// are entities of its own.
-pub(in crate::config) fn from_xml(text: &Text) -> Result<Element, Problem> {
+pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(&text.body, options).map_err(|error| {
+    let document = Document::parse_with_options(&text.content, options).map_err(|error| {
         let position = error.pos();
         let position = (position.row as usize, position.col as usize);
         let (reason, remedy) = describe(&error);
@@ -28,14 +28,14 @@ pub(in crate::config) fn from_xml(text: &Text) -> Result<Element, Problem> {
     element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
 }
 
-/// The reader's own text without the place, which some of its errors lack, and a remedy.
+/// The parser's own text without the position, which some of its errors lack, and a remedy.
 fn describe(error: &Error) -> (String, &'static str) {
     if matches!(error, Error::DtdDetected) {
         return ("a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
     }
     let text = error.to_string();
-    let place = format!(" at {}", error.pos());
-    (text.replacen(&place, "", 1), "this is not plain XML here")
+    let position = format!(" at {}", error.pos());
+    (text.replacen(&position, "", 1), "correct the XML")
 }
 
 fn element(text: &Text, node: Node<'_, '_>, key: Rc<Key>, depth: usize) -> Result<Element, Problem> {
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_and_attributes_have_places() {
+    fn elements_and_attributes_have_locations() {
         let root = read("<o:A xmlns:o='u'>\n <B o:c='1' d='2'/><B d='3'> x <!-- y -->z</B></o:A>").unwrap();
         assert_eq!((root.name.as_str(), root.children.len()), ("A", 2));
         let second = &root.children[1];
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_but_plain_xml_is_refused_at_its_place() {
+    fn anything_but_plain_xml_is_refused_at_its_location() {
         let deep = "<a>".repeat(100) + &"</a>".repeat(100);
         let deeper = "<a>".repeat(200_000) + &"</a>".repeat(200_000);
         let laughs = "<!DOCTYPE a [<!ENTITY b 'x'><!ENTITY c '&b;&b;'>]>\n<a>&c;</a>";
@@ -104,8 +104,8 @@ mod tests {
             (deep.as_str(), "a:1:193: nested too deeply"),
             (deeper.as_str(), "nested too deeply"),
             (laughs, "a:1:1: a document type cannot be read here; remove the <!DOCTYPE …>"),
-            ("<a>\n<b></a>", "a:2:4: expected 'b' tag, not 'a'; this is not plain XML here"),
-            ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; this is not plain XML here"),
+            ("<a>\n<b></a>", "a:2:4: expected 'b' tag, not 'a'; correct the XML"),
+            ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; correct the XML"),
             ("<a>&b;</a>", "a:1:4: "),
         ];
         for (text, part) in rows {

@@ -13,12 +13,12 @@ use super::value::{Entry, Kind, Value};
 ///
 /// # Errors
 /// The first breach of YAML, anything but plain data, nesting that is too deep, or too many values.
-pub(in crate::config) fn from_yaml(text: &Text) -> Result<Value, Problem> {
+pub(crate) fn from_yaml(text: &Text) -> Result<Value, Problem> {
     let mut builder = Builder { text, root: None, open: Vec::new(), anchors: BTreeMap::new(), nodes: 0 };
-    for event in Parser::new_from_str(&text.body) {
+    for event in Parser::new_from_str(&text.content) {
         let (event, span) = event.map_err(|error| {
             let position = (error.marker().line(), error.marker().col() + 1);
-            text.problem(position, error.info(), "this is not YAML here")
+            text.problem(position, error.info(), "correct the YAML")
         })?;
         builder.take(event, position(span))?;
     }
@@ -130,7 +130,7 @@ impl Builder<'_> {
             return Err(self.text.problem(position, "nested too deeply", "nest less deeply"));
         }
         if self.awaits_key() {
-            return self.refuse(position, "a key that is a list or a table", "use a word");
+            return self.refuse(position, "a key that is a list or a table", "use a text");
         }
         let before = self.nodes;
         self.count(1, position)?;
@@ -158,7 +158,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Puts a value where it belongs.
+    /// Adds a value to the open collection, as an item, a key, or the value of the latest key.
     fn put(&mut self, value: Value) -> Result<(), Problem> {
         let Some(Open { location, content, .. }) = self.open.last_mut() else {
             self.root = Some(value);
@@ -174,7 +174,7 @@ impl Builder<'_> {
             Content::Map { keys, pending, .. } => {
                 let position = value.location.position;
                 let Kind::Scalar { text, .. } = value.kind else {
-                    return self.refuse(position, "a key that is a list or a table", "use a word");
+                    return self.refuse(position, "a key that is a list or a table", "use a text");
                 };
                 if text == "<<" {
                     return self.refuse(position, "a merge key (`<<`)", "write the keys out");
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_keep_their_order_and_places() {
+    fn keys_keep_their_order_and_locations() {
         let Kind::Map(entries) = read("z: 1\nb:\n  - c: ~\n  - c: '1'\n").unwrap().kind else { panic!() };
         assert_eq!(entries[0].key, "z");
         let Kind::List(items) = &entries[1].value.kind else { panic!() };
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_but_plain_data_is_refused_at_its_place() {
+    fn anything_but_plain_data_is_refused_at_its_location() {
         let laughs: String = (1..30).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}]\n", n - 1)).collect();
         let laughs = format!("a0: &a0 [x]\n{laughs}");
         let deep = "[".repeat(70) + &"]".repeat(70);
@@ -233,8 +233,8 @@ mod tests {
             ("? [a]\n: 1", "a key that is a list"),
             ("a: {b: 1}\nc:\n  <<: 1", "a:3:3: a merge key"),
             ("a: 1\n---\nb: 1", "a second document"),
-            ("a: [1", "this is not YAML here"),
-            ("a: *none", "this is not YAML here"),
+            ("a: [1", "correct the YAML"),
+            ("a: *none", "correct the YAML"),
         ];
         for (text, part) in rows {
             let refused = read(text).unwrap_err();

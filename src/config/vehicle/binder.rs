@@ -1,5 +1,7 @@
 //! Binds signals by name and raw values with their meaning: the pieces of a binding.
 
+use std::path::PathBuf;
+
 use super::raw_values::RawValues;
 use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::fields::Fields;
@@ -10,24 +12,28 @@ use crate::core::dbc::model::{Database, Message, Number, Signal};
 use crate::core::validation::meaning::{Meaning, RawRange, ValueMap};
 use crate::core::validation::table::{BoundSignal, MessageIndex, Role, SignalIndex};
 
-/// Keys of raw values for "not available" and "fault".
-pub(super) const FATES: &[&str] = &["not_available", "fault"];
+/// Keys of the raw values that stand for no state: "not available" and "fault".
+pub(super) const UNUSABLE: &[&str] = &["not_available", "fault"];
 /// The key of raw values for "not available" alone.
 pub(super) const NOT_AVAILABLE: &[&str] = &["not_available"];
 
-/// A bus of the profile with its DBC.
+/// The DBC of a bus, as it was read.
 #[derive(Debug)]
-pub(super) struct ProfileBus {
-    pub(super) name: String,
-    pub(super) index: BusIndex,
-    pub(super) dbc_path: String,
-    pub(super) database: Database,
+pub struct LoadedDbc {
+    /// Name of its bus in the profile.
+    pub bus: String,
+    /// Index of its bus in the order of the names.
+    pub index: BusIndex,
+    /// Path of the DBC.
+    pub path: PathBuf,
+    /// Its content, with what was rejected of it.
+    pub database: Database,
 }
 
 /// Messages and signals bound so far, each once.
 pub(super) struct Binder<'a> {
     pub(super) checker: &'a Checker,
-    pub(super) buses: &'a [ProfileBus],
+    pub(super) buses: &'a [LoadedDbc],
     /// Bus and name of each bound message, in order of first use.
     pub(super) messages: Vec<(usize, &'a Message)>,
     pub(super) signals: Vec<BoundSignal>,
@@ -37,11 +43,11 @@ pub(super) struct Binder<'a> {
 pub(super) type Meanings<T> = Vec<(RawValues, Meaning<T>)>;
 
 impl<'a> Binder<'a> {
-    pub(super) fn new(checker: &'a Checker, buses: &'a [ProfileBus]) -> Self {
+    pub(super) fn new(checker: &'a Checker, buses: &'a [LoadedDbc]) -> Self {
         Self { checker, buses, messages: Vec::new(), signals: Vec::new() }
     }
 
-    /// Notes a problem at a place in the profile.
+    /// Notes a problem at a location in the profile.
     pub(super) fn refuse(&self, at: &Location, reason: impl AsRef<str>, remedy: &str) {
         self.checker.refuse(at, reason, remedy);
     }
@@ -54,13 +60,13 @@ impl<'a> Binder<'a> {
         at: &Location,
     ) -> Option<(usize, &'a Message)> {
         let buses = self.buses.iter().enumerate();
-        let named = buses.filter(|(_, known)| bus.is_none_or(|bus| known.name == bus));
+        let named = buses.filter(|(_, known)| bus.is_none_or(|bus| known.bus == bus));
         let found: Vec<_> =
             named.filter_map(|(index, known)| Some((index, known.database.message(name)?))).collect();
         match found.as_slice() {
             [one] => Some(*one),
             [] => {
-                match bus.filter(|bus| !self.buses.iter().any(|known| known.name == *bus)) {
+                match bus.filter(|bus| !self.buses.iter().any(|known| known.bus == *bus)) {
                     Some(bus) => self.refuse_bus(at, bus),
                     None => self.refuse(at, self.missing_message(bus, name), "name a message of the DBC"),
                 }
@@ -75,15 +81,15 @@ impl<'a> Binder<'a> {
 
     /// Refuses a bus that the profile does not have.
     pub(super) fn refuse_bus(&self, at: &Location, bus: &str) {
-        let known: Vec<_> = self.buses.iter().map(|bus| bus.name.as_str()).collect();
-        self.refuse(at, format!("there is no bus {bus}"), &format!("it has {}", known.join(", ")));
+        let known: Vec<_> = self.buses.iter().map(|known| known.bus.as_str()).collect();
+        self.refuse(at, format!("the profile has no bus {bus}"), &format!("it has {}", known.join(", ")));
     }
 
     /// The reason why a message is unknown: the DBC lacks it, or it has a form that was rejected.
     fn missing_message(&self, bus: Option<&str>, name: &str) -> String {
         let buses: Vec<_> =
-            self.buses.iter().filter(|known| bus.is_none_or(|bus| known.name == bus)).collect();
-        let files = buses.iter().map(|bus| bus.dbc_path.as_str()).collect::<Vec<_>>().join(", ");
+            self.buses.iter().filter(|known| bus.is_none_or(|bus| known.bus == bus)).collect();
+        let files = buses.iter().map(|bus| bus.path.display().to_string()).collect::<Vec<_>>().join(", ");
         let rejected = buses.iter().find_map(|bus| rejected(bus, name)).unwrap_or_default();
         format!("{files} has no message {name}{rejected}")
     }
@@ -93,7 +99,7 @@ impl<'a> Binder<'a> {
         let at = &given.location;
         let (bus, rest) = split_bus(&given.text);
         let Some((message_name, signal_name)) = rest.split_once('.') else {
-            self.refuse(at, format!("{rest:?} names no signal"), "write MESSAGE.SIGNAL");
+            self.refuse(at, format!("{rest:?} is not a signal"), "write MESSAGE.SIGNAL");
             return None;
         };
         let (bus, message) = self.find_message(bus, message_name, at)?;
@@ -130,7 +136,7 @@ impl<'a> Binder<'a> {
     /// The message's name for people: with its bus, when several buses have one of that name.
     pub(super) fn message_name(&self, bus: usize, message: &Message) -> String {
         let twins = self.buses.iter().filter(|bus| bus.database.message(&message.name).is_some()).count();
-        if twins > 1 { format!("{}:{}", self.buses[bus].name, message.name) } else { message.name.clone() }
+        if twins > 1 { format!("{}:{}", self.buses[bus].bus, message.name) } else { message.name.clone() }
     }
 
     fn intern(&mut self, bus: usize, message: &'a Message, signal: &'a Signal) -> SignalIndex {
@@ -156,13 +162,13 @@ impl<'a> Binder<'a> {
     }
 
     /// Binds the key `signal` of a table with the raw values that it has under a key for each state: those in
-    /// `required`, those in `optional`, and the `fates` of a value that is no state. `remedy` is for keys that
+    /// `required`, those in `optional`, and those under the `unusable` keys, which stand for no state. `remedy` is for keys that
     /// are missing.
     pub(super) fn states<T: Copy>(
         &mut self,
         fields: &Fields<'_>,
         [required, optional]: [&[(&'static str, T)]; 2],
-        fates: &[&'static str],
+        unusable: &[&'static str],
         remedy: &str,
     ) -> Option<Role<T>> {
         let keys: Vec<_> = required.iter().map(|(key, _)| *key).collect();
@@ -176,7 +182,7 @@ impl<'a> Binder<'a> {
             .iter()
             .filter_map(|(key, state)| Some((RawValues::given(fields, key)?, Meaning::Defined(*state))));
         meanings.extend(others);
-        meanings.extend(fate_values(fields, fates));
+        meanings.extend(unusable_values(fields, unusable));
         is_complete?;
         self.role(&given?, &meanings)
     }
@@ -186,15 +192,15 @@ impl<'a> Binder<'a> {
         &mut self,
         fields: &Fields<'_>,
         [on, off]: [&'static str; 2],
-        fates: &[&'static str],
+        unusable: &[&'static str],
         remedy: &str,
     ) -> Option<Role<bool>> {
-        self.states(fields, [&[(on, true), (off, false)], &[]], fates, remedy)
+        self.states(fields, [&[(on, true), (off, false)], &[]], unusable, remedy)
     }
 
     fn values<T: Copy>(&self, meanings: &Meanings<T>, signal: Option<&Signal>) -> Option<ValueMap<T>> {
         let before = self.checker.count();
-        let mut seen: Vec<RawRange> = Vec::new();
+        let mut taken: Vec<RawRange> = Vec::new();
         let mut entries = Vec::new();
         for (values, meaning) in meanings {
             for (range, at) in &values.0 {
@@ -206,10 +212,10 @@ impl<'a> Binder<'a> {
                     }
                 }
                 let overlaps = |known: &&RawRange| known.first <= range.last && range.first <= known.last;
-                if let Some(twin) = seen.iter().find(overlaps) {
+                if let Some(twin) = taken.iter().find(overlaps) {
                     self.refuse(at, format!("{range} overlaps {twin}"), "give each raw value one meaning");
                 }
-                seen.push(*range);
+                taken.push(*range);
                 entries.push((*range, *meaning));
             }
         }
@@ -218,9 +224,9 @@ impl<'a> Binder<'a> {
 }
 
 /// The values for "not available" and "fault" under these keys, as far as they are given.
-pub(super) fn fate_values<T>(fields: &Fields<'_>, fates: &[&'static str]) -> Meanings<T> {
+pub(super) fn unusable_values<T>(fields: &Fields<'_>, keys: &[&'static str]) -> Meanings<T> {
     let meaning = |key| if key == "fault" { Meaning::Fault } else { Meaning::NotAvailable };
-    fates.iter().filter_map(|key| Some((RawValues::given(fields, key)?, meaning(*key)))).collect()
+    keys.iter().filter_map(|key| Some((RawValues::given(fields, key)?, meaning(*key)))).collect()
 }
 
 /// The bus and the rest of `BUS:REST` or `REST`.
@@ -228,8 +234,8 @@ pub(super) fn split_bus(name: &str) -> (Option<&str>, &str) {
     name.split_once(':').map_or((None, name), |(bus, rest)| (Some(bus), rest))
 }
 
-/// The place and reason where the DBC's statement about a name was rejected, as the end of a reason.
-fn rejected(bus: &ProfileBus, name: &str) -> Option<String> {
+/// Line and reason where the DBC's statement about a name was rejected, as the end of a reason.
+fn rejected(bus: &LoadedDbc, name: &str) -> Option<String> {
     let finding = bus.database.findings.iter().find(|finding| finding.excerpt.contains(name))?;
-    Some(format!("; rejected at {}:{}: {}", bus.dbc_path, finding.line, finding.reason))
+    Some(format!("; rejected at {}:{}: {}", bus.path.display(), finding.line, finding.reason))
 }

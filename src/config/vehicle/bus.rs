@@ -1,11 +1,12 @@
-//! `[bus.*]` of a profile: the DBCs, and what proves a bus alive.
+//! `[bus.*]` of a profile: the DBCs, and the messages that prove a bus alive.
 
 use std::time::Duration;
 
-use super::binder::{Binder, ProfileBus};
+use super::binder::{Binder, LoadedDbc};
 use crate::config::files::Files;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
+use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::CanId;
 use crate::core::can::link::BusIndex;
 use crate::core::command::allow_list::AllowList;
@@ -15,19 +16,19 @@ use crate::core::validation::table::BoundMessage;
 /// Default of the silence after which a bus counts as dead, ms; at least the timeout of its fastest message.
 const ALIVE_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// `[bus.<name>]`
+/// The keys of `[bus.<name>]` that are needed once the messages are bound.
 #[derive(Debug)]
 pub(super) struct BusSection {
     /// Further messages that prove the bus alive.
     heartbeat_messages: Vec<LocatedText>,
     /// Longest silence of a bus that is awake.
     alive_timeout: Option<Duration>,
-    /// Whether the whole bus may fall asleep.
-    pub(super) may_sleep: bool,
+    /// True if the whole bus may fall asleep.
+    may_sleep: bool,
 }
 
 /// Reads the section of each bus, in the order of their names, with its DBC; `None` when a problem was noted.
-pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<ProfileBus>, Vec<BusSection>)> {
+pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<LoadedDbc>, Vec<BusSection>)> {
     let checker = top.checker;
     let before = checker.count();
     let mut entries: Vec<_> = top.entries("bus", "write [bus.<name>]").iter().collect();
@@ -46,12 +47,11 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Pro
             may_sleep: fields.flag("may_sleep").unwrap_or_default(),
         });
         if let Some(path) = fields.path("dbc") {
-            let dbc_path = path.display().to_string();
-            let bytes = files.read(&path).map_err(|error| format!("cannot read {dbc_path}: {error}"));
+            let bytes = files.read(&path).map_err(|error| format!("cannot read {}: {error}", path.display()));
             let remedy = "give the DBC's path relative to this file";
             if let Some(bytes) = checker.accept(fields.at("dbc"), bytes, remedy) {
-                let (name, index) = (entry.key.clone(), BusIndex(index));
-                buses.push(ProfileBus { name, index, dbc_path, database: dbc::parse(&bytes) });
+                let (bus, index) = (entry.key.clone(), BusIndex(index));
+                buses.push(LoadedDbc { bus, index, path, database: dbc::parse(&bytes) });
             }
         }
         fields.done();
@@ -60,24 +60,35 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Pro
 }
 
 impl BusSection {
-    /// The silence after which the bus counts as dead; by default no bus is dead while its fastest message may
-    /// be silent.
-    pub(super) fn alive_timeout(&self, bus: &ProfileBus, messages: &[BoundMessage]) -> Duration {
+    /// Settings of the bus, without an interface. By default no bus is dead while its fastest message may be silent.
+    pub(super) fn settings(
+        &self,
+        bus: &LoadedDbc,
+        heartbeat_messages: Vec<CanId>,
+        messages: &[BoundMessage],
+    ) -> BusSettings {
         let of_bus = messages.iter().filter(|message| message.bus == bus.index);
         let fastest = of_bus.filter_map(|message| message.timing.timeout()).min();
-        self.alive_timeout.unwrap_or(fastest.unwrap_or_default().max(ALIVE_TIMEOUT))
+        let alive_timeout = fastest.unwrap_or_default().max(ALIVE_TIMEOUT);
+        BusSettings {
+            name: bus.bus.clone(),
+            interface: String::new(),
+            heartbeat_messages,
+            alive_timeout: self.alive_timeout.unwrap_or(alive_timeout),
+            may_sleep: self.may_sleep,
+        }
     }
 
     /// The further messages that prove the bus alive. Those that the gateway sends itself prove nothing.
     pub(super) fn heartbeat_messages(
         &self,
         binder: &Binder<'_>,
-        bus: &ProfileBus,
+        bus: &LoadedDbc,
         allowed: Option<&AllowList>,
     ) -> Vec<CanId> {
         let mut ids = Vec::new();
         for LocatedText { text, location } in &self.heartbeat_messages {
-            let Some((_, message)) = binder.find_message(Some(&bus.name), text, location) else { continue };
+            let Some((_, message)) = binder.find_message(Some(&bus.bus), text, location) else { continue };
             if allowed.is_some_and(|allowed| allowed.contains(bus.index, message.id)) {
                 let reason = format!("{text} is sent by the gateway itself");
                 binder.refuse(location, reason, "name messages that the vehicle sends");

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::binder::{Binder, FATES, Meanings, fate_values};
+use super::binder::{Binder, Meanings, UNUSABLE, unusable_values};
 use super::light_sources::{longest_hold, sources};
 use super::raw_values::RawValues;
 use crate::config::reading::checker::Keywords;
@@ -15,14 +15,14 @@ use crate::core::vehicle_lights::state::HazardCode;
 /// Default of the time for which a button is watched before the lights are known to be off.
 const BUTTON_STARTUP_DELAY: Duration = Duration::from_secs(1);
 
-/// The origin of the state.
+/// Origins of the hazard-light state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum HazardFrom {
-    /// A signal of its own.
+    /// A signal that is on while the lights are.
     Signal,
     /// A signal that gives a reason.
     Reason,
-    /// Both turn sides on.
+    /// Both turn sides on at once.
     BothSides,
     /// A momentary button.
     Button,
@@ -59,7 +59,7 @@ pub(super) fn hazard(
     sources(binder, fields, source, |_| hold).map(HazardBinding::From)
 }
 
-/// Whether the hazard lights are both turn sides on.
+/// True if the hazard-light state comes from both turn sides.
 pub(super) fn is_from_both_sides(fields: &Fields<'_>) -> bool {
     fields.is("from", "both_sides")
 }
@@ -94,7 +94,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBindin
             let code = |active| HazardCode { active, reason: None };
             let states = [("on", code(true)), ("off", code(false))];
             let role =
-                binder.states(fields, [&states, &[]], FATES, "a hazard signal needs signal, on and off");
+                binder.states(fields, [&states, &[]], UNUSABLE, "a hazard signal needs signal, on and off");
             Some(HazardSource::Signal { role: role?, reasons: vec![] })
         }
         HazardFrom::Button => {
@@ -102,7 +102,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, turn: Option<&TurnBindin
             let max_gap = fields.limit("max_gap_ms").unwrap_or(StalkSettings::default().max_gap);
             let startup_delay = fields.limit("startup_delay_ms").unwrap_or(BUTTON_STARTUP_DELAY);
             let role =
-                binder.switch(fields, ["on", "off"], FATES, "a hazard button needs signal, on and off")?;
+                binder.switch(fields, ["on", "off"], UNUSABLE, "a hazard button needs signal, on and off")?;
             Some(HazardSource::Button { role, max_gap, startup_delay })
         }
         HazardFrom::Reason => {
@@ -120,10 +120,11 @@ fn reason(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<HazardSource> 
     let off = RawValues::some_given(fields, "off");
     let mut reasons: Vec<_> = fields.entries("reasons", "give a table of reasons").iter().collect();
     reasons.sort_by_key(|entry| &entry.key);
-    let fates = fate_values(fields, FATES);
+    let unusable = unusable_values(fields, UNUSABLE);
     is_complete?;
     if reasons.is_empty() || reasons.len() > usize::from(u8::MAX) {
-        fields.refuse("reasons", "no reason is named, or more than 255", "name reasons in [hazard.reasons]");
+        let reason = format!("expected 1 to 255 reasons, found {}", reasons.len());
+        fields.refuse("reasons", reason, "name them in [hazard.reasons]");
         return None;
     }
     let off = (off?, Meaning::Defined(HazardCode { active: false, reason: None }));
@@ -132,7 +133,7 @@ fn reason(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<HazardSource> 
         let code = HazardCode { active: true, reason: Some(index) };
         meanings.push((RawValues::some_of(fields.checker, &entry.value), Meaning::Defined(code)));
     }
-    meanings.extend(fates);
+    meanings.extend(unusable);
     let role = binder.role(&signal?, &meanings)?;
     Some(HazardSource::Signal { role, reasons: reasons.iter().map(|entry| entry.key.clone()).collect() })
 }

@@ -71,7 +71,8 @@ fn name<S>(fields: &Fields<'_>, others: &[NamedSource<S>]) -> Option<String> {
     fields.require(&["name"], "name the source for diagnostics");
     let name = fields.string("name")?.text;
     if name.is_empty() || others.iter().any(|other| other.name == name) {
-        let reason = format!("{name:?} does not tell this source from the others");
+        let reason =
+            if name.is_empty() { "the name is empty" } else { "another source of the section has this name" };
         fields.refuse("name", reason, "give each source a name of its own");
         return None;
     }

@@ -1,4 +1,4 @@
-//! `[message.*]` of a profile: how long each bound message is believed, and its integrity checks.
+//! `[message.*]` of a profile: how long each bound message is valid, and its integrity checks.
 
 use std::time::Duration;
 
@@ -16,13 +16,13 @@ const CYCLES_UNTIL_STALE: u64 = 5;
 /// … and its lower bound: a busy bus and a loaded PC can hold a frame back for some 100 ms.
 const MIN_DEFAULT_TIMEOUT_MS: u64 = 200;
 
-/// The sending behaviour of a message.
+/// Send types of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum SendType {
-    /// Sent periodically.
+    /// Sent periodically, changed or not.
     #[default]
     Cyclic,
-    /// Sent on change only.
+    /// Sent on change, never repeated.
     Event,
     /// Sent on change, and slowly repeated.
     EventCyclic,
@@ -31,16 +31,16 @@ enum SendType {
 const TIMINGS: Keywords<SendType> =
     &[("cyclic", SendType::Cyclic), ("event", SendType::Event), ("event_cyclic", SendType::EventCyclic)];
 
-/// `[message.<NAME>]`
+/// The section `[message.<NAME>]` of one message.
 struct Section<'c> {
     name: &'c str,
-    /// Place of the name.
+    /// Location of the name.
     location: &'c Location,
     /// The bus, when several have a message of this name.
     bus: Option<LocatedText>,
     /// `None` when it was refused.
     send_type: Option<SendType>,
-    /// Longest believed silence.
+    /// Silence after which its values are stale.
     timeout: Option<Duration>,
     fields: Fields<'c>,
 }
@@ -53,7 +53,7 @@ impl<'c> Section<'c> {
             let Some(fields) = Fields::of(top.checker, &entry.value) else { continue };
             let bus = fields.string("bus");
             if let Some(bus) =
-                bus.as_ref().filter(|bus| binder.buses.iter().all(|known| known.name != bus.text))
+                bus.as_ref().filter(|bus| binder.buses.iter().all(|known| known.bus != bus.text))
             {
                 binder.refuse_bus(&bus.location, &bus.text);
                 fields.accept_rest();
@@ -71,12 +71,12 @@ impl<'c> Section<'c> {
         sections
     }
 
-    /// Whether the section is about this message of this bus. One for a bus that does not exist is refused and
-    /// draws no second problem.
+    /// True if the section is about this message of this bus. One for a bus that does not exist is refused and
+    /// causes no second problem.
     fn is_of(&self, binder: &Binder<'_>, (bus, message): (usize, &Message)) -> bool {
         let is_other =
-            |named: &LocatedText| binder.buses.iter().position(|known| known.name == named.text) != Some(bus);
-        let exists = |named: &&LocatedText| binder.buses.iter().any(|known| known.name == named.text);
+            |named: &LocatedText| binder.buses.iter().position(|known| known.bus == named.text) != Some(bus);
+        let exists = |named: &&LocatedText| binder.buses.iter().any(|known| known.bus == named.text);
         self.name == message.name && !self.bus.as_ref().filter(exists).is_some_and(is_other)
     }
 }
@@ -96,11 +96,15 @@ pub(super) fn messages(
                 section.fields.accept_rest();
                 // A signal that failed to be bound may have been in it.
                 if all_bound {
-                    let remedy = "remove the section, or bind a signal of it";
-                    binder.refuse(section.location, "no bound signal is in this message", remedy);
+                    let remedy = "remove the section, or bind one";
+                    binder.refuse(section.location, "no signal of this message is bound", remedy);
                 }
             }
-            _ => binder.refuse(section.location, "bound on several buses", "add `bus`"),
+            _ => binder.refuse(
+                section.location,
+                "messages of this name are bound on several buses",
+                "add `bus`",
+            ),
         }
     }
     let of = |bound| sections.iter().find(|section| section.is_of(binder, bound));
@@ -115,7 +119,8 @@ pub(super) fn messages(
             !heartbeat_messages[*bus].is_empty() || binder.messages.iter().zip(&timings).any(is_proof);
         if *timing == Timing::Event && !is_proven {
             let at = section.map_or(top.location(), |section| section.location);
-            let reason = "an event message holds while its bus is alive, and nothing proves this bus alive";
+            let reason =
+                "an event message is valid while its bus is alive, and no message proves this bus alive";
             binder.refuse(at, reason, "name cyclic messages of the DBC in heartbeat_messages of the bus");
         }
         compiled.push(BoundMessage {

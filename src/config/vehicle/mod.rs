@@ -12,8 +12,7 @@ mod raw_values;
 mod turn;
 mod v2i;
 
-use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::path::Path;
 
 use super::files::Files;
 use super::reading::checker::Checker;
@@ -21,15 +20,13 @@ use super::reading::fields::Fields;
 use super::reading::location::Text;
 use super::reading::problem::Problem;
 use super::reading::toml_text::from_toml;
-use crate::core::can::frame::CanId;
+use crate::core::can::bus::BusSettings;
 use crate::core::command::settings::CommandBinding;
-use crate::core::dbc::model::Database;
 use crate::core::traffic_light::v2i_reception::binding::V2iBinding;
 use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalTable};
-use crate::core::vehicle_lights::binding::{
-    FaultBinding, HazardBinding, LightsBinding, TurnBinding, TurnWhileHazard,
-};
+use crate::core::vehicle_lights::binding::{HazardBinding, LightsBinding, TurnBinding};
 use binder::Binder;
+pub use binder::LoadedDbc;
 use bus::read_buses;
 use command::command;
 use hazard::{hazard, is_from_both_sides};
@@ -41,13 +38,15 @@ use v2i::v2i;
 /// The document that explains the keys of profiles and of the gateway's file.
 pub(super) const SEE: &str = "config/gateway.toml";
 
-/// A compiled profile.
-#[derive(Debug)]
+/// A vehicle profile, bound to its DBCs; without any lights by default.
+#[derive(Debug, Default)]
 pub(super) struct Vehicle {
-    /// Name for people.
+    /// Name of the vehicle, for people.
     pub name: String,
-    /// Buses, in the order of their names; `BusIndex` points here.
-    pub buses: Vec<VehicleBus>,
+    /// Buses without their interfaces, in the order of their names; `BusIndex` points here.
+    pub buses: Vec<BusSettings>,
+    /// The DBC of each bus.
+    pub dbcs: Vec<LoadedDbc>,
     /// Binding of its lights.
     pub lights: LightsBinding,
     /// Binding of traffic-light states from the network; empty in most profiles.
@@ -59,39 +58,8 @@ pub(super) struct Vehicle {
 impl Vehicle {
     /// No vehicle, as on a bench.
     pub(super) fn none() -> Self {
-        let lights = LightsBinding {
-            table: SignalTable::default(),
-            turn: TurnBinding::LeftOut,
-            turn_faults: FaultBinding::default(),
-            hazard: HazardBinding::LeftOut,
-            hazard_faults: FaultBinding::default(),
-            turn_while_hazard: TurnWhileHazard::default(),
-        };
-        Self {
-            name: "no vehicle".to_owned(),
-            buses: Vec::new(),
-            lights,
-            v2i: V2iBinding::default(),
-            command: CommandBinding::default(),
-        }
+        Self { name: "no vehicle".to_owned(), ..Self::default() }
     }
-}
-
-/// A bus as the profile describes it.
-#[derive(Debug)]
-pub(super) struct VehicleBus {
-    /// Name in the profile.
-    pub name: String,
-    /// Further messages that prove the bus alive.
-    pub heartbeat_messages: Vec<CanId>,
-    /// Longest silence of the bus while it is awake.
-    pub alive_timeout: Duration,
-    /// Whether the whole bus may fall asleep.
-    pub may_sleep: bool,
-    /// Path of the DBC.
-    pub dbc_path: PathBuf,
-    /// Content of the DBC.
-    pub database: Database,
 }
 
 /// Reads a profile from the bytes of its file.
@@ -111,8 +79,8 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let checker = fields.checker;
     let before = checker.count();
     let name = fields.required_string("name");
-    let (buses, sections) = read_buses(files, &fields)?;
-    let mut binder = Binder::new(checker, &buses);
+    let (dbcs, sections) = read_buses(files, &fields)?;
+    let mut binder = Binder::new(checker, &dbcs);
     let lights = lights(&mut binder, &fields);
     let light_signals = std::mem::take(&mut binder.signals);
     let sources = v2i(&mut binder, &fields);
@@ -121,31 +89,21 @@ pub(super) fn compile(files: &dyn Files, fields: Fields<'_>) -> Option<Vehicle> 
     let command = command(&mut binder, fields.table("command"), hazard);
     let command_signals = std::mem::take(&mut binder.signals);
     let allowed = command.as_ref().map(|command| &command.allowed);
-    let heartbeats: Vec<_> = buses
-        .iter()
-        .zip(&sections)
-        .map(|(bus, section)| section.heartbeat_messages(&binder, bus, allowed))
-        .collect();
+    let described = dbcs.iter().zip(&sections);
+    let heartbeats = described.map(|(dbc, section)| section.heartbeat_messages(&binder, dbc, allowed));
+    let heartbeats: Vec<_> = heartbeats.collect();
     let all_bound = lights.is_some() && sources.is_some() && command.is_some();
     let messages = messages(&binder, &fields, &heartbeats, all_bound);
     fields.done();
     if checker.count() > before {
         return None;
     }
-    let limits: Vec<_> =
-        buses.iter().zip(&sections).map(|(bus, section)| section.alive_timeout(bus, &messages)).collect();
-    let buses = buses.into_iter().zip(sections).zip(heartbeats).zip(limits);
-    let buses = buses.map(|(((bus, section), heartbeat_messages), alive_timeout)| VehicleBus {
-        name: bus.name,
-        heartbeat_messages,
-        alive_timeout,
-        may_sleep: section.may_sleep,
-        dbc_path: bus.dbc_path.into(),
-        database: bus.database,
-    });
+    let described = dbcs.iter().zip(&sections).zip(heartbeats);
+    let buses = described.map(|((dbc, section), heartbeats)| section.settings(dbc, heartbeats, &messages));
     Some(Vehicle {
         name: name?.text,
         buses: buses.collect(),
+        dbcs,
         lights: LightsBinding { table: table(&messages, light_signals), ..lights? },
         v2i: V2iBinding { table: table(&messages, v2i_signals), sources: sources? },
         command: CommandBinding { table: table(&messages, command_signals), ..command? },

@@ -6,12 +6,12 @@ use crate::config::reading::location::Location;
 use crate::config::reading::value::{Kind, Value};
 use crate::core::validation::meaning::RawRange;
 
-/// A list of raw values and ranges, e.g. `[0, "4..=7"]`, each with its place.
+/// A list of raw values and ranges, e.g. `[0, "4..=7"]`, each with its location.
 #[derive(Debug, Clone)]
 pub(super) struct RawValues(pub(super) Vec<(RawRange, Location)>);
 
 impl RawValues {
-    /// One range, which is given at a place.
+    /// One range, which is given at a location.
     pub(super) fn one(range: RawRange, at: &Location) -> Self {
         Self(vec![(range, at.clone())])
     }
@@ -29,7 +29,7 @@ impl RawValues {
     /// The raw values of a list, at least one.
     pub(super) fn some_of(checker: &Checker, value: &Value) -> Self {
         if matches!(&value.kind, Kind::List(items) if items.is_empty()) {
-            checker.refuse(&value.location, "no value is named", "name at least one raw value");
+            checker.refuse(&value.location, "no value is given", "give at least one raw value");
         }
         Self::of(checker, value)
     }

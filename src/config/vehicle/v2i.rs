@@ -1,6 +1,6 @@
 //! `[[v2i]]` of a profile: traffic-light states received over CAN.
 
-use super::binder::{Binder, FATES, Meanings, NOT_AVAILABLE, fate_values};
+use super::binder::{Binder, Meanings, NOT_AVAILABLE, UNUSABLE, unusable_values};
 use super::raw_values::RawValues;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
@@ -56,14 +56,14 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>, ids: &mut Vec<i64>) -> O
         fields.set_form("without `id`");
         V2iStates::Cycling(cycle(binder, fields, confidence.as_ref(), ids)?)
     } else {
-        binder.refuse(fields.location(), "neither `id` nor `groups` say whose states these are", FORMS);
+        binder.refuse(fields.location(), "neither `id` nor `groups` names the traffic light", FORMS);
         fields.accept_rest();
         return None;
     };
     Some(V2iSource { states, status })
 }
 
-/// Reads a relation or way id, which no other state has.
+/// Reads the id of a relation or way, which no other state has.
 fn id(fields: &Fields<'_>, ids: &mut Vec<i64>) -> Option<i64> {
     let number = fields.whole("id")?;
     if number == 0 {
@@ -82,7 +82,7 @@ fn states(
     fields: &Fields<'_>,
     arrow: Option<&LocatedText>,
 ) -> Option<Role<BulbSet>> {
-    let (signal, fates) = (fields.string("signal"), fate_values(fields, FATES));
+    let (signal, unusable) = (fields.string("signal"), unusable_values(fields, UNUSABLE));
     let value = fields.value("states")?;
     let mut meanings: Meanings<BulbSet> = Vec::new();
     match &value.kind {
@@ -95,12 +95,16 @@ fn states(
         Kind::Map(texts) => {
             if let Some(arrow) = arrow {
                 let remedy = "remove it, or use states = \"movement_phase_state\"";
-                binder.refuse(&arrow.location, "the states themselves name the arrow", remedy);
+                binder.refuse(
+                    &arrow.location,
+                    "states that are written out name their arrows themselves",
+                    remedy,
+                );
                 return None;
             }
             if texts.is_empty() {
                 let remedy = "name states with their raw values, e.g. { \"red\" = [3], \"green\" = [5] }";
-                binder.refuse(&value.location, "no state is named", remedy);
+                binder.refuse(&value.location, "no state is given", remedy);
             }
             for entry in texts {
                 let bulbs = bulbs(binder, &entry.key, &entry.location);
@@ -114,7 +118,7 @@ fn states(
             binder.checker.refuse_kind(value, expected);
         }
     }
-    meanings.extend(fates);
+    meanings.extend(unusable);
     binder.role(&signal?, &meanings)
 }
 
@@ -124,9 +128,10 @@ fn bulbs(binder: &Binder<'_>, text: &str, at: &Location) -> Option<BulbSet> {
         Ok(bulbs) if bulbs.is_empty() => {
             ("a state has at least one bulb".to_owned(), "write \"solidOff\" for a dark light")
         }
-        Ok(_) if text.to_lowercase().contains("unknown") => {
-            ("a state from the network is known".to_owned(), "put these values into `not_available`")
-        }
+        Ok(_) if text.to_lowercase().contains("unknown") => (
+            "a state received over V2I cannot be unknown".to_owned(),
+            "put these values into `not_available`",
+        ),
         Ok(bulbs) => return Some(bulbs),
         Err(error) => {
             (error.to_string(), "write bulbs as colour, status, shape, e.g. \"red\" or \"red, green right\"")
@@ -153,13 +158,13 @@ fn confidence(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Confidence>
     fields.require(&["signal", "full"], "");
     let signal = fields.string("signal");
     let full = fields.number("full", 1..=u32::MAX, "");
-    let fates = fate_values(&fields, NOT_AVAILABLE);
+    let unusable = unusable_values(&fields, NOT_AVAILABLE);
     let at = fields.at("full");
     fields.done();
     let (signal, full) = (signal?, full?);
     let values = RawValues::one(RawRange { first: 0, last: full.into() }, at);
     let mut meanings = vec![(values, Meaning::Defined(()))];
-    meanings.extend(fates);
+    meanings.extend(unusable);
     Some(Confidence { role: binder.role(&signal, &meanings)?, full })
 }
 
@@ -182,7 +187,7 @@ fn cycle(
     is_complete?;
     let bound = (binder.signal(&intersection?), binder.signal(&group?));
     if entries.is_empty() {
-        fields.refuse("groups", "no group is mapped", "add { intersection = 1, group = 1, id = … }");
+        fields.refuse("groups", "no group is given", "add { intersection = 1, group = 1, id = … }");
     }
     let (state, (intersection, intersections), (group, numbers)) = (state?, bound.0?, bound.1?);
     let mut in_frame = vec![
@@ -232,10 +237,10 @@ fn in_every_frame(binder: &Binder<'_>, message: MessageIndex, signals: &[(Signal
     for (signal, at) in signals {
         let bound = &binder.signals[signal.0];
         if bound.message != message {
-            let reason = "the state comes in another message, so they do not belong together";
+            let reason = "the state is in another message, so they may differ in age";
             binder.refuse(at, reason, "bind signals of one message");
         } else if bound.codec.is_multiplexed() {
-            let reason = format!("{} is not in each frame of its message", bound.name);
+            let reason = format!("{} is not in every frame of its message", bound.name);
             binder.refuse(at, reason, "bind a signal that is, or give it an `id` of its own");
         }
     }

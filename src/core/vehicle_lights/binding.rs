@@ -14,7 +14,7 @@ use crate::core::validation::meaning::Meaning;
 use crate::core::validation::table::{FaultSignal, Role, SignalIndex, SignalTable};
 
 /// Binding of turn indicators and hazard lights.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct LightsBinding {
     /// Messages and signals of the lights.
     pub table: SignalTable,
@@ -31,9 +31,10 @@ pub struct LightsBinding {
 }
 
 /// Binding of one state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub enum StateBinding<S> {
     /// The profile does not mention the lights, so that there are neither reports nor diagnostics.
+    #[default]
     LeftOut,
     /// The vehicle does not have the lights, so that DISABLE is reported.
     NotFitted,

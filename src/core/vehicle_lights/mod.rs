@@ -61,14 +61,8 @@ pub struct Steps {
 impl Steps {
     /// Outputs of the actions, the turn report first.
     pub fn outputs(&self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
-        let turn = self.turn.map(|step| match step {
-            Step::Publish(report, stamp) => VehicleLightsOutput::TurnIndicators { report, stamp },
-            Step::Withdraw => VehicleLightsOutput::WithdrawTurnIndicators,
-        });
-        let hazard = self.hazard.map(|step| match step {
-            Step::Publish(report, stamp) => VehicleLightsOutput::HazardLights { report, stamp },
-            Step::Withdraw => VehicleLightsOutput::WithdrawHazardLights,
-        });
+        let turn = self.turn.map(VehicleLightsOutput::TurnIndicators);
+        let hazard = self.hazard.map(VehicleLightsOutput::HazardLights);
         turn.into_iter().chain(hazard)
     }
 }

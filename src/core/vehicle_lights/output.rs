@@ -1,27 +1,13 @@
 //! Outputs of the vehicle lights.
 
+use super::report::Step;
 use super::verdict::{HazardLights, TurnIndicators};
-use crate::core::time::WallStamp;
 
 /// A report to publish or to withdraw.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VehicleLightsOutput {
-    /// Publish `TurnIndicatorsReport`.
-    TurnIndicators {
-        /// State of the lights.
-        report: TurnIndicators,
-        /// Receive time of the frame that carried the newest value.
-        stamp: WallStamp,
-    },
-    /// Publish `HazardLightsReport`.
-    HazardLights {
-        /// State of the lights.
-        report: HazardLights,
-        /// Receive time of the frame that carried the newest value.
-        stamp: WallStamp,
-    },
-    /// Withdraw turn reports, so that no late joiner receives an old one.
-    WithdrawTurnIndicators,
-    /// Withdraw hazard reports, so that no late joiner receives an old one.
-    WithdrawHazardLights,
+    /// For the topic of `TurnIndicatorsReport`.
+    TurnIndicators(Step<TurnIndicators>),
+    /// For the topic of `HazardLightsReport`.
+    HazardLights(Step<HazardLights>),
 }

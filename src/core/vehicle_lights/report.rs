@@ -16,10 +16,20 @@ pub enum Publish {
 /// Action on a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step<T> {
-    /// Publish the value with the stamp of the frame that carried it.
+    /// Publish the value with the stamp of the frame that carried it, the newest of several.
     Publish(T, WallStamp),
     /// Stop publishing, so that nobody receives an older value as a current one.
     Withdraw,
+}
+
+impl<T: Copy> Step<T> {
+    /// The value to publish; `None` when the report is withdrawn.
+    pub fn value(self) -> Option<T> {
+        match self {
+            Self::Publish(value, _) => Some(value),
+            Self::Withdraw => None,
+        }
+    }
 }
 
 /// State of one report topic.

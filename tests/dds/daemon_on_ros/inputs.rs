@@ -90,7 +90,7 @@ fn states_and_commands_go_to_their_stores_and_bad_ones_are_counted() {
     reader.wait_for_state(mark, "v2i", "");
     gateway.stop("TERM");
     let complaints: Vec<_> =
-        gateway.log().into_iter().filter(|line| line.contains("a command was not understood")).collect();
+        gateway.log().into_iter().filter(|line| line.contains("a command was refused")).collect();
     assert_eq!(complaints.len(), 3, "{complaints:?}");
     assert!(complaints[0].contains("fly") && complaints[2].contains("pink"), "{complaints:?}");
 }

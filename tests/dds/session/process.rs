@@ -11,6 +11,7 @@ use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::io::ros::session::{
     Durability, Isolation, OutgoingStatus, Recovery, RosSession, RosSettings, Topics,
@@ -100,25 +101,15 @@ fn readers(topics: &[OutgoingStatus], is_requested: impl Fn(&str) -> bool) -> Ve
 fn output(command: &str) -> Output {
     let arguments: Vec<&str> = command.split(' ').collect();
     let stamp = || WallStamp::from_nanos(arguments[2].parse::<i64>().unwrap() * 1_000_000_000 + 1);
+    let turn = |step| Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step));
+    let hazard = |step| Output::VehicleLights(VehicleLightsOutput::HazardLights(step));
     match (arguments[0], arguments[1]) {
-        ("turn", "withdraw") => Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators),
-        ("turn", "left") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
-            report: TurnIndicators::EnableLeft,
-            stamp: stamp(),
-        }),
-        ("turn", "right") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
-            report: TurnIndicators::EnableRight,
-            stamp: stamp(),
-        }),
-        ("turn", "off") => Output::VehicleLights(VehicleLightsOutput::TurnIndicators {
-            report: TurnIndicators::Disable,
-            stamp: stamp(),
-        }),
-        ("hazard", "withdraw") => Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights),
-        ("hazard", "on") => Output::VehicleLights(VehicleLightsOutput::HazardLights {
-            report: HazardLights::Enable,
-            stamp: stamp(),
-        }),
+        ("turn", "withdraw") => turn(Step::Withdraw),
+        ("turn", "left") => turn(Step::Publish(TurnIndicators::EnableLeft, stamp())),
+        ("turn", "right") => turn(Step::Publish(TurnIndicators::EnableRight, stamp())),
+        ("turn", "off") => turn(Step::Publish(TurnIndicators::Disable, stamp())),
+        ("hazard", "withdraw") => hazard(Step::Withdraw),
+        ("hazard", "on") => hazard(Step::Publish(HazardLights::Enable, stamp())),
         ("command", "left") => {
             Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Left, stamp: stamp() })
         }

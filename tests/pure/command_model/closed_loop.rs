@@ -20,6 +20,7 @@ use signal_gateway::core::simulated_vehicle::{
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::state::TurnCode::{self, Both, Left, Off, Right};
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 
 use crate::pure::command_model::bench::{self, settings as bench_settings};
 use crate::support::clock::{MS, at as time};
@@ -116,18 +117,16 @@ impl Loop {
                         self.vehicle.frame_arrived(frame.bus(), frame.frame(), self.at);
                         is_quiet = false;
                     }
-                    Output::VehicleLights(VehicleLightsOutput::TurnIndicators { report, .. }) => {
-                        if self.reports.0.replace(report.name()) != Some(report.name()) {
+                    Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
+                        let report = step.value().map(TurnIndicators::name);
+                        if report.is_some() && report != self.reports.0 {
                             self.turned = self.at;
                         }
+                        self.reports.0 = report;
                     }
-                    Output::VehicleLights(VehicleLightsOutput::HazardLights { report, .. }) => {
-                        self.reports.1 = Some(report.name());
+                    Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
+                        self.reports.1 = step.value().map(HazardLights::name);
                     }
-                    Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => {
-                        self.reports.0 = None;
-                    }
-                    Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => self.reports.1 = None,
                     Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
                         for status in diagnostics.statuses.into_iter().filter(|s| s.name.contains("_command"))
                         {

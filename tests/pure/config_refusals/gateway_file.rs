@@ -5,183 +5,135 @@ use std::path::Path;
 use signal_gateway::config::files::Disk;
 use signal_gateway::config::{Overrides, load, load_profile};
 
-use crate::pure::config_refusals::{assert_refused, load_texts, row, sound, spoil};
-
-const SEE: &str = "config/gateway.toml";
+use crate::pure::config_refusals::{assert_refused, load_texts, sound, with};
 
 #[test]
 fn broken_gateway_files_are_refused_where_they_break() {
-    let can = "interface = \"can0\"";
-    assert_refused(
-        "gateway.toml",
-        &[
-            row(can, "interface = @@= \"can0\"", "", "", SEE),
-            row(
-                can,
-                "interface = \"can0\"\n@@speed = 5",
-                "can.body.speed",
-                "unknown key \"speed\"",
-                "known here are",
-            ),
-            row("[ros]\n", "[@@rosa]\n", "rosa", "unknown key \"rosa\"", "known here are profile"),
-            row(can, "interface = @@0", "can.body.interface", "expected a text in quotes, found 0", SEE),
-            row(
-                "[can.body]\ninterface = \"can0\"",
-                "@@[can.body]",
-                "can.body",
-                "a key is missing: interface",
-                SEE,
-            ),
-            row("profile = \"car.toml\"\n", "", "", "no vehicle profile is given", "profile = "),
-            row("\"car.toml\"", "@@\"cart.toml\"", "profile", "cannot read it", "relative to this file"),
-            row(
-                "profile = \"car.toml\"\n",
-                "profile = @@\"car.toml\"\nvehicle = { name = \"x\", turn = { fitted = false }, hazard = { from = \"unbound\" } }\n",
-                "profile",
-                "both a profile and a [vehicle]",
-                "keep one",
-            ),
-            row(
-                "[can.body]\ninterface = \"can0\"\n",
-                "",
-                "",
-                "bus body of the vehicle profile has no interface",
-                "[can.body]",
-            ),
-            row(
-                "[reports]",
-                "[can.@@chassis]\ninterface = \"can1\"\n[reports]",
-                "can.chassis",
-                "no bus chassis",
-                "it has body",
-            ),
-            row(
-                can,
-                "interface = @@\"can 0\"",
-                "can.body.interface",
-                "not an interface name",
-                "1 to 15 characters",
-            ),
-            row(
-                can,
-                "interface = @@\"\"",
-                "can.body.interface",
-                "not an interface name",
-                "1 to 15 characters",
-            ),
-            row(
-                can,
-                "interface = @@\"can0123456789012\"",
-                "can.body.interface",
-                "not an interface name",
-                "e.g. can0",
-            ),
-            row(
-                can,
-                "interface = \"can0\"\nreceive_buffer_bytes = @@100",
-                "can.body.receive_buffer_bytes",
-                "100 bytes is out of range",
-                "4096 to",
-            ),
-        ],
-    );
+    let cases = r#"
+- interface = "can0"
++ interface = = "can0"
+> gateway.toml:3:13: …; see config/gateway.toml for every key
+  interface = "can0"
++ speed = 5
+> gateway.toml:4:1: can.body.speed: unknown key "speed"; valid keys: receive_buffer_bytes, interface
+- [ros]
++ [rosa]
+> gateway.toml:9:2: rosa: unknown key "rosa"; valid keys: profile, vehicle, source, reports, diagnostics, ros, black_box, recording, traffic_lights, turn_signal, command, can
+- interface = "can0"
++ interface = 0
+> gateway.toml:3:13: can.body.interface: expected a text in quotes, found 0; see config/gateway.toml
+- interface = "can0"
+> gateway.toml:2:1: can.body: missing key: interface; see config/gateway.toml
+- profile = "car.toml"
+> gateway.toml:1:1: no vehicle profile is given; name one with profile = "vehicles/….toml"
+- profile = "car.toml"
++ profile = "cart.toml"
+> gateway.toml:1:11: profile: cart.toml: cannot read it: entity not found; give the profile's path relative to this file
+  profile = "car.toml"
++ vehicle = { name = "x", turn = { fitted = false }, hazard = { from = "unbound" } }
+> gateway.toml:1:11: profile: both a profile and a [vehicle] are given; keep one of them
+- [can.body]
+- interface = "can0"
+> gateway.toml:1:1: bus body of the vehicle profile has no interface; add [can.body] interface = "can0"
+  interface = "can0"
++ [can.chassis]
++ interface = "can1"
+> gateway.toml:4:6: can.chassis: the vehicle profile has no bus chassis; it has body
+- interface = "can0"
++ interface = "can 0"
+> gateway.toml:3:13: can.body.interface: "can 0" is not an interface name; give 1 to 15 characters without spaces and slashes, e.g. can0
+- interface = "can0"
++ interface = ""
+> gateway.toml:3:13: can.body.interface: "" is not an interface name; give 1 to 15 characters without spaces and slashes, e.g. can0
+- interface = "can0"
++ interface = "can0123456789012"
+> gateway.toml:3:13: can.body.interface: "can0123456789012" is not an interface name; give 1 to 15 characters without spaces and slashes, e.g. can0
+  interface = "can0"
++ receive_buffer_bytes = 100
+> gateway.toml:4:24: can.body.receive_buffer_bytes: 100 bytes is out of range; give 4096 to 1073741824 bytes
+"#;
+    assert_refused(&sound(), "gateway.toml", cases);
 }
 
 #[test]
 fn broken_rates_names_and_recordings_are_refused() {
-    let periodic = "publish = \"periodic\"";
-    let period = "period_ms = 250";
-    let node = "node = \"signal_gateway\"";
-    assert_refused(
-        "gateway.toml",
-        &[
-            row(
-                periodic,
-                "publish = @@\"sometimes\"",
-                "reports.publish",
-                "unknown value \"sometimes\"",
-                "periodic, on_change",
-            ),
-            row(
-                periodic,
-                "publish = \"on_change\"\nrate_hz = @@10.0",
-                "reports.rate_hz",
-                "no rate",
-                "periodic",
-            ),
-            row(periodic, "rate_hz = @@0.0", "reports.rate_hz", "0.0 Hz is out of range", "0.1 to 1000"),
-            row(periodic, "rate_hz = @@nan", "reports.rate_hz", "nan Hz is out of range", "0.1 to 1000"),
-            row(periodic, "rate_hz = @@1000.1", "reports.rate_hz", "1000.1 Hz", "0.1 to 1000"),
-            row(
-                periodic,
-                "rate_hz = @@\"10\"",
-                "reports.rate_hz",
-                "expected a number, found the text \"10\"",
-                "0.1 to 1000",
-            ),
-            row(
-                periodic,
-                "durability = @@\"forever\"",
-                "reports.durability",
-                "unknown value",
-                "transient_local, volatile",
-            ),
-            row(period, "period_ms = @@1000", "diagnostics.period_ms", "1000 ms", "20 to 500 ms"),
-            row(period, "period_ms = @@19", "diagnostics.period_ms", "19 ms", "20 to 500 ms"),
-            row(period, "hardware_id = @@\"\"", "diagnostics.hardware_id", "empty", "none"),
-            row(node, "node = @@\"signal-gateway\"", "ros.node", "not a ROS name", "letters, digits and _"),
-            row(node, "node = @@\"2nd\"", "ros.node", "not a ROS name", "no digit first"),
-            row(node, "namespace = @@\"car\"", "ros.namespace", "\"car\"", "/a/b"),
-            row(node, "domain_id = @@233", "ros.domain_id", "233 is out of range", "0 to 232"),
-            row(node, "domain_id = @@-1", "ros.domain_id", "-1 is out of range", "0 to 232"),
-            row(
-                node,
-                "only_networks = [@@\"eth0\"]",
-                "ros.only_networks[1]",
-                "invalid IP address",
-                "addresses",
-            ),
-            row(
-                node,
-                "topics.diagnostics = @@\"/diag nostics\"",
-                "ros.topics.diagnostics",
-                "not an absolute topic",
-                "/a/b",
-            ),
-            row(
-                "profile = \"car.toml\"\n",
-                "profile = \"car.toml\"\nsource = \"recording\"\n",
-                "",
-                "without a recording",
-                "[recording] file",
-            ),
-            row(
-                "[ros]",
-                "[recording]\nfile = \"a.log\"\nspeed = @@0.0\n[ros]",
-                "recording.speed",
-                "0.0 is out of range",
-                "0.01 to 1000",
-            ),
-            row("[ros]", "@@[recording]\nrepeat = true\n[ros]", "recording", "a key is missing: file", SEE),
-        ],
-    );
+    let cases = r#"
+- publish = "periodic"
++ publish = "sometimes"
+> gateway.toml:5:11: reports.publish: unknown value "sometimes"; give one of periodic, on_change
+- publish = "periodic"
++ publish = "on_change"
++ rate_hz = 10.0
+> gateway.toml:6:11: reports.rate_hz: reports on change have no rate; remove it, or use publish = "periodic"
+- publish = "periodic"
++ rate_hz = 0.0
+> gateway.toml:5:11: reports.rate_hz: 0.0 Hz is out of range; give 0.1 to 1000 Hz
+- publish = "periodic"
++ rate_hz = nan
+> gateway.toml:5:11: reports.rate_hz: nan Hz is out of range; give 0.1 to 1000 Hz
+- publish = "periodic"
++ rate_hz = 1000.1
+> gateway.toml:5:11: reports.rate_hz: 1000.1 Hz is out of range; give 0.1 to 1000 Hz
+- publish = "periodic"
++ rate_hz = "10"
+> gateway.toml:5:11: reports.rate_hz: expected a number, found the text "10"; give 0.1 to 1000 Hz
+- publish = "periodic"
++ durability = "forever"
+> gateway.toml:5:14: reports.durability: unknown value "forever"; give one of transient_local, volatile
+- period_ms = 250
++ period_ms = 1000
+> gateway.toml:7:13: diagnostics.period_ms: 1000 ms is out of range; give 20 to 500 ms
+- period_ms = 250
++ period_ms = 19
+> gateway.toml:7:13: diagnostics.period_ms: 19 ms is out of range; give 20 to 500 ms
+- period_ms = 250
++ hardware_id = ""
+> gateway.toml:7:15: diagnostics.hardware_id: ROS tools warn about an empty hardware_id; use "none" or leave it out
+- node = "signal_gateway"
++ node = "signal-gateway"
+> gateway.toml:10:8: ros.node: "signal-gateway" is not a ROS name; use letters, digits and _, no digit first
+- node = "signal_gateway"
++ node = "2nd"
+> gateway.toml:10:8: ros.node: "2nd" is not a ROS name; use letters, digits and _, no digit first
+- node = "signal_gateway"
++ namespace = "car"
+> gateway.toml:10:13: ros.namespace: "car" is not an absolute topic; write it as /a/b
+- node = "signal_gateway"
++ domain_id = 233
+> gateway.toml:10:13: ros.domain_id: 233 is out of range; give 0 to 232
+- node = "signal_gateway"
++ domain_id = -1
+> gateway.toml:10:13: ros.domain_id: -1 is out of range; give 0 to 232
+- node = "signal_gateway"
++ only_networks = ["eth0"]
+> gateway.toml:10:18: ros.only_networks[1]: invalid IP address syntax; give IP addresses of this computer
+- node = "signal_gateway"
++ topics.diagnostics = "/diag nostics"
+> gateway.toml:10:22: ros.topics.diagnostics: "/diag nostics" is not an absolute topic; write it as /a/b
+  profile = "car.toml"
++ source = "recording"
+> gateway.toml:1:1: source = "recording" without a recording; add [recording] file = "….log"
++ [recording]
++ file = "a.log"
++ speed = 0.0
+> gateway.toml:10:9: recording.speed: 0.0 is out of range; give 0.01 to 1000
++ [recording]
++ repeat = true
+> gateway.toml:8:1: recording: missing key: file; see config/gateway.toml
+"#;
+    assert_refused(&sound(), "gateway.toml", cases);
 }
 
 #[test]
 fn an_interface_that_serves_two_buses_is_refused() {
-    let mut texts = sound();
-    let profile = texts.text("car.toml").to_owned();
-    let two = profile.replace("[bus.body]", "[bus.rear]\ndbc = \"car.dbc\"\n[bus.body]");
-    texts.insert("car.toml", two.replace("= \"BLINK.", "= \"body:BLINK."));
-    let gateway = texts.text("gateway.toml").to_owned();
-    let twice = "[can.rear]\ninterface = @@\"can0\"\n[reports]";
-    let (text, position) = spoil(&gateway, "[reports]", twice);
-    texts.insert("gateway.toml", text);
-    let problems = load_texts(&texts).unwrap_err();
-    assert_eq!(problems.len(), 1);
-    assert_eq!(problems[0].position, Some(position));
-    assert_eq!(problems[0].key, "can.rear.interface");
-    assert!(problems[0].to_string().contains("can0 serves two buses; give each bus its own"));
+    let two = with("car.toml", "[bus.body]\n", "[bus.rear]\ndbc = \"car.dbc\"\n[bus.body]\n");
+    let profile = two.text("car.toml").replace("= \"BLINK.", "= \"body:BLINK.");
+    let cases = r#"
++ [can.rear]
++ interface = "can0"
+> gateway.toml:9:13: can.rear.interface: can0 already serves another bus; give each bus its own interface
+"#;
+    assert_refused(&two.with("car.toml", profile), "gateway.toml", cases);
 }
 
 #[test]
@@ -229,7 +181,7 @@ fn a_file_that_is_not_utf8_is_refused_at_its_first_bad_byte() {
 }
 
 #[test]
-fn a_missing_configuration_says_which_file_and_which_option() {
+fn a_missing_configuration_is_refused_with_its_path_and_the_option() {
     let refused = load(&Disk, Path::new("nowhere/gateway.toml"), &Overrides::default()).unwrap_err();
     let text = refused.to_string();
     assert!(text.starts_with("nowhere/gateway.toml: cannot read it: No such file"), "{text}");

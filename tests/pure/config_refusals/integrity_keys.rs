@@ -1,277 +1,123 @@
-//! What is refused of checksums, counters, E2E protection and windows.
+//! What is refused of checksums, counters, E2E protection and windows. The message has the signals CRC with
+//! eight bits, NIBBLE with four, COUNT with two, TILT with a sign, and PAGED, which is not in every frame.
 
-use crate::pure::config_refusals::{Spoilt, assert_refused, row};
-
-const SECTION: &str = "timeout_ms = 500\n";
-const CHECKSUM: &str = "see [message.*] checksum in config/gateway.toml";
-const COUNTER: &str = "see [message.*] counter in config/gateway.toml";
-const E2E: &str = "see [message.*] e2e in config/gateway.toml";
-const WINDOW: &str = "see [message.*] window in config/gateway.toml";
-
-/// What stands below `[message.BLINK]`: signals CRC with eight bits, NIBBLE with four, COUNT with two,
-/// TILT with a sign, and PAGED, which is not in every frame.
-fn refused(key: &'static str, rows: &[(&'static str, &'static str, &'static str)]) {
-    let rows: Vec<Spoilt> =
-        rows.iter().map(|(new, reason, remedy)| row(SECTION, new, key, reason, remedy)).collect();
-    assert_refused("car.toml", &rows);
-}
+use crate::pure::config_refusals::{assert_refused, sound};
 
 #[test]
 fn checksums_that_cannot_be_computed_are_refused() {
-    refused(
-        "message.BLINK.checksum",
-        &[
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"vw\", signal = \"CRC\" }\n",
-                "a key is missing: constants",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"psa\", signal = \"NIBBLE\" }\n",
-                "a key is missing: start",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"fca_giorgio\", signal = \"CRC\" }\n",
-                "a key is missing: xorout",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"crc8\", signal = \"CRC\" }\n",
-                "a key is missing: poly",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = @@{ kind = \"crc16\", signal = \"CRC\" }\n",
-                "a key is missing: poly",
-                CHECKSUM,
-            ),
-        ],
-    );
-    refused(
-        "message.BLINK.checksum.constants",
-        &[(
-            "timeout_ms = 500\nchecksum = { kind = \"vw\", signal = \"CRC\", constants = @@[1, 2] }\n",
-            "expected 16 bytes, found 2",
-            CHECKSUM,
-        )],
-    );
-    refused(
-        "message.BLINK.checksum.start",
-        &[
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"psa\", signal = \"NIBBLE\", start = @@16 }\n",
-                "16 is out of range",
-                "0 to 15",
-            ),
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"j1850\", signal = \"CRC\", @@start = 1 }\n",
-                "unknown key \"start\" with this kind",
-                "known here are signal, kind",
-            ),
-        ],
-    );
-    refused(
-        "message.BLINK.checksum.poly",
-        &[
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"crc8\", signal = \"CRC\", poly = @@0x11D }\n",
-                "285 is out of range",
-                "0 to 255",
-            ),
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"honda\", signal = \"NIBBLE\", @@poly = 7 }\n",
-                "unknown key \"poly\" with this kind",
-                "known here are signal, kind",
-            ),
-        ],
-    );
-    refused(
-        "message.BLINK.checksum.reflected",
-        &[(
-            "timeout_ms = 500\nchecksum = { kind = \"sum8\", signal = \"CRC\", @@reflected = true }\n",
-            "unknown key \"reflected\" with this kind",
-            "start, identifier, bytes",
-        )],
-    );
-    refused(
-        "message.BLINK.checksum.kind",
-        &[
-            (
-                "timeout_ms = 500\nchecksum = { kind = @@\"hyundai_fd\", signal = \"CRC\" }\n",
-                "Hyundai's CRC is not known for 4 bytes",
-                CHECKSUM,
-            ),
-            (
-                "timeout_ms = 500\nchecksum = { kind = @@\"crc32\", signal = \"CRC\" }\n",
-                "unknown value \"crc32\"",
-                "honda, toyota, j1850",
-            ),
-        ],
-    );
+    let cases = r#"
++ checksum = { kind = "vw", signal = "CRC" }
+> car.toml:6:12: message.BLINK.checksum: missing key: constants; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "psa", signal = "NIBBLE" }
+> car.toml:6:12: message.BLINK.checksum: missing key: start; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "fca_giorgio", signal = "CRC" }
+> car.toml:6:12: message.BLINK.checksum: missing key: xorout; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "crc8", signal = "CRC" }
+> car.toml:6:12: message.BLINK.checksum: missing key: poly; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "crc16", signal = "CRC" }
+> car.toml:6:12: message.BLINK.checksum: missing key: poly; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "vw", signal = "CRC", constants = [1, 2] }
+> car.toml:6:55: message.BLINK.checksum.constants: expected 16 bytes, found 2; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "psa", signal = "NIBBLE", start = 16 }
+> car.toml:6:55: message.BLINK.checksum.start: 16 is out of range; give 0 to 15
++ checksum = { kind = "j1850", signal = "CRC", start = 1 }
+> car.toml:6:46: message.BLINK.checksum.start: unknown key "start" with this kind of checksum; valid keys: signal, kind
++ checksum = { kind = "crc8", signal = "CRC", poly = 0x11D }
+> car.toml:6:52: message.BLINK.checksum.poly: 285 is out of range; give 0 to 255
++ checksum = { kind = "honda", signal = "NIBBLE", poly = 7 }
+> car.toml:6:49: message.BLINK.checksum.poly: unknown key "poly" with this kind of checksum; valid keys: signal, kind
++ checksum = { kind = "sum8", signal = "CRC", reflected = true }
+> car.toml:6:45: message.BLINK.checksum.reflected: unknown key "reflected" with this kind of checksum; valid keys: signal, kind, start, identifier, bytes
++ checksum = { kind = "hyundai_fd", signal = "CRC" }
+> car.toml:6:21: message.BLINK.checksum.kind: Hyundai's CRC is not known for 4 bytes; see [message.*] checksum in config/gateway.toml
++ checksum = { kind = "crc32", signal = "CRC" }
+> car.toml:6:21: message.BLINK.checksum.kind: unknown value "crc32"; give one of honda, toyota, j1850, fca_giorgio, subaru, tesla, mazda, psa, vw, vw_pq, hyundai_fd, sum8, xor8, crc8, crc16
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }
 
 #[test]
 fn signals_that_cannot_hold_the_checksum_are_refused() {
-    refused(
-        "message.BLINK.checksum.signal",
-        &[
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"j1850\", signal = @@\"CRCS\" }\n",
-                "BLINK has no signal CRCS",
-                "it has TURN, HAZARD",
-            ),
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"j1850\", signal = @@\"NIBBLE\" }\n",
-                "8 bits",
-                "bind the signal that holds the checksum",
-            ),
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"honda\", signal = @@\"TILT\" }\n",
-                "sign",
-                "bind the signal that holds the checksum",
-            ),
-            (
-                "timeout_ms = 500\nchecksum = { kind = \"honda\", signal = @@\"PAGED\" }\n",
-                "multiplexed",
-                "bind the signal that holds the checksum",
-            ),
-        ],
-    );
+    let cases = r#"
++ checksum = { kind = "j1850", signal = "CRCS" }
+> car.toml:6:39: message.BLINK.checksum.signal: BLINK has no signal CRCS; it has TURN, HAZARD, LEFT, RIGHT, TILT, COUNT, CRC, NIBBLE, PAGE, PAGED
++ checksum = { kind = "j1850", signal = "NIBBLE" }
+> car.toml:6:39: message.BLINK.checksum.signal: the checksum has 8 bits, its signal 4; bind the signal that holds the checksum
++ checksum = { kind = "honda", signal = "TILT" }
+> car.toml:6:39: message.BLINK.checksum.signal: a checksum signal is unsigned; bind the signal that holds the checksum
++ checksum = { kind = "honda", signal = "PAGED" }
+> car.toml:6:39: message.BLINK.checksum.signal: a checksum signal is in every frame, this one is multiplexed; bind the signal that holds the checksum
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }
 
 #[test]
 fn counters_that_cannot_run_are_refused() {
-    refused(
-        "message.BLINK.counter",
-        &[
-            (
-                "timeout_ms = 500\ncounter = @@{ signal = \"COUNT\", first = 2, last = 2 }\n",
-                "from 2 to 2: it needs two values",
-                COUNTER,
-            ),
-            (
-                "timeout_ms = 500\ncounter = @@{ signal = \"COUNT\", max_step = 4 }\n",
-                "the largest step is 4: 1 to 3",
-                COUNTER,
-            ),
-            (
-                "timeout_ms = 500\ncounter = @@{ signal = \"COUNT\", max_step = 0 }\n",
-                "the largest step is 0: 1 to 3",
-                COUNTER,
-            ),
-            (
-                "timeout_ms = 500\ncounter = @@{ signal = \"COUNT\", last = 14 }\n",
-                "holds 0 to 3 only",
-                COUNTER,
-            ),
-            ("timeout_ms = 500\ncounter = @@{ signal = \"PAGED\" }\n", "multiplexed", COUNTER),
-        ],
-    );
-    refused(
-        "message.BLINK.counter.signal",
-        &[(
-            "timeout_ms = 500\ncounter = { signal = @@\"COUNTS\" }\n",
-            "BLINK has no signal COUNTS",
-            "it has TURN, HAZARD",
-        )],
-    );
+    let cases = r#"
++ counter = { signal = "COUNT", first = 2, last = 2 }
+> car.toml:6:11: message.BLINK.counter: the counter runs from 2 to 2: it needs two values at least; see [message.*] counter in config/gateway.toml
++ counter = { signal = "COUNT", max_step = 4 }
+> car.toml:6:11: message.BLINK.counter: the largest step is 4: 1 to 3 with this range; see [message.*] counter in config/gateway.toml
++ counter = { signal = "COUNT", max_step = 0 }
+> car.toml:6:11: message.BLINK.counter: the largest step is 0: 1 to 3 with this range; see [message.*] counter in config/gateway.toml
++ counter = { signal = "COUNT", last = 14 }
+> car.toml:6:11: message.BLINK.counter: the counter's signal holds 0 to 3 only; see [message.*] counter in config/gateway.toml
++ counter = { signal = "PAGED" }
+> car.toml:6:11: message.BLINK.counter: a counter signal is in every frame, this one is multiplexed; see [message.*] counter in config/gateway.toml
++ counter = { signal = "COUNTS" }
+> car.toml:6:22: message.BLINK.counter.signal: BLINK has no signal COUNTS; it has TURN, HAZARD, LEFT, RIGHT, TILT, COUNT, CRC, NIBBLE, PAGE, PAGED
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }
 
 #[test]
 fn e2e_protection_that_does_not_fit_is_refused() {
-    refused(
-        "message.BLINK.e2e",
-        &[
-            (
-                "timeout_ms = 500\ncounter = { signal = \"COUNT\" }\ne2e = @@{ profile = \"1A\", data_id = 1 }\n",
-                "an E2E profile has its own checksum and counter",
-                "or `checksum` and `counter`",
-            ),
-            ("timeout_ms = 500\ne2e = @@{ profile = \"1A\" }\n", "a key is missing: data_id", E2E),
-            ("timeout_ms = 500\ne2e = @@{ profile = \"1C\", data_id = 0x1000 }\n", "0x000 to 0xFFF", E2E),
-            ("timeout_ms = 500\ne2e = @@{ profile = \"2\" }\n", "a key is missing: data_ids", E2E),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"1A\", data_id = 1, offset = 3 }\n",
-                "the header takes bytes 3 to 4, the message has 4 bytes",
-                E2E,
-            ),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"4\", data_id = 1 }\n",
-                "the header takes bytes 0 to 11",
-                E2E,
-            ),
-            (
-                "timeout_ms = 500\ne2e = @@{ profile = \"1A\", data_id = 1, max_step = 15 }\n",
-                "the largest step is 15: 1 to 14",
-                E2E,
-            ),
-        ],
-    );
-    refused(
-        "message.BLINK.e2e.data_id",
-        &[
-            (
-                "timeout_ms = 500\ne2e = { profile = \"5\", data_id = @@0x10000 }\n",
-                "65536 is out of range",
-                "0 to 65535",
-            ),
-            (
-                "timeout_ms = 500\ne2e = { profile = \"2\", data_ids = [0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15], @@data_id = 1, offset = 0 }\n",
-                "unknown key \"data_id\" with this profile",
-                "data_ids",
-            ),
-        ],
-    );
-    refused(
-        "message.BLINK.e2e.data_ids",
-        &[
-            (
-                "timeout_ms = 500\ne2e = { profile = \"22\", data_ids = @@[1, 2, 3] }\n",
-                "expected 16 bytes, found 3",
-                E2E,
-            ),
-            (
-                "timeout_ms = 500\ne2e = { profile = \"1A\", data_id = 1, @@data_ids = [1] }\n",
-                "unknown key \"data_ids\" with this profile",
-                "data_id",
-            ),
-        ],
-    );
+    let cases = r#"
++ counter = { signal = "COUNT" }
++ e2e = { profile = "1A", data_id = 1 }
+> car.toml:7:7: message.BLINK.e2e: an E2E profile has its own checksum and counter; give `e2e`, or `checksum` and `counter`
++ e2e = { profile = "1A" }
+> car.toml:6:7: message.BLINK.e2e: missing key: data_id; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "1C", data_id = 0x1000 }
+> car.toml:6:7: message.BLINK.e2e: in low-nibble mode the Data ID is 0x000 to 0xFFF, not 0x1000; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "2" }
+> car.toml:6:7: message.BLINK.e2e: missing key: data_ids; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "1A", data_id = 1, offset = 3 }
+> car.toml:6:7: message.BLINK.e2e: the header takes bytes 3 to 4, the message has 4 bytes; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "4", data_id = 1 }
+> car.toml:6:7: message.BLINK.e2e: the header takes bytes 0 to 11, the message has 4 bytes; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "1A", data_id = 1, max_step = 15 }
+> car.toml:6:7: message.BLINK.e2e: the largest step is 15: 1 to 14 with this range; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "5", data_id = 0x10000 }
+> car.toml:6:34: message.BLINK.e2e.data_id: 65536 is out of range; give 0 to 65535
++ e2e = { profile = "2", data_ids = [0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15], data_id = 1, offset = 0 }
+> car.toml:6:76: message.BLINK.e2e.data_id: unknown key "data_id" with this profile; valid keys: offset, max_step, profile, data_ids
++ e2e = { profile = "22", data_ids = [1, 2, 3] }
+> car.toml:6:36: message.BLINK.e2e.data_ids: expected 16 bytes, found 3; see [message.*] e2e in config/gateway.toml
++ e2e = { profile = "1A", data_id = 1, data_ids = [1] }
+> car.toml:6:38: message.BLINK.e2e.data_ids: unknown key "data_ids" with this profile; valid keys: offset, max_step, profile, data_id
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }
 
 #[test]
 fn windows_and_lengths_without_sense_are_refused() {
-    refused(
-        "message.BLINK.window",
-        &[
-            (
-                "timeout_ms = 500\nwindow = @@{ init = { size = 1, min_ok = 1, max_error = 0 }, valid = { size = 1, min_ok = 1, max_error = 0 }, invalid = { size = 1, min_ok = 1, max_error = 0 } }\n",
-                "a window judges what checksum, counter or e2e found",
-                "remove it",
-            ),
-            (
-                "timeout_ms = 500\ncounter = { signal = \"COUNT\" }\nwindow = @@{ init = { size = 3, min_ok = 2, max_error = 0 }, valid = { size = 5, min_ok = 3, max_error = 0 }, invalid = { size = 4, min_ok = 3, max_error = 0 } }\n",
-                "must not fall from valid to init",
-                WINDOW,
-            ),
-            (
-                "timeout_ms = 500\ncounter = { signal = \"COUNT\" }\nwindow = @@{ init = { size = 6, min_ok = 2, max_error = 0 }, valid = { size = 5, min_ok = 1, max_error = 0 }, invalid = { size = 4, min_ok = 3, max_error = 0 } }\n",
-                "valid state must be the longest",
-                WINDOW,
-            ),
-            (
-                "timeout_ms = 500\ncounter = { signal = \"COUNT\" }\nwindow = @@{ init = { size = 3, min_ok = 2, max_error = 0 }, valid = { size = 65, min_ok = 1, max_error = 0 }, invalid = { size = 4, min_ok = 3, max_error = 0 } }\n",
-                "holds 1 to 64 results, not 65",
-                WINDOW,
-            ),
-        ],
-    );
-    refused(
-        "message.BLINK.length",
-        &[
-            ("timeout_ms = 500\nlength = @@0\n", "0 bytes is out of range", "give 1 to 64"),
-            ("timeout_ms = 500\nlength = @@65\n", "65 bytes is out of range", "give 1 to 64"),
-        ],
-    );
+    let cases = r#"
++ window = { init = { size = 1, min_ok = 1, max_error = 0 }, valid = { size = 1, min_ok = 1, max_error = 0 }, invalid = { size = 1, min_ok = 1, max_error = 0 } }
+> car.toml:6:10: message.BLINK.window: a window needs checksum, counter or e2e; give one of them, or remove it
++ counter = { signal = "COUNT" }
++ window = { init = { size = 3, min_ok = 2, max_error = 0 }, valid = { size = 5, min_ok = 3, max_error = 0 }, invalid = { size = 4, min_ok = 3, max_error = 0 } }
+> car.toml:7:10: message.BLINK.window: min_ok must be at least 1 and must not fall from valid to init to invalid; see [message.*] window in config/gateway.toml
++ counter = { signal = "COUNT" }
++ window = { init = { size = 6, min_ok = 2, max_error = 0 }, valid = { size = 5, min_ok = 1, max_error = 0 }, invalid = { size = 4, min_ok = 3, max_error = 0 } }
+> car.toml:7:10: message.BLINK.window: the window of the valid state must be the longest; see [message.*] window in config/gateway.toml
++ counter = { signal = "COUNT" }
++ window = { init = { size = 3, min_ok = 2, max_error = 0 }, valid = { size = 65, min_ok = 1, max_error = 0 }, invalid = { size = 4, min_ok = 3, max_error = 0 } }
+> car.toml:7:10: message.BLINK.window: a window holds 1 to 64 results, not 65; see [message.*] window in config/gateway.toml
++ length = 0
+> car.toml:6:10: message.BLINK.length: 0 bytes is out of range; give 1 to 64 bytes
++ length = 65
+> car.toml:6:10: message.BLINK.length: 65 bytes is out of range; give 1 to 64 bytes
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }

@@ -1,4 +1,4 @@
-//! Configurations that must be refused, and with which words: place, key, reason and remedy.
+//! Configurations that must be refused, each with the whole text: position, key, reason and remedy.
 
 mod commands;
 mod garbled;
@@ -18,7 +18,7 @@ use signal_gateway::config::{Overrides, Settings, load};
 
 use crate::support::files::MemoryFiles;
 
-/// A configuration that is accepted; each test spoils a bit of it.
+/// A configuration that is accepted; each test changes something.
 fn sound() -> MemoryFiles {
     MemoryFiles::new([
         ("gateway.toml", GATEWAY),
@@ -30,6 +30,18 @@ fn sound() -> MemoryFiles {
     ])
 }
 
+/// The sound configuration with another text in a file.
+fn with(file: &str, old: &str, new: &str) -> MemoryFiles {
+    let files = sound();
+    let text = files.text(file);
+    assert_eq!(text.matches(old).count(), 1, "{old:?} must occur once");
+    let text = text.replace(old, new);
+    files.with(file, text)
+}
+
+/// The line in front of which lines are added that need no particular line.
+const HERE: &str = "# here\n";
+
 const GATEWAY: &str = r#"profile = "car.toml"
 [can.body]
 interface = "can0"
@@ -37,6 +49,7 @@ interface = "can0"
 publish = "periodic"
 [diagnostics]
 period_ms = 250
+# here
 [ros]
 node = "signal_gateway"
 "#;
@@ -46,6 +59,7 @@ const PROFILE: &str = r#"name = "Car"
 dbc = "car.dbc"
 [message.BLINK]
 timeout_ms = 500
+# here
 [turn]
 signal = "BLINK.TURN"
 off = [0]
@@ -58,13 +72,19 @@ on = [1]
 off = [0]
 "#;
 
-/// One lanelet.
+/// The keys of `[turn]` in the profile.
+const TURN: &str = "signal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n";
+/// The keys of `[hazard]` in the profile.
+const HAZARD: &str = "from = \"signal\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\n";
+
+/// One lanelet and one traffic light.
 const MAP: &str = "\
 <osm>
 <node id='1' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='0'/></node>
 <node id='2' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='0'/></node>
 <node id='3' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='3'/></node>
 <node id='4' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='3'/></node>
+<way id='11'><nd ref='1'/><nd ref='2'/><tag k='type' v='traffic_light'/></way>
 <way id='12'><nd ref='1'/><nd ref='2'/></way><way id='13'><nd ref='3'/><nd ref='4'/></way>
 <relation id='21'><member type='way' ref='13' role='left'/><member type='way' ref='12' role='right'/>
 <tag k='type' v='lanelet'/><tag k='subtype' v='road'/></relation></osm>";
@@ -108,65 +128,39 @@ fn load_texts(texts: &MemoryFiles) -> Result<Settings, Vec<Problem>> {
     load(texts, Path::new("gateway.toml"), &Overrides::default()).map_err(|refused| refused.0)
 }
 
-/// One way to spoil a file.
-struct Spoilt {
-    /// What stands in the sound file.
-    old: &'static str,
-    /// What stands there instead; `@@` marks the place that must be named, else it is the file's start.
-    new: &'static str,
-    /// The key that must be named.
-    key: &'static str,
-    /// Parts of reason and remedy.
-    says: [&'static str; 2],
-}
-
-/// A row of a table, short.
-const fn row(
-    old: &'static str,
-    new: &'static str,
-    key: &'static str,
-    reason: &'static str,
-    remedy: &'static str,
-) -> Spoilt {
-    Spoilt { old, new, key, says: [reason, remedy] }
-}
-
-/// Replaces `old` in a file; gives the text and the line and column of the mark, both from 1.
-fn spoil(text: &str, old: &str, new: &str) -> (String, (usize, usize)) {
-    assert_eq!(text.matches(old).count(), 1, "{old:?} must stand there once");
-    let marked = text.replace(old, new);
-    let before = marked.split_once("@@").map_or("", |(before, _)| before);
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().unwrap().chars().count() + 1;
-    (marked.replace("@@", ""), (line, column))
-}
-
-/// Every row must be refused with exactly one problem, in that file, at that place, in those words.
-fn assert_refused(file: &str, rows: &[Spoilt]) {
+/// Refuses changes to a file of `base`, which `cases` holds one after the other, each like a patch: lines that
+/// stay ("  "), go ("- ") and come ("+ "), then each problem that is found ("> "), of which "…" leaves out a
+/// part. Lines that come alone do so at [`HERE`].
+fn assert_refused(base: &MemoryFiles, file: &str, cases: &str) {
+    let lines: Vec<_> = cases.lines().filter(|line| !line.is_empty()).collect();
     let mut wrong = Vec::new();
-    for Spoilt { old, new, key, says: [reason, remedy] } in rows {
-        let mut texts = sound();
-        let (text, position) = spoil(texts.text(file), old, new);
-        texts.insert(file, text);
-        match load_texts(&texts) {
-            Ok(_) => wrong.push(format!("{new:?} is accepted")),
-            Err(problems) => {
-                let [problem] = problems.as_slice() else {
-                    let all: Vec<_> = problems.iter().map(ToString::to_string).collect();
-                    wrong.push(format!("{new:?} has several problems:\n  {}", all.join("\n  ")));
-                    continue;
-                };
-                let placed = problem.file == Path::new(file)
-                    && problem.position == Some(position)
-                    && problem.key == *key;
-                if !placed || !problem.reason.contains(reason) || !problem.remedy.contains(remedy) {
-                    let wanted = format!("{file}:{}:{}: {key}: {reason}; {remedy}", position.0, position.1);
-                    wrong.push(format!("{new:?}:\n  {problem}\n  {wanted}"));
-                }
-            }
+    for case in lines.chunk_by(|line, next| !line.starts_with('>') || next.starts_with('>')) {
+        let those = |marks: &str| -> Vec<_> {
+            let marked = case.iter().filter(|line| line.starts_with(|mark| marks.contains(mark)));
+            marked.map(|line| &line[2..]).collect()
+        };
+        let [old, new] = [" -", " +"].map(|marks| those(marks).join("\n") + "\n");
+        let (old, new) = if old == "\n" { (HERE.to_owned(), new + HERE) } else { (old, new) };
+        let text = format!("\n{}", base.text(file));
+        assert_eq!(text.matches(&format!("\n{old}")).count(), 1, "{old:?} must occur once");
+        let text = text.replacen(&format!("\n{old}"), &format!("\n{new}"), 1);
+        let problems = load_texts(&base.clone().with(file, &text[1..])).err().unwrap_or_default();
+        let problems: Vec<_> = problems.iter().map(ToString::to_string).collect();
+        let expected = those(">");
+        let agree = problems.iter().zip(&expected).all(|(problem, expected)| is_like(problem, expected));
+        if problems.is_empty() || problems.len() != expected.len() || !agree {
+            let case = case.iter().filter(|line| !line.starts_with('>')).map(|line| format!("{line}\n"));
+            wrong.push(case.collect::<String>() + "> " + &problems.join("\n> "));
         }
     }
-    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "other problems are found:\n{}\n", wrong.join("\n"));
+}
+
+/// Compares a text with a pattern in which "…" stands for any text.
+fn is_like(text: &str, pattern: &str) -> bool {
+    let Some((start, rest)) = pattern.split_once('…') else { return text == pattern };
+    let Some(text) = text.strip_prefix(start) else { return false };
+    text.char_indices().map(|(at, _)| at).chain([text.len()]).any(|at| is_like(&text[at..], rest))
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use signal_gateway::config::Settings;
 
-use crate::pure::config_refusals::load_texts;
+use crate::pure::config_refusals::{MAP, load_texts};
 use crate::support::files::MemoryFiles;
 
 fn reference() -> String {
@@ -79,17 +79,6 @@ BO_ 259 V2X: 8 X
  SG_ SIGNAL_GROUP : 24|8@1+ (1,0) [0|255] \"\" X
  SG_ CONFIDENCE : 32|7@1+ (1,0) [0|127] \"\" X
 ";
-
-const MAP: &str = "\
-<osm>
-<node id='1' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='0'/></node>
-<node id='2' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='0'/></node>
-<node id='3' lat='0' lon='0'><tag k='local_x' v='0'/><tag k='local_y' v='3'/></node>
-<node id='4' lat='0' lon='0'><tag k='local_x' v='9'/><tag k='local_y' v='3'/></node>
-<way id='11'><nd ref='1'/><nd ref='2'/><tag k='type' v='traffic_light'/></way>
-<way id='12'><nd ref='1'/><nd ref='2'/></way><way id='13'><nd ref='3'/><nd ref='4'/></way>
-<relation id='21'><member type='way' ref='13' role='left'/><member type='way' ref='12' role='right'/>
-<tag k='type' v='lanelet'/><tag k='subtype' v='road'/></relation></osm>";
 
 const SCENARIO: &str = "init = [{ set = \"11\", state = \"red\" }]\n";
 
@@ -166,8 +155,8 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     let sections = sections(&profile);
     let turn = section(&sections, "[turn]");
     let of = |keys: &[&str]| -> String {
-        let wanted = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
-        turn.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+        let has_key = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
+        turn.iter().filter(has_key).map(|line| line.clone() + "\n").collect()
     };
     let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
     let pair = of(&["left_signal", "right_signal", "both_on"]);
@@ -187,8 +176,8 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     let faults = section(&sections, "[[turn.fault_signal]]").join("\n");
     let all = section(&sections, "[hazard]");
     let hazard_of = |without: &[&str]| -> String {
-        let wanted = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
-        all.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+        let is_kept = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
+        all.iter().filter(is_kept).map(|line| line.clone() + "\n").collect()
     };
     let button_keys = ["max_gap_ms", "startup_delay_ms"];
     let hazard = hazard_of(&[&button_keys[..], &["disagreement_ms"]].concat());
@@ -213,7 +202,7 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     let bus = section(&sections, "[bus.body]").join("\n");
     let message = section(&sections, "[message.BLINKERS]").join("\n");
     let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
-    let mut seen = BTreeSet::new();
+    let mut profiles = BTreeSet::new();
     for turn in [&enumerated, &pair, &both, &lamps, &stalk, &several, &of(&["fitted"])] {
         for hazard in &hazards {
             let shows_both = [&enumerated, &both, &lamps, &several].contains(&turn);
@@ -228,10 +217,10 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
                  [turn]\n{rest}{turn}\n[[turn.fault_signal]]\n{faults}\n[hazard]\n{hazard}\n"
             );
             assert_accepted(&profile, &texts(gateway.to_owned(), profile.clone()));
-            seen.insert(profile);
+            profiles.insert(profile);
         }
     }
-    assert_eq!(seen.len(), 46);
+    assert_eq!(profiles.len(), 46);
 }
 
 #[test]
@@ -240,8 +229,8 @@ fn every_key_of_a_v2x_unit_is_accepted_in_each_of_its_forms() {
     let sections = sections(&profile);
     let all = section(&sections, "[[v2i]]");
     let of = |keys: &[&str]| -> String {
-        let wanted = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
-        let lines: Vec<_> = all.iter().filter(wanted).map(|line| line.clone() + "\n").collect();
+        let has_key = |line: &&String| keys.contains(&line.split(" = ").next().unwrap());
+        let lines: Vec<_> = all.iter().filter(has_key).map(|line| line.clone() + "\n").collect();
         assert_eq!(lines.len(), keys.len(), "{keys:?} are shown");
         lines.concat()
     };
@@ -271,8 +260,8 @@ fn every_key_of_commands_is_accepted_in_each_of_its_forms() {
     let sections = sections(&profile);
     let of = |name: &str, without: &[&str]| -> String {
         let lines = section(&sections, name);
-        let wanted = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
-        lines.iter().filter(wanted).map(|line| line.clone() + "\n").collect()
+        let is_kept = |line: &&String| !without.contains(&line.split(" = ").next().unwrap());
+        lines.iter().filter(is_kept).map(|line| line.clone() + "\n").collect()
     };
     let message = of("[[command.message]]", &[]);
     let enabled = of("[[command.message]]", &["idle"]).replace("DOOR = 0", "DOOR = 0, HAZARD_REQUEST = 0");

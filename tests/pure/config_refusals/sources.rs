@@ -1,173 +1,125 @@
 //! What is refused of lamps, stalks, buttons and several sources.
 
-use crate::pure::config_refusals::{assert_refused, row};
+use crate::pure::config_refusals::{TURN, assert_refused, sound, with};
 
-const TURN: &str = "signal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n";
-const HAZARD: &str = "from = \"signal\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\n";
+/// Two flashing lamps instead of a signal for the turn state.
+const LAMPS: &str = r#"kind = "lamp"
+left_signal = { signal = "BLINK.LEFT", on = [1], off = [0] }
+right_signal = { signal = "BLINK.RIGHT", on = [1], off = [0] }
+both_on = "hazard"
+lamp = { period_ms = 50 }
+"#;
+
+/// A stalk instead of a signal for the turn state.
+const STALK: &str = r#"kind = "stalk"
+signal = "BLINK.TURN"
+idle = [0]
+left_full = [2]
+right_full = [4]
+"#;
 
 #[test]
-fn lamps_that_frames_cannot_tell_from_dark_ones_are_refused() {
-    assert_refused(
-        "car.toml",
-        &[
-            row(
-                TURN,
-                "kind = \"lamp\"\nleft_signal = @@{ signal = \"BLINK.LEFT\", on = [1], off = [0] }\n\
-                 right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n",
-                "turn.left_signal",
-                "no period for BLINK: the DBC has no GenMsgCycleTime",
-                "period_ms",
-            ),
-            row(
-                TURN,
-                "kind = \"lamp\"\nleft_signal = { signal = \"BLINK.LEFT\", on = [1], off = [0] }\n\
-                 right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
-                 lamp = { period_ms = @@201 }\n",
-                "turn.lamp.period_ms",
-                "BLINK: a flashing lamp in a message sent every 201ms cannot be distinguished from a dark one",
-                "a message sent at each change",
-            ),
-            row(
-                TURN,
-                "kind = \"lamp\"\nleft_signal = { signal = \"BLINK.LEFT\", on = [1], off = [0] }\n\
-                 right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
-                 lamp = { period_ms = 50, hold_ms = @@500 }\n",
-                "turn.lamp.hold_ms",
-                "a hold of 500ms is shorter than the dark time",
-                "remove hold_ms",
-            ),
-            row(
-                TURN,
-                "kind = \"lamp\"\nleft_signal = { signal = \"BLINK.LEFT\", on = [1], off = [0] }\n\
-                 right_signal = { signal = \"BLINK.RIGHT\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
-                 lamp = { period_ms = 50, @@latency_ms = 20 }\n",
-                "turn.lamp.latency_ms",
-                "unknown key \"latency_ms\" with sent = \"cyclic\"",
-                "period_ms",
-            ),
-            row(
-                TURN,
-                "kind = \"lamp\"\nleft_signal = { signal = \"BLINK.LEFT\", on = [1], off = [0] }\n\
-                 right_signal = @@{ signal = \"OTHER.LAMP\", on = [1], off = [0] }\nboth_on = \"hazard\"\n\
-                 lamp = { period_ms = 50 }\n[message.OTHER]\ntimeout_ms = 100\n",
-                "turn.right_signal",
-                "the lamps come in different messages",
-                "two lamps of one message",
-            ),
-            row(
-                TURN,
-                "signal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n@@lamp = { hold_ms = 2000 }\n",
-                "turn.lamp",
-                "unknown key \"lamp\" without `kind`",
-                "known here are",
-            ),
-        ],
-    );
+fn lamps_that_frames_cannot_resolve_are_refused() {
+    let cases = r#"
+- lamp = { period_ms = 50 }
+> car.toml:9:15: turn.left_signal: no period for BLINK: the DBC has no GenMsgCycleTime for it; add lamp = { period_ms = … }
+- lamp = { period_ms = 50 }
++ lamp = { period_ms = 201 }
+> car.toml:12:22: turn.lamp.period_ms: BLINK: a flashing lamp in a message sent every 201ms cannot be distinguished from a dark one; the limit is 200ms; bind a logical or request signal, or a message sent at each change (lamp.sent)
+- lamp = { period_ms = 50 }
++ lamp = { period_ms = 50, hold_ms = 500 }
+> car.toml:12:36: turn.lamp.hold_ms: BLINK: a hold of 500ms is shorter than the dark time frames may show: at least 810ms; remove hold_ms: the default is long enough
+- lamp = { period_ms = 50 }
++ lamp = { period_ms = 50, latency_ms = 20 }
+> car.toml:12:26: turn.lamp.latency_ms: unknown key "latency_ms" with sent = "cyclic"; valid keys: sent, period_ms, jitter_ms, hold_ms, confirm_ms, stuck_on_ms, fast_period_ms
+- right_signal = { signal = "BLINK.RIGHT", on = [1], off = [0] }
++ right_signal = { signal = "OTHER.LAMP", on = [1], off = [0] }
+  both_on = "hazard"
+  lamp = { period_ms = 50 }
++ [message.OTHER]
++ timeout_ms = 100
+> car.toml:10:16: turn.right_signal: the lamps are in different messages, so they are not received at the same time; bind two lamps of one message
+"#;
+    assert_refused(&with("car.toml", TURN, LAMPS), "car.toml", cases);
+    let cases = r#"
+  right = [2]
++ lamp = { hold_ms = 2000 }
+> car.toml:12:1: turn.lamp: unknown key "lamp" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, while_hazard, fault_signal, on_fault
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }
 
 #[test]
 fn stalks_and_buttons_that_make_no_sense_are_refused() {
-    assert_refused(
-        "car.toml",
-        &[
-            row(
-                "[turn]\nsignal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n",
-                "@@[turn]\nkind = \"stalk\"\nsignal = \"BLINK.TURN\"\nidle = [0]\nleft_half = [1]\n",
-                "turn",
-                "keys are missing: left_full, right_full",
-                "a stalk needs",
-            ),
-            row(
-                TURN,
-                "kind = \"stalk\"\nsignal = \"BLINK.TURN\"\nidle = [0]\nleft_full = [2]\nright_full = [@@2]\n",
-                "turn.right_full[1]",
-                "2 overlaps 2",
-                "one meaning",
-            ),
-            row(
-                TURN,
-                "kind = \"stalk\"\nsignal = \"BLINK.TURN\"\nidle = [0]\nleft_full = [2]\nright_full = [4]\n\
-                 @@off = [1]\n",
-                "turn.off",
-                "unknown key \"off\" with kind = \"stalk\"",
-                "left_full, right_full",
-            ),
-            row(
-                TURN,
-                "kind = \"stalk\"\nsignal = \"BLINK.TURN\"\nidle = [0]\nleft_full = [2]\nright_full = [4]\n\
-                 stalk = { comfort_flashes = 3, comfort_ms = @@2000 }\n",
-                "turn.stalk.comfort_ms",
-                "exclude each other",
-                "keep one",
-            ),
-            row(
-                HAZARD,
-                "from = \"signal\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\n@@startup_delay_ms = 100\n",
-                "hazard.startup_delay_ms",
-                "unknown key \"startup_delay_ms\" with from = \"signal\"",
-                "known here are",
-            ),
-            row(
-                HAZARD,
-                "from = \"button\"\nsignal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\nmax_gap_ms = @@0\n",
-                "hazard.max_gap_ms",
-                "0 ms is out of range",
-                "1 to 3600000 ms",
-            ),
-        ],
-    );
+    let cases = r#"
+- left_full = [2]
+- right_full = [4]
++ left_half = [1]
+> car.toml:7:1: turn: missing keys: left_full, right_full; a stalk needs signal, idle, left_full and right_full; left_half and right_half if it has them
+- right_full = [4]
++ right_full = [2]
+> car.toml:12:15: turn.right_full[1]: 2 overlaps 2; give each raw value one meaning
+  right_full = [4]
++ off = [1]
+> car.toml:13:1: turn.off: unknown key "off" with kind = "stalk"; valid keys: fitted, disagreement_ms, kind, signal, idle, left_full, right_full, left_half, right_half, not_available, fault, stalk, while_hazard, fault_signal, on_fault
+  right_full = [4]
++ stalk = { comfort_flashes = 3, comfort_ms = 2000 }
+> car.toml:13:45: turn.stalk.comfort_ms: comfort_flashes and comfort_ms cannot be combined; keep one of them
+"#;
+    assert_refused(&with("car.toml", TURN, STALK), "car.toml", cases);
+    let cases = r#"
+  on = [1]
+  off = [0]
++ startup_delay_ms = 100
+> car.toml:17:1: hazard.startup_delay_ms: unknown key "startup_delay_ms" with from = "signal"; valid keys: disagreement_ms, from, signal, on, off, not_available, fault, fault_signal, on_fault
+- from = "signal"
++ from = "button"
+  signal = "BLINK.HAZARD"
+  on = [1]
+  off = [0]
++ max_gap_ms = 0
+> car.toml:17:14: hazard.max_gap_ms: 0 ms is out of range; give 1 to 3600000 ms
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }
 
 #[test]
 fn sources_that_contradict_their_list_are_refused() {
-    assert_refused(
-        "car.toml",
-        &[
-            row(
-                "right = [2]\n",
-                "right = [2]\ndisagreement_ms = @@100\n",
-                "turn.disagreement_ms",
-                "`disagreement_ms` needs several sources",
-                "in `source`",
-            ),
-            row(
-                "right = [2]\n",
-                "right = [2]\n@@name = \"state\"\n",
-                "turn.name",
-                "unknown key \"name\" without `kind`",
-                "known here are",
-            ),
-            row(
-                TURN,
-                "[[turn.source]]\nname = \"a\"\n@@while_hazard = \"keep\"\nsignal = \"BLINK.TURN\"\n\
-                 off = [0]\nleft = [1]\nright = [2]\n",
-                "turn.source[1].while_hazard",
-                "unknown key \"while_hazard\" without `kind`",
-                "known here are name, fallback",
-            ),
-            row(
-                TURN,
-                "[[turn.source]]\nname = \"a\"\nsignal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
-                 [[turn.source]]\nname = @@\"a\"\nsignal = \"BLINK.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n",
-                "turn.source[2].name",
-                "\"a\" does not tell this source from the others",
-                "a name of its own",
-            ),
-            row(
-                HAZARD,
-                "[[hazard.source]]\nname = \"a\"\nfrom = @@\"unbound\"\n",
-                "hazard.source[1].from",
-                "this is not a source",
-                "[hazard] alone",
-            ),
-            row(
-                HAZARD,
-                "@@from = \"unbound\"\n[[hazard.source]]\nname = \"a\"\nfrom = \"signal\"\n\
-                 signal = \"BLINK.HAZARD\"\non = [1]\noff = [0]\n",
-                "hazard.from",
-                "unknown key \"from\" beside `source`",
-                "known here are",
-            ),
-        ],
-    );
+    let cases = r#"
+  right = [2]
++ disagreement_ms = 100
+> car.toml:12:19: turn.disagreement_ms: `disagreement_ms` needs several sources; remove it, or describe the sources in `source`
+  right = [2]
++ name = "state"
+> car.toml:12:1: turn.name: unknown key "name" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, while_hazard, fault_signal, on_fault
+  [turn]
++ [[turn.source]]
++ name = "a"
++ while_hazard = "keep"
+> car.toml:10:1: turn.source[1].while_hazard: unknown key "while_hazard" without `kind`; valid keys: name, fallback, kind, signal, off, left, right, both, not_available, fault
+  [turn]
++ [[turn.source]]
++ name = "a"
++ signal = "BLINK.TURN"
++ off = [0]
++ left = [1]
++ right = [2]
++ [[turn.source]]
++ name = "a"
+> car.toml:15:8: turn.source[2].name: another source of the section has this name; give each source a name of its own
+- from = "signal"
+- signal = "BLINK.HAZARD"
+- on = [1]
+- off = [0]
++ [[hazard.source]]
++ name = "a"
++ from = "unbound"
+> car.toml:15:8: hazard.source[1].from: this is not a source; remove the source, or give this `from` to [hazard] alone
+  [hazard]
++ from = "unbound"
++ [[hazard.source]]
++ name = "a"
+> car.toml:13:1: hazard.from: unknown key "from" beside `source`; valid keys: disagreement_ms, source, fault_signal, on_fault
+"#;
+    assert_refused(&sound(), "car.toml", cases);
 }

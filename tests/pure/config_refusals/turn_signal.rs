@@ -5,210 +5,89 @@ use signal_gateway::config::Settings;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::core::turn_signal::signal::Side;
 
-use crate::pure::config_refusals::{assert_refused, load_texts, row, sound};
+use crate::pure::config_refusals::{HERE, assert_refused, load_texts, with};
 
-const ROS: &str = "[ros]\n";
-
-/// The section with these keys, in front of `[ros]`.
-macro_rules! section {
-    ($keys:literal) => {
-        concat!("[turn_signal]\nmap = \"map.osm\"\n", $keys, "\n[ros]\n")
-    };
-}
+/// The section, with further keys behind it.
+const DECIDER: &str = "[turn_signal]\nmap = \"map.osm\"\n# here\n";
 
 #[test]
 fn broken_sections_are_refused_where_they_break() {
-    assert_refused(
-        "gateway.toml",
-        &[
-            row(ROS, "@@[turn_signal]\nenabled = true\n[ros]\n", "turn_signal", "no map", "map = "),
-            row(
-                ROS,
-                "[turn_signal]\nmap = @@\"away.osm\"\n[ros]\n",
-                "turn_signal.map",
-                "away.osm: cannot read it",
-                "relative to this file",
-            ),
-            row(
-                ROS,
-                "[turn_signal]\nmap = @@\"empty.osm\"\n[ros]\n",
-                "turn_signal.map",
-                "it has no lanelet",
-                "lanelet2 map",
-            ),
-            row(
-                ROS,
-                "[turn_signal]\nmap = @@\"torn.osm\"\n[ros]\n",
-                "turn_signal.map",
-                "torn.osm: ",
-                "lanelet2 map",
-            ),
-            row(
-                ROS,
-                section!("@@maps = \"map.osm\""),
-                "turn_signal.maps",
-                "unknown key \"maps\"",
-                "known here are",
-            ),
-            row(
-                ROS,
-                section!("enabled = true\nshadow = @@true"),
-                "turn_signal.shadow",
-                "a shadow publishes nothing",
-                "enabled = false",
-            ),
-            row(
-                ROS,
-                section!("compat = @@\"both\""),
-                "turn_signal.compat",
-                "unknown value \"both\"",
-                "improved, upstream",
-            ),
-            row(
-                ROS,
-                section!("country = @@\"FR\""),
-                "turn_signal.country",
-                "no rules for \"FR\"",
-                "give AT, CH, DE",
-            ),
-            row(
-                ROS,
-                section!("country = @@\"away.toml\""),
-                "turn_signal.country",
-                "away.toml: cannot read it",
-                "relative to this file",
-            ),
-            row(
-                ROS,
-                section!("planning_hz = @@0.5"),
-                "turn_signal.planning_hz",
-                "0.5 Hz is out of range",
-                "1 to 100 Hz",
-            ),
-            row(ROS, section!("planning_hz = @@nan"), "turn_signal.planning_hz", "nan Hz", "1 to 100 Hz"),
-            row(
-                ROS,
-                section!("minimum_on_ms = @@60001"),
-                "turn_signal.minimum_on_ms",
-                "60001 ms",
-                "0 to 60000 ms",
-            ),
-            row(
-                ROS,
-                section!("shadow_tolerance_ms = @@99999"),
-                "turn_signal.shadow_tolerance_ms",
-                "99999 ms",
-                "0 to 60000 ms",
-            ),
-        ],
-    );
+    let cases = r#"
+- map = "map.osm"
++ enabled = true
+> gateway.toml:8:1: turn_signal: the turn signal decider has no map; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
+- map = "map.osm"
++ map = "away.osm"
+> gateway.toml:9:7: turn_signal.map: away.osm: cannot read it: entity not found; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
+- map = "map.osm"
++ map = "empty.osm"
+> gateway.toml:9:7: turn_signal.map: empty.osm: it has no lanelet; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
+- map = "map.osm"
++ map = "torn.osm"
+> gateway.toml:9:7: turn_signal.map: torn.osm: line 1: the file ends before </osm>: it is cut short; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
++ maps = "map.osm"
+> gateway.toml:10:1: turn_signal.maps: unknown key "maps"; valid keys: compat, map, country, parameters, planning_hz, minimum_on_ms, minimum_gap_ms, shadow_tolerance_ms, age_limits, vehicle, enabled, shadow, inputs, outputs
++ enabled = true
++ shadow = true
+> gateway.toml:11:10: turn_signal.shadow: a shadow publishes nothing; set enabled = false, or shadow = false
++ compat = "both"
+> gateway.toml:10:10: turn_signal.compat: unknown value "both"; give one of improved, upstream, path_generator
++ country = "FR"
+> gateway.toml:10:11: turn_signal.country: there are no rules for "FR"; give AT, CH, DE, GB, JP, KR, US-CA, the path of a file like config/countries/JP.toml, or leave it out
++ country = "away.toml"
+> gateway.toml:10:11: turn_signal.country: away.toml: cannot read it: entity not found; give the path of a country's rules, relative to this file, or AT, CH, DE, GB, JP, KR, US-CA
++ planning_hz = 0.5
+> gateway.toml:10:15: turn_signal.planning_hz: 0.5 Hz is out of range; give 1 to 100 Hz
++ planning_hz = nan
+> gateway.toml:10:15: turn_signal.planning_hz: nan Hz is out of range; give 1 to 100 Hz
++ minimum_on_ms = 60001
+> gateway.toml:10:17: turn_signal.minimum_on_ms: 60001 ms is out of range; give 0 to 60000 ms
++ shadow_tolerance_ms = 99999
+> gateway.toml:10:23: turn_signal.shadow_tolerance_ms: 99999 ms is out of range; give 0 to 60000 ms
+"#;
+    assert_refused(&with("gateway.toml", HERE, DECIDER), "gateway.toml", cases);
 }
 
 #[test]
 fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
-    assert_refused(
-        "gateway.toml",
-        &[
-            row(
-                ROS,
-                section!("age_limits.odometry_ms = @@0"),
-                "turn_signal.age_limits.odometry_ms",
-                "0 ms",
-                "10 to 60000 ms",
-            ),
-            row(
-                ROS,
-                section!("vehicle.wheel_base_m = @@-1.0"),
-                "turn_signal.vehicle.wheel_base_m",
-                "-1.0 m is out of range",
-                "0 to 50 m",
-            ),
-            row(
-                ROS,
-                section!("parameters.@@turn_signal_serch_time = 3.0"),
-                "turn_signal.parameters.turn_signal_serch_time",
-                "is not a parameter of the turn signal decider",
-                "config/gateway.toml",
-            ),
-            row(
-                ROS,
-                section!("parameters.turn_signal_search_time = @@-3.0"),
-                "turn_signal.parameters.turn_signal_search_time",
-                "invalid value -3.0",
-                "seconds, 0 to 3600",
-            ),
-            row(
-                ROS,
-                section!("parameters.turn_signal_on_swerving = @@\"maybe\""),
-                "turn_signal.parameters.turn_signal_on_swerving",
-                "invalid value maybe",
-                "true or false",
-            ),
-            row(
-                ROS,
-                section!(
-                    "parameters.turn_signal_intersection_angle_threshold_deg = 9\nparameters.@@turn_signal_intersection_angle_threshold_degree = 9"
-                ),
-                "turn_signal.parameters.turn_signal_intersection_angle_threshold_degree",
-                "is given twice",
-                "keep one",
-            ),
-            row(
-                ROS,
-                section!("inputs.odometry = @@\"\""),
-                "turn_signal.inputs.odometry",
-                "not an absolute topic",
-                "/a/b",
-            ),
-            row(
-                ROS,
-                section!("inputs.scenario = @@\"scenario\""),
-                "turn_signal.inputs.scenario",
-                "not an absolute topic",
-                "/a/b",
-            ),
-            row(
-                ROS,
-                section!("outputs.turn_command = @@\"/planning/hazard_lights_cmd\""),
-                "turn_signal.outputs.turn_command",
-                "another topic has this name",
-                "its own",
-            ),
-            row(
-                ROS,
-                section!("enabled = true\ninputs.hazard_request = @@\"/planning/hazard_lights_cmd\""),
-                "turn_signal.inputs.hazard_request",
-                "another topic has this name",
-                "its own",
-            ),
-            row(
-                ROS,
-                section!("inputs.odometry = @@\"/planning/mission_planning/route\""),
-                "turn_signal.inputs.odometry",
-                "another topic has this name",
-                "its own",
-            ),
-            row(
-                ROS,
-                section!("shadow = true\ninputs.own_turn_command = @@\"/localization/kinematic_state\""),
-                "turn_signal.inputs.own_turn_command",
-                "another topic has this name",
-                "its own",
-            ),
-        ],
-    );
+    let cases = r#"
++ age_limits.odometry_ms = 0
+> gateway.toml:10:26: turn_signal.age_limits.odometry_ms: 0 ms is out of range; give 10 to 60000 ms
++ vehicle.wheel_base_m = -1.0
+> gateway.toml:10:24: turn_signal.vehicle.wheel_base_m: -1.0 m is out of range; give 0 to 50 m
++ parameters.turn_signal_serch_time = 3.0
+> gateway.toml:10:12: turn_signal.parameters.turn_signal_serch_time: `turn_signal_serch_time` is not a parameter of the turn signal decider; see config/gateway.toml
++ parameters.turn_signal_search_time = -3.0
+> gateway.toml:10:38: turn_signal.parameters.turn_signal_search_time: invalid value -3.0; give seconds, 0 to 3600
++ parameters.turn_signal_on_swerving = "maybe"
+> gateway.toml:10:38: turn_signal.parameters.turn_signal_on_swerving: invalid value maybe; give true or false
++ parameters.turn_signal_intersection_angle_threshold_deg = 9
++ parameters.turn_signal_intersection_angle_threshold_degree = 9
+> gateway.toml:11:12: turn_signal.parameters.turn_signal_intersection_angle_threshold_degree: turn_signal_intersection_angle_threshold_degree is given twice; keep one of its names
++ inputs.odometry = ""
+> gateway.toml:10:19: turn_signal.inputs.odometry: "" is not an absolute topic; write it as /a/b
++ inputs.scenario = "scenario"
+> gateway.toml:10:19: turn_signal.inputs.scenario: "scenario" is not an absolute topic; write it as /a/b
++ outputs.turn_command = "/planning/hazard_lights_cmd"
+> gateway.toml:10:24: turn_signal.outputs.turn_command: another topic has this name; give each its own
++ enabled = true
++ inputs.hazard_request = "/planning/hazard_lights_cmd"
+> gateway.toml:11:25: turn_signal.inputs.hazard_request: another topic has this name; give each its own
++ inputs.odometry = "/planning/mission_planning/route"
+> gateway.toml:10:19: turn_signal.inputs.odometry: another topic has this name; give each its own
++ shadow = true
++ inputs.own_turn_command = "/localization/kinematic_state"
+> gateway.toml:11:27: turn_signal.inputs.own_turn_command: another topic has this name; give each its own
+"#;
+    assert_refused(&with("gateway.toml", HERE, DECIDER), "gateway.toml", cases);
 }
 
 const RULES: &str = include_str!("../../../config/countries/JP.toml");
 
 /// A configuration with these rules of a country.
 fn with_rules(rules: &str) -> Result<Settings, Vec<Problem>> {
-    let mut texts = sound();
-    let gateway = texts.text("gateway.toml").to_owned();
-    let gateway = gateway.replace(ROS, section!("country = \"rules.toml\""));
-    texts.insert("gateway.toml", gateway);
-    texts.insert("rules.toml", rules);
-    load_texts(&texts)
+    let keys = DECIDER.replace(HERE, "country = \"rules.toml\"\n");
+    load_texts(&with("gateway.toml", HERE, &keys).with("rules.toml", rules))
 }
 
 #[test]
@@ -223,7 +102,7 @@ fn rules_of_a_country_come_from_a_file() {
 
 #[test]
 fn rules_of_a_country_are_refused_where_they_break() {
-    for (part, other, told) in [
+    for (part, other, expected) in [
         ("\"JP\"", "\" \"", "rules.toml:3:8: code: expected a readable text; write it"),
         ("traffic = \"left\"", "traffic = \"Left\"", "rules.toml:5:11: traffic: unknown value \"Left\""),
         (
@@ -239,12 +118,12 @@ fn rules_of_a_country_are_refused_where_they_break() {
         ("on_exit = \"left\"", "on_exit = 1", "rules.toml:12:11: roundabout.on_exit: "),
         ("on_exit", "on_exits", "roundabout.on_exits: unknown key \"on_exits\""),
         ("source", "sources", "sources: unknown key \"sources\""),
-        ("code = ", "# ", "a key is missing: code; see config/countries/JP.toml"),
+        ("code = ", "# ", "missing key: code; see config/countries/JP.toml"),
         ("[roundabout]", "[roundabout", "rules.toml:10:"),
     ] {
         let problems = with_rules(&RULES.replacen(part, other, 1)).unwrap_err();
         let text = problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
-        assert!(text.contains(told), "{other}: {text}");
+        assert!(text.contains(expected), "{other}: {text}");
     }
 }
 
@@ -266,11 +145,8 @@ fn every_parameter_is_set_by_each_of_its_names() {
                 "none" => "\"all_candidate\"".to_owned(),
                 _ => "4".to_owned(),
             };
-            let mut texts = sound();
-            let text = format!("[turn_signal]\nmap = \"map.osm\"\nparameters.{name} = {other}\n[ros]\n");
-            let gateway = texts.text("gateway.toml").replace(ROS, &text);
-            texts.insert("gateway.toml", gateway);
-            let settings = load_texts(&texts).unwrap_or_else(|problems| panic!("{name}: {problems:?}"));
+            let keys = DECIDER.replace(HERE, &format!("parameters.{name} = {other}\n"));
+            let settings = with("gateway.toml", HERE, &keys).settings();
             let set = settings.turn_signal.unwrap().flow.decider.parameters;
             assert_eq!(parameter.value(&set), other.trim_matches('"'), "{name}");
         }

@@ -1,4 +1,4 @@
-//! Gateways of every kind, driven until they have said all that there is to say.
+//! Gateways of every kind, driven until each status message was reported.
 
 mod commands;
 mod lights;
@@ -11,47 +11,47 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::gateway::event::Input;
 
-use super::Said;
+use super::Reported;
 use crate::support::files::MemoryFiles;
 use crate::support::virtual_gateway::VirtualGateway;
 
 const BUS: BusIndex = BusIndex(0);
 
-pub(super) fn drive_all(said: &mut Said) {
-    lights::drive(said);
-    commands::drive(said);
-    planner::drive(said);
-    traffic_lights::drive(said);
-    process::drive(said);
+pub(super) fn drive_all(reported: &mut Reported) {
+    lights::drive(reported);
+    commands::drive(reported);
+    planner::drive(reported);
+    traffic_lights::drive(reported);
+    process::drive(reported);
 }
 
 /// A gateway whose statuses are looked at after each input and each while.
 struct Desk<'a> {
     gateway: VirtualGateway,
-    said: &'a mut Said,
+    reported: &'a mut Reported,
 }
 
 impl<'a> Desk<'a> {
     /// A vehicle of one bus, `body` on `can0`.
-    fn vehicle(gateway: &str, profile: &str, dbc: &str, said: &'a mut Said) -> Self {
+    fn vehicle(gateway: &str, profile: &str, dbc: &str, reported: &'a mut Reported) -> Self {
         let gateway = format!("profile = \"car.toml\"\ncan.body.interface = \"can0\"\n{gateway}");
         let profile = format!("name = \"car\"\nbus.body.dbc = \"car.dbc\"\n{profile}");
         let files = MemoryFiles::new([("gateway.toml", gateway), ("car.toml", profile)]);
-        Self::of(&files.with("car.dbc", dbc), said)
+        Self::of(&files.with("car.dbc", dbc), reported)
     }
 
-    fn of(files: &MemoryFiles, said: &'a mut Said) -> Self {
-        Self::on(VirtualGateway::new(files.settings().gateway), said)
+    fn of(files: &MemoryFiles, reported: &'a mut Reported) -> Self {
+        Self::on(VirtualGateway::new(files.settings().gateway), reported)
     }
 
-    fn on(gateway: VirtualGateway, said: &'a mut Said) -> Self {
-        let mut desk = Self { gateway, said };
+    fn on(gateway: VirtualGateway, reported: &'a mut Reported) -> Self {
+        let mut desk = Self { gateway, reported };
         desk.look();
         desk
     }
 
     fn look(&mut self) {
-        self.said.take(self.gateway.gateway.statuses(self.gateway.now.mono));
+        self.reported.take(self.gateway.gateway.statuses(self.gateway.now.mono));
     }
 
     fn input(&mut self, input: impl Into<Input>) {

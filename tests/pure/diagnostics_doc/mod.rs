@@ -1,9 +1,9 @@
 //! `docs/diagnostics.md` lists every status with its messages and keys, and lists nothing else. It is made of
 //! `tests/support/diagnostics/catalogue.rs` by `UPDATE_DOCS=1 cargo test --test pure diagnostics_doc`.
 //!
-//! Three ways hold the list against the code: gateways of every kind are driven until they have said all that is
-//! listed; what they and all other gateways of the tests say is listed; and every text in the sources that make
-//! statuses stands in the document, said by a test or not.
+//! Three tests hold the list against the code: gateways of every kind are driven until they have reported all that
+//! is listed; all that they and the other gateways of the tests report is listed; and every text in the sources
+//! that make statuses is in the document, reported by a test or not.
 
 mod drives;
 
@@ -33,7 +33,7 @@ const NOT_IN_A_STATUS: [&str; 13] = [
     // Of a link that is up, which explains nothing.
     "{interface} is up",
     // Of a decider without its flow, as in `decide`: a gateway's time does not go back, it has a map, refuses routes
-    // beside it, and has decided before it is asked.
+    // beside it, and has decided before it is queried.
     "nothing decided yet",
     "no inputs",
     "odometry is in the future",
@@ -45,14 +45,14 @@ const NOT_IN_A_STATUS: [&str; 13] = [
     "the clock went back by {} ms",
 ];
 
-/// What was said, each by task, level and number in the list.
+/// The reported messages and keys, each by task and number in the list.
 #[derive(Default)]
-pub(crate) struct Said {
+pub(crate) struct Reported {
     messages: BTreeSet<(&'static str, usize)>,
     keys: BTreeSet<(&'static str, usize)>,
 }
 
-impl Said {
+impl Reported {
     /// Takes statuses, which must be listed.
     pub(crate) fn take(&mut self, statuses: Vec<Status>) {
         for status in statuses {
@@ -66,23 +66,23 @@ impl Said {
 
 #[test]
 fn everything_listed_is_said_by_some_gateway() {
-    let mut said = Said::default();
-    drives::drive_all(&mut said);
-    let mut unsaid = Vec::new();
+    let mut reported = Reported::default();
+    drives::drive_all(&mut reported);
+    let mut missing = Vec::new();
     for task in &*TASKS {
         let name = task.names[0];
         for (at, Message { level, pattern, .. }) in task.messages.iter().enumerate() {
-            if !said.messages.contains(&(name, at)) {
-                unsaid.push(format!("{name}: {level} {pattern}"));
+            if !reported.messages.contains(&(name, at)) {
+                missing.push(format!("{name}: {level} {pattern}"));
             }
         }
         for (at, key) in task.keys.iter().enumerate() {
-            if !said.keys.contains(&(name, at)) {
-                unsaid.push(format!("{name}: the key {}", key.name));
+            if !reported.keys.contains(&(name, at)) {
+                missing.push(format!("{name}: the key {}", key.name));
             }
         }
     }
-    assert!(unsaid.is_empty(), "listed, but said by no drive:\n{}", unsaid.join("\n"));
+    assert!(missing.is_empty(), "listed, but reported by no drive:\n{}", missing.join("\n"));
 }
 
 #[test]
@@ -200,25 +200,25 @@ In a message `{name}` stands for a text that depends on the vehicle, and what is
 
 #[test]
 fn a_message_is_recognised_by_its_pattern_and_level_alone() {
-    let said = |level, message: &str, keys: &[&'static str]| {
+    let check = |level, message: &str, keys: &[&'static str]| {
         let values = keys.iter().map(|key| (*key, String::new())).collect();
         let status =
             Status { name: "node: command_transmission".into(), level, message: message.into(), values };
         Task::of("command_transmission").parts(&status).map(|(messages, _)| messages)
     };
     let keys: Vec<_> = Task::of("command_transmission").keys.iter().map(|key| key.name).collect();
-    assert_eq!(said(Level::Ok, "control mode MANUAL", &keys), Ok(vec![0]));
+    assert_eq!(check(Level::Ok, "control mode MANUAL", &keys), Ok(vec![0]));
     for (level, message) in [
         (Level::Warn, "control mode MANUAL"),
         (Level::Ok, "control mode "),
         (Level::Ok, "frames are delayed"),
         (Level::Ok, "all is well"),
     ] {
-        assert!(said(level, message, &keys).is_err(), "{level} {message}");
+        assert!(check(level, message, &keys).is_err(), "{level} {message}");
     }
     let mut others = keys.clone();
     others.swap(0, 1);
     for keys in [&keys[1..], &others, &[&keys[..], &["more"]].concat()] {
-        assert!(said(Level::Ok, "control mode MANUAL", keys).is_err(), "{keys:?}");
+        assert!(check(Level::Ok, "control mode MANUAL", keys).is_err(), "{keys:?}");
     }
 }

@@ -82,15 +82,15 @@ pub(crate) fn car(lights: &str) -> VirtualGateway {
     VirtualGateway::new(settings(lights))
 }
 
-/// Messages of one byte, and what is said of the reports.
+/// Messages of one byte, and the statuses of the reports.
 impl VirtualGateway {
-    /// A frame at `ms`.
+    /// Receives a frame at `ms`.
     pub(crate) fn frame(&mut self, id: u16, byte: u8, ms: u64) {
         self.pass_until(ms);
         self.receive(CanId::Standard(id), &[byte]);
     }
 
-    /// A frame every `period` ms with what `byte` says at that time.
+    /// A frame every `period` ms with the value of `byte` at that time.
     pub(crate) fn frames(
         &mut self,
         id: u16,
@@ -110,8 +110,8 @@ impl VirtualGateway {
             .filter(|change| ["turn_indicators", "hazard_lights"].contains(&change.task.as_str()))
     }
 
-    /// Whether a status with this level and message was ever sent.
-    pub(crate) fn was_said(&self, task: &str, level: Level, message: &str) -> bool {
+    /// True if a status with this level and message was ever sent.
+    pub(crate) fn was_reported(&self, task: &str, level: Level, message: &str) -> bool {
         self.changes_of(task).any(|change| change.level == level && change.message == message)
     }
 }

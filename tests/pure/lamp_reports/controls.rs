@@ -27,7 +27,7 @@ fn press(car: &mut VirtualGateway, position: u8, ms: u64, until: u64) {
 }
 
 #[test]
-fn a_stalk_is_unknown_until_it_was_watched() {
+fn a_stalk_is_unknown_until_it_was_observed() {
     let mut car = car(&format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}"));
     car.frame(STALK, IDLE, 0);
     let text = "unknown: observing STALK.POSITION, which may have been pressed before";
@@ -77,7 +77,7 @@ fn the_profile_decides_what_presses_against_and_again_do() {
 }
 
 #[test]
-fn a_full_press_ends_after_the_longest_time_it_is_believed() {
+fn a_full_press_ends_after_its_longest_time() {
     let mut car = stalk_car("max_on_ms = 30000");
     press(&mut car, RIGHT_FULL, 5000, 40_000);
     assert_eq!(
@@ -88,7 +88,7 @@ fn a_full_press_ends_after_the_longest_time_it_is_believed() {
 }
 
 #[test]
-fn a_silent_stalk_is_unknown_and_then_watched_anew() {
+fn a_silent_stalk_is_unknown_and_then_observed_anew() {
     let mut car = stalk_car("");
     press(&mut car, LEFT_FULL, 5000, 6000);
     car.frames(STALK, 50, 7000..12_000, |_| IDLE);

@@ -17,8 +17,8 @@ fn lights(period: u64, both_on: &str, hazard: &str) -> String {
     format!("[message.LAMPS]\ntimeout_ms = {}\n[turn]\n{turn}{hazard}", 5 * period)
 }
 
-/// A 50 ms message; hazard from both lamps. Dark lamps were watched until 2 s.
-fn watched() -> VirtualGateway {
+/// A 50 ms message; hazard from both lamps. Dark lamps were observed until 2 s.
+fn observed() -> VirtualGateway {
     let mut car = car(&lights(50, "hazard", BY_LAMPS));
     car.frames(LAMPS, 50, 0..2000, |_| DARK);
     assert_eq!((car.turn_states(), car.hazard_states()), (vec!["DISABLE"], vec!["DISABLE"]));
@@ -42,7 +42,7 @@ fn flashing_lamps_are_one_activation(phases: std::ops::Range<u64>) {
         let settings = settings(&lights(period, "hazard", BY_LAMPS));
         for per_minute in [60, 90, 120] {
             for share in [30, 50, 75] {
-                // Shorter flashes than the frames' distance can stay unseen: `check` says so.
+                // Shorter flashes than the frames' distance can stay undetected: `check` warns of it.
                 let cycle = 60_000 / per_minute;
                 if period > 136 && cycle * share / 100 <= period * 11 / 10 {
                     continue;
@@ -89,7 +89,7 @@ mod slow {
 }
 
 #[test]
-fn dark_lamps_are_unknown_until_they_were_watched_for_a_hold() {
+fn dark_lamps_are_unknown_until_they_were_observed_for_a_hold() {
     let mut car = car(&lights(50, "hazard", BY_LAMPS));
     car.frame(LAMPS, DARK, 10);
     for task in ["turn_indicators", "hazard_lights"] {
@@ -102,15 +102,15 @@ fn dark_lamps_are_unknown_until_they_were_watched_for_a_hold() {
 
 #[test]
 fn a_tap_of_three_flashes_is_one_activation() {
-    let mut car = watched();
+    let mut car = observed();
     car.frames(LAMPS, 50, 2000..6000, |ms| if ms < 4000 && flash(ms, 2000, 667, 50) { RIGHT } else { DARK });
     assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_RIGHT", "DISABLE"]);
     assert_eq!(car.turn_reports()[1].0, 2000, "with the first lit frame");
 }
 
 #[test]
-fn what_else_comes_over_the_bus_makes_no_lamp_seen_again() {
-    let mut car = watched();
+fn other_messages_do_not_extend_the_hold_of_a_lamp() {
+    let mut car = observed();
     car.frame(LAMPS, LEFT, 2000);
     car.frame(ALIVE, 0, 2049);
     car.frames(LAMPS, 50, 2050..4000, |_| DARK);
@@ -122,8 +122,8 @@ fn what_else_comes_over_the_bus_makes_no_lamp_seen_again() {
 }
 
 #[test]
-fn a_change_of_sides_is_no_hazard() {
-    let mut car = watched();
+fn a_change_of_sides_is_not_hazard() {
+    let mut car = observed();
     car.frames(LAMPS, 50, 2000..6000, |ms| match flash(ms, 2000, 667, 50) {
         true if ms < 4000 => LEFT,
         true if ms < 4050 => BOTH,
@@ -136,8 +136,8 @@ fn a_change_of_sides_is_no_hazard() {
 }
 
 #[test]
-fn both_lamps_are_hazard_and_no_direction() {
-    let mut car = watched();
+fn both_lamps_are_hazard_and_not_a_direction() {
+    let mut car = observed();
     car.frames(LAMPS, 50, 2000..6000, |ms| if flash(ms, 2000, 667, 50) { BOTH } else { DARK });
     car.frames(LAMPS, 50, 6000..8000, |_| DARK);
     assert_eq!(car.turn_states(), ["DISABLE"]);
@@ -157,7 +157,7 @@ fn both_lamps_are_invalid_where_the_vehicle_never_shows_them() {
 
 #[test]
 fn a_doubled_rate_is_a_warning_and_the_report_goes_on() {
-    let mut car = watched();
+    let mut car = observed();
     car.frames(LAMPS, 50, 2000..6000, |ms| if flash(ms, 2000, 350, 50) { LEFT } else { DARK });
     let text = "bulb failure: LAMPS.LEFT flashes too fast";
     assert_eq!(car.level_and_message("turn_indicators"), (Level::Warn, text.to_owned()));
@@ -165,12 +165,12 @@ fn a_doubled_rate_is_a_warning_and_the_report_goes_on() {
     assert_eq!(car.value("turn_indicators", "invalid_count"), "0");
     assert_eq!(car.value("turn_indicators", "hardware_fault_count"), "0");
     let warnings = car.report_changes().filter(|change| change.level == Level::Warn).count();
-    assert_eq!(warnings, 1, "said once: {:?}", car.changes);
+    assert_eq!(warnings, 1, "reported once: {:?}", car.changes);
 }
 
 #[test]
 fn a_lamp_that_does_not_flash_is_a_warning_until_it_does() {
-    let mut car = watched();
+    let mut car = observed();
     car.frames(LAMPS, 50, 2000..4000, |_| RIGHT);
     let text = "LAMPS.RIGHT is lit and does not flash";
     assert_eq!(car.level_and_message("turn_indicators"), (Level::Warn, text.to_owned()));
@@ -195,7 +195,7 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
         (0b1100, "unknown: LAMPS.RIGHT = 3 means not available"),
         (0b0010, "hardware fault: LAMPS.LEFT = 2 means fault"),
     ] {
-        let mut car = watched();
+        let mut car = observed();
         car.frame(LAMPS, byte, 2000);
         assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, text.to_owned()));
         assert_eq!(car.turn_states(), ["DISABLE", "stops"]);
@@ -206,7 +206,7 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
             "blind meanwhile"
         );
     }
-    let mut car = watched();
+    let mut car = observed();
     car.frames(LAMPS, 50, 2000..2200, |_| LEFT);
     car.pass_until(3000);
     let text = "unknown: LAMPS is stale, silent for more than 250 ms".to_owned();

@@ -1,10 +1,10 @@
-//! Lamps that frames cannot resolve: what the commands say, before anything is published.
+//! Lamps that frames cannot resolve: refusals of the commands, before anything is published.
 
 use std::process::{Command, Output};
 
 use crate::pure::lamp_reports::car::{DBC, GATEWAY, UNBOUND, lamp_keys, profile};
 
-/// What commands say of lamps in a message of this cycle time and with these `lamp` keys.
+/// Output of the commands for lamps in a message of this cycle time and with these `lamp` keys.
 fn outputs(commands: [&str; 2], cycle_ms: u32, lamp: &str) -> [Output; 2] {
     let folder = tempfile::tempdir().unwrap();
     let turn = lamp_keys("hazard", lamp);
@@ -34,11 +34,11 @@ fn outputs(commands: [&str; 2], cycle_ms: u32, lamp: &str) -> [Output; 2] {
 fn a_message_that_comes_once_a_second_is_refused_with_its_place() {
     let by_dbc = "profile.toml:9:15: turn.left_signal: LAMPS: a flashing lamp in a message sent every 1s cannot be distinguished";
     let by_key = "profile.toml:12:22: turn.lamp.period_ms: LAMPS: a flashing lamp in a message sent every 1s cannot be";
-    for (cycle_ms, lamp, words) in [(1000, "", by_dbc), (50, "period_ms = 1000", by_key)] {
+    for (cycle_ms, lamp, text) in [(1000, "", by_dbc), (50, "period_ms = 1000", by_key)] {
         for output in outputs(["check", "run"], cycle_ms, lamp) {
-            let said = String::from_utf8(output.stderr).unwrap();
-            assert!(said.contains(words), "{said}");
-            assert!(said.contains("bind a logical or request signal"), "{said}");
+            let stderr = String::from_utf8(output.stderr).unwrap();
+            assert!(stderr.contains(text), "{stderr}");
+            assert!(stderr.contains("bind a logical or request signal"), "{stderr}");
             assert_eq!(output.status.code(), Some(3));
         }
     }

@@ -51,7 +51,7 @@ fn a_lasting_disagreement_is_a_warning_that_names_both() {
     let mut car = car(&state_and_lamps(false));
     drive(&mut car, 0..2100, |_| 0, |_| DARK);
     drive(&mut car, 2100..5000, |_| 2, flashing(LEFT));
-    assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_RIGHT"], "the first source is believed");
+    assert_eq!(car.turn_states(), ["DISABLE", "ENABLE_RIGHT"], "the first source counts");
     let text = "sources disagree: state = right is used, but lamps = left";
     let warning = (Level::Warn, text.to_owned());
     assert_eq!(car.level_and_message("turn_indicators"), warning);
@@ -68,10 +68,10 @@ fn a_fallback_stands_in_for_a_source_in_doubt() {
         drive(&mut car, 0..2100, |_| 0, |_| DARK);
         drive(&mut car, 2100..4000, |_| 7, flashing(LEFT));
         assert_eq!(car.turn_reports().last().unwrap().1, outcome);
-        let doubt = "unknown: BODY.STATE = 7 means not available";
-        assert_eq!(car.was_said("turn_indicators", Level::Error, doubt), !fallback);
-        let stands_in = format!("fallback lamps: {doubt}");
-        assert_eq!(car.was_said("turn_indicators", Level::Warn, &stands_in), fallback);
+        let unknown = "unknown: BODY.STATE = 7 means not available";
+        assert_eq!(car.was_reported("turn_indicators", Level::Error, unknown), !fallback);
+        let fallback_text = format!("fallback lamps: {unknown}");
+        assert_eq!(car.was_reported("turn_indicators", Level::Warn, &fallback_text), fallback);
         assert_eq!(car.value("turn_indicators", "source"), if fallback { "lamps" } else { "state" });
         drive(&mut car, 4000..5000, |_| 2, |_| DARK);
         assert_eq!(car.turn_reports().last().unwrap().1, "ENABLE_RIGHT", "back to the first");
@@ -98,7 +98,7 @@ fn lamps_below_a_stalk_tell_of_hazard() {
     assert_eq!(
         car.turn_states(),
         ["DISABLE", "ENABLE_LEFT", "DISABLE"],
-        "hazard overlays what the stalk asked"
+        "hazard overlays the request of the stalk"
     );
     assert_eq!(car.hazard_states(), ["DISABLE", "ENABLE"]);
     assert!(car.report_changes().all(|change| change.level != Level::Warn), "{:?}", car.changes);

@@ -5,22 +5,22 @@ use signal_gateway::core::gateway::GatewaySettings;
 
 use crate::support::files::MemoryFiles;
 
-/// How a vehicle tells its lights.
+/// The bindings of a vehicle's lights.
 #[derive(Debug, Clone, Copy)]
 #[allow(clippy::struct_excessive_bools)] // each is a choice of its own
 pub(crate) struct Car {
     pub(crate) turn: Turn,
     pub(crate) hazard: Hazard,
-    /// Whether the turn messages are sent on change only.
+    /// True if the turn messages are sent on change only.
     pub(crate) turn_event: bool,
     pub(crate) hazard_event: bool,
-    /// Whether the turn report shows the turn signal's own state while hazard is on.
+    /// True if the turn report shows the turn signal's own state while hazard is on.
     pub(crate) keep: bool,
-    /// Whether a fault withholds the turn report; `None`: no fault signal.
+    /// True if a fault withholds the turn report; `None` without a fault signal.
     pub(crate) turn_fault: Option<bool>,
     pub(crate) hazard_fault: Option<bool>,
-    pub(crate) rhythm: Rhythm,
-    /// Whether its buses may fall asleep.
+    pub(crate) publish: Publish,
+    /// True if its buses may fall asleep.
     pub(crate) may_sleep: bool,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Car {
 pub(crate) enum Turn {
     /// `TURN.CODE`
     Enumerated,
-    /// `LEFT.ON` and `RIGHT.ON`; whether both at once is hazard.
+    /// `LEFT.ON` and `RIGHT.ON`.
     Pair {
         both_is_hazard: bool,
     },
@@ -47,8 +47,8 @@ pub(crate) enum Hazard {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Rhythm {
-    /// Nanoseconds.
+pub(crate) enum Publish {
+    /// Period, nanoseconds.
     Periodic(u64),
     OnChange,
 }
@@ -72,14 +72,14 @@ pub(crate) fn any_car() -> impl Strategy<Value = Car> {
         1 => Just(Hazard::NotFitted),
         1 => Just(Hazard::Unbound),
     ];
-    let rhythm = prop_oneof![Just(Rhythm::Periodic(100_000_000)), Just(Rhythm::OnChange)];
+    let publish = prop_oneof![Just(Publish::Periodic(100_000_000)), Just(Publish::OnChange)];
     let flags = any::<[bool; 4]>();
-    (turn, hazard, rhythm, flags, any::<[Option<bool>; 2]>()).prop_map(
-        |(turn, hazard, rhythm, [turn_event, hazard_event, keep, may_sleep], [turn_fault, hazard_fault])| {
+    (turn, hazard, publish, flags, any::<[Option<bool>; 2]>()).prop_map(
+        |(turn, hazard, publish, [turn_event, hazard_event, keep, may_sleep], [turn_fault, hazard_fault])| {
             let shows_both = matches!(turn, Turn::Enumerated | Turn::Pair { both_is_hazard: true });
             let hazard = if hazard == Hazard::BothSides && !shows_both { Hazard::Signal } else { hazard };
             let keep = keep && hazard != Hazard::BothSides;
-            Car { turn, hazard, turn_event, hazard_event, keep, turn_fault, hazard_fault, rhythm, may_sleep }
+            Car { turn, hazard, turn_event, hazard_event, keep, turn_fault, hazard_fault, publish, may_sleep }
         },
     )
 }
@@ -109,9 +109,9 @@ BO_ 261 ALIVE: 2 X
 ";
 
 fn gateway_toml(car: &Car) -> String {
-    let publish = match car.rhythm {
-        Rhythm::Periodic(_) => "periodic",
-        Rhythm::OnChange => "on_change",
+    let publish = match car.publish {
+        Publish::Periodic(_) => "periodic",
+        Publish::OnChange => "on_change",
     };
     format!(
         "profile = \"profile.toml\"\n[reports]\npublish = \"{publish}\"\n\

@@ -1,4 +1,4 @@
-//! What happened to a vehicle's buses, all of it.
+//! Everything that happened on a vehicle's buses.
 
 use proptest::prelude::*;
 use signal_gateway::core::can::controller::ControllerReport;
@@ -8,7 +8,7 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::time::WallStamp;
 
-/// One thing that happens.
+/// One event on a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Event {
     /// A frame: its bus, message and value, and whether it is cut to one byte.
@@ -17,8 +17,8 @@ pub(crate) enum Event {
     Link { bus: u8, up: bool },
     /// An error frame, which changes no report.
     Error { bus: u8, class: u32, state: u8 },
-    /// What the kernel says of a controller, which changes no report either.
-    PlannerInput { bus: u8, report: ControllerReport },
+    /// The kernel's state of a controller, which changes no report either.
+    Controller { bus: u8, report: ControllerReport },
 }
 
 /// The buses, and the identifiers of the messages on them; on the other bus each is another message.
@@ -44,9 +44,10 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
     ];
     let anywhere = (FRONT..=REAR, TURN..=ALIVE + 1);
     let raw = prop_oneof![3 => Just(0), 3 => Just(1), 1 => Just(4), 1 => Just(5), 1 => 0..8_u8];
-    let place = prop_oneof![9 => home, 1 => anywhere];
+    let message = prop_oneof![9 => home, 1 => anywhere];
     let short = proptest::bool::weighted(0.04);
-    let frame = (place, raw, short).prop_map(|((bus, id), raw, short)| Event::Frame { bus, id, raw, short });
+    let frame =
+        (message, raw, short).prop_map(|((bus, id), raw, short)| Event::Frame { bus, id, raw, short });
     let link = (FRONT..=REAR, proptest::bool::weighted(0.7)).prop_map(|(bus, up)| Event::Link { bus, up });
     let class = prop::sample::select(vec![0x4, 0x204, 0x40, 0x100, 0x88]);
     let bits = prop::sample::select(vec![0x40, 0x08, 0x20, 0x01]);
@@ -58,13 +59,13 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
         ControllerState::BusOff,
         ControllerState::Stopped,
     ]);
-    let told = (FRONT..=REAR, state, prop::sample::select(vec![None, Some(0), Some(100)])).prop_map(
-        |(bus, state, restart_ms)| Event::PlannerInput {
+    let controller = (FRONT..=REAR, state, prop::sample::select(vec![None, Some(0), Some(100)])).prop_map(
+        |(bus, state, restart_ms)| Event::Controller {
             bus,
             report: ControllerReport { state, counters: None, restart_ms },
         },
     );
-    prop_oneof![24 => frame, 1 => link, 2 => error, 1 => told]
+    prop_oneof![24 => frame, 1 => link, 2 => error, 1 => controller]
 }
 
 impl Event {
@@ -83,7 +84,7 @@ impl Event {
             Self::Error { bus, class, state } => {
                 CanInput::ErrorFrame { bus: BusIndex(bus), error: ErrorFrame::new(class, &[0, state]) }
             }
-            Self::PlannerInput { bus, report } => CanInput::Controller { bus: BusIndex(bus), report },
+            Self::Controller { bus, report } => CanInput::Controller { bus: BusIndex(bus), report },
         }
     }
 }
@@ -103,7 +104,7 @@ struct Entry {
 
 /// A value with the time and the stamp of its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Seen {
+pub(crate) struct Received {
     pub(crate) raw: u8,
     pub(crate) at_ns: u64,
     pub(crate) stamp: i64,
@@ -123,7 +124,7 @@ impl History {
             Event::Frame { bus: on, .. }
             | Event::Link { bus: on, .. }
             | Event::Error { bus: on, .. }
-            | Event::PlannerInput { bus: on, .. } => on == bus,
+            | Event::Controller { bus: on, .. } => on == bus,
         };
         let entries: Vec<_> =
             self.entries.iter().filter(of_bus).filter(|entry| entry.at_ns <= until_ns).collect();
@@ -140,19 +141,17 @@ impl History {
         Some(entries[from..].to_vec())
     }
 
-    /// The newest readable value of a message, however old, that no lost link has made worthless.
-    pub(crate) fn newest(&self, bus: u8, id: u16, until_ns: u64) -> Option<Seen> {
+    /// The newest readable value of a message, however old, that no lost link has invalidated.
+    pub(crate) fn newest(&self, bus: u8, id: u16, until_ns: u64) -> Option<Received> {
         self.connected(bus, until_ns)?.into_iter().rev().find_map(|entry| match entry.event {
             Event::Frame { id: of, raw, short: false, .. } if of == id => {
-                Some(Seen { raw, at_ns: entry.at_ns, stamp: entry.stamp })
+                Some(Received { raw, at_ns: entry.at_ns, stamp: entry.stamp })
             }
-            Event::Frame { .. } | Event::Link { .. } | Event::Error { .. } | Event::PlannerInput { .. } => {
-                None
-            }
+            Event::Frame { .. } | Event::Link { .. } | Event::Error { .. } | Event::Controller { .. } => None,
         })
     }
 
-    /// Whether frames with one of the ids came without a pause longer than the limit.
+    /// True if frames with one of the ids came without a pause longer than the limit.
     pub(crate) fn was_busy(
         &self,
         bus: u8,

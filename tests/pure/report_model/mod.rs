@@ -1,4 +1,4 @@
-//! The gateway against a model of what its reports must say, over random vehicles and random days.
+//! The gateway against a model of its reports, over random vehicles and random days.
 //!
 //! The gateway keeps what it needs and forgets the rest; the model keeps everything that happened
 //! and looks at all of it each time. What they have in common is
@@ -18,12 +18,13 @@ use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::report::Step;
 
 use crate::support::clock::at_ns;
 use crate::support::property::for_all;
-use car::{Car, Rhythm, any_car, settings};
+use car::{Car, Publish, any_car, settings};
 use history::{Event, History, any_event};
-use model::{Belief, FaultKind, judge};
+use model::{Expected, FaultKind, judge};
 
 /// Refresh of all statuses, as the generated configuration leaves it.
 const REFRESH_NS: u64 = 250_000_000;
@@ -60,7 +61,7 @@ struct Trial {
     now_ns: u64,
     /// Turn, then hazard.
     topics: [Topic; 2],
-    told: BTreeMap<String, (Level, String)>,
+    statuses: BTreeMap<String, (Level, String)>,
     refreshed_ns: u64,
 }
 
@@ -83,7 +84,7 @@ impl Trial {
         let topics = [Topic::default(); 2];
         let history = History::default();
         let mut trial =
-            Self { car, gateway, history, now_ns: 0, topics, told: BTreeMap::new(), refreshed_ns: 0 };
+            Self { car, gateway, history, now_ns: 0, topics, statuses: BTreeMap::new(), refreshed_ns: 0 };
         trial.check().unwrap();
         trial
     }
@@ -92,14 +93,14 @@ impl Trial {
     fn pass(&mut self, pause_ns: u64) -> Result<(), TestCaseError> {
         let until = self.now_ns + pause_ns;
         loop {
-            let wanted = self.gateway.next_deadline().as_nanos();
-            prop_assert!(wanted > self.now_ns, "a deadline that does not move");
-            let next = wanted.min(until);
-            let before: Vec<_> = self.beliefs(self.now_ns).iter().map(Belief::essence).collect();
-            let just_before: Vec<_> = self.beliefs(next - 1).iter().map(Belief::essence).collect();
+            let deadline = self.gateway.next_deadline().as_nanos();
+            prop_assert!(deadline > self.now_ns, "a deadline that does not move");
+            let next = deadline.min(until);
+            let before: Vec<_> = self.expected(self.now_ns).iter().map(Expected::essence).collect();
+            let just_before: Vec<_> = self.expected(next - 1).iter().map(Expected::essence).collect();
             prop_assert_eq!(before, just_before, "nothing changes before the deadline {}", next);
             self.now_ns = next;
-            if wanted > until {
+            if deadline > until {
                 return Ok(());
             }
             self.gateway.handle(Input::Tick, at_ns(next));
@@ -113,25 +114,25 @@ impl Trial {
         self.check()
     }
 
-    fn beliefs(&self, ns: u64) -> [Belief; 2] {
+    fn expected(&self, ns: u64) -> [Expected; 2] {
         judge(&self.car, &self.history, ns, wall(ns))
     }
 
     /// Takes all outputs and compares them with what the model believes.
     fn check(&mut self) -> Result<(), TestCaseError> {
-        let beliefs = self.beliefs(self.now_ns);
+        let expected = self.expected(self.now_ns);
         let mut published: [Vec<(&'static str, i64)>; 2] = Default::default();
         let mut withdrawn = [0, 0];
         while let Some(output) = self.gateway.poll_output() {
             match output {
-                Output::VehicleLights(VehicleLightsOutput::TurnIndicators { report, stamp }) => {
-                    published[0].push((report.name(), stamp.as_nanos()));
-                }
-                Output::VehicleLights(VehicleLightsOutput::HazardLights { report, stamp }) => {
-                    published[1].push((report.name(), stamp.as_nanos()));
-                }
-                Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => withdrawn[0] += 1,
-                Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => withdrawn[1] += 1,
+                Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => match step {
+                    Step::Publish(report, stamp) => published[0].push((report.name(), stamp.as_nanos())),
+                    Step::Withdraw => withdrawn[0] += 1,
+                },
+                Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => match step {
+                    Step::Publish(report, stamp) => published[1].push((report.name(), stamp.as_nanos())),
+                    Step::Withdraw => withdrawn[1] += 1,
+                },
                 Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                     panic!("nothing but reports here")
                 }
@@ -142,23 +143,23 @@ impl Trial {
                         self.refreshed_ns = self.now_ns;
                     }
                     for status in diagnostics.statuses {
-                        self.hear(status, diagnostics.refresh)?;
+                        self.check_change(status, diagnostics.refresh)?;
                     }
                 }
             }
         }
         prop_assert!(self.now_ns - self.refreshed_ns <= REFRESH_NS);
-        for (index, belief) in beliefs.iter().enumerate() {
-            self.check_topic(index, belief, &published[index], withdrawn[index])?;
-            self.check_status(TASKS[index], belief)?;
+        for (index, expected) in expected.iter().enumerate() {
+            self.check_topic(index, expected, &published[index], withdrawn[index])?;
+            self.check_status(TASKS[index], expected)?;
         }
         Ok(())
     }
 
     /// A status goes out as a change only when it is one, and a refresh brings no news.
-    fn hear(&mut self, status: Status, refresh: bool) -> Result<(), TestCaseError> {
+    fn check_change(&mut self, status: Status, refresh: bool) -> Result<(), TestCaseError> {
         let (name, now) = (status.name, (status.level, status.message));
-        let before = self.told.insert(name, now.clone());
+        let before = self.statuses.insert(name, now.clone());
         prop_assert_eq!(before == Some(now.clone()), refresh, "{:?} after {:?}", now, before);
         Ok(())
     }
@@ -166,25 +167,25 @@ impl Trial {
     fn check_topic(
         &mut self,
         index: usize,
-        belief: &Belief,
+        expected: &Expected,
         published: &[(&'static str, i64)],
         withdrawn: u32,
     ) -> Result<(), TestCaseError> {
         let before = std::mem::take(&mut self.topics[index].current);
-        let Some((state, stamp)) = belief.publish else {
-            prop_assert!(published.is_empty(), "{:?} published although {:?}", published, belief);
-            prop_assert_eq!(withdrawn, u32::from(before.is_some()), "{:?}", belief);
+        let Some((state, stamp)) = expected.publish else {
+            prop_assert!(published.is_empty(), "{:?} published although {:?}", published, expected);
+            prop_assert_eq!(withdrawn, u32::from(before.is_some()), "{:?}", expected);
             return Ok(());
         };
-        prop_assert_eq!(withdrawn, 0, "{:?}", belief);
+        prop_assert_eq!(withdrawn, 0, "{:?}", expected);
         let mut last_ns = before.map_or(0, |(_, at)| at);
         if before.is_none_or(|(shown, _)| shown != state) {
             prop_assert_eq!(published, &[(state, stamp)], "a change goes out at once, and once");
             last_ns = self.now_ns;
-        } else if let Rhythm::Periodic(period) = self.car.rhythm {
+        } else if let Publish::Periodic(period) = self.car.publish {
             prop_assert!(self.now_ns - last_ns <= period, "slower than the period");
             if self.now_ns - last_ns == period {
-                prop_assert_eq!(published, &[(state, stamp)], "the rhythm carries the newest stamp");
+                prop_assert_eq!(published, &[(state, stamp)], "a periodic report carries the newest stamp");
                 last_ns = self.now_ns;
             } else {
                 prop_assert!(published.is_empty(), "faster than the period");
@@ -196,20 +197,25 @@ impl Trial {
         Ok(())
     }
 
-    fn check_status(&self, task: &str, belief: &Belief) -> Result<(), TestCaseError> {
-        let (level, message) = &self.told[&format!("signal_gateway: {task}")];
-        match belief.trouble() {
+    fn check_status(&self, task: &str, expected: &Expected) -> Result<(), TestCaseError> {
+        let (level, message) = &self.statuses[&format!("signal_gateway: {task}")];
+        match expected.problem() {
             None => prop_assert_eq!((*level, message.as_str()), (Level::Ok, "publishing")),
-            Some(trouble) => {
-                prop_assert_eq!(*level, Level::Error, "{} {:?}", message, belief);
-                let word = match trouble {
+            Some(problem) => {
+                prop_assert_eq!(*level, Level::Error, "{} {:?}", message, expected);
+                let start = match problem {
                     FaultKind::HardwareFault => "hardware fault: ",
                     FaultKind::Invalid => "invalid: ",
                     FaultKind::Unknown => "unknown: ",
                 };
-                prop_assert!(message.starts_with(word), "{} for {:?}", message, belief);
+                prop_assert!(message.starts_with(start), "{} for {:?}", message, expected);
                 let named = |name: &String| message.contains(name.as_str());
-                prop_assert!(belief.names.iter().all(named), "{} does not name {:?}", message, belief.names);
+                prop_assert!(
+                    expected.names.iter().all(named),
+                    "{} does not name {:?}",
+                    message,
+                    expected.names
+                );
             }
         }
         Ok(())

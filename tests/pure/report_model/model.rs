@@ -1,9 +1,9 @@
-//! What the two reports may say, worked out from everything that happened.
+//! The two reports, derived from everything that happened.
 //!
-//! | what is known of a signal | published | diagnostics |
+//! | knowledge of a signal | published | diagnostics |
 //! |---|---|---|
 //! | a defined value | it is | OK |
-//! | not available, stale, never seen, link lost | nothing | ERROR, unknown |
+//! | not available, stale, never received, link lost | nothing | ERROR, unknown |
 //! | a value without a meaning | nothing | ERROR, invalid |
 //! | a value that means fault | nothing | ERROR, hardware fault |
 //! | a fault signal beside a defined value | it is, unless withheld | ERROR, hardware fault |
@@ -12,7 +12,7 @@ use crate::pure::report_model::car::{
     ALIVE_TIMEOUT_NS, Car, FAULT_TIMEOUT_NS, HAZARD_TIMEOUT_NS, Hazard, TURN_TIMEOUT_NS, Turn,
 };
 use crate::pure::report_model::history::{
-    ALIVE, FRONT, HAZARD, History, LAMP, LEFT, REAR, RIGHT, Seen, TURN,
+    ALIVE, FRONT, HAZARD, History, LAMP, LEFT, REAR, RIGHT, Received, TURN,
 };
 
 /// Gravest last.
@@ -23,25 +23,25 @@ pub(crate) enum FaultKind {
     HardwareFault,
 }
 
-/// What is believed of one report.
+/// The outcome that is expected of one report.
 #[derive(Debug)]
-pub(crate) struct Belief {
+pub(crate) struct Expected {
     /// State and stamp, if it may be published.
     pub(crate) publish: Option<(&'static str, i64)>,
-    doubt: Option<FaultKind>,
+    unavailable: Option<FaultKind>,
     fault: bool,
-    /// What diagnostics must name.
+    /// Texts that diagnostics must name.
     pub(crate) names: Vec<String>,
 }
 
-impl Belief {
-    pub(crate) fn trouble(&self) -> Option<FaultKind> {
-        if self.fault { Some(FaultKind::HardwareFault) } else { self.doubt }
+impl Expected {
+    pub(crate) fn problem(&self) -> Option<FaultKind> {
+        if self.fault { Some(FaultKind::HardwareFault) } else { self.unavailable }
     }
 
-    /// What only an event or a deadline may change; stamps of what is not fitted are always now.
+    /// The parts that only an event or a deadline may change; stamps of what is not fitted are always now.
     pub(crate) fn essence(&self) -> (Option<&'static str>, Option<FaultKind>, Vec<String>) {
-        (self.publish.map(|(state, _)| state), self.trouble(), self.names.clone())
+        (self.publish.map(|(state, _)| state), self.problem(), self.names.clone())
     }
 }
 
@@ -57,10 +57,10 @@ enum Sides {
 }
 
 /// Turn and hazard at a moment; `wall` stamps what is known without any frame.
-pub(crate) fn judge(car: &Car, history: &History, now: u64, wall: i64) -> [Belief; 2] {
-    let sight = Sight { car, history, now };
-    let sides = sight.sides(wall);
-    let hazard = sight.hazard(&sides, wall);
+pub(crate) fn judge(car: &Car, history: &History, now: u64, wall: i64) -> [Expected; 2] {
+    let knowledge = Knowledge { car, history, now };
+    let sides = knowledge.sides(wall);
+    let hazard = knowledge.hazard(&sides, wall);
     let turn = sides.map(|(sides, at, stamp)| match (&hazard, car.keep) {
         (Ok((true, since, hazard_stamp)), false) => {
             ("DISABLE", at.max(*since), if *since > at { *hazard_stamp } else { stamp })
@@ -68,7 +68,7 @@ pub(crate) fn judge(car: &Car, history: &History, now: u64, wall: i64) -> [Belie
         _ => (turn_name(sides), at, stamp),
     });
     let hazard = hazard.map(|(on, at, stamp)| (if on { "ENABLE" } else { "DISABLE" }, at, stamp));
-    [sight.belief(turn, car.turn_fault), sight.belief(hazard, car.hazard_fault)]
+    [knowledge.expected(turn, car.turn_fault), knowledge.expected(hazard, car.hazard_fault)]
 }
 
 fn turn_name(sides: Sides) -> &'static str {
@@ -79,44 +79,44 @@ fn turn_name(sides: Sides) -> &'static str {
     }
 }
 
-struct Sight<'a> {
+struct Knowledge<'a> {
     car: &'a Car,
     history: &'a History,
     now: u64,
 }
 
-impl Sight<'_> {
-    fn belief(&self, state: Judged<&'static str>, fault_signal: Option<bool>) -> Belief {
+impl Knowledge<'_> {
+    fn expected(&self, state: Judged<&'static str>, fault_signal: Option<bool>) -> Expected {
         let fault = fault_signal.is_some() && self.lamp_broken();
         let withheld = fault && fault_signal == Some(true);
-        let (publish, doubt, mut names) = match state {
+        let (publish, unavailable, mut names) = match state {
             Ok((state, _, stamp)) => (Some((state, stamp)).filter(|_| !withheld), None, vec![]),
-            Err((trouble, names)) => (None, Some(trouble), names),
+            Err((problem, names)) => (None, Some(problem), names),
         };
         if fault {
             names.push("LAMP.BROKEN = 1".to_owned());
         }
-        Belief { publish, doubt, fault, names }
+        Expected { publish, unavailable, fault, names }
     }
 
     fn lamp_broken(&self) -> bool {
-        let seen = self.history.newest(REAR, LAMP, self.now);
-        seen.is_some_and(|seen| self.now - seen.at_ns <= FAULT_TIMEOUT_NS && seen.raw == 1)
+        let received = self.history.newest(REAR, LAMP, self.now);
+        received.is_some_and(|received| self.now - received.at_ns <= FAULT_TIMEOUT_NS && received.raw == 1)
     }
 
     /// The newest value, unless it is too old or was sent before the bus fell silent.
-    fn trusted(&self, bus: u8, id: u16, event: bool, timeout: u64) -> Option<Seen> {
-        let seen = self.history.newest(bus, id, self.now)?;
+    fn trusted(&self, bus: u8, id: u16, event: bool, timeout: u64) -> Option<Received> {
+        let received = self.history.newest(bus, id, self.now)?;
         let holds = if event {
-            let times = (seen.at_ns, self.now);
+            let times = (received.at_ns, self.now);
             self.history.was_busy(bus, &self.relevant(bus), times, ALIVE_TIMEOUT_NS)
         } else {
-            self.now - seen.at_ns <= timeout
+            self.now - received.at_ns <= timeout
         };
-        holds.then_some(seen)
+        holds.then_some(received)
     }
 
-    /// Messages that are listened to on a bus.
+    /// Messages that are received on a bus.
     fn relevant(&self, bus: u8) -> Vec<u16> {
         let car = self.car;
         let of_turn: &[u16] = match car.turn {
@@ -137,7 +137,7 @@ impl Sight<'_> {
     }
 
     fn sides(&self, wall: i64) -> Judged<Sides> {
-        let see = |id| self.trusted(FRONT, id, self.car.turn_event, TURN_TIMEOUT_NS);
+        let newest = |id| self.trusted(FRONT, id, self.car.turn_event, TURN_TIMEOUT_NS);
         let switch = |raw| match raw {
             0 => Some(false),
             1 => Some(true),
@@ -146,7 +146,7 @@ impl Sight<'_> {
         let both_is_hazard = match self.car.turn {
             Turn::NotFitted => return Ok((Sides::None, self.now, wall)),
             Turn::Enumerated => {
-                return read(see(TURN), "TURN.CODE", |raw| match raw {
+                return read(newest(TURN), "TURN.CODE", |raw| match raw {
                     0 => Some(Sides::None),
                     1 => Some(Sides::Left),
                     4 => Some(Sides::Right),
@@ -156,8 +156,8 @@ impl Sight<'_> {
             }
             Turn::Pair { both_is_hazard } => both_is_hazard,
         };
-        let left = read(see(LEFT), "LEFT.ON", switch);
-        let right = read(see(RIGHT), "RIGHT.ON", switch);
+        let left = read(newest(LEFT), "LEFT.ON", switch);
+        let right = read(newest(RIGHT), "RIGHT.ON", switch);
         match (left, right) {
             (Ok((left, left_at, left_stamp)), Ok((right, right_at, right_stamp))) => {
                 let sides = match (left, right) {
@@ -186,8 +186,8 @@ impl Sight<'_> {
             Hazard::Unbound => Err((FaultKind::Unknown, vec!["no signal".to_owned()])),
             Hazard::BothSides => sides.clone().map(|(sides, at, stamp)| (sides == Sides::Both, at, stamp)),
             Hazard::Signal | Hazard::Reason => {
-                let seen = self.trusted(REAR, HAZARD, self.car.hazard_event, HAZARD_TIMEOUT_NS);
-                read(seen, "HAZARD.CODE", |raw| match raw {
+                let received = self.trusted(REAR, HAZARD, self.car.hazard_event, HAZARD_TIMEOUT_NS);
+                read(received, "HAZARD.CODE", |raw| match raw {
                     0 => Some(false),
                     1 | 5 | 6 => Some(true),
                     _ => None,
@@ -198,11 +198,11 @@ impl Sight<'_> {
 }
 
 /// Raw values 2 and 3 mean fault and not available everywhere; `meaning` knows the rest.
-fn read<T>(seen: Option<Seen>, name: &str, meaning: impl Fn(u8) -> Option<T>) -> Judged<T> {
-    let Some(Seen { raw, at_ns, stamp }) = seen else {
+fn read<T>(received: Option<Received>, name: &str, meaning: impl Fn(u8) -> Option<T>) -> Judged<T> {
+    let Some(Received { raw, at_ns, stamp }) = received else {
         return Err((FaultKind::Unknown, vec![]));
     };
-    let named = |trouble| Err((trouble, vec![format!("{name} = {raw}")]));
+    let named = |problem| Err((problem, vec![format!("{name} = {raw}")]));
     match raw {
         2 => named(FaultKind::HardwareFault),
         3 => named(FaultKind::Unknown),

@@ -15,7 +15,7 @@ fn refused(front: &str, rows: &[Row<'_>]) {
 fn broken_tables_are_refused_at_their_keys() {
     #[rustfmt::skip]
     let rows: &[Row<'_>] = &[
-        ("@@maps = 'x'", "maps", "unknown key \"maps\"", "known here are map, groups"),
+        ("@@maps = 'x'", "maps", "unknown key \"maps\"", "valid keys: map, groups"),
         ("a = @@@@= 1", "", "", SEE),
         ("map = @@['x']", "map", "expected a single value, found a list", SEE),
         ("map = @@'x'\ngroups = { 1 = [2] }", "map", "both a map and groups", "keep one"),
@@ -30,7 +30,7 @@ fn broken_tables_are_refused_at_their_keys() {
         ("stop_at_s = @@5\nstop_when = { after_s = 5 }", "stop_at_s", "both stop_at_s and stop_when", "keep one"),
         ("controller = @@1", "controller", "expected a list, found", "[[controller]]"),
         ("controller = [@@1]", "controller[1]", "expected a table, found", SEE),
-        ("@@[[controller]]\ndelay_s = 1", "controller[1]", "a key is missing: name", SEE),
+        ("@@[[controller]]\ndelay_s = 1", "controller[1]", "missing key: name", SEE),
         ("[[controller]]\nname = 'B'\ndelay_s = @@1", "controller[1].delay_s", "delay without a reference", "name the"),
         ("[[controller]]\nname = 'B'\n@@phases = 1", "controller[1].phases", "unknown key", "reference, delay_s, phase"),
     ];
@@ -65,7 +65,7 @@ fn broken_events_are_refused_at_their_keys() {
         ("do = @@5", "event[1].do", "expected a table, found 5", SEE),
         ("do = @@{ state = 'red' }", "event[1].do", "an action does exactly one thing", "set, clear"),
         ("do = @@{ set = '1', clear = '1', state = 'red' }", "event[1].do", "exactly one thing", "set, clear"),
-        ("do = @@{ set = '1' }", "event[1].do", "a key is missing: state", SEE),
+        ("do = @@{ set = '1' }", "event[1].do", "missing key: state", SEE),
         ("do = { set = '1', state = @@'unknown' }", "event[1].do.state", "conventional_detected", ""),
         ("do = [{ clear = '1' }, { clear = @@'x' }]", "event[1].do[2].clear", "not an id", "34802"),
         ("do = { enter = @@'B', phase = 'go' }", "event[1].do.enter", "no controller", "there are A"),
@@ -75,9 +75,9 @@ fn broken_events_are_refused_at_their_keys() {
         ("do = { v2i_rate_hz = @@0 }", "event[1].do.v2i_rate_hz", "0 Hz is out of range", "0.001 to 1000"),
         ("do = { v2i_rate_hz = @@inf }", "event[1].do.v2i_rate_hz", "inf Hz", "0.001 to 1000"),
         ("do = { confidence = @@1.1, of = '1' }", "event[1].do.confidence", "1.1 is out of range", "0 to 1"),
-        ("do = @@{ confidence = 1 }", "event[1].do", "a key is missing: of", SEE),
+        ("do = @@{ confidence = 1 }", "event[1].do", "missing key: of", SEE),
         ("do = { end = @@'well' }", "event[1].do.end", "unknown value \"well\"", "success"),
-        ("do = { end = 'success', @@off = 1 }", "event[1].do.off", "unknown key \"off\"", "known here are end"),
+        ("do = { end = 'success', @@off = 1 }", "event[1].do.off", "unknown key \"off\"", "valid keys: end"),
         ("times = @@0\ndo = { end = 'success' }", "event[1].times", "0 is out of range", "give 1 to"),
         ("times = @@1.5\ndo = { end = 'success' }", "event[1].times", "expected a whole number, found 1.5", "give 1 to"),
         ("at_s = @@1\nwhen = { after_s = 1 }\ndo = []", "event[1].at_s", "both at_s and when", "keep one"),
@@ -94,7 +94,7 @@ fn broken_events_are_refused_at_their_keys() {
         ("name = 'x'\ndo = []\n[[event]]\nname = @@'x'\ndo = []", "event[2].name", "second event \"x\"", "its own name"),
     ];
     refused(front, rows);
-    let missing = ("@@[[event]]\nat_s = 1", "event[1]", "a key is missing: do", "clear");
+    let missing = ("@@[[event]]\nat_s = 1", "event[1]", "missing key: do", "clear");
     refused("", &[missing]);
 }
 

@@ -230,7 +230,7 @@ fn p_staleness() {
                 &[P(0, "1001: red"), E(0, 0, "1002: green"), P(49, "1001: red")],
                 "1001: red; 1002: green",
             ),
-            // Alone it is never stale, and an external message without groups is nobody to lag behind.
+            // Alone it is never stale, nor beside an external message without groups.
             (0, Confidence, &[P(-20, "1001: red"), E(0, 0, "")], "1001: red"),
             (247, Confidence, &[E(0, 0, "1001: red"), P(60, "1002: green")], "1002: green"),
             (0, Confidence, &[E(0, 0, "1001: red"), P(50, "1002: green")], "1001: red; 1002: green"),

@@ -1,4 +1,4 @@
-//! Only what a frame has proven is published, and it is published again as soon as it is proven.
+//! Only values of valid frames are published, and again as soon as frames are valid.
 //!
 //! A sender's frames are lost, late, repeated, cut and corrupted, its bus falls silent and asleep
 //! and its link is lost, at random. What the gateway publishes is compared, after every frame and
@@ -21,11 +21,11 @@ use crate::support::property::for_all;
 use crate::support::virtual_gateway::VirtualGateway;
 
 use model::Model;
-use sender::{ALIVE, ALIVE_MS, Act, Guarded, Sender, TIMEOUT_MS, TURN, any_act, settings};
+use sender::{ALIVE, ALIVE_MS, Act, Protection, Sender, TIMEOUT_MS, TURN, any_act, settings};
 
 /// The three kinds, an equal share each.
-fn any_guarded() -> impl Strategy<Value = Guarded> {
-    prop::sample::select(vec![Guarded::Fields, Guarded::EventFields, Guarded::E2e])
+fn any_protection() -> impl Strategy<Value = Protection> {
+    prop::sample::select(vec![Protection::Fields, Protection::EventFields, Protection::E2e])
 }
 
 /// Pauses before the acts; most are as long as a cycle, some longer than the limit.
@@ -34,9 +34,9 @@ fn any_day() -> impl Strategy<Value = Vec<(u64, Act)>> {
     prop::collection::vec((pause, any_act()), 1..100)
 }
 
-/// A day as it happened to a sender, to its end.
-fn lived(guarded: Guarded, day: Vec<(u64, Act)>) -> Result<Trial, TestCaseError> {
-    let mut trial = Trial::new(guarded);
+/// Runs the events of a sender to their end.
+fn run(protection: Protection, day: Vec<(u64, Act)>) -> Result<Trial, TestCaseError> {
+    let mut trial = Trial::new(protection);
     for (pause, act) in day {
         trial.pass(pause)?;
         trial.happen(act)?;
@@ -45,20 +45,20 @@ fn lived(guarded: Guarded, day: Vec<(u64, Act)>) -> Result<Trial, TestCaseError>
 }
 
 fn what_is_published_is_trusted_over(days: u32) {
-    for_all(days, (any_guarded(), any_day()), |(guarded, day)| {
-        let mut trial = lived(guarded, day)?;
+    for_all(days, (any_protection(), any_day()), |(protection, day)| {
+        let mut trial = run(protection, day)?;
         trial.pass(3 * ALIVE_MS)?;
         prop_assert_eq!(trial.published, None, "nothing came for long");
         Ok(())
     });
 }
 
-fn enough_good_frames_are_believed_after(days: u32) {
-    for_all(days, (any_guarded(), any_day(), 0..3_u8), |(guarded, day, value)| {
-        let mut trial = lived(guarded, day)?;
+fn enough_good_frames_are_used_after(days: u32) {
+    for_all(days, (any_protection(), any_day(), 0..3_u8), |(protection, day, value)| {
+        let mut trial = run(protection, day)?;
         // Of the fields three: one that breaks with what was, one that is in sequence with it, and
         // one that counts. The window needs four good ones behind those.
-        let enough = if guarded == Guarded::E2e { 6 } else { 3 };
+        let enough = if protection == Protection::E2e { 6 } else { 3 };
         for _ in 0..enough {
             trial.pass(100)?;
             trial.happen(Act::Send(value))?;
@@ -75,7 +75,7 @@ fn a_published_value_was_carried_by_a_trusted_frame_no_older_than_its_limit() {
 
 #[test]
 fn after_enough_good_frames_in_sequence_the_value_is_published_again() {
-    enough_good_frames_are_believed_after(150);
+    enough_good_frames_are_used_after(150);
 }
 
 mod slow {
@@ -86,25 +86,25 @@ mod slow {
 
     #[test]
     fn after_enough_good_frames_in_sequence_the_value_is_published_again() {
-        super::enough_good_frames_are_believed_after(500);
+        super::enough_good_frames_are_used_after(500);
     }
 }
 
 #[test]
 fn the_days_are_neither_all_good_nor_all_bad() {
     let mut runner = TestRunner::deterministic();
-    let (mut believed, mut all) = (0, 0);
+    let (mut valid, mut all) = (0, 0);
     for _ in 0..200 {
-        let (guarded, day) = (any_guarded(), any_day()).new_tree(&mut runner).unwrap().current();
-        let mut trial = Trial::new(guarded);
+        let (protection, day) = (any_protection(), any_day()).new_tree(&mut runner).unwrap().current();
+        let mut trial = Trial::new(protection);
         for (pause, act) in day {
             trial.pass(pause).unwrap();
             trial.happen(act).unwrap();
-            believed += u32::from(trial.published.is_some());
+            valid += u32::from(trial.published.is_some());
             all += 1;
         }
     }
-    assert!((0.2..0.8).contains(&(f64::from(believed) / f64::from(all))), "{believed} of {all}");
+    assert!((0.2..0.8).contains(&(f64::from(valid) / f64::from(all))), "{valid} of {all}");
 }
 
 struct Trial {
@@ -115,16 +115,16 @@ struct Trial {
 }
 
 impl Trial {
-    fn new(guarded: Guarded) -> Self {
+    fn new(protection: Protection) -> Self {
         Self {
-            gateway: VirtualGateway::new(settings(guarded)),
-            sender: Sender::new(guarded),
-            model: Model::new(guarded),
+            gateway: VirtualGateway::new(settings(protection)),
+            sender: Sender::new(protection),
+            model: Model::new(protection),
             published: None,
         }
     }
 
-    /// Time goes by; whenever the gateway wants to be called, it is.
+    /// Time goes by, and the gateway is called at each deadline.
     fn pass(&mut self, pause: u64) -> Result<(), TestCaseError> {
         let until = self.gateway.ms() + pause;
         // Each deadline moves time on; a millisecond has a few at most.
@@ -179,7 +179,7 @@ impl Trial {
         self.gateway.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: self.gateway.now.wall });
     }
 
-    /// What is published is what the model believes.
+    /// Compares the published value with that of the model.
     fn check(&mut self) -> Result<(), TestCaseError> {
         // The model counts in milliseconds: what is too old by a nanosecond is too old by one.
         let ms = self.gateway.now.mono.as_nanos().div_ceil(MS);
@@ -188,8 +188,8 @@ impl Trial {
         }
         assert_eq!(self.gateway.hazard_reports(), [], "not bound");
         self.gateway.outputs.clear();
-        let believed = self.model.believed(ms).filter(|value| *value < 3).map(name);
-        prop_assert_eq!(self.published, believed, "{:?} at {} ms", self.sender.guarded, ms);
+        let expected = self.model.valid_value(ms).filter(|value| *value < 3).map(name);
+        prop_assert_eq!(self.published, expected, "{:?} at {} ms", self.sender.protection, ms);
         Ok(())
     }
 }

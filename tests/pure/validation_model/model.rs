@@ -1,20 +1,20 @@
-//! What may be believed, said as simply as it can be: everything that came is kept, and each
+//! The values that may be used, as simply as possible: everything that came is kept, and each
 //! question is answered by looking back at it.
 
-use crate::pure::validation_model::sender::{ALIVE_MS, Guarded, TIMEOUT_MS, right_crc, values};
+use crate::pure::validation_model::sender::{ALIVE_MS, Protection, TIMEOUT_MS, right_crc, values};
 
 /// A frame of the message that came.
 #[derive(Debug, Clone)]
-struct Seen {
+struct Received {
     ms: u64,
     /// Its counter, if it is whole.
     counter: Option<u8>,
     value: u8,
-    /// Whether everything starts anew with it.
+    /// True if everything starts anew with it.
     fresh: bool,
     trusted: bool,
-    /// Whether the message as a whole is not to be trusted after it.
-    spoilt: bool,
+    /// True if the message as a whole is not valid after it.
+    invalid: bool,
 }
 
 /// Results of a frame as the window counts them.
@@ -35,16 +35,16 @@ enum E2eState {
 
 #[derive(Debug)]
 pub(crate) struct Model {
-    guarded: Guarded,
-    seen: Vec<Seen>,
+    protection: Protection,
+    received: Vec<Received>,
     /// When anything at all came over the bus since its link was lost.
     life: Vec<u64>,
     link_lost: bool,
 }
 
 impl Model {
-    pub(crate) fn new(guarded: Guarded) -> Self {
-        Self { guarded, seen: vec![], life: vec![], link_lost: false }
+    pub(crate) fn new(protection: Protection) -> Self {
+        Self { protection, received: vec![], life: vec![], link_lost: false }
     }
 
     pub(crate) fn link_was_lost(&mut self) {
@@ -63,40 +63,48 @@ impl Model {
             // Without the value: nothing that could be judged.
             return;
         }
-        let stored = if self.guarded == Guarded::E2e { data[0] } else { data[data.len() - 1] };
-        let whole = data.len() == 8 && stored == right_crc(self.guarded, data);
-        let counter = Some(data[1] & 0xF).filter(|counter| whole && *counter < values(self.guarded));
-        let last_whole = self.session().rfind(|seen| seen.counter.is_some()).map(|seen| seen.ms);
-        let too_old = |last: u64| self.guarded != Guarded::EventFields && ms > last + TIMEOUT_MS;
+        let stored = if self.protection == Protection::E2e { data[0] } else { data[data.len() - 1] };
+        let whole = data.len() == 8 && stored == right_crc(self.protection, data);
+        let counter = Some(data[1] & 0xF).filter(|counter| whole && *counter < values(self.protection));
+        let last_whole =
+            self.session().rfind(|received| received.counter.is_some()).map(|received| received.ms);
+        let too_old = |last: u64| self.protection != Protection::EventFields && ms > last + TIMEOUT_MS;
         let fresh = self.link_lost || last_whole.is_some_and(too_old);
         self.link_lost = false;
-        self.seen.push(Seen { ms, counter, value: data[2] & 3, fresh, trusted: false, spoilt: false });
-        let outcomes: Vec<_> = (self.start()..self.seen.len()).map(|at| self.outcome(at)).collect();
-        let alone = self.is_in_order(self.seen.len() - 1);
-        let (trusted, spoilt) = match self.guarded {
-            Guarded::Fields | Guarded::EventFields => (alone, false),
-            Guarded::E2e => {
+        self.received.push(Received {
+            ms,
+            counter,
+            value: data[2] & 3,
+            fresh,
+            trusted: false,
+            invalid: false,
+        });
+        let outcomes: Vec<_> = (self.start()..self.received.len()).map(|at| self.outcome(at)).collect();
+        let alone = self.is_in_order(self.received.len() - 1);
+        let (trusted, invalid) = match self.protection {
+            Protection::Fields | Protection::EventFields => (alone, false),
+            Protection::E2e => {
                 let phase = phase(&outcomes);
                 (alone && phase == E2eState::Valid, phase == E2eState::Invalid)
             }
         };
-        let newest = self.seen.last_mut().unwrap();
-        (newest.trusted, newest.spoilt) = (trusted, spoilt);
+        let newest = self.received.last_mut().unwrap();
+        (newest.trusted, newest.invalid) = (trusted, invalid);
     }
 
     /// The value that may be published, and must be.
-    pub(crate) fn believed(&self, now: u64) -> Option<u8> {
+    pub(crate) fn valid_value(&self, now: u64) -> Option<u8> {
         if self.link_lost {
             return None;
         }
         // A link that was lost begins a session, but not every session begins with one: what was
         // trusted before a session is too old for the limit below.
-        let newest = self.seen.iter().rposition(|seen| seen.trusted)?;
-        let Seen { ms, value, .. } = self.seen[newest];
-        let spoilt = self.seen[newest + 1..].iter().any(|seen| seen.spoilt);
-        let in_time = match self.guarded {
-            Guarded::Fields | Guarded::E2e => now <= ms + TIMEOUT_MS,
-            Guarded::EventFields => {
+        let newest = self.received.iter().rposition(|received| received.trusted)?;
+        let Received { ms, value, .. } = self.received[newest];
+        let invalid = self.received[newest + 1..].iter().any(|received| received.invalid);
+        let in_time = match self.protection {
+            Protection::Fields | Protection::E2e => now <= ms + TIMEOUT_MS,
+            Protection::EventFields => {
                 let since = self.life.iter().skip_while(|life| **life < ms).copied().chain([now]);
                 let since: Vec<_> = since.collect();
                 since.windows(2).all(|pair| pair[1] <= pair[0] + ALIVE_MS)
@@ -104,28 +112,28 @@ impl Model {
         };
         // A frame from before the link was lost is not among the signs of life since.
         let same_link = self.life.first().is_some_and(|first| *first <= ms);
-        (!spoilt && in_time && same_link).then_some(value)
+        (!invalid && in_time && same_link).then_some(value)
     }
 
     /// Where the newest session starts.
     fn start(&self) -> usize {
-        self.seen.iter().rposition(|seen| seen.fresh).unwrap_or(0)
+        self.received.iter().rposition(|received| received.fresh).unwrap_or(0)
     }
 
-    fn session(&self) -> impl DoubleEndedIterator<Item = &Seen> {
-        self.seen[self.start()..].iter()
+    fn session(&self) -> impl DoubleEndedIterator<Item = &Received> {
+        self.received[self.start()..].iter()
     }
 
     /// The whole frame before this one in its session.
     fn before(&self, at: usize) -> Option<usize> {
-        let fresh = self.seen[..=at].iter().rposition(|seen| seen.fresh).unwrap_or(0);
-        (fresh..at).rev().find(|other| self.seen[*other].counter.is_some())
+        let fresh = self.received[..=at].iter().rposition(|received| received.fresh).unwrap_or(0);
+        (fresh..at).rev().find(|other| self.received[*other].counter.is_some())
     }
 
     /// How far the counter of a whole frame moved since the one before.
     fn step(&self, at: usize) -> Option<u8> {
-        let (new, old) = (self.seen[at].counter?, self.seen[self.before(at)?].counter?);
-        Some((new + values(self.guarded) - old) % values(self.guarded))
+        let (new, old) = (self.received[at].counter?, self.received[self.before(at)?].counter?);
+        Some((new + values(self.protection) - old) % values(self.protection))
     }
 
     /// In sequence, and after nothing that was not.
@@ -137,12 +145,12 @@ impl Model {
             repeats += 1;
             before = self.before(before).unwrap();
         }
-        let tolerated = i32::from(self.guarded == Guarded::E2e);
+        let tolerated = i32::from(self.protection == Protection::E2e);
         repeats <= tolerated && self.step(before).is_none_or(|step| step <= 2)
     }
 
     fn outcome(&self, at: usize) -> CheckStatus {
-        match (self.seen[at].counter, self.step(at)) {
+        match (self.received[at].counter, self.step(at)) {
             (None, _) => CheckStatus::Error,
             (Some(_), Some(1 | 2)) => CheckStatus::Ok,
             (Some(_), _) => CheckStatus::Other,
@@ -169,18 +177,18 @@ fn phase(outcomes: &[CheckStatus]) -> E2eState {
             E2eState::Invalid => (4, 3, 0),
         };
         let newest = &outcomes[from.max((at + 1).saturating_sub(size))..=at];
-        let count = |wanted| newest.iter().filter(|outcome| **outcome == wanted).count();
-        let (good, spoilt) = (count(CheckStatus::Ok) >= min_ok, count(CheckStatus::Error) > max_error);
+        let count = |status| newest.iter().filter(|outcome| **outcome == status).count();
+        let (good, invalid) = (count(CheckStatus::Ok) >= min_ok, count(CheckStatus::Error) > max_error);
         let next = match phase {
-            E2eState::Init if spoilt => E2eState::Invalid,
+            E2eState::Init if invalid => E2eState::Invalid,
             E2eState::Init if !good => E2eState::Init,
-            E2eState::NoData | E2eState::Init | E2eState::Valid | E2eState::Invalid if good && !spoilt => {
+            E2eState::NoData | E2eState::Init | E2eState::Valid | E2eState::Invalid if good && !invalid => {
                 E2eState::Valid
             }
             E2eState::NoData | E2eState::Init | E2eState::Valid | E2eState::Invalid => E2eState::Invalid,
         };
         if next != phase {
-            // What this state no longer saw the next one does not see either.
+            // Results that this state no longer counted do not count in the next one.
             from = from.max((at + 1).saturating_sub(size));
             phase = next;
         }

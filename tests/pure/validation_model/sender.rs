@@ -7,9 +7,9 @@ use signal_gateway::core::gateway::GatewaySettings;
 
 use crate::support::files::MemoryFiles;
 
-/// How the message is guarded.
+/// The protection of the message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Guarded {
+pub(crate) enum Protection {
     /// J1850 in the last byte, four bits of counter, sent again and again.
     Fields,
     /// Likewise, but sent on change only.
@@ -18,7 +18,7 @@ pub(crate) enum Guarded {
     E2e,
 }
 
-/// Longest silence in which a cyclic message is believed; and in which a bus is awake.
+/// Longest silence in which a cyclic message is valid; and in which a bus is awake.
 pub(crate) const TIMEOUT_MS: u64 = 300;
 pub(crate) const ALIVE_MS: u64 = 1_000;
 /// Identifiers of the message and of the other one that keeps the bus awake.
@@ -74,18 +74,18 @@ pub(crate) fn any_act() -> impl Strategy<Value = Act> {
     ]
 }
 
-/// The sender: its counter, and what is under way.
+/// The sender: its counter, and the frames under way.
 #[derive(Debug, Clone)]
 pub(crate) struct Sender {
-    pub(crate) guarded: Guarded,
+    pub(crate) protection: Protection,
     counter: u8,
     sent: Vec<Vec<u8>>,
     late: Vec<Vec<u8>>,
 }
 
 impl Sender {
-    pub(crate) fn new(guarded: Guarded) -> Self {
-        Self { guarded, counter: 0, sent: vec![], late: vec![] }
+    pub(crate) fn new(protection: Protection) -> Self {
+        Self { protection, counter: 0, sent: vec![], late: vec![] }
     }
 
     /// The frame that comes to the receiver, if one does.
@@ -115,9 +115,11 @@ impl Sender {
             Act::Stretch(value) => {
                 let mut frame = self.next(value, 1);
                 frame.extend([0; 4]);
-                match self.guarded {
-                    Guarded::E2e => frame[0] = right_crc(self.guarded, &frame),
-                    Guarded::Fields | Guarded::EventFields => frame[7] = right_crc(self.guarded, &frame),
+                match self.protection {
+                    Protection::E2e => frame[0] = right_crc(self.protection, &frame),
+                    Protection::Fields | Protection::EventFields => {
+                        frame[7] = right_crc(self.protection, &frame);
+                    }
                 }
                 Some(frame)
             }
@@ -127,31 +129,31 @@ impl Sender {
     }
 
     fn next(&mut self, value: u8, step: u8) -> Vec<u8> {
-        self.counter = (self.counter + step) % values(self.guarded);
-        protect(self.guarded, self.counter, value)
+        self.counter = (self.counter + step) % values(self.protection);
+        protect(self.protection, self.counter, value)
     }
 }
 
 /// How many values the counter has.
-pub(crate) fn values(guarded: Guarded) -> u8 {
-    if guarded == Guarded::E2e { 15 } else { 16 }
+pub(crate) fn values(protection: Protection) -> u8 {
+    if protection == Protection::E2e { 15 } else { 16 }
 }
 
-/// The counter in the second byte, the value in the third, and contents that tell frames apart.
-fn protect(guarded: Guarded, counter: u8, value: u8) -> Vec<u8> {
+/// The counter in the second byte, the value in the third, and contents that distinguish frames.
+fn protect(protection: Protection, counter: u8, value: u8) -> Vec<u8> {
     let mut data = vec![0, counter | 0x50, value, 0xA5, counter.wrapping_mul(29), 0, 0, 0];
-    match guarded {
-        Guarded::E2e => data[0] = right_crc(guarded, &data),
-        Guarded::Fields | Guarded::EventFields => data[7] = right_crc(guarded, &data),
+    match protection {
+        Protection::E2e => data[0] = right_crc(protection, &data),
+        Protection::Fields | Protection::EventFields => data[7] = right_crc(protection, &data),
     }
     data
 }
 
 /// The CRC that eight bytes or more should hold.
-pub(crate) fn right_crc(guarded: Guarded, data: &[u8]) -> u8 {
-    match guarded {
-        Guarded::E2e => crc(0, [DATA_ID.as_slice(), &data[1..]].concat()),
-        Guarded::Fields | Guarded::EventFields => !crc(0xFF, [&data[..7], &data[8..]].concat()),
+pub(crate) fn right_crc(protection: Protection, data: &[u8]) -> u8 {
+    match protection {
+        Protection::E2e => crc(0, [DATA_ID.as_slice(), &data[1..]].concat()),
+        Protection::Fields | Protection::EventFields => !crc(0xFF, [&data[..7], &data[8..]].concat()),
     }
 }
 
@@ -163,22 +165,22 @@ fn crc(start: u8, data: Vec<u8>) -> u8 {
 }
 
 /// The vehicle as the project reads it from files; each is read once.
-pub(crate) fn settings(guarded: Guarded) -> GatewaySettings {
+pub(crate) fn settings(protection: Protection) -> GatewaySettings {
     static READ: [OnceLock<GatewaySettings>; 3] = [const { OnceLock::new() }; 3];
     let read = || {
         let files = MemoryFiles::new([("gateway.toml", GATEWAY), ("car.dbc", DBC)]);
-        files.with("profile.toml", profile(guarded)).settings().gateway
+        files.with("profile.toml", profile(protection)).settings().gateway
     };
-    READ[guarded as usize].get_or_init(read).clone()
+    READ[protection as usize].get_or_init(read).clone()
 }
 
-fn profile(guarded: Guarded) -> String {
+fn profile(protection: Protection) -> String {
     let fields = "checksum = { kind = \"j1850\", signal = \"CRC\" }\n\
                   counter = { signal = \"COUNTER\", max_step = 2 }\nlength = 8\n";
-    let message = match guarded {
-        Guarded::Fields => format!("timeout_ms = {TIMEOUT_MS}\n{fields}"),
-        Guarded::EventFields => format!("timing = \"event\"\n{fields}"),
-        Guarded::E2e => format!(
+    let message = match protection {
+        Protection::Fields => format!("timeout_ms = {TIMEOUT_MS}\n{fields}"),
+        Protection::EventFields => format!("timing = \"event\"\n{fields}"),
+        Protection::E2e => format!(
             "timeout_ms = {TIMEOUT_MS}\ne2e = {{ profile = \"1A\", data_id = 0x0123, max_step = 2 }}\n\
              window = {{ init = {{ size = 3, min_ok = 2, max_error = 1 }}, \
              valid = {{ size = 5, min_ok = 2, max_error = 2 }}, \

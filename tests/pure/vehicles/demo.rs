@@ -1,4 +1,4 @@
-//! What the demo shows: every row of the table of what a report may say.
+//! The demo, which shows every outcome that a report can have.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::pure::vehicles::project;
 
-/// Seconds, topic or diagnostic task, and what it says from then on; within 50 ms.
-const STORY: [(f64, &str, &str); 31] = [
+/// Seconds, topic or diagnostic task, and its value from then on; within 50 ms.
+const CHANGES: [(f64, &str, &str); 31] = [
     (0.0, "turn_indicators", "ERROR unknown: no frame of BCM_TurnIndicators (2A5) on can0 yet"),
     (0.0, "hazard_lights", "ERROR unknown: no frame of BCM_Hazard (2C1) on can0 yet"),
     (0.0, "can0", "WARN up, but no frame of the vehicle profile yet"),
@@ -89,42 +89,42 @@ fn values(line: &Value) -> Vec<(f64, String, String)> {
     data["status"].as_array().unwrap().iter().map(status).collect()
 }
 
-/// Only what is another value than before; a report that pauses is `silent` from then on.
+/// Only value is another value than before; a report that pauses is `silent` from then on.
 fn changes(json: &str) -> Vec<(f64, String, String)> {
     let lines = json.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let mut known: BTreeMap<String, (f64, String)> = BTreeMap::new();
     let mut changes = Vec::new();
-    for (t, who, what) in lines.flat_map(|line| values(&line)) {
-        if let Some((last, before)) = known.get(&who) {
-            let paused = who.ends_with("_status") && t - last > PAUSE_S;
+    for (t, subject, value) in lines.flat_map(|line| values(&line)) {
+        if let Some((last, before)) = known.get(&subject) {
+            let paused = subject.ends_with("_status") && t - last > PAUSE_S;
             if paused {
-                changes.push((*last, who.clone(), "silent".to_owned()));
+                changes.push((*last, subject.clone(), "silent".to_owned()));
             }
-            if paused || *before != what {
-                changes.push((t, who.clone(), what.clone()));
+            if paused || *before != value {
+                changes.push((t, subject.clone(), value.clone()));
             }
         } else {
-            changes.push((t, who.clone(), what.clone()));
+            changes.push((t, subject.clone(), value.clone()));
         }
-        known.insert(who, (t, what));
+        known.insert(subject, (t, value));
     }
-    let at_the_end = known.iter().filter(|(who, (t, _))| who.ends_with("_status") && *t > 44.8);
+    let at_the_end = known.iter().filter(|(subject, (t, _))| subject.ends_with("_status") && *t > 44.8);
     assert_eq!(at_the_end.count(), 2, "both reports are published to the end");
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     changes
 }
 
 #[test]
-fn the_demo_shows_every_way_a_report_can_go() {
+fn the_demo_shows_every_outcome_of_a_report() {
     let json = String::from_utf8(replay_demo()).unwrap();
     let changes = changes(&json);
-    let agree = |((t, who, what), expected): (&(f64, String, String), &(f64, &str, &str))| {
-        // Of a pause only the last report before it can be seen.
-        let tolerance = if what == "silent" { 0.100 } else { 0.050 };
-        (t - expected.0).abs() <= tolerance && who == expected.1 && what == expected.2
+    let agree = |((t, subject, value), expected): (&(f64, String, String), &(f64, &str, &str))| {
+        // Of a pause only the last report before it is known.
+        let tolerance = if value == "silent" { 0.100 } else { 0.050 };
+        (t - expected.0).abs() <= tolerance && subject == expected.1 && value == expected.2
     };
-    assert_eq!(changes.len(), STORY.len(), "{changes:#?}");
-    let differ = changes.iter().zip(&STORY).find(|pair| !agree(*pair));
+    assert_eq!(changes.len(), CHANGES.len(), "{changes:#?}");
+    let differ = changes.iter().zip(&CHANGES).find(|pair| !agree(*pair));
     assert_eq!(differ, None);
 }
 

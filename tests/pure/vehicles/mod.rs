@@ -1,5 +1,5 @@
-//! What the shipped vehicle profiles make of real recordings, of silences, of frames written by
-//! hand and of the demo recording.
+//! The shipped vehicle profiles on real recordings, silences, frames written by hand and the demo
+//! recording.
 
 mod demo;
 mod payload;

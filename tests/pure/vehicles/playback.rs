@@ -8,35 +8,31 @@ use signal_gateway::config::Settings;
 use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::diagnostics::{Level, Status};
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::validation::integrity::IntegrityCounts;
 use signal_gateway::core::validation::table::MessageIndex;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
-/// What a recording gave.
+use crate::support::clock::millis;
+use crate::support::virtual_gateway::StatusChange;
+
+/// The results of a recording.
 pub(crate) struct Playback {
     /// Changes of the turn report: milliseconds, and the constant's name or `stops`.
     pub(crate) turn: Vec<(u64, &'static str)>,
     /// Changes of the hazard report, likewise.
     pub(crate) hazard: Vec<(u64, &'static str)>,
     /// Every status that was sent as a change, refreshes left out.
-    pub(crate) told: Vec<Told>,
+    pub(crate) changes: Vec<StatusChange>,
     /// All statuses at the end.
     pub(crate) last: Vec<Status>,
-    /// What the guard of the first bound message counted; nothing when it has none.
+    /// The counts of the first bound message's checker; zero when it has none.
     pub(crate) checker: IntegrityCounts,
     /// Length, ms.
     pub(crate) end_ms: u64,
-}
-
-/// A status that was sent because it changed.
-pub(crate) struct Told {
-    pub(crate) ms: u64,
-    /// The part of the name behind the node.
-    pub(crate) task: String,
-    pub(crate) level: Level,
-    pub(crate) message: String,
 }
 
 /// The two tasks that judge reports.
@@ -72,53 +68,44 @@ fn play(settings: &Settings, log: Log, routes: Routes) -> Playback {
     let mut playback = Playback {
         turn: vec![],
         hazard: vec![],
-        told: vec![],
+        changes: vec![],
         last: vec![],
         checker: IntegrityCounts::default(),
         end_ms: 0,
     };
     loop {
-        let ms = replay.now().mono.as_nanos() / 1_000_000;
+        let at = replay.now().mono;
         while let Some(output) = replay.poll_output() {
-            playback.take(output, ms);
+            playback.take(output, at);
         }
         if !replay.step().unwrap() {
             break;
         }
     }
-    playback.end_ms = replay.now().mono.as_nanos() / 1_000_000;
+    playback.end_ms = millis(replay.now().mono);
     playback.last = replay.gateway().statuses(replay.now().mono);
-    let seen = replay.gateway().lights().observations();
-    playback.checker = seen.integrity_counts(MessageIndex(0)).unwrap_or_default();
+    let observations = replay.gateway().lights().observations();
+    playback.checker = observations.integrity_counts(MessageIndex(0)).unwrap_or_default();
     assert_eq!(replay.log().bad_lines(), 0);
     playback
 }
 
 impl Playback {
-    fn take(&mut self, output: Output, ms: u64) {
+    fn take(&mut self, output: Output, at: MonoTime) {
+        let ms = millis(at);
         match output {
-            Output::VehicleLights(VehicleLightsOutput::TurnIndicators { report, .. }) => {
-                change(&mut self.turn, ms, report.name());
+            Output::VehicleLights(VehicleLightsOutput::TurnIndicators(step)) => {
+                note(&mut self.turn, ms, step.value().map_or("stops", TurnIndicators::name));
             }
-            Output::VehicleLights(VehicleLightsOutput::HazardLights { report, .. }) => {
-                change(&mut self.hazard, ms, report.name());
-            }
-            Output::VehicleLights(VehicleLightsOutput::WithdrawTurnIndicators) => {
-                change(&mut self.turn, ms, "stops");
-            }
-            Output::VehicleLights(VehicleLightsOutput::WithdrawHazardLights) => {
-                change(&mut self.hazard, ms, "stops");
+            Output::VehicleLights(VehicleLightsOutput::HazardLights(step)) => {
+                note(&mut self.hazard, ms, step.value().map_or("stops", HazardLights::name));
             }
             Output::TrafficLights(_) | Output::TurnSignal(_) | Output::Command(_) => {
                 panic!("nothing but reports here")
             }
-            Output::Diagnostics { diagnostics, .. } if !diagnostics.refresh => {
-                for Status { name, level, message, .. } in diagnostics.statuses {
-                    let task = name.rsplit_once(": ").unwrap().1.to_owned();
-                    self.told.push(Told { ms, task, level, message });
-                }
+            Output::Diagnostics { diagnostics, .. } => {
+                self.changes.extend(StatusChange::all(diagnostics, at));
             }
-            Output::Diagnostics { .. } => {}
         }
     }
 
@@ -127,14 +114,14 @@ impl Playback {
         self.turn.iter().map(|(_, state)| *state).filter(|state| *state != "stops").collect()
     }
 
-    /// What was said of one task, in order: level and message.
-    pub(crate) fn said(&self, task: &str) -> Vec<(Level, &str)> {
-        self.of(task).map(|told| (told.level, told.message.as_str())).collect()
+    /// The status changes of one task, in order: level and message.
+    pub(crate) fn statuses_of(&self, task: &str) -> Vec<(Level, &str)> {
+        self.changes_of(task).map(|change| (change.level, change.message.as_str())).collect()
     }
 
-    /// What was said of one task, in order.
-    pub(crate) fn of(&self, task: &str) -> impl Iterator<Item = &Told> {
-        self.told.iter().filter(move |told| told.task == task)
+    /// The status changes of one task, in order.
+    pub(crate) fn changes_of(&self, task: &str) -> impl Iterator<Item = &StatusChange> {
+        self.changes.iter().filter(move |change| change.task == task)
     }
 
     /// A key of the last status of a task.
@@ -144,7 +131,7 @@ impl Playback {
     }
 }
 
-fn change(changes: &mut Vec<(u64, &'static str)>, ms: u64, state: &'static str) {
+fn note(changes: &mut Vec<(u64, &'static str)>, ms: u64, state: &'static str) {
     if changes.last().is_none_or(|(_, last)| *last != state) {
         changes.push((ms, state));
     }

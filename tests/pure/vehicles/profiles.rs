@@ -8,13 +8,13 @@ use signal_gateway::core::vehicle_lights::binding::TurnBinding;
 
 use crate::pure::vehicles::payload::frame;
 use crate::pure::vehicles::playback::{HAZARD, TURN};
-use crate::pure::vehicles::protection::sealed;
+use crate::pure::vehicles::protection::protect;
 use crate::pure::vehicles::{profile, profile_names};
 use crate::support::clock::at_ms;
 use crate::support::prerequisite::{require, shared_data};
 use crate::support::virtual_gateway::VirtualGateway;
 
-/// Profile, frames (see [`frame`], several with `;`; `9*` in front: nine times, 50 ms apart), and what becomes of turn
+/// Profile, frames (see [`frame`], several with `;`; `9*` in front: nine times, 50 ms apart), and the outcome of turn
 /// and hazard report: a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
 type Case = (&'static str, &'static str, &'static str, &'static str);
 
@@ -216,19 +216,19 @@ const CASES: &[Case] = &[
     ("vw_pq", "390 8 34|1@1=1 55|1@1=1", OFF, ON),
 ];
 
-/// What the two reports come to after the frames, in the words of [`Case`].
+/// The outcome of the two reports after the frames, as in [`Case`].
 fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
     let mut gateway =
         VirtualGateway::starting_at(MonoTime::from_millis(5), profile(profile_name).gateway.clone());
     let mut sent = BTreeMap::new();
-    // A counter says something of the second frame only.
+    // A counter is checked from the second frame on.
     for _ in 0..2 {
         for text in frames.split(';') {
             let (times, text) = text.split_once('*').unwrap_or(("1", text));
             let plain = frame(text);
             for _ in 0..times.trim().parse::<u32>().unwrap() {
                 let count = sent.entry(plain.id().number()).or_insert(0_u8);
-                let frame = sealed(&plain, *count);
+                let frame = protect(&plain, *count);
                 *count = count.wrapping_add(1);
                 gateway.receive(frame.id(), frame.data());
                 if times != "1" {

@@ -1,5 +1,5 @@
-//! Counters and checksums of the shipped profiles, written byte by byte as a second opinion; and
-//! that a frame without the right ones moves nothing.
+//! Counters and checksums of the shipped profiles, computed byte by byte as a second opinion; frames
+//! without the right ones change nothing.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use crate::support::virtual_gateway::VirtualGateway;
 
 /// The frame as its sender would send it for the `count`th time; unchanged when its message has
 /// neither counter nor checksum.
-pub(crate) fn sealed(frame: &Frame, count: u8) -> Frame {
+pub(crate) fn protect(frame: &Frame, count: u8) -> Frame {
     let mut data = frame.data().to_vec();
     match frame.id() {
         // Honda: two bits of counter, a nibble that makes all nibbles 8.
@@ -60,8 +60,8 @@ fn nibble(sum: i32) -> u8 {
     u8::try_from(sum.rem_euclid(16)).unwrap()
 }
 
-/// Profile, a frame that says left, its counter's values, and whether it has a checksum.
-const GUARDED: [(&str, &str, u8, bool); 11] = [
+/// Profile, a frame with left, its counter's values, and whether it has a checksum.
+const PROTECTED: [(&str, &str, u8, bool); 11] = [
     ("acura_ilx_2016", "294 8 5|1@0=1", 4, true),
     ("honda_civic_hatchback_2017", "326 8 26|1@0=1", 4, true),
     ("honda_civic_touring_2016", "326 8 26|1@0=1", 4, true),
@@ -75,8 +75,8 @@ const GUARDED: [(&str, &str, u8, bool); 11] = [
     ("vw_meb", "3D4 8 12|1@1=1", 16, false),
 ];
 
-/// Lamps, known only after a while of watching: profile, a dark frame, and whether it has a checksum.
-const GUARDED_LAMPS: [(&str, &str, bool); 2] =
+/// Lamps, known only after an observation time: profile, a dark frame, and whether it has a checksum.
+const PROTECTED_LAMPS: [(&str, &str, bool); 2] =
     [("hyundai_i30_2014", "690 8", false), ("subaru_global", "390 8", true)];
 
 /// What the turn topic carries after the frames, 20 ms apart.
@@ -94,8 +94,8 @@ fn fresh(profile_name: &str) -> VirtualGateway {
 }
 
 #[test]
-fn the_guarded_profiles_are_these() {
-    let guarded = |name: &String| {
+fn the_protected_profiles_are_these() {
+    let protected = |name: &String| {
         let settings = profile(name);
         let mut messages = settings.gateway.lights.table.messages.iter();
         messages.any(|message| {
@@ -105,11 +105,11 @@ fn the_guarded_profiles_are_these() {
             })
         })
     };
-    let guarded: BTreeSet<_> = profile_names().into_iter().filter(guarded).collect();
-    let lamps = GUARDED_LAMPS.iter().map(|(name, ..)| *name);
-    let known = GUARDED.iter().map(|(name, ..)| *name).chain(lamps);
-    assert_eq!(guarded, known.map(str::to_owned).collect());
-    for (name, _, _, has_checksum) in GUARDED {
+    let protected: BTreeSet<_> = profile_names().into_iter().filter(protected).collect();
+    let lamps = PROTECTED_LAMPS.iter().map(|(name, ..)| *name);
+    let known = PROTECTED.iter().map(|(name, ..)| *name).chain(lamps);
+    assert_eq!(protected, known.map(str::to_owned).collect());
+    for (name, _, _, has_checksum) in PROTECTED {
         let settings = profile(name);
         let integrity =
             settings.gateway.lights.table.messages.iter().find_map(|message| message.integrity.clone());
@@ -121,9 +121,9 @@ fn the_guarded_profiles_are_these() {
 }
 
 #[test]
-fn a_counter_that_runs_is_believed_from_its_second_frame_on_and_round_its_end() {
-    for (name, text, _, _) in GUARDED {
-        let frames: Vec<_> = (0..40).map(|count| sealed(&frame(text), count)).collect();
+fn a_running_counter_is_valid_from_its_second_frame_on_and_across_its_wrap() {
+    for (name, text, _, _) in PROTECTED {
+        let frames: Vec<_> = (0..40).map(|count| protect(&frame(text), count)).collect();
         let mut gateway = fresh(name);
         assert_eq!(turn_after(&mut gateway, 10, &frames[..1]), None, "{name}");
         assert_eq!(turn_after(&mut gateway, 30, &frames[1..]), Some("ENABLE_LEFT"), "{name}");
@@ -150,9 +150,9 @@ fn a_counter_that_runs_is_believed_from_its_second_frame_on_and_round_its_end() 
 }
 
 #[test]
-fn a_counter_that_stands_still_or_goes_back_is_not_believed() {
-    for (name, text, values, _) in GUARDED {
-        let at = |count| sealed(&frame(text), count);
+fn a_counter_that_stands_still_or_goes_back_is_rejected() {
+    for (name, text, values, _) in PROTECTED {
+        let at = |count| protect(&frame(text), count);
         assert_eq!(turn_after(&mut fresh(name), 10, &[at(2), at(2), at(2)]), None, "{name}");
         assert_eq!(turn_after(&mut fresh(name), 10, &[at(3), at(2)]), None, "{name}");
         let lost = if values == 4 { 1 } else { 3 };
@@ -164,9 +164,9 @@ fn a_counter_that_stands_still_or_goes_back_is_not_believed() {
 }
 
 #[test]
-fn where_there_is_a_checksum_no_frame_with_a_changed_bit_is_believed() {
-    for (name, text, _, has_checksum) in GUARDED {
-        let (first, second) = (sealed(&frame(text), 0), sealed(&frame(text), 1));
+fn with_a_checksum_each_frame_with_a_changed_bit_is_rejected() {
+    for (name, text, _, has_checksum) in PROTECTED {
+        let (first, second) = (protect(&frame(text), 0), protect(&frame(text), 1));
         // Mazda's covers the first four bytes, and itself.
         let covered = if name.starts_with("mazda") { 40 } else { second.data().len() * 8 };
         for bit in (0..covered).filter(|_| has_checksum) {
@@ -179,9 +179,9 @@ fn where_there_is_a_checksum_no_frame_with_a_changed_bit_is_believed() {
 }
 
 #[test]
-fn lamps_are_watched_only_in_frames_that_prove_themselves() {
-    for (name, text, has_checksum) in GUARDED_LAMPS {
-        let right: Vec<_> = (0..80).map(|count| sealed(&frame(text), count)).collect();
+fn lamps_are_observed_in_valid_frames_only() {
+    for (name, text, has_checksum) in PROTECTED_LAMPS {
+        let right: Vec<_> = (0..80).map(|count| protect(&frame(text), count)).collect();
         assert_eq!(turn_after(&mut fresh(name), 10, &right), Some("DISABLE"), "{name}");
         let standing = vec![right[0]; 80];
         assert_eq!(turn_after(&mut fresh(name), 10, &standing), None, "{name}");

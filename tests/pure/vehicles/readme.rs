@@ -1,4 +1,4 @@
-//! The table of vehicles in `README.md`: what the head of each profile says, and what the profile comes to.
+//! The table of vehicles in `README.md`, made of the head of each profile and of its bindings.
 
 use std::fs;
 
@@ -18,26 +18,26 @@ fn paragraph(text: &str, topic: &str) -> String {
     std::iter::once(first).chain(rest).collect::<Vec<_>>().join(" ")
 }
 
-/// What of a profile's "Verified" was seen on a bus: its first sentence without what stands in brackets.
-fn seen(text: &str) -> String {
+/// The part of a profile's "Verified" that was received on a bus: its first sentence without brackets.
+fn verified(text: &str) -> String {
     let verified = paragraph(text, "Verified");
     let sentence = verified.split(". ").next().unwrap_or_default().trim_end_matches('.');
-    let mut seen = String::new();
+    let mut plain = String::new();
     let mut depth = 0;
     for char in sentence.chars() {
         depth += i32::from(char == '(');
         if depth == 0 {
-            seen.push(char);
+            plain.push(char);
         }
         depth -= i32::from(char == ')');
     }
-    let seen = seen.replace(" ,", ",").split_whitespace().collect::<Vec<_>>().join(" ");
-    if seen.is_empty() || seen.starts_with("nothing here") { "–".to_owned() } else { seen }
+    let plain = plain.replace(" ,", ",").split_whitespace().collect::<Vec<_>>().join(" ");
+    if plain.is_empty() || plain.starts_with("nothing here") { "–".to_owned() } else { plain }
 }
 
 fn source(text: &str) -> &'static str {
     let head = text.split("\nname = ").next().unwrap_or_default().replace("\n#           ", " ");
-    let is_source = |words: &str| head.contains(words) && !head.contains(&format!("no {words}"));
+    let is_source = |name: &str| head.contains(name) && !head.contains(&format!("no {name}"));
     [
         ("public DBC", "public DBC"),
         ("the maker's published DBC", "the maker's DBC"),
@@ -47,7 +47,7 @@ fn source(text: &str) -> &'static str {
         ("invented", "invented"),
     ]
     .iter()
-    .find(|(words, _)| is_source(words))
+    .find(|(name, _)| is_source(name))
     .map_or("the recording", |(_, source)| source)
 }
 
@@ -64,17 +64,17 @@ fn row(name: &str) -> Option<String> {
         HazardBinding::NotFitted => "not fitted",
         HazardBinding::Unbound | HazardBinding::LeftOut => "–",
     };
-    let guards = lights.table.messages.iter().filter_map(|message| message.integrity.as_ref());
+    let checks = lights.table.messages.iter().filter_map(|message| message.integrity.as_ref());
     let (mut checksum, mut counter) = (false, false);
-    for guard in guards {
-        let (has_checksum, has_counter) = match &guard.protection {
+    for check in checks {
+        let (has_checksum, has_counter) = match &check.protection {
             Protection::Fields { checksum, counter } => (checksum.is_some(), counter.is_some()),
             Protection::E2e { .. } => (true, true),
         };
         checksum |= has_checksum;
         counter |= has_counter;
     }
-    let guarded = match (checksum, counter) {
+    let protection = match (checksum, counter) {
         (true, true) => "checksum, counter",
         (true, false) => "checksum",
         (false, true) => "counter",
@@ -83,15 +83,15 @@ fn row(name: &str) -> Option<String> {
     let commands = if text.contains("\n[[command.message]]") { "yes" } else { "–" };
     let title = text.lines().find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"')).unwrap();
     Some(format!(
-        "| [{title}]({path}) | {} | {} | {hazard} | {guarded} | {commands} |\n",
-        seen(&text),
+        "| [{title}]({path}) | {} | {} | {hazard} | {protection} | {commands} |\n",
+        verified(&text),
         source(&text)
     ))
 }
 
 #[test]
 fn the_readme_lists_the_shipped_vehicles_as_their_profiles_are() {
-    let header = "| profile | seen on a recording | the rest from | hazard visible | proves itself | commands |\n\
+    let header = "| profile | verified on a recording | the rest from | hazard visible | protection | commands |\n\
                   |---|---|---|---|---|---|\n";
     let table = profile_names()
         .iter()

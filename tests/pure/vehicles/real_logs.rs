@@ -1,4 +1,4 @@
-//! Recordings of real vehicles: what is known of each, and what the gateway makes of it.
+//! Recordings of real vehicles: the facts known of each, and the reports of the gateway.
 
 use std::io::Read;
 use std::path::Path;
@@ -66,14 +66,14 @@ fn the_falcon_stops_at_an_undefined_value_and_at_a_gap_and_comes_back() {
             // 26 frames of 0x96.
             (108.75, "stops"),
             (111.22, "DISABLE"),
-            // No frame for 5.8 s: believed for half a second of it.
+            // No frame for 5.8 s: valid for half a second of it.
             (116.321, "stops"),
             (121.618, "DISABLE"),
         ],
     );
-    let said: Vec<_> = falcon.said(TURN);
+    let statuses: Vec<_> = falcon.statuses_of(TURN);
     assert_eq!(
-        said,
+        statuses,
         [
             (Level::Error, "unknown: no frame of InstrumentCluster0x128 (128) on can0 yet"),
             (Level::Ok, "publishing"),
@@ -87,7 +87,10 @@ fn the_falcon_stops_at_an_undefined_value_and_at_a_gap_and_comes_back() {
         ]
     );
     assert!(falcon.hazard.is_empty());
-    assert_eq!(falcon.said(HAZARD), [(Level::Error, "unknown: the vehicle profile binds no signal for it")]);
+    assert_eq!(
+        falcon.statuses_of(HAZARD),
+        [(Level::Error, "unknown: the vehicle profile binds no signal for it")]
+    );
 }
 
 #[test]
@@ -95,11 +98,11 @@ fn the_truck_is_unknown_for_its_one_frame_of_not_available() {
     let folder = require!(shared_data());
     let truck = play_real(&folder, "css-truck-j1939-00000001.candump.log.gz");
     assert_changes(&truck.turn, &[(0.475, "DISABLE"), (387.54, "stops"), (388.48, "DISABLE")]);
-    let never_seen = (Level::Error, "unknown: no frame of OEL (0CFDCC27) on can0 yet");
+    let never_received = (Level::Error, "unknown: no frame of OEL (0CFDCC27) on can0 yet");
     assert_eq!(
-        truck.said(TURN),
+        truck.statuses_of(TURN),
         [
-            never_seen,
+            never_received,
             (Level::Ok, "publishing"),
             (Level::Error, "unknown: OEL.TurnSignalSwitch = 15 (0xF) means not available"),
             (Level::Ok, "publishing"),
@@ -107,7 +110,7 @@ fn the_truck_is_unknown_for_its_one_frame_of_not_available() {
     );
     assert!(truck.hazard.is_empty(), "not available is never DISABLE");
     let not_available = (Level::Error, "unknown: OEL.HazardLightSwitch = 3 means not available");
-    assert_eq!(truck.said(HAZARD), [never_seen, not_available]);
+    assert_eq!(truck.statuses_of(HAZARD), [never_received, not_available]);
     assert_eq!(truck.value(TURN, "frames"), "401");
 }
 
@@ -115,8 +118,9 @@ fn the_truck_is_unknown_for_its_one_frame_of_not_available() {
 fn a_message_once_a_second_does_not_make_its_bus_look_silent() {
     let folder = require!(shared_data());
     for log in ["css-truck-j1939-00000001.candump.log.gz", "eld-camaro-engineon.log"] {
-        let said: Vec<_> = play_real(&folder, log).said("can0").into_iter().map(|(level, _)| level).collect();
-        assert_eq!(said, [Level::Warn, Level::Ok], "{log}");
+        let levels: Vec<_> =
+            play_real(&folder, log).statuses_of("can0").into_iter().map(|(level, _)| level).collect();
+        assert_eq!(levels, [Level::Warn, Level::Ok], "{log}");
     }
 }
 
@@ -127,7 +131,7 @@ fn eight_frames_in_a_minute_are_enough_for_an_event_message() {
     assert_changes(&rav4.turn, &[(8.461, "DISABLE")]);
     assert_changes(&rav4.hazard, &[(8.461, "DISABLE")]);
     for task in [TURN, HAZARD] {
-        let levels: Vec<_> = rav4.said(task).into_iter().map(|(level, _)| level).collect();
+        let levels: Vec<_> = rav4.statuses_of(task).into_iter().map(|(level, _)| level).collect();
         assert_eq!(levels, [Level::Error, Level::Ok], "{task}: unknown until the first frame only");
         assert_eq!(rav4.value(task, "frames"), "8");
     }
@@ -152,7 +156,7 @@ fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
     expected.dedup_by_key(|(_, state)| *state);
     assert_eq!(civic.turn, expected);
     assert_eq!(civic.turn_states(), ["DISABLE"].into());
-    // Whatever else is not believed: in no silence of the message is anything published.
+    // Whatever else is rejected: in no silence of the message is anything published.
     let mut silences = 0;
     for pair in frames.windows(2).filter(|pair| pair[1].0 > pair[0].0 + 500_000) {
         let (from, until) = ((pair[0].0 + 500_000) / 1000, pair[1].0 / 1000);
@@ -171,15 +175,15 @@ fn the_lossy_civic_is_unknown_in_each_of_its_silences_and_never_wrong() {
     assert_eq!(frames.windows(2).filter(|pair| step(pair) != 1).count(), 26);
     let first = IntegrityCounts { trusted: 168, lost: 11, initial: 16, ..IntegrityCounts::default() };
     assert_eq!(counts, IntegrityCounts { repeated: 2, wrong_sequence: 3, syncing: 4, ..first });
-    let said = civic.said(TURN);
+    let statuses = civic.statuses_of(TURN);
     assert!(
-        said.iter().all(|(level, text)| *level == Level::Ok || text.starts_with("unknown: ")),
-        "{said:?}"
+        statuses.iter().all(|(level, text)| *level == Level::Ok || text.starts_with("unknown: ")),
+        "{statuses:?}"
     );
     assert_eq!(civic.value(TURN, "frames"), "193");
 }
 
-/// When the believable frames came. Their two bits of counter are one or two ahead of the frame
+/// Times of the valid frames. Their two bits of counter are one or two ahead of the frame
 /// before, at most half a second ago; after any other step that must be so twice.
 fn trusted(frames: &[(u64, u8)]) -> Vec<u64> {
     let mut needed = 0;
@@ -228,8 +232,8 @@ fn vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last() {
         let playback = play_real(&folder, log);
         assert_eq!(playback.turn.len(), 1, "{log}: {:?}", playback.turn);
         assert_eq!(playback.turn[0].1, "DISABLE", "{log}");
-        let levels: Vec<_> = playback.said(TURN).into_iter().map(|(level, _)| level).collect();
-        // Of a counter the first frame proves nothing, which is one more thing to say.
+        let levels: Vec<_> = playback.statuses_of(TURN).into_iter().map(|(level, _)| level).collect();
+        // Of a counter the first frame proves nothing, which is one more status.
         let first = if log.starts_with("icsim") { 2 } else { 1 };
         assert_eq!(levels, [vec![Level::Error; first], vec![Level::Ok]].concat(), "{log}");
         assert_eq!(playback.value(TURN, "frames"), frames, "{log}");
@@ -238,7 +242,7 @@ fn vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last() {
 }
 
 #[test]
-fn guarded_messages_of_undisturbed_recordings_hold_in_every_frame() {
+fn protected_messages_of_undisturbed_recordings_are_valid_in_every_frame() {
     let folder = require!(shared_data());
     for (log, name, frames) in [
         ("icsim-sample-can.log", "acura_ilx_2016", 81),
@@ -253,15 +257,15 @@ fn guarded_messages_of_undisturbed_recordings_hold_in_every_frame() {
 }
 
 #[test]
-fn a_profile_on_a_foreign_vehicle_publishes_nothing_it_was_not_told() {
+fn a_profile_on_a_foreign_vehicle_publishes_nothing() {
     let folder = require!(shared_data());
     let playback = play_real(&folder, "savvycan-candump.log");
     assert!(playback.turn.is_empty() && playback.hazard.is_empty());
-    assert_eq!(playback.said(TURN).len(), 1, "never seen, said once");
+    assert_eq!(playback.statuses_of(TURN).len(), 1, "never received, reported once");
 }
 
 #[test]
-fn of_the_two_kona_buses_only_the_bound_one_is_heard() {
+fn of_the_two_kona_buses_only_the_bound_one_is_used() {
     let folder = require!(shared_data());
     let path = folder.join("can-logs/hyundai-kona-ev-2019-pcan-ccan-power-cycle.csv.gz");
     let mut csv = String::new();
@@ -276,7 +280,7 @@ fn of_the_two_kona_buses_only_the_bound_one_is_heard() {
     }
     let kona = play_text(settings, &candump, "can0");
     assert_eq!(kona.turn_states(), ["DISABLE"].into());
-    assert!(kona.said(TURN).iter().all(|(_, message)| !message.starts_with("invalid")));
+    assert!(kona.statuses_of(TURN).iter().all(|(_, message)| !message.starts_with("invalid")));
 }
 
 /// The CSV of the Kona log (microseconds, id, extended, bus, length, bytes) as candump writes it.
@@ -294,10 +298,11 @@ fn candump_of(csv: &str) -> String {
 }
 
 #[test]
-fn dark_lamps_of_the_subaru_are_off_once_they_were_watched() {
+fn dark_lamps_of_the_subaru_are_off_once_they_were_observed() {
     let folder = require!(shared_data());
     let subaru = play_real(&folder, "eld-subaru-va-cruise.log");
-    let first_frame = subaru.of(TURN).find(|told| told.message.contains("observing the lamps")).unwrap().ms;
+    let first_frame =
+        subaru.changes_of(TURN).find(|change| change.message.contains("observing the lamps")).unwrap().ms();
     let [(turn_ms, "DISABLE")] = subaru.turn[..] else { panic!("{:?}", subaru.turn) };
     assert!((864..=866).contains(&(turn_ms - first_frame)), "{turn_ms} {first_frame}");
     assert_eq!(subaru.hazard, subaru.turn);

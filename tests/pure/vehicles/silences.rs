@@ -49,8 +49,8 @@ impl Recording {
     }
 }
 
-fn said(playback: &Playback, task: &str) -> Vec<(u64, Level)> {
-    playback.of(task).map(|told| (told.ms, told.level)).collect()
+fn levels(playback: &Playback, task: &str) -> Vec<(u64, Level)> {
+    playback.changes_of(task).map(|change| (change.ms(), change.level)).collect()
 }
 
 #[test]
@@ -66,13 +66,13 @@ fn a_bus_that_sleeps_and_wakes_is_reported_once_by_each_task() {
     assert_eq!(playback.turn, [(0, "ENABLE_LEFT"), (2_200, "stops"), (17_000, "ENABLE_LEFT")]);
     assert_eq!(playback.hazard, [(0, "DISABLE"), (2_400, "stops"), (17_000, "DISABLE")]);
     let (ok, warn, error) = (Level::Ok, Level::Warn, Level::Error);
-    assert_eq!(said(&playback, TURN), [(0, error), (0, ok), (2_200, error), (17_000, ok)]);
-    assert_eq!(said(&playback, HAZARD), [(0, error), (0, ok), (2_400, error), (17_000, ok)]);
-    assert_eq!(said(&playback, "can0"), [(0, warn), (0, ok), (2_950, warn), (17_000, ok)]);
+    assert_eq!(levels(&playback, TURN), [(0, error), (0, ok), (2_200, error), (17_000, ok)]);
+    assert_eq!(levels(&playback, HAZARD), [(0, error), (0, ok), (2_400, error), (17_000, ok)]);
+    assert_eq!(levels(&playback, "can0"), [(0, warn), (0, ok), (2_950, warn), (17_000, ok)]);
 }
 
 #[test]
-fn an_event_message_must_be_seen_again_after_its_bus_was_silent() {
+fn an_event_message_must_be_received_again_after_its_bus_was_silent() {
     let (alive, left, none) = ("620 8", "614 8 29|2@0=1", "614 8 29|2@0=3");
     let playback = Recording::default()
         .every(300, 0..3_000, "can0", alive)
@@ -83,7 +83,7 @@ fn an_event_message_must_be_seen_again_after_its_bus_was_silent() {
     assert_eq!(playback.turn, [(1_000, "ENABLE_LEFT"), (4_200, "stops"), (25_000, "DISABLE")]);
     assert_eq!(playback.hazard, [(1_000, "DISABLE"), (4_200, "stops"), (25_000, "DISABLE")]);
     for task in [TURN, HAZARD] {
-        let messages: Vec<_> = playback.said(task).into_iter().map(|(_, message)| message).collect();
+        let messages: Vec<_> = playback.statuses_of(task).into_iter().map(|(_, message)| message).collect();
         assert_eq!(
             messages,
             [
@@ -97,7 +97,7 @@ fn an_event_message_must_be_seen_again_after_its_bus_was_silent() {
         );
     }
     let (ok, warn) = (Level::Ok, Level::Warn);
-    assert_eq!(said(&playback, "can0"), [(0, warn), (0, ok), (4_200, warn), (18_000, ok)]);
+    assert_eq!(levels(&playback, "can0"), [(0, warn), (0, ok), (4_200, warn), (18_000, ok)]);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn an_event_message_holds_for_as_long_as_its_bus_is_awake() {
         .once(1_000, "can0", "614 8 29|2@0=2 27|1@0=0")
         .play("toyota_nodsu");
     assert_eq!(playback.turn, [(1_000, "ENABLE_RIGHT")]);
-    assert_eq!(said(&playback, TURN), [(0, Level::Error), (1_000, Level::Ok)]);
+    assert_eq!(levels(&playback, TURN), [(0, Level::Error), (1_000, Level::Ok)]);
 }
 
 #[test]
@@ -121,13 +121,13 @@ fn the_same_identifier_on_another_bus_is_another_message() {
     let bound = play_text(settings, &text, "can0");
     assert_eq!(bound.turn, [(0, "ENABLE_LEFT")]);
     assert_eq!(bound.value(TURN, "frames"), "50");
-    assert_eq!(said(&bound, TURN), [(0, Level::Error), (0, Level::Ok)]);
+    assert_eq!(levels(&bound, TURN), [(0, Level::Error), (0, Level::Ok)]);
     let other = play_text(settings, &text, "can1");
     assert_eq!(other.turn, [(7, "ENABLE_RIGHT")], "171 has bit 41 and not bit 42");
 }
 
 #[test]
-fn one_lost_frame_is_no_silence() {
+fn one_lost_frame_is_not_a_silence() {
     let frames = Recording::default().every(100, 0..1_000, "can0", "128 8 16|8@1=8");
     let playback = frames.every(100, 1_400..2_000, "can0", "128 8 16|8@1=8").play("ford_falcon_fg");
     assert_eq!(playback.turn, [(0, "ENABLE_LEFT")]);

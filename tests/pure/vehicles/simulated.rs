@@ -1,11 +1,15 @@
 //! Every shipped vehicle, simulated from its own profile: what its lights do is what the gateway
 //! reports, and what breaks is found.
 
+use std::fmt::Write;
+use std::time::Duration;
+
 use signal_gateway::config::Settings;
+use signal_gateway::core::simulated_vehicle::SimulationSettings;
 use signal_gateway::core::simulated_vehicle::request;
-use signal_gateway::core::simulated_vehicle::{Output, SimulatedVehicle, SimulationSettings};
-use signal_gateway::core::time::{MonoTime, WallStamp};
+use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::vehicle_lights::binding::{HazardSource, LightsBinding, TurnBinding};
+use signal_gateway::desk;
 use signal_gateway::report::vehicle::CandumpLog;
 
 use crate::pure::vehicles::playback::{Playback, TURN, play_log};
@@ -17,27 +21,14 @@ fn drive(settings: &Settings, script: &str, seconds: u64) -> String {
     let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
     let start = WallStamp::from_nanos(1_700_000_000_000_000_000);
     let candump = CandumpLog { interfaces, start };
-    let mut vehicle = SimulatedVehicle::new(plan, SimulationSettings::default(), MonoTime::ZERO);
-    for line in script.lines().filter(|line| !line.trim().is_empty()) {
-        let (at, request) = request::line(line).unwrap().unwrap();
-        vehicle.schedule(MonoTime::ZERO.after(at.unwrap()), request);
-    }
-    let (mut log, mut now) = (String::new(), MonoTime::ZERO);
-    loop {
-        vehicle.settle(now);
-        while let Some(output) = vehicle.poll_output() {
-            if let Output::Frame { .. } | Output::Error { .. } = output {
-                log.push_str(&candump.line(&output, now).unwrap());
-                log.push('\n');
-            }
-        }
-        let next = vehicle.next_deadline(now).unwrap();
-        assert!(next > now, "a deadline that has passed would never be waited for");
-        if next > MonoTime::from_millis(seconds * 1000) {
-            return log;
-        }
-        now = next;
-    }
+    let requests = script.lines().filter_map(|line| request::line(line).unwrap());
+    let script = requests.map(|(at, request)| (at.unwrap(), request)).collect();
+    let (mut log, length) = (String::new(), Duration::from_secs(seconds));
+    let ended = desk::vehicle::run(plan, SimulationSettings::default(), script, length, |output, at| {
+        candump.line(output, at).map_or(Ok(()), |line| writeln!(log, "{line}"))
+    });
+    ended.unwrap();
+    log
 }
 
 fn play(name: &str, script: &str, seconds: u64) -> Playback {
@@ -84,7 +75,7 @@ fn what_each_shipped_vehicle_shows_is_what_is_reported() {
             hazards += 1;
         }
     }
-    assert_eq!((turns, hazards), (36, 19), "profiles whose lights can be told from what they send");
+    assert_eq!((turns, hazards), (36, 19), "profiles whose lights follow from the frames that are sent");
 }
 
 #[test]
@@ -112,18 +103,21 @@ fn reports_end_when_nothing_that_can_be_used_comes() {
         ("subaru_global", "fault corrupt", "wrong checksum"),
         ("subaru_global", "fault freeze-counter Dashlights", "repeated counter"),
     ];
-    for (name, fault, words) in table {
+    for (name, fault, text) in table {
         let playback = play(name, &format!("5 stalk left\n10 {fault}\n15 clear"), 25);
         assert_eq!(at(&playback.turn, 9_900), "ENABLE_LEFT", "{name} {fault}");
         assert_eq!(at(&playback.turn, 14_900), "stops", "{name} {fault}: {:?}", playback.turn);
         assert_eq!(at(&playback.turn, 24_900), "ENABLE_LEFT", "{name} {fault}: {:?}", playback.turn);
-        let said = |wanted: &str| {
-            playback.told.iter().any(|told| {
-                told.task == TURN && (10_000..15_000).contains(&told.ms) && told.message.contains(wanted)
+        let is_reported = |text: &str| {
+            playback.changes.iter().any(|change| {
+                change.task == TURN
+                    && (10_000..15_000).contains(&change.ms())
+                    && change.message.contains(text)
             })
         };
-        let told: Vec<_> = playback.told.iter().map(|told| (told.ms, told.message.as_str())).collect();
-        assert!(said(words), "{name} {fault}: {told:?}");
+        let changes: Vec<_> =
+            playback.changes.iter().map(|change| (change.ms(), change.message.as_str())).collect();
+        assert!(is_reported(text), "{name} {fault}: {changes:?}");
     }
 }
 
@@ -140,13 +134,15 @@ fn some_lost_frames_change_nothing_and_contents_that_stand_still_are_believed() 
 
 #[test]
 fn a_broken_bulb_is_found() {
-    for (name, words) in [("tesla_model3", "left front turn lamp"), ("hyundai_i30_2014", "bulb")] {
+    for (name, text) in [("tesla_model3", "left front turn lamp"), ("hyundai_i30_2014", "bulb")] {
         let playback = play(name, "5 stalk left\n10 fault bulb left", 20);
         assert_eq!(at(&playback.turn, 19_900), "ENABLE_LEFT", "{name}");
-        let found =
-            |task: &str| playback.told.iter().any(|told| told.task == task && told.message.contains(words));
-        let told: Vec<_> = playback.told.iter().map(|told| (told.ms, told.message.as_str())).collect();
-        assert!(found(TURN), "{name}: {told:?}");
+        let found = |task: &str| {
+            playback.changes.iter().any(|change| change.task == task && change.message.contains(text))
+        };
+        let changes: Vec<_> =
+            playback.changes.iter().map(|change| (change.ms(), change.message.as_str())).collect();
+        assert!(found(TURN), "{name}: {changes:?}");
     }
 }
 
@@ -154,8 +150,8 @@ fn a_broken_bulb_is_found() {
 fn bus_off_is_seen_and_ends() {
     let playback = play("pacmod", "5 stalk left\n10 fault bus-off 5", 20);
     let bus = |from: u64, to: u64| {
-        let told = playback.told.iter().filter(move |told| (from..to).contains(&told.ms));
-        told.map(|told| told.message.clone()).collect::<Vec<_>>()
+        let changes = playback.changes.iter().filter(move |change| (from..to).contains(&change.ms()));
+        changes.map(|change| change.message.clone()).collect::<Vec<_>>()
     };
     assert!(bus(9_900, 10_100).iter().any(|message| message.contains("bus-off")), "{:?}", bus(9_000, 16_000));
     assert_eq!((at(&playback.turn, 14_900), at(&playback.turn, 19_900)), ("stops", "ENABLE_LEFT"));

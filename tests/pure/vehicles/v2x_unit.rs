@@ -1,4 +1,4 @@
-//! The profile of a V2X unit: frames written bit by bit, and which traffic-light states are believed.
+//! The profile of a V2X unit: frames written bit by bit, and the traffic-light states that are used.
 
 use signal_gateway::core::can::bus::Bus;
 use signal_gateway::core::can::frame::{CanId, Frame};
@@ -77,7 +77,7 @@ impl Bench {
         changes.collect()
     }
 
-    /// Sends the radio's good word and two frames of the message, of which the first proves nothing.
+    /// Sends the radio's good state and two frames of the message, of which the first proves nothing.
     fn started(next: &str) -> Self {
         let mut bench = Self::new();
         bench.frame(0, "5A2 2 0|3@1=1");
@@ -97,7 +97,7 @@ impl Bench {
     }
 }
 
-/// Group 1 of intersection 1201 is red; with the state in the place of the 3.
+/// Group 1 of intersection 1201 is red; with another state instead of the 3.
 const RED: &str = "5A1 8 0|16@1=1201 16|8@1=1 24|4@1=3 28|1@1=1 32|7@1=100";
 /// Group 2 has protected green.
 const GREEN: &str = "5A1 8 0|16@1=1201 16|8@1=2 24|4@1=6 28|1@1=1 32|7@1=50";
@@ -112,8 +112,8 @@ fn signals_of_their_own_are_read_each_for_its_group() {
     assert_eq!(bench.frame(200, "5A0 8 0|4@1=1 4|4@1=3"), [""; 0], "nothing new");
     let received: Vec<_> = bench.reception.valid_states().map(|(_, state)| state.received.at).collect();
     assert_eq!(received, [MonoTime::from_millis(200); 2]);
-    let word = "34806 yellow solidOn circle, red solidOn circle";
-    assert_eq!(bench.frame(300, "5A0 8 0|4@1=2 4|4@1=3"), [word]);
+    let state = "34806 yellow solidOn circle, red solidOn circle";
+    assert_eq!(bench.frame(300, "5A0 8 0|4@1=2 4|4@1=3"), [state]);
     assert_eq!(bench.frame(400, "5A0 8 0|4@1=5 4|4@1=3"), ["34806 green solidOff circle"]);
 }
 

@@ -1,5 +1,5 @@
 //! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which obeys, has a driver,
-//! and says what its lights do.
+//! and reports its lights.
 
 use std::process::Command;
 
@@ -9,7 +9,7 @@ use crate::support::process::Folder;
 /// A running vehicle.
 pub(crate) struct Car(JsonProcess);
 
-/// Lights and who wants them: `left`, `command`.
+/// Lights and whoever has set them: `left`, `command`.
 pub(crate) type Lights = (String, String);
 
 impl Car {
@@ -21,8 +21,8 @@ impl Car {
         Self(JsonProcess::start("the vehicle", &mut command))
     }
 
-    /// Asks for something, in the words of its standard input.
-    pub(crate) fn ask(&self, request: &str) {
+    /// Sends a request to its standard input.
+    pub(crate) fn request(&self, request: &str) {
         self.0.send(request);
     }
 
@@ -33,12 +33,12 @@ impl Car {
 
     /// Waits until its lights do this, and gives all they have done since `mark`.
     pub(crate) fn wait_for_lights(&self, mark: Mark, lights: &str, who: &str) -> Vec<Lights> {
-        let mut seen = Vec::new();
+        let mut states = Vec::new();
         self.0.find(mark, &format!("lights {lights} ({who})"), |line| {
-            seen.push(lights_of(line)?);
-            (seen.last()? == &(lights.to_owned(), who.to_owned())).then_some(())
+            states.push(lights_of(line)?);
+            (states.last()? == &(lights.to_owned(), who.to_owned())).then_some(())
         });
-        seen
+        states
     }
 
     /// What its lights have done since `mark`.
@@ -53,13 +53,13 @@ impl Car {
         lights.filter_map(|(_, line)| line["t"].as_f64()).collect()
     }
 
-    /// Whether it has said since `mark` that it has dropped a command that came no more.
+    /// True if it has dropped a command since `mark` that was no longer received.
     pub(crate) fn has_dropped_a_command(&self, mark: Mark) -> bool {
         self.0.lines(mark).iter().any(|(_, line)| line["what"] == "command_timed_out")
     }
 }
 
 fn lights_of((_, line): &Line) -> Option<Lights> {
-    let word = |key: &str| line[key].as_str().map(str::to_owned);
-    (line["what"] == "lights").then(|| Some((word("lights")?, word("who")?)))?
+    let text = |key: &str| line[key].as_str().map(str::to_owned);
+    (line["what"] == "lights").then(|| Some((text("lights")?, text("who")?)))?
 }

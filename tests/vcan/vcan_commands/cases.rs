@@ -1,6 +1,6 @@
 //! The cases that the commands must pass, on a real bus: the shipped vehicles, an independent sender of
-//! commands, and diagnostics as that sender's DDS sees them. Every frame of the day is made again by
-//! `cantools` from what it should say.
+//! commands, and diagnostics as that sender's DDS receives them. Every frame of the day is made again by
+//! `cantools` from what it should hold.
 
 use super::bytes;
 use super::car::Car;
@@ -32,9 +32,9 @@ struct Setup {
     by_signal: bool,
     on_turn_timeout: &'static str,
     on_hazard_timeout: &'static str,
-    /// What is asked then of a vehicle that was to turn left.
+    /// The request then to a vehicle that was to turn left.
     both_silent: &'static str,
-    /// Off is asked of the hazard lights, and nothing of the turn indicators.
+    /// Off is requested of the hazard lights, and nothing of the turn indicators.
     only_hazard_off: &'static str,
     change: Change,
 }
@@ -134,8 +134,8 @@ const CASES: [Case; 11] = [
     ("stamps backwards: rejected", non_monotonic_stamps),
     ("AUTONOMOUS_STEER_ONLY: as AUTONOMOUS", steer_only),
     ("AUTONOMOUS_VELOCITY_ONLY: hazard obeyed, turn ignored", velocity_only),
-    ("undefined control mode: nothing asked, diagnostic error", undefined_mode),
-    ("control mode silent for the limit: nothing asked, diagnostic", silent_mode),
+    ("undefined control mode: nothing requested, diagnostic error", undefined_mode),
+    ("control mode silent for the limit: nothing requested, diagnostic", silent_mode),
     ("command topics silent for the limit: defined lamp state, diagnostic", silent_commands),
 ];
 
@@ -174,7 +174,7 @@ fn day(setup: &'static Setup, vcan: &Vcan, cyclone: &Cyclone) {
     gateway.stop("TERM");
     day.recording.finish();
     let frames = day.recording.since(BusTime::START, vehicle.command);
-    assert_eq!((vehicle.asks)(&frames.last().unwrap().data), vehicle.nothing, "the last frame");
+    assert_eq!((vehicle.request)(&frames.last().unwrap().data), vehicle.nothing, "the last frame");
     assert!(!gateway.log().iter().any(|line| line.contains("somebody else")), "own frames are not foreign");
     bytes::check(&folder, vehicle, &frames, &["off", "left", "right", "hazard", vehicle.nothing]);
 }
@@ -182,15 +182,15 @@ fn day(setup: &'static Setup, vcan: &Vcan, cyclone: &Cyclone) {
 impl Day<'_> {
     fn mode(&self, mode: u8) {
         if !self.setup.by_signal {
-            self.commander.say(&format!("mode {mode} 10"));
+            self.commander.send(&format!("mode {mode} 10"));
             return;
         }
-        self.car.ask("clear");
+        self.car.request("clear");
         match mode {
-            AUTONOMOUS => self.car.ask("mode autonomous"),
-            STEER_ONLY => self.car.ask("mode steer_only"),
-            VELOCITY_ONLY => self.car.ask("mode velocity_only"),
-            MANUAL => self.car.ask("mode manual"),
+            AUTONOMOUS => self.car.request("mode autonomous"),
+            STEER_ONLY => self.car.request("mode steer_only"),
+            VELOCITY_ONLY => self.car.request("mode velocity_only"),
+            MANUAL => self.car.request("mode manual"),
             raw => {
                 self.no_mode();
                 self.vcan.send(KIT_STATE_ID, [raw, 0, 0, 0, 0, 0, 0, 0]);
@@ -198,13 +198,13 @@ impl Day<'_> {
         }
     }
 
-    /// Nobody says a control mode any more.
+    /// The control mode is no longer sent.
     fn no_mode(&self) {
         if !self.setup.by_signal {
-            self.commander.say("mode silent");
+            self.commander.send("mode silent");
             return;
         }
-        self.car.ask("fault drop KIT_STATE");
+        self.car.request("fault drop KIT_STATE");
         let last = BusTime::now();
         // Once a report comes without it, it is no longer received.
         self.recording.wait(last, self.setup.vehicle.report, "a report", |frames| frames.len() > 5);
@@ -219,51 +219,51 @@ impl Day<'_> {
         self.setup.vehicle.nothing
     }
 
-    /// What was asked since then, one word for each run of frames.
-    fn asked(&self, mark: BusTime) -> Vec<&'static str> {
+    /// What was requested since then, one for each run of frames.
+    fn requests(&self, mark: BusTime) -> Vec<&'static str> {
         let vehicle = self.setup.vehicle;
         vehicle.runs(&self.recording.since(mark, vehicle.command))
     }
 
-    /// Waits until the newest frame since then asks for this.
-    fn wait(&self, mark: BusTime, asked: &str) {
+    /// Waits until the newest frame since then requests this.
+    fn wait(&self, mark: BusTime, request: &str) {
         let vehicle = self.setup.vehicle;
-        let is_it = |frames: &[&super::recording::Seen]| {
-            frames.last().is_some_and(|frame| (vehicle.asks)(&frame.data) == asked)
+        let is_it = |frames: &[&super::recording::RecordedFrame]| {
+            frames.last().is_some_and(|frame| (vehicle.request)(&frame.data) == request)
         };
-        self.recording.wait(mark, vehicle.command, asked, is_it);
+        self.recording.wait(mark, vehicle.command, request, is_it);
     }
 
-    /// Says commands, waits until they are on the bus, and gives what was asked meanwhile.
-    fn say(&self, line: &str, asked: &str) -> Vec<&'static str> {
+    /// Sends commands, waits until they are on the bus, and gives the requests meanwhile.
+    fn send(&self, line: &str, request: &str) -> Vec<&'static str> {
         let mark = BusTime::now();
-        self.commander.say(line);
-        self.wait(mark, asked);
-        self.asked(mark)
+        self.commander.send(line);
+        self.wait(mark, request);
+        self.requests(mark)
     }
 
-    /// Nothing but this was asked since then, and it was.
-    fn only(&self, mark: BusTime, asked: &str) {
+    /// Nothing but this was requested since then, and it was.
+    fn only(&self, mark: BusTime, request: &str) {
         let begun = BusTime::now();
         self.recording.wait(begun, self.setup.vehicle.command, "a frame", |frames| !frames.is_empty());
-        assert_eq!(self.asked(mark), [asked]);
+        assert_eq!(self.requests(mark), [request]);
     }
 }
 
 fn no_command_never_engaged(day: &Day) {
     // The driver indicates, and it is no business of ours.
-    day.car.ask("stalk left");
+    day.car.request("stalk left");
     day.car.wait_for_lights(Mark::START, "left", "driver");
     let (mark, lights) = (BusTime::now(), day.car.mark());
     for mode in [MANUAL, AUTONOMOUS] {
         day.mode(mode);
-        let heard = day.commander.say("turn 0 10; hazard 0 10");
-        day.commander.status(heard, TRANSMISSION, OK, "control mode ");
-        let heard = day.commander.mark();
+        let since = day.commander.send("turn 0 10; hazard 0 10");
+        day.commander.status(since, TRANSMISSION, OK, "control mode ");
+        let since = day.commander.mark();
         for task in [TURN, HAZARD] {
             let why = if mode == MANUAL { "not allowed in this control mode" } else { "nothing requested" };
-            day.commander.status(heard, task, OK, why);
-            let levels = day.commander.levels_during(heard, task, "no_command", 10);
+            day.commander.status(since, task, OK, why);
+            let levels = day.commander.levels_during(since, task, "no_command", 10);
             assert!(levels.iter().all(|level| *level == u64::from(OK)), "{levels:?}");
         }
     }
@@ -273,17 +273,17 @@ fn no_command_never_engaged(day: &Day) {
 }
 
 fn manual(day: &Day) {
-    let (heard, lights) = (day.commander.mark(), day.car.mark());
-    day.car.ask("stalk off");
+    let (since, lights) = (day.commander.mark(), day.car.mark());
+    day.car.request("stalk off");
     day.car.wait_for_lights(lights, "off", "nobody");
     day.mode(MANUAL);
-    day.commander.status(heard, TRANSMISSION, OK, "control mode MANUAL");
-    day.commander.report(heard, "turn", 1);
+    day.commander.status(since, TRANSMISSION, OK, "control mode MANUAL");
+    day.commander.report(since, "turn", 1);
     let (mark, lights) = (BusTime::now(), day.car.mark());
-    let heard = day.commander.say("turn 2 10; hazard 2 10");
+    let since = day.commander.send("turn 2 10; hazard 2 10");
     for task in [TURN, HAZARD] {
-        day.commander.levels_during(heard, task, "commands", 10);
-        day.commander.status(heard, task, OK, "left to the vehicle, not allowed in this control mode");
+        day.commander.levels_during(since, task, "commands", 10);
+        day.commander.status(since, task, OK, "left to the vehicle, not allowed in this control mode");
     }
     day.only(mark, day.nothing());
     day.lamps_untouched(lights);
@@ -292,107 +292,110 @@ fn manual(day: &Day) {
 fn autonomous(day: &Day) {
     let (mark, lights) = (BusTime::now(), day.car.mark());
     day.mode(AUTONOMOUS);
-    // What was said before counts from now on.
+    // Commands from before count from now on.
     day.wait(mark, "hazard");
     day.car.wait_for_lights(lights, "hazard", "command");
-    day.say("turn 1 10; hazard 1 10", "off");
+    day.send("turn 1 10; hazard 1 10", "off");
     day.car.wait_for_lights(lights, "off", "nobody");
-    day.say("turn 3 10", "right");
+    day.send("turn 3 10", "right");
     day.car.wait_for_lights(lights, "right", "command");
-    let heard = day.commander.mark();
-    let asked = day.say("turn 2 10", "left");
-    assert!(["right", "left"].ends_with(&asked), "{asked:?}");
+    let since = day.commander.mark();
+    let requests = day.send("turn 2 10", "left");
+    assert!(["right", "left"].ends_with(&requests), "{requests:?}");
     day.car.wait_for_lights(lights, "left", "command");
-    day.commander.status(heard, TURN, OK, "left, as commanded");
-    day.commander.report(heard, "turn", 2);
+    day.commander.status(since, TURN, OK, "left, as commanded");
+    day.commander.report(since, "turn", 2);
 }
 
 fn hazard_during_left(day: &Day) {
     let (mark, lights) = (BusTime::now(), day.car.mark());
-    let heard = day.commander.mark();
-    day.say("hazard 2 10", "hazard");
+    let since = day.commander.mark();
+    day.send("hazard 2 10", "hazard");
     day.car.wait_for_lights(lights, "hazard", "command");
-    day.commander.status(heard, HAZARD, OK, "on, as commanded");
-    day.commander.report(heard, "hazard", 2);
-    day.say("hazard 1 10", "left");
-    let seen = day.car.wait_for_lights(lights, "left", "command");
-    assert_eq!(seen.len(), 2, "hazard, then left, and nothing between: {seen:?}");
-    let asked = day.asked(mark);
-    assert!(asked.len() > 1 && ["left", "hazard", "left"].ends_with(&asked), "{asked:?}");
+    day.commander.status(since, HAZARD, OK, "on, as commanded");
+    day.commander.report(since, "hazard", 2);
+    day.send("hazard 1 10", "left");
+    let states = day.car.wait_for_lights(lights, "left", "command");
+    assert_eq!(states.len(), 2, "hazard, then left, and nothing between: {states:?}");
+    let requests = day.requests(mark);
+    assert!(requests.len() > 1 && ["left", "hazard", "left"].ends_with(&requests), "{requests:?}");
 }
 
 fn undefined_value(day: &Day) {
     let (mark, lights) = (BusTime::now(), day.car.mark());
     for (topic, task) in [("turn", TURN), ("hazard", HAZARD)] {
-        let heard = day.commander.mark();
+        let since = day.commander.mark();
         let line = format!("{topic} once 7");
-        day.commander.say_until(&line, task, ERROR, "undefined command 7 is ignored");
-        day.commander.count(heard, task, "undefined", 1);
+        day.commander.send_until(&line, task, ERROR, "undefined command 7 is ignored");
+        day.commander.count(since, task, "undefined", 1);
     }
-    // The error passes, and what was wanted before is still asked for.
-    let heard = day.commander.mark();
-    day.commander.status(heard, TURN, OK, "left, as commanded");
+    // The error passes, and the command from before is still requested.
+    let since = day.commander.mark();
+    day.commander.status(since, TURN, OK, "left, as commanded");
     day.only(mark, "left");
     day.lamps_untouched(lights);
 }
 
 fn non_monotonic_stamps(day: &Day) {
     let (mark, lights) = (BusTime::now(), day.car.mark());
-    let heard = day.commander.mark();
+    let since = day.commander.mark();
     let line = "turn stamps -10; turn once 3; turn stamps 0";
-    day.commander.say_until(line, TURN, WARN, "a command with an older stamp is rejected");
-    day.commander.count(heard, TURN, "non_monotonic_stamps", 1);
-    let heard = day.commander.mark();
-    day.commander.status(heard, TURN, OK, "left, as commanded");
+    day.commander.send_until(line, TURN, WARN, "a command with an older stamp is rejected");
+    day.commander.count(since, TURN, "non_monotonic_stamps", 1);
+    let since = day.commander.mark();
+    day.commander.status(since, TURN, OK, "left, as commanded");
     day.only(mark, "left");
     day.lamps_untouched(lights);
 }
 
 fn steer_only(day: &Day) {
-    let (heard, lights) = (day.commander.mark(), day.car.mark());
+    let (since, lights) = (day.commander.mark(), day.car.mark());
     day.mode(STEER_ONLY);
-    day.commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS_STEER_ONLY");
-    day.say("hazard 2 10", "hazard");
+    day.commander.status(since, TRANSMISSION, OK, "control mode AUTONOMOUS_STEER_ONLY");
+    day.send("hazard 2 10", "hazard");
     day.car.wait_for_lights(lights, "hazard", "command");
-    day.say("hazard 1 10", "left");
+    day.send("hazard 1 10", "left");
     day.car.wait_for_lights(lights, "left", "command");
 }
 
 fn velocity_only(day: &Day) {
-    let (mark, heard, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
+    let (mark, since, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.mode(VELOCITY_ONLY);
     day.wait(mark, day.setup.only_hazard_off);
-    day.commander.status(heard, TURN, OK, "left to the vehicle, not allowed in this control mode");
+    day.commander.status(since, TURN, OK, "left to the vehicle, not allowed in this control mode");
     day.car.wait_for_lights(lights, "off", "nobody");
     let (mark, lights) = (BusTime::now(), day.car.mark());
-    day.say("hazard 2 10; turn 3 10", "hazard");
-    day.commander.value(heard, TURN, "command", "right");
+    day.send("hazard 2 10; turn 3 10", "hazard");
+    day.commander.value(since, TURN, "command", "right");
     day.car.wait_for_lights(lights, "hazard", "command");
-    day.say("hazard 1 10", day.setup.only_hazard_off);
-    let seen = day.car.wait_for_lights(lights, "off", "nobody");
-    assert_eq!(seen.len(), 2, "never right: {seen:?}");
-    let asked = day.asked(mark);
-    assert!(asked.iter().all(|asked| ["hazard", day.setup.only_hazard_off].contains(asked)), "{asked:?}");
-    let heard = day.commander.say("turn 2 10");
-    day.commander.value(heard, TURN, "command", "left");
+    day.send("hazard 1 10", day.setup.only_hazard_off);
+    let states = day.car.wait_for_lights(lights, "off", "nobody");
+    assert_eq!(states.len(), 2, "never right: {states:?}");
+    let requests = day.requests(mark);
+    assert!(
+        requests.iter().all(|request| ["hazard", day.setup.only_hazard_off].contains(request)),
+        "{requests:?}"
+    );
+    let since = day.commander.send("turn 2 10");
+    day.commander.value(since, TURN, "command", "left");
     autonomous_again(day);
 }
 
 fn undefined_mode(day: &Day) {
-    let (mark, heard, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
+    let (mark, since, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.mode(UNDEFINED);
     day.wait(mark, day.nothing());
-    day.commander.status(heard, TRANSMISSION, ERROR, "undefined control mode 9");
+    day.commander.status(since, TRANSMISSION, ERROR, "undefined control mode 9");
     day.car.wait_for_lights(lights, "off", "nobody");
     autonomous_again(day);
 }
 
 fn silent_mode(day: &Day) {
-    let (mark, heard, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
+    let (mark, since, lights) = (BusTime::now(), day.commander.mark(), day.car.mark());
     day.no_mode();
     day.wait(mark, day.nothing());
     day.commander.status(
-        heard,
+        since,
         TRANSMISSION,
         WARN,
         "control mode unknown: nothing is requested of the vehicle",
@@ -401,7 +404,7 @@ fn silent_mode(day: &Day) {
     autonomous_again(day);
 }
 
-/// What was wanted all the time is asked for at once.
+/// The command that has come all the time is requested at once.
 fn autonomous_again(day: &Day) {
     let (mark, lights) = (BusTime::now(), day.car.mark());
     day.mode(AUTONOMOUS);
@@ -411,13 +414,13 @@ fn autonomous_again(day: &Day) {
 
 fn silent_commands(day: &Day) {
     let (mark, lights) = (BusTime::now(), day.car.mark());
-    let heard = day.commander.say("turn silent; hazard silent");
+    let since = day.commander.send("turn silent; hazard silent");
     for task in [TURN, HAZARD] {
-        day.commander.status(heard, task, ERROR, "the command has timed out: ");
+        day.commander.status(since, task, ERROR, "the command has timed out: ");
     }
     day.wait(mark, day.setup.both_silent);
-    let asked = day.asked(mark);
-    assert!(["left", day.setup.both_silent].ends_with(&asked), "{asked:?}");
+    let requests = day.requests(mark);
+    assert!(["left", day.setup.both_silent].ends_with(&requests), "{requests:?}");
     let who = if day.setup.both_silent == "off" { "nobody" } else { "command" };
     day.car.wait_for_lights(lights, day.setup.both_silent, who);
 }

@@ -11,7 +11,7 @@ use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
-use super::recording::{BusTime, Recording, Seen};
+use super::recording::{BusTime, RecordedFrame, Recording};
 use super::vehicles::{Change, PACMOD};
 use crate::support::drive_script::Script;
 use crate::support::peer::{Cyclone, domain};
@@ -31,7 +31,7 @@ const PATIENT: &str = "[turn_signal.age_limits]\nodometry_ms = 10000\nplanned_pa
 const WORDS: [(i64, &str); 3] = [(1, "off"), (2, "left"), (3, "right")];
 
 /// What the vehicle is commanded in the order of the bits of its report: right, none, left.
-fn shown(frame: &Seen) -> i64 {
+fn shown(frame: &RecordedFrame) -> i64 {
     match frame.data[3] {
         0 => 3,
         1 => 1,
@@ -125,7 +125,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
         // The message heard first need not be the first: on a busy machine the peer loses some.
         let frame = commands
             .iter()
-            .find(|frame| frame.at > before && (PACMOD.asks)(&frame.data) == word(change.value));
+            .find(|frame| frame.at > before && (PACMOD.request)(&frame.data) == word(change.value));
         let frame = frame.unwrap_or_else(|| panic!("{name}: no command frame after {change:?}"));
         before = frame.at;
         let mut backs = reports.iter().filter(|back| back.at > frame.at && shown(back) == change.value);

@@ -1,5 +1,5 @@
-//! Autoware, as far as a vehicle can tell: Cyclone DDS in a process of its own, which says commands as it
-//! is told to and hears the gateway's diagnostics.
+//! Autoware, as far as a vehicle can tell: Cyclone DDS in a process of its own, which sends the commands
+//! that it is given and receives the gateway's diagnostics.
 
 use std::time::{Duration, Instant};
 
@@ -39,11 +39,11 @@ impl Commander {
         ))
     }
 
-    /// Carries out a line of `commander.py`; says from where on to listen for what comes of it.
-    pub(crate) fn say(&self, line: &str) -> Mark {
+    /// Carries out a line of `commander.py`; gives the mark from which on its effects are found.
+    pub(crate) fn send(&self, line: &str) -> Mark {
         let mark = self.mark();
         self.0.send(line);
-        self.wait(mark, &format!("{line:?} to be done"), |said| said["event"] == "done");
+        self.wait(mark, &format!("{line:?} to be done"), |line| line["event"] == "done");
         mark
     }
 
@@ -67,22 +67,22 @@ impl Commander {
         self.wait(mark, &format!("{topic} report {report}"), is_it);
     }
 
-    /// Waits until diagnostics say `part` of a task with that level.
+    /// Waits until diagnostics have a task with that level and `part` in its message.
     pub(crate) fn status(&self, mark: Mark, task: &str, level: u8, part: &str) {
         let is_it = |line: &Value| is_status_like(line, task, level, part);
         self.wait(mark, &format!("{task} with level {level} and {part:?}"), is_it);
     }
 
-    /// Carries out a line that sends single messages, again and again until diagnostics say so: with depth
-    /// 1 the next message may take the place of one that has not been read yet.
-    pub(crate) fn say_until(&self, line: &str, task: &str, level: u8, part: &str) {
+    /// Carries out a line that sends single messages, again and again until diagnostics show it: with depth
+    /// 1 the next message may replace one that has not been read yet.
+    pub(crate) fn send_until(&self, line: &str, task: &str, level: u8, part: &str) {
         let (begun, mark) = (Instant::now(), self.mark());
-        let has_come = |said: &[Line]| said.iter().any(|(_, said)| is_status_like(said, task, level, part));
+        let has_come = |lines: &[Line]| lines.iter().any(|(_, line)| is_status_like(line, task, level, part));
         while !has_come(&self.0.lines(mark)) {
-            assert!(begun.elapsed() < PATIENCE, "{line:?} never made {task} say {part:?} with level {level}");
-            self.say(line);
-            let said = Instant::now();
-            while !has_come(&self.0.lines(mark)) && said.elapsed() < Duration::from_millis(500) {
+            assert!(begun.elapsed() < PATIENCE, "{line:?} never made {task} {part:?} with level {level}");
+            self.send(line);
+            let sent = Instant::now();
+            while !has_come(&self.0.lines(mark)) && sent.elapsed() < Duration::from_millis(500) {
                 std::thread::sleep(Duration::from_millis(20));
             }
         }
@@ -96,7 +96,7 @@ impl Commander {
 
     /// Waits until a count of a task is at least `least`; gives it.
     pub(crate) fn count(&self, mark: Mark, task: &str, key: &str, least: u64) -> u64 {
-        // Those of sending are said for each message by its name.
+        // Those of sending are given for each message by its name.
         let number = |text: &str| text.rsplit(' ').next()?.parse::<u64>().ok();
         let count = |line: &Value| line["values"][key].as_str().and_then(number);
         let is_it = |line: &Value| is_status(line, task) && count(line).is_some_and(|count| count >= least);

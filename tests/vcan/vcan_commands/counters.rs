@@ -1,4 +1,4 @@
-//! Counters over many frames, while what is asked changes all the time and the link goes down and up.
+//! Counters over many frames, while what is request changes all the time and the link goes down and up.
 
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
     let commander = Commander::start(cyclone, domain, Durability::Volatile);
     let mut gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
-    commander.say("mode 1 10; hazard 1 10; turn 2,3 80");
+    commander.send("mode 1 10; hazard 1 10; turn 2,3 80");
     let wait = |count: usize| {
         let begun = std::time::Instant::now();
         let count_now = || recording.count(NEW_EAGLE.command);
@@ -55,10 +55,10 @@ fn count(vcan: &Vcan, cyclone: &Cyclone, least: usize) {
     wait(least / 3);
     vcan.bring_down();
     gateway.wait_for_log("nothing can be sent on dbw");
-    commander.say("hazard 2 10");
+    commander.send("hazard 2 10");
     vcan.bring_up();
     wait(least / 2);
-    commander.say("hazard 1 10");
+    commander.send("hazard 1 10");
     wait(least);
     gateway.stop("TERM");
     recording.finish();

@@ -1,11 +1,11 @@
-//! The gateway is killed in the middle of a turn and started anew, as its service says: what the bus and
-//! the vehicle see of it, printed as a table.
+//! The gateway is killed in the middle of a turn and started anew, as its service does: its effects on the bus and
+//! the vehicle, printed as a table.
 
 use std::time::Duration;
 
 use super::car::Car;
 use super::commander::{Commander, Durability, HAZARD, OK, TRANSMISSION, TURN, WARN};
-use super::recording::{BusTime, Recording, Seen};
+use super::recording::{BusTime, RecordedFrame, Recording};
 use super::rhythm::ms;
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, PATIENT, Vehicle};
 use crate::support::json_process::Mark;
@@ -30,7 +30,7 @@ mod slow {
     }
 }
 
-/// What Autoware's gate keeps for late readers was said for another time.
+/// Samples that Autoware's gate keeps for late readers were meant for another time.
 #[test]
 fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_later() {
     let vcan = require!(Vcan::new("vcan-kept"));
@@ -40,23 +40,24 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
     let folder = PACMOD.folder(vcan.name, &format!("[command]\ntx = \"on\"\n{ros}"), &Change::NONE);
     let recording = Recording::of(vcan.name);
     let commander = Commander::start(&cyclone, domain, Durability::TransientLocal);
-    commander.say("turn once 2; hazard once 2; mode 1 10");
+    commander.send("turn once 2; hazard once 2; mode 1 10");
     let _gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
-    let heard = commander.mark();
-    commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    let since = commander.mark();
+    commander.status(since, TRANSMISSION, OK, "control mode AUTONOMOUS");
     // A second of diagnostics later whatever was kept would have come.
     for _ in 0..2 {
-        let heard = commander.mark();
-        commander.status(heard, TURN, WARN, "no command received");
-        commander.status(heard, HAZARD, WARN, "no command received");
+        let since = commander.mark();
+        commander.status(since, TURN, WARN, "no command received");
+        commander.status(since, HAZARD, WARN, "no command received");
     }
     let frames = recording.since(BusTime::START, PACMOD.command);
     assert_eq!(PACMOD.runs(&frames), ["none"]);
     let mark = BusTime::now();
-    commander.say("turn 2 10");
-    let asks_left =
-        |frames: &[&Seen]| frames.last().is_some_and(|frame| (PACMOD.asks)(&frame.data) == "left");
+    commander.send("turn 2 10");
+    let asks_left = |frames: &[&RecordedFrame]| {
+        frames.last().is_some_and(|frame| (PACMOD.request)(&frame.data) == "left")
+    };
     recording.wait(mark, PACMOD.command, "the turn", asks_left);
 }
 
@@ -70,7 +71,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     let commander = Commander::start(cyclone, domain, Durability::Volatile);
     let gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
-    commander.say("mode 1 10; turn 2 10; hazard 1 10");
+    commander.send("mode 1 10; turn 2 10; hazard 1 10");
     car.wait_for_lights(Mark::START, "left", "command");
 
     let lights = car.mark();
@@ -78,10 +79,11 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     let before = BusTime::now();
     std::thread::sleep(pause_of_the_service());
     let mut gateway = Process::run(&folder);
-    let asks_left =
-        |frames: &[&Seen]| frames.last().is_some_and(|frame| (vehicle.asks)(&frame.data) == "left");
+    let asks_left = |frames: &[&RecordedFrame]| {
+        frames.last().is_some_and(|frame| (vehicle.request)(&frame.data) == "left")
+    };
     recording.wait(before, vehicle.command, "the turn", asks_left);
-    let seen = car.wait_for_lights(lights, "left", "command");
+    let states = car.wait_for_lights(lights, "left", "command");
     let dark = car.seconds_of_lights(lights);
     gateway.stop("TERM");
     recording.finish();
@@ -89,35 +91,40 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     let frames = recording.since(BusTime::START, vehicle.command);
     let after = recording.since(before, vehicle.command);
     let before = &frames[..frames.len() - after.len()];
-    let first_left = after.iter().position(|frame| (vehicle.asks)(&frame.data) == "left").unwrap();
+    let first_left = after.iter().position(|frame| (vehicle.request)(&frame.data) == "left").unwrap();
     let (last, first, back) = (&before[before.len() - 1], &after[0], &after[first_left]);
-    println!("| {} | ms | asks for | counter |\n|---|---|---|---|", vehicle.name);
-    let row = |what: &str, frame: &Seen| {
+    println!("| {} | ms | requests | counter |\n|---|---|---|---|", vehicle.name);
+    let row = |what: &str, frame: &RecordedFrame| {
         let counter = vehicle.counter.map_or("–".to_owned(), |counter| counter(&frame.data).to_string());
         let at = ms(frame.at.saturating_sub(last.at));
-        println!("| {what} | {at} | {} | {counter} |", (vehicle.asks)(&frame.data));
+        println!("| {what} | {at} | {} | {counter} |", (vehicle.request)(&frame.data));
     };
     row("last frame before", last);
     println!("| silence | {} | – | – |", ms(first.at.saturating_sub(last.at)));
     row("first frame after", first);
     println!(
-        "| frames that ask for nothing | {} | {first_left} of them | |",
+        "| frames that request nothing | {} | {first_left} of them | |",
         ms(back.at.saturating_sub(first.at))
     );
     row("authority is back", back);
     println!("| lamps off at the vehicle | {} | – | – |", ms(Duration::from_secs_f64(dark[1] - dark[0])));
 
-    assert_eq!((vehicle.asks)(&last.data), "left");
-    assert_eq!((vehicle.asks)(&first.data), vehicle.nothing, "nobody has asked the new one for anything");
+    assert_eq!((vehicle.request)(&last.data), "left");
+    assert_eq!(
+        (vehicle.request)(&first.data),
+        vehicle.nothing,
+        "nobody has requested anything of the new one"
+    );
     assert_eq!(vehicle.runs(&after[..=first_left]), [vehicle.nothing, "left"]);
     if let Some(counter) = vehicle.counter {
-        let counted = |frames: &[Seen]| frames.iter().map(|frame| counter(&frame.data)).collect::<Vec<_>>();
+        let counted =
+            |frames: &[RecordedFrame]| frames.iter().map(|frame| counter(&frame.data)).collect::<Vec<_>>();
         let from_0 = |count: usize| (0..=15).cycle().take(count).collect::<Vec<u8>>();
         assert_eq!(counted(before), from_0(before.len()), "before");
         assert_eq!(counted(&after), from_0(after.len()), "the counter begins anew");
     }
-    let word = |lights: &str, who: &str| (lights.to_owned(), who.to_owned());
-    assert_eq!(seen, [word("off", "nobody"), word("left", "command")], "what the lamps did");
+    let state = |lights: &str, who: &str| (lights.to_owned(), who.to_owned());
+    assert_eq!(states, [state("off", "nobody"), state("left", "command")], "what the lamps did");
     assert!(car.has_dropped_a_command(lights));
 }
 

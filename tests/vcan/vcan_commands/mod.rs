@@ -39,7 +39,7 @@ const AUTONOMOUS: [u8; 8] = [1 << 5, 0, 0, 0, 0, 0, 0, 0];
 const AUTONOMOUS_LEFT: [u8; 8] = [1 << 5 | 1, 0, 0, 0, 0, 0, 0, 0];
 const VELOCITY_ONLY: [u8; 8] = [2 << 5, 0, 0, 0, 0, 0, 0, 0];
 
-/// The gateway's configuration. Everything is believed for as long as a slow machine may need.
+/// The gateway's configuration. Everything is valid for as long as a slow machine may need.
 fn folder(interface: &str, tx: &str) -> (Folder, u16) {
     let domain = domain();
     let ros = process::ros_in(domain);
@@ -72,11 +72,11 @@ impl Commander {
         Self(RosSession::start(settings).unwrap())
     }
 
-    /// Says it again and again, as command topics are to be, until `done`.
-    fn say_until(&self, turn: Signal, hazard: Hazard, done: impl Fn() -> bool) {
-        let asked = std::time::Instant::now();
+    /// Sends it again and again, as command topics require, until `done`.
+    fn send_until(&self, turn: Signal, hazard: Hazard, done: impl Fn() -> bool) {
+        let start = std::time::Instant::now();
         while !done() {
-            assert!(asked.elapsed() < process::DEADLINE, "{turn} {hazard} never came through");
+            assert!(start.elapsed() < process::DEADLINE, "{turn} {hazard} never came through");
             let stamp = WallStamp::from_nanos(vcan::wall());
             self.0.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: turn, stamp }));
             self.0.send(&Output::TurnSignal(TurnSignalOutput::HazardCommand { command: hazard, stamp }));
@@ -85,14 +85,15 @@ impl Commander {
     }
 }
 
-/// What each frame since the mark asked for.
-fn asked(recording: &Recording, mark: BusTime) -> Vec<&'static str> {
+/// The request of each frame since the mark.
+fn requests(recording: &Recording, mark: BusTime) -> Vec<&'static str> {
     recording.since(mark, CMD).iter().map(|frame| asks(&frame.data)).collect()
 }
 
-/// Waits until the newest frame since the mark asks for this.
-fn wait_for(recording: &Recording, mark: BusTime, asked: &str) {
-    recording.wait(mark, CMD, asked, |frames| frames.last().is_some_and(|last| asks(&last.data) == asked));
+/// Waits until the newest frame since the mark requests this.
+fn wait_for(recording: &Recording, mark: BusTime, request: &str) {
+    recording
+        .wait(mark, CMD, request, |frames| frames.last().is_some_and(|last| asks(&last.data) == request));
 }
 
 /// Counter without a gap and checksum right, from the first frame to the last. (`asks` has looked at all
@@ -118,23 +119,23 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     let vehicle = Sender::start(&vcan, &[(STATE, MANUAL)]);
     let autoware = Commander::start(domain);
     let mut gateway = Process::run(&folder);
-    let say = |turn, hazard, wanted: &str| {
+    let command = |turn, hazard, expected: &str| {
         let mark = BusTime::now();
-        autoware.say_until(turn, hazard, || asked(&recording, mark).last() == Some(&wanted));
+        autoware.send_until(turn, hazard, || requests(&recording, mark).last() == Some(&expected));
     };
     // In manual mode frames go out, and no command gives them authority.
     wait_for(&recording, BusTime::START, "-");
-    autoware.say_until(Signal::Left, Hazard::Enable, || recording.count(CMD) > 20);
-    assert!(asked(&recording, BusTime::START).iter().all(|asked| *asked == "-"));
+    autoware.send_until(Signal::Left, Hazard::Enable, || recording.count(CMD) > 20);
+    assert!(requests(&recording, BusTime::START).iter().all(|request| *request == "-"));
     vehicle.set(STATE, AUTONOMOUS);
-    say(Signal::Left, Hazard::Disable, "left");
+    command(Signal::Left, Hazard::Disable, "left");
     vehicle.set(STATE, AUTONOMOUS_LEFT);
     gateway.wait_for_log("turn_indicators: ENABLE_LEFT");
-    say(Signal::Left, Hazard::Enable, "hazard");
-    say(Signal::Left, Hazard::Disable, "left");
-    say(Signal::Right, Hazard::Disable, "right");
+    command(Signal::Left, Hazard::Enable, "hazard");
+    command(Signal::Left, Hazard::Disable, "left");
+    command(Signal::Right, Hazard::Disable, "right");
     vehicle.set(STATE, VELOCITY_ONLY);
-    say(Signal::Right, Hazard::Enable, "hazard, any turn");
+    command(Signal::Right, Hazard::Enable, "hazard, any turn");
     // A link that was down: the present state again, with the next counter.
     vcan.bring_down();
     gateway.wait_for_log("nothing can be sent on body");
@@ -142,20 +143,20 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     vcan.bring_up();
     wait_for(&recording, mark, "hazard, any turn");
     vehicle.set(STATE, AUTONOMOUS);
-    say(Signal::Left, Hazard::Disable, "left");
+    command(Signal::Left, Hazard::Disable, "left");
 
     let mark = BusTime::now();
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
     recording.finish();
-    let last = asked(&recording, mark);
+    let last = requests(&recording, mark);
     assert_eq!(last.last().copied(), Some("hazard"), "{last:?}");
-    assert!(last.iter().rev().skip(1).all(|asked| *asked == "left"), "one last frame: {last:?}");
+    assert!(last.iter().rev().skip(1).all(|request| *request == "left"), "one last frame: {last:?}");
     check_every_byte(&recording);
     assert!(!gateway.log().iter().any(|line| line.contains("somebody else")), "own frames are not foreign");
 }
 
 #[test]
-fn a_dry_run_is_told_and_leaves_the_bus_alone_and_somebody_elses_commands_are_found() {
+fn a_dry_run_is_reported_and_leaves_the_bus_alone_and_a_conflicting_sender_is_found() {
     let vcan = require!(Vcan::new("vcan-dry"));
     let vehicle = Sender::start(&vcan, &[(STATE, AUTONOMOUS)]);
     {
@@ -164,7 +165,7 @@ fn a_dry_run_is_told_and_leaves_the_bus_alone_and_somebody_elses_commands_are_fo
         let autoware = Commander::start(domain);
         let mut gateway = Process::run(&folder);
         let would = || gateway.log().iter().filter(|line| line.contains("would send 130#")).count();
-        autoware.say_until(Signal::Left, Hazard::Disable, || would() >= 2);
+        autoware.send_until(Signal::Left, Hazard::Disable, || would() >= 2);
         gateway.stop("TERM");
         recording.finish();
         assert_eq!(recording.count(CMD), 0);

@@ -8,7 +8,7 @@ use crate::support::prerequisite::require;
 use crate::support::process::{self, DEADLINE, Process};
 use crate::support::slcan::Adapter;
 
-/// Ten failures in a row take half a second: long enough for a warning to be seen before the error.
+/// Ten failures in a row take half a second: long enough for a warning before the error.
 const SLOWLY_AGAIN: (&str, &str) = ("period_ms = 50", "period_ms = 50\nmin_send_interval_ms = 50");
 
 #[test]
@@ -23,31 +23,31 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     let commander = Commander::start(&cyclone, domain, Durability::Volatile);
     let mut gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
-    let heard = commander.say("mode 1 10; turn 2 10; hazard 1 10");
-    commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
-    let wait = |asked: &str| {
+    let since = commander.send("mode 1 10; turn 2 10; hazard 1 10");
+    commander.status(since, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    let wait = |request: &str| {
         let begun = std::time::Instant::now();
-        let newest = || adapter.frames(NEW_EAGLE.command).last().map(|data| (NEW_EAGLE.asks)(data));
-        while newest() != Some(asked) {
-            assert!(begun.elapsed() < DEADLINE, "{asked} never came: {:?}", newest());
+        let newest = || adapter.frames(NEW_EAGLE.command).last().map(|data| (NEW_EAGLE.request)(data));
+        while newest() != Some(request) {
+            assert!(begun.elapsed() < DEADLINE, "{request} never came: {:?}", newest());
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
     };
     wait("left");
 
-    let heard = commander.mark();
+    let since = commander.mark();
     let others = adapter.stall();
     assert!(others > 0, "nothing but the gateway's frames was in the queue");
-    commander.status(heard, TRANSMISSION, WARN, "frames are delayed");
-    commander.status(heard, TRANSMISSION, ERROR, "frames cannot be sent");
-    // Whatever is wanted meanwhile is in the first frame that finds room.
-    commander.say("hazard 2 10");
-    let failed = commander.count(heard, TRANSMISSION, "queue_full", 10);
-    let heard = commander.mark();
+    commander.status(since, TRANSMISSION, WARN, "frames are delayed");
+    commander.status(since, TRANSMISSION, ERROR, "frames cannot be sent");
+    // The latest command is in the first frame that finds room.
+    commander.send("hazard 2 10");
+    let failed = commander.count(since, TRANSMISSION, "queue_full", 10);
+    let since = commander.mark();
     adapter.go_on();
-    commander.status(heard, TRANSMISSION, OK, "control mode AUTONOMOUS");
+    commander.status(since, TRANSMISSION, OK, "control mode AUTONOMOUS");
     wait("hazard");
-    commander.say("hazard 1 10");
+    commander.send("hazard 1 10");
     wait("left");
     gateway.stop("TERM");
 
@@ -62,7 +62,7 @@ fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_count
     for (index, data) in frames.iter().enumerate() {
         assert_eq!(usize::from(counter(data)), index % 16, "frame {index} of {}", frames.len());
     }
-    let mut asked: Vec<_> = frames.iter().map(|data| (NEW_EAGLE.asks)(data)).collect();
-    asked.dedup();
-    assert_eq!(asked[..4], ["off", "left", "hazard", "left"]);
+    let mut requests: Vec<_> = frames.iter().map(|data| (NEW_EAGLE.request)(data)).collect();
+    requests.dedup();
+    assert_eq!(requests[..4], ["off", "left", "hazard", "left"]);
 }

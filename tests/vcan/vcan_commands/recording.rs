@@ -12,7 +12,7 @@ use crate::support::vcan::wall;
 
 /// A frame that was on the bus.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Seen {
+pub(crate) struct RecordedFrame {
     /// Of the kernel, `SO_TIMESTAMPNS`.
     pub(crate) at: Duration,
     /// With bit 31 for 29-bit identifiers, as in a DBC.
@@ -20,7 +20,7 @@ pub(crate) struct Seen {
     pub(crate) data: Vec<u8>,
 }
 
-type Frames = Arc<(Mutex<Vec<Seen>>, Condvar)>;
+type Frames = Arc<(Mutex<Vec<RecordedFrame>>, Condvar)>;
 
 /// An instant on the kernel's wall clock.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +52,7 @@ impl Recording {
         // Room for whatever comes while a slow machine does something else.
         socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, 8 << 20).unwrap();
         let (frames, end) = (Frames::default(), Arc::<OnceLock<Duration>>::default());
-        let (seen, last) = (Arc::clone(&frames), Arc::clone(&end));
+        let (recorded, last) = (Arc::clone(&frames), Arc::clone(&end));
         let thread = std::thread::spawn(move || {
             loop {
                 match socket.read_frame_with_timestamp() {
@@ -61,9 +61,9 @@ impl Recording {
                         if last.get().is_some_and(|last| at > *last) {
                             return;
                         }
-                        let frame = Seen { at, id: number(frame.id()), data: frame.data().to_vec() };
-                        seen.0.lock().unwrap().push(frame);
-                        seen.1.notify_all();
+                        let frame = RecordedFrame { at, id: number(frame.id()), data: frame.data().to_vec() };
+                        recorded.0.lock().unwrap().push(frame);
+                        recorded.1.notify_all();
                     }
                     Err(_) if last.get().is_some() => return,
                     // Silence, or a link that is down: listen on.
@@ -74,24 +74,24 @@ impl Recording {
         Self { frames, end, thread: Some(thread) }
     }
 
-    /// How many frames have this identifier.
+    /// The number of frames with this identifier.
     pub(crate) fn count(&self, id: u32) -> usize {
         self.frames.0.lock().unwrap().iter().filter(|frame| frame.id == id).count()
     }
 
     /// The frames with this identifier from `mark` on.
-    pub(crate) fn since(&self, mark: BusTime, id: u32) -> Vec<Seen> {
+    pub(crate) fn since(&self, mark: BusTime, id: u32) -> Vec<RecordedFrame> {
         let frames = self.frames.0.lock().unwrap();
         frames.iter().filter(|frame| frame.at > mark.0 && frame.id == id).cloned().collect()
     }
 
-    /// Waits until the frames with this identifier from `mark` on are as wanted.
-    pub(crate) fn wait(&self, mark: BusTime, id: u32, what: &str, is_it: impl Fn(&[&Seen]) -> bool) {
-        let is_done = |frames: &[Seen]| {
+    /// Waits until the frames with this identifier from `mark` on fulfil `is_it`.
+    pub(crate) fn wait(&self, mark: BusTime, id: u32, what: &str, is_it: impl Fn(&[&RecordedFrame]) -> bool) {
+        let is_done = |frames: &[RecordedFrame]| {
             is_it(&frames.iter().filter(|frame| frame.at > mark.0 && frame.id == id).collect::<Vec<_>>())
         };
         let frames = self.frames.0.lock().unwrap();
-        let lacks = |frames: &mut Vec<Seen>| !is_done(frames);
+        let lacks = |frames: &mut Vec<RecordedFrame>| !is_done(frames);
         let (frames, timeout) = self.frames.1.wait_timeout_while(frames, DEADLINE, lacks).unwrap();
         let last = frames.last().cloned();
         drop(frames);

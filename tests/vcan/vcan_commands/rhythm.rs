@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::recording::{BusTime, Recording, Seen};
+use super::recording::{BusTime, RecordedFrame, Recording};
 use super::vehicles::{Change, NEW_EAGLE, PACMOD, Vehicle};
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Process};
@@ -46,7 +46,7 @@ fn measure(vcan: &Vcan, (vehicle, name, change, count): Measurement) {
     let folder = vehicle.folder(vcan.name, &format!("[command]\ntx = \"on\"\n{ros}"), &change);
     let mut recording = Recording::of(vcan.name);
     let mut gateway = Process::run(&folder);
-    // Nobody commands anything, and the frames that ask for nothing go out all the same.
+    // Nobody commands anything, and the frames that request nothing go out all the same.
     recording.wait(BusTime::START, vehicle.command, name, |frames| frames.len() > count);
     gateway.stop("TERM");
     recording.finish();
@@ -57,7 +57,7 @@ fn measure(vcan: &Vcan, (vehicle, name, change, count): Measurement) {
 }
 
 /// Prints the distances from frame to frame.
-pub(crate) fn measured(what: &str, frames: &[Seen]) {
+pub(crate) fn measured(what: &str, frames: &[RecordedFrame]) {
     let mut gaps: Vec<_> = frames.windows(2).map(|pair| pair[1].at.saturating_sub(pair[0].at)).collect();
     gaps.sort();
     let at = |share: usize| ms(gaps[(gaps.len() - 1) * share / 100]);

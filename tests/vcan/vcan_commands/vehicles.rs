@@ -15,12 +15,12 @@ pub(crate) struct Vehicle {
     pub(crate) command: u32,
     /// The report message.
     pub(crate) report: u32,
-    /// What a frame of the command message asks for: `none`, `off`, `left`, `right` or `hazard`, and
+    /// The request of a frame of the command message: `none`, `off`, `left`, `right` or `hazard`, and
     /// `left, any` and so on where the hazard lights are left to the vehicle.
-    pub(crate) asks: fn(&[u8]) -> &'static str,
+    pub(crate) request: fn(&[u8]) -> &'static str,
     /// Its counter.
     pub(crate) counter: Option<fn(&[u8]) -> u8>,
-    /// The word for a frame that asks for nothing.
+    /// The text for a frame that requests nothing.
     pub(crate) nothing: &'static str,
 }
 
@@ -29,7 +29,7 @@ pub(crate) const PACMOD: Vehicle = Vehicle {
     bus: "pacmod",
     command: 0x130,
     report: 0x230,
-    asks: |data| match *data {
+    request: |data| match *data {
         [0, 1] => "none",
         [1, 0] => "right",
         [1, 1] => "off",
@@ -46,7 +46,7 @@ pub(crate) const NEW_EAGLE: Vehicle = Vehicle {
     bus: "dbw",
     command: 0x2F06 | 1 << 31,
     report: 0x1F14 | 1 << 31,
-    asks: |data| match *data {
+    request: |data| match *data {
         [0x00, 0, 0, 0, 0, 0, 0..=15, _] => "off",
         [0x10, 0, 0, 0, 0, 0, 0..=15, _] => "left",
         [0x20, 0, 0, 0, 0, 0, 0..=15, _] => "right",
@@ -63,7 +63,7 @@ pub(crate) const TESLA: Vehicle = Vehicle {
     bus: "vehicle",
     command: 0x3E9,
     report: 0x3F5,
-    asks: |data| match *data {
+    request: |data| match *data {
         [0xFF, 0x0C, 0, 0, 0, 0, _, _] => "none",
         [0xFF, 0x0D, 0, 0, 0, 0, _, _] => "left, any",
         [0xF3, 0x0C, 0, 0, 0, 0, _, _] => "off",
@@ -76,7 +76,7 @@ pub(crate) const TESLA: Vehicle = Vehicle {
     nothing: "none",
 };
 
-/// Frames are sent, and all that is said holds for as long as a slow machine may need.
+/// Frames are sent, and all inputs are valid for as long as a slow machine may need.
 pub(crate) const PATIENT: &str = "[command]\ntx = \"on\"\nturn_timeout_ms = 20000\n\
     hazard_timeout_ms = 20000\ncontrol_mode_timeout_ms = 20000\n";
 
@@ -109,12 +109,12 @@ impl Vehicle {
         folder
     }
 
-    /// What each frame asks for, one word for each run of frames that ask the same.
+    /// The requests of the frames, one for each run of equal requests.
     pub(crate) fn runs<'a>(
         &self,
-        frames: impl IntoIterator<Item = &'a super::recording::Seen>,
+        frames: impl IntoIterator<Item = &'a super::recording::RecordedFrame>,
     ) -> Vec<&'static str> {
-        let mut runs: Vec<_> = frames.into_iter().map(|frame| (self.asks)(&frame.data)).collect();
+        let mut runs: Vec<_> = frames.into_iter().map(|frame| (self.request)(&frame.data)).collect();
         runs.dedup();
         runs
     }

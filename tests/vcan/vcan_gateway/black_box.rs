@@ -15,9 +15,9 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
     let sender = Sender::start(&vcan, &[(TURN, OFF), (HAZARD, HAZARD_OFF)]);
     let mut gateway = Process::run(&folder);
     gateway.wait_for_log("hazard_lights: publishing");
-    for (data, heard) in [(LEFT, "ENABLE_LEFT"), (UNDEFINED, "invalid"), (RIGHT, "ENABLE_RIGHT")] {
+    for (data, logged) in [(LEFT, "ENABLE_LEFT"), (UNDEFINED, "invalid"), (RIGHT, "ENABLE_RIGHT")] {
         sender.set(TURN, data);
-        gateway.wait_for_log(heard);
+        gateway.wait_for_log(logged);
     }
     vcan.bring_down();
     gateway.wait_for_log("vcan8 is down");

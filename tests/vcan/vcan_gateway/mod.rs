@@ -49,7 +49,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// The demo vehicle on an interface of the test's own. Its messages are believed for as long as a
+    /// The demo vehicle on an interface of the test's own. Its messages are valid for as long as a
     /// slow machine may need, and `keys` are further ones of the configuration.
     fn new(interface: &'static str, keys: &str) -> Result<Self, Missing> {
         let vcan = Vcan::new(interface)?;
@@ -65,7 +65,7 @@ impl Bench {
         Reader::start(&self.cyclone, self.domain)
     }
 
-    /// A reader, started first so that it sees everything, and the gateway.
+    /// A reader, started first so that it receives everything, and the gateway.
     fn start(&self) -> (Reader, Process) {
         (self.reader(), Process::run(&self.folder))
     }

@@ -1,4 +1,4 @@
-//! The reader: Cyclone DDS in a process of its own, which says in lines of JSON what it sees.
+//! The reader: Cyclone DDS in a process of its own, which writes samples as lines of JSON.
 
 use serde_json::Value;
 
@@ -31,7 +31,7 @@ impl Reader {
         self.0.mark()
     }
 
-    /// Waits for the first sample after `mark` that `is_it`; says when it came.
+    /// Waits for the first sample after `mark` that `is_it`; gives its time.
     pub(crate) fn sample(&self, mark: Mark, kind: &str, is_it: impl Fn(&Value) -> bool) -> Line {
         self.0.wait_for(mark, &format!("a sample of {kind}"), |line| is_sample(line, kind) && is_it(line))
     }
@@ -41,7 +41,7 @@ impl Reader {
         stamp(&self.sample(mark, kind, |line| line["data"]["report"] == report).1)
     }
 
-    /// Waits until diagnostics say `part` of a task, with that level; gives the whole status.
+    /// Waits until diagnostics have a task with that level and `part` in its message; gives the whole status.
     pub(crate) fn status(&self, mark: Mark, task: &str, level: u8, part: &str) -> Value {
         let name = format!("signal_gateway: {task}");
         self.0.find(mark, &format!("{task} with level {level} and {part:?}"), |(_, line)| {
@@ -89,7 +89,7 @@ impl Reader {
         refreshes
     }
 
-    /// Once what is on its way has arrived, nothing of `kinds` comes any more; gives the beginning of the
+    /// Once what is on its way has arrived, nothing more of `kinds` comes; gives the beginning of the
     /// silence.
     pub(crate) fn expect_silence(&self, kinds: &[&str]) -> Mark {
         self.refreshes(self.mark(), 1);

@@ -1,4 +1,4 @@
-//! Values, stamps, quality of service and diagnostics, as the reader sees them.
+//! Values, stamps, quality of service and diagnostics, as the reader receives them.
 
 use std::fmt::Write as _;
 use std::io::Read as _;
@@ -115,12 +115,12 @@ fn a_drive_played_by_canplayer_comes_out_as_it_was() {
     // Topics do not wait for each other: the last reports may come behind the status.
     for (kind, expected) in [("turn", &[1, 2, 1, 3, 1][..]), ("hazard", &[1, 2, 1])] {
         for _ in 0..40 {
-            if course(&reader.samples(mark, kind), &played).len() >= expected.len() {
+            if states(&reader.samples(mark, kind), &played).len() >= expected.len() {
                 break;
             }
             reader.refreshes(reader.mark(), 1);
         }
-        assert_eq!(course(&reader.samples(mark, kind), &played), expected);
+        assert_eq!(states(&reader.samples(mark, kind), &played), expected);
     }
     gateway.stop("TERM");
 }
@@ -146,12 +146,12 @@ fn scenes() -> String {
 }
 
 /// The reports without repetitions, each received while it was played.
-fn course(samples: &[Value], played: &Window) -> Vec<u64> {
+fn states(samples: &[Value], played: &Window) -> Vec<u64> {
     assert!(samples.iter().all(|sample| played.contains(&stamp(sample))), "{played:?}: {samples:?}");
-    let mut course: Vec<_> =
+    let mut states: Vec<_> =
         samples.iter().map(|sample| sample["data"]["report"].as_u64().unwrap()).collect();
-    course.dedup();
-    course
+    states.dedup();
+    states
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn the_writers_are_reliable_and_transient_local_and_diagnostics_are_refreshed_tw
     let started = gateway.started();
     let first = reader.sample(mark, "turn", |_| true);
     println!("from the start to the first report at the reader: {:?}", first.0 - started);
-    // The depth is not announced; see what late joiners get.
+    // The depth is not announced; test what late joiners get.
     for (kind, durability) in
         [("turn", "TransientLocal"), ("hazard", "TransientLocal"), ("diagnostics", "Volatile")]
     {

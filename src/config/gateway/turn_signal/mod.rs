@@ -31,23 +31,23 @@ const COMPAT: Keywords<DeciderCompat> = &[
 /// The settings of the decider.
 #[derive(Debug, Clone)]
 pub struct TurnSignalConfig {
-    /// Settings of the flow.
+    /// Settings of the decider and of its inputs.
     pub flow: FlowSettings,
-    /// Whether it runs; otherwise it was only checked.
+    /// True if it runs; otherwise its section was only checked.
     pub runs: bool,
-    /// Path of its map.
+    /// Path of its lanelet2 map.
     pub map: PathBuf,
     /// Country whose rules apply; `None` for the parameters that Autoware is deployed with.
     pub country: Option<Country>,
-    /// Topics that are read.
+    /// Topics that its inputs are read from.
     pub inputs: DeciderInputs,
-    /// Topics that are written.
+    /// Topics that its commands are written to.
     pub outputs: DeciderOutputs,
 }
 
 impl TurnSignalConfig {
-    /// Whether it publishes commands.
-    pub fn commands(&self) -> bool {
+    /// True if it publishes commands.
+    pub fn publishes_commands(&self) -> bool {
         self.runs && self.flow.role == Role::Command
     }
 }

@@ -9,17 +9,17 @@ const HAZARD_COMMAND: &str = "/planning/hazard_lights_cmd";
 /// Topics that the decider reads; an empty name is not read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeciderInputs {
-    /// `nav_msgs/Odometry`
+    /// `nav_msgs/Odometry` of the localisation.
     pub odometry: String,
-    /// `LaneletRoute`
+    /// `LaneletRoute` of the mission planner.
     pub route: String,
-    /// `PathWithLaneId`
+    /// `PathWithLaneId` of the behaviour path planner.
     pub planned_path: String,
     /// `PlanningFactorArray` of each module.
     pub planning_factors: Vec<(FactorTopic, String)>,
-    /// `OperationModeState`
+    /// `OperationModeState` of the system.
     pub operation_mode: String,
-    /// `Scenario`
+    /// `Scenario` of the scenario selector.
     pub scenario: String,
     /// `HazardLightsCommand` of the system.
     pub hazard_request: String,
@@ -32,9 +32,9 @@ pub struct DeciderInputs {
 /// Topics that the decider's commands go to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeciderOutputs {
-    /// `TurnIndicatorsCommand`
+    /// `TurnIndicatorsCommand` of the decider.
     pub turn_command: String,
-    /// `HazardLightsCommand`
+    /// `HazardLightsCommand` of the decider.
     pub hazard_command: String,
 }
 

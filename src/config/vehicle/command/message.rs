@@ -65,7 +65,7 @@ pub(super) fn command_message(
     let can_be_neutral = enable.is_some() || nones.iter().flatten().all(|has_none| *has_none);
     if idle == Some(Idle::Neutral) && !can_be_neutral {
         let remedy = "give `enable` or a state `none`, or idle = \"silent\"";
-        fields.refuse("idle", "nothing in this message says that nothing is asked for", remedy);
+        fields.refuse("idle", "this message cannot express that nothing is requested", remedy);
     }
     let idle = idle.unwrap_or(if can_be_neutral { Idle::Neutral } else { Idle::Silent });
     let permission = allowed.admit(binder.buses[bus].index, message.id, message.length);
@@ -86,7 +86,7 @@ struct Parts<'b> {
     message: &'b Message,
     /// Bits that are set together, once for each group.
     placed: Vec<Patch>,
-    /// Names of the signals.
+    /// Names of the signals that have a value.
     named: Vec<String>,
 }
 
@@ -161,7 +161,7 @@ impl Parts<'_> {
         let mut patch = Patch::default();
         let entries = checker.entries(state, EXAMPLE);
         if entries.is_empty() && checker.count() == before {
-            checker.refuse(&state.location, "no signal is named", EXAMPLE);
+            checker.refuse(&state.location, "no signal is given", EXAMPLE);
         }
         for entry in entries {
             let Some(signal) = self.message.signal(&entry.key) else {
@@ -226,13 +226,13 @@ impl Parts<'_> {
         let signals = self.message.signals.iter().map(|signal| &signal.name);
         let unnamed: Vec<_> = signals.filter(|name| !self.named.contains(name)).map(String::as_str).collect();
         if !unnamed.is_empty() {
-            let reason = format!("nothing says what is sent in {}", unnamed.join(", "));
+            let reason = format!("no value is given for {}", unnamed.join(", "));
             self.binder.refuse(&name.location, reason, "give each a raw value in `constants`");
         }
     }
 }
 
-/// Refuses states with the same values, which would ask for the wrong state, or for something without authority. The
+/// Refuses states with the same values, which would request the wrong state, or request something without authority. The
 /// first state is "off", and with `has_none` the last one is "none", which may be the same as "off".
 fn must_differ(binder: &Binder<'_>, states: &[&Value], patches: &[Patch], has_none: bool) {
     for (at, patch) in patches.iter().enumerate() {
@@ -298,7 +298,7 @@ fn refuse_counting_changes(fields: &Fields<'_>) {
     }
 }
 
-/// Refuses a message that asks for nothing or in two ways. Parts that share a message need a state `none`
+/// Refuses a message that requests nothing, or the hazard lights twice. Parts that share a message need a state `none`
 /// each, or a request for one would be one for both.
 fn check_requests(
     binder: &Binder<'_>,
@@ -308,18 +308,18 @@ fn check_requests(
 ) {
     let refuse = |reason, remedy| binder.refuse(&name.location, reason, remedy);
     match (turn, hazard) {
-        (None, None) => refuse("this message asks for nothing", "give it `turn` or `hazard`, or remove it"),
+        (None, None) => refuse("this message requests nothing", "give it `turn` or `hazard`, or remove it"),
         (Some(turn), Some(hazard)) => {
             if turn.hazard.is_some() {
                 refuse(
-                    "this message asks for hazard lights in two ways",
+                    "this message requests the hazard lights twice",
                     "remove the state `hazard` of `turn`, or the part `hazard`",
                 );
             }
             if turn.none.is_none() || hazard.none.is_none() {
                 refuse(
-                    "turn indicators and hazard lights share this message, and one is to be asked for alone",
-                    "give `turn` and `hazard` a state `none` each, in which the vehicle does as it likes",
+                    "turn indicators and hazard lights share this message, but are requested separately",
+                    "give `turn` and `hazard` a state `none` each, which requests nothing",
                 );
             }
         }

@@ -27,7 +27,7 @@ pub(super) fn command(
     let compiled = files.iter().filter_map(|file| command_message(binder, &mut allowed, file));
     let messages: Vec<_> = compiled.collect();
     if binder.checker.count() == before {
-        ask_for_each_once(&fields, &files, &messages);
+        each_is_requested_once(&fields, &files, &messages);
         buttons_need_a_report(&files, &messages, hazard);
     }
     let control_mode = fields.table("control_mode").and_then(|section| control_mode(binder, section));
@@ -47,27 +47,27 @@ pub(super) fn command(
     })
 }
 
-/// Turn indicators and hazard lights are each asked for in one way. `files` are the tables of the `messages`.
-fn ask_for_each_once(fields: &Fields<'_>, files: &[Fields<'_>], messages: &[CommandMessage]) {
+/// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are the tables of the `messages`.
+fn each_is_requested_once(fields: &Fields<'_>, files: &[Fields<'_>], messages: &[CommandMessage]) {
     let turns = |message: &CommandMessage| message.turn.is_some();
     let hazards = |message: &CommandMessage| {
         message.hazard.is_some() || message.turn.as_ref().is_some_and(|part| part.hazard.is_some())
     };
-    let asking = |asks: &dyn Fn(&CommandMessage) -> bool| -> Vec<_> {
-        files.iter().zip(messages).filter(|(_, message)| asks(message)).map(|(file, _)| file).collect()
+    let requesting = |requests: &dyn Fn(&CommandMessage) -> bool| -> Vec<_> {
+        files.iter().zip(messages).filter(|(_, message)| requests(message)).map(|(file, _)| file).collect()
     };
     let remedy = "give one message `turn`";
-    ask_once(fields, &asking(&turns), "turn indicators", remedy);
+    is_requested_once(fields, &requesting(&turns), "the turn indicators", remedy);
     let remedy = "give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them";
-    ask_once(fields, &asking(&hazards), "hazard lights", remedy);
+    is_requested_once(fields, &requesting(&hazards), "the hazard lights", remedy);
 }
 
-fn ask_once(fields: &Fields<'_>, asking: &[&Fields<'_>], what: &str, remedy: &str) {
-    match asking {
-        [] => fields.checker.refuse(fields.location(), format!("no message asks for {what}"), remedy),
+fn is_requested_once(fields: &Fields<'_>, messages: &[&Fields<'_>], what: &str, remedy: &str) {
+    match messages {
+        [] => fields.checker.refuse(fields.location(), format!("no message requests {what}"), remedy),
         [_] => {}
         [_, second, ..] => {
-            second.refuse("name", format!("a second message asks for {what}"), "keep one of them");
+            second.refuse("name", format!("a second message requests {what}"), "keep one of them");
         }
     }
 }
@@ -81,7 +81,7 @@ fn buttons_need_a_report(files: &[Fields<'_>], messages: &[CommandMessage], haza
     let has_button =
         |message: &CommandMessage| message.hazard.as_ref().is_some_and(|part| part.button.is_some());
     for (file, _) in files.iter().zip(messages).filter(|(_, message)| !is_reported && has_button(message)) {
-        let reason = "a button is pressed until the report shows the lights, and [hazard] binds no signal";
+        let reason = "a button is pressed until the report shows the lights, but [hazard] binds no signal";
         let remedy = "bind one, or remove `button` when the switch stays";
         file.section("hazard").refuse("button", reason, remedy);
     }
@@ -95,10 +95,11 @@ fn refuse_received(binder: &Binder<'_>, allowed: &AllowList, file: &Fields<'_>) 
         let known = &binder.buses[*at];
         allowed.contains(known.index, message.id)
             && message.name == name
-            && bus.is_none_or(|bus| bus == known.name)
+            && bus.is_none_or(|bus| bus == known.bus)
     });
     if is_received {
-        let reason = format!("{name} is received as well: the gateway's own frames would count as the car's");
+        let reason =
+            format!("{name} is received as well: the gateway's own frames would be taken for the vehicle's");
         binder.refuse(&given.location, reason, "bind signals of messages that the vehicle sends");
     }
 }

@@ -81,26 +81,26 @@ fn sum8(fields: &Fields<'_>) -> Rule {
 }
 
 fn crc8(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
-    let [poly, init, xorout] = crc_words(fields, 0xFF);
+    let [poly, init, xorout] = crc_parameters(fields, 0xFF);
     Some(crc(fields, Parameters::crc8(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
 }
 
 fn crc16(fields: &Fields<'_>, _: &Message) -> Option<Rule> {
-    let [poly, init, xorout] = crc_words(fields, 0xFFFF);
+    let [poly, init, xorout] = crc_parameters(fields, 0xFFFF);
     Some(crc(fields, Parameters::crc16(poly?, init.unwrap_or(0), xorout.unwrap_or(0))))
 }
 
 /// Reads `poly`, `init` and `xorout`, each up to `highest`.
-fn crc_words<T: From<u8> + Copy + FromStr + Display + PartialOrd>(
+fn crc_parameters<T: From<u8> + Copy + FromStr + Display + PartialOrd>(
     fields: &Fields<'_>,
     highest: T,
 ) -> [Option<T>; 3] {
     fields.require(&["poly"], SEE);
-    let words = ["poly", "init", "xorout"].map(|key| fields.number(key, T::from(0)..=highest, ""));
-    if words[0].is_none() {
+    let parameters = ["poly", "init", "xorout"].map(|key| fields.number(key, T::from(0)..=highest, ""));
+    if parameters[0].is_none() {
         fields.accept_rest();
     }
-    words
+    parameters
 }
 
 fn crc(fields: &Fields<'_>, parameters: Parameters) -> Rule {
@@ -118,7 +118,7 @@ fn bytes(fields: &Fields<'_>) -> Option<usize> {
     fields.number("bytes", 0..=64, "bytes")
 }
 
-/// A list of sixteen bytes.
+/// Reads the list of sixteen bytes under a key that must be present.
 pub(super) fn sixteen_bytes(fields: &Fields<'_>, key: &'static str, remedy: &str) -> Option<[u8; 16]> {
     fields.require(&[key], remedy)?;
     let items = fields.list(key, remedy).iter();

@@ -24,7 +24,7 @@ const PROFILES: Keywords<fn(&Fields<'_>) -> Option<Profile>> = &[
     ("22", profile_2),
 ];
 
-/// Reads the profile with its place in a frame of `length` bytes.
+/// Reads the profile with its offset in a frame of `length` bytes.
 pub(super) fn e2e(fields: Fields<'_>, length: usize) -> Option<Protection> {
     fields.require(&["profile"], "");
     let offset = fields.number("offset", 0..=64, "bytes").unwrap_or(0);

@@ -46,7 +46,7 @@ pub(super) fn integrity(
         None if length.is_some() => Protection::Fields { checksum: None, counter: None },
         None => {
             if fields.has("window") && !fields.has("e2e") {
-                let reason = "a window judges what checksum, counter or e2e found";
+                let reason = "a window needs checksum, counter or e2e";
                 fields.refuse("window", reason, "give one of them, or remove it");
             }
             return None;

@@ -7,7 +7,7 @@ use crate::core::validation::integrity::window::{Limits, Window};
 pub(super) fn window(fields: Fields<'_>) -> Option<Window> {
     fields.require(&["init", "valid", "invalid"], "");
     let [init, valid, invalid] = ["init", "valid", "invalid"].map(|key| fields.table(key).and_then(limits));
-    // Results before a fall into the invalid state do not count for the way out.
+    // If set, results from before the invalid state do not count towards leaving it.
     let clear_to_invalid = fields.flag("clear_to_invalid").unwrap_or_default();
     let (checker, at) = (fields.checker, fields.location());
     fields.done();

@@ -13,7 +13,7 @@ use crate::core::vehicle_lights::lamp::timing::{Sampling, Unresolvable, resolvab
 /// Default of the time from a change of a lamp to its frame.
 const DEFAULT_LATENCY: Duration = Duration::from_millis(100);
 
-/// Whether a message is sent at each change of a lamp.
+/// Occasions at which a message is sent; true for each change of a lamp.
 const ON_CHANGE: Keywords<bool> = &[("cyclic", false), ("on_change", true)];
 
 /// Binds lamps as a source: the `pair` of `fields` with their `times`.
@@ -25,7 +25,7 @@ pub(super) fn lamps(
 ) -> Option<TurnSource> {
     let [left, right] = [&pair.left, &pair.right].map(|role| binder.signals[role.signal.0].message);
     if left != right {
-        let reason = "the lamps come in different messages, so they are never seen at the same time";
+        let reason = "the lamps are in different messages, so they are not received at the same time";
         fields.refuse("right_signal", reason, "bind two lamps of one message");
         return None;
     }

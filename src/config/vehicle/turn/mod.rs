@@ -3,7 +3,7 @@
 mod lamp;
 mod stalk;
 
-use super::binder::{Binder, FATES};
+use super::binder::{Binder, UNUSABLE};
 use super::light_sources::{longest_hold, sources};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
@@ -20,7 +20,7 @@ const FORMS: &str = "give `signal` with off, left and right, or `left_signal`, `
 /// A source whose signals show something else than the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TurnKind {
-    /// Lamps, which flash.
+    /// Lamps, which flash while a side is on.
     Lamp,
     /// A stalk that springs back.
     Stalk,
@@ -59,7 +59,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
             stalk(binder, fields)
         }
         (None, Some(pair_key)) if is_enumerated => {
-            let reason = "one enumerated signal and a pair of signals exclude each other";
+            let reason = "an enumerated signal cannot be combined with a pair of signals";
             fields.refuse(pair_key, reason, FORMS);
             fields.accept_rest();
             None
@@ -77,7 +77,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
             enumerated(binder, fields)
         }
         (None, None) => {
-            binder.refuse(fields.location(), "the turn state comes from no signal", FORMS);
+            binder.refuse(fields.location(), "no signal is bound for the turn state", FORMS);
             None
         }
     }
@@ -86,7 +86,7 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
 fn enumerated(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
     let required = [("off", TurnCode::Off), ("left", TurnCode::Left), ("right", TurnCode::Right)];
     let remedy = "an enumerated turn signal needs signal, off, left and right";
-    let role = binder.states(fields, [&required, &[("both", TurnCode::Both)]], FATES, remedy);
+    let role = binder.states(fields, [&required, &[("both", TurnCode::Both)]], UNUSABLE, remedy);
     role.map(TurnSource::Enumerated)
 }
 
@@ -96,7 +96,7 @@ fn pair(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<SidePair> {
     let both = fields.keyword("both_on", BOTH_ON);
     let [left, right] = ["left_signal", "right_signal"].map(|key| {
         let side = fields.table(key)?;
-        let role = binder.switch(&side, ["on", "off"], FATES, "");
+        let role = binder.switch(&side, ["on", "off"], UNUSABLE, "");
         side.done();
         role
     });
@@ -117,7 +117,7 @@ fn stalk(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
     let optional = [("left_half", StalkPosition::LeftHalf), ("right_half", StalkPosition::RightHalf)];
     let remedy =
         "a stalk needs signal, idle, left_full and right_full; left_half and right_half if it has them";
-    let role = binder.states(fields, [&required, &optional], FATES, remedy);
+    let role = binder.states(fields, [&required, &optional], UNUSABLE, remedy);
     let settings = stalk_settings(fields.section("stalk"));
     Some(TurnSource::Stalk { role: role?, settings })
 }

@@ -32,7 +32,7 @@ fn comfort(fields: &Fields<'_>, default: Comfort) -> Comfort {
     let (flashes, time) = (fields.number("comfort_flashes", 0..=u8::MAX, ""), fields.limit("comfort_ms"));
     match (flashes, time) {
         (Some(_), Some(_)) => {
-            let reason = "comfort_flashes and comfort_ms exclude each other";
+            let reason = "comfort_flashes and comfort_ms cannot be combined";
             fields.refuse("comfort_ms", reason, "keep one of them");
             default
         }

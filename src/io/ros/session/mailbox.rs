@@ -9,7 +9,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
 use super::status::RosStatus;
+use crate::core::time::WallStamp;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
+use crate::core::vehicle_lights::report::Step;
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
 };
@@ -24,6 +26,16 @@ pub(super) enum Publication<M> {
     Publish(M),
     /// Publish nothing, not even to late readers.
     Withdraw,
+}
+
+impl<M> Publication<M> {
+    /// The publication of a step, as the message of its value.
+    pub(super) fn of<T>(step: Step<T>, message: impl FnOnce(T, WallStamp) -> M) -> Self {
+        match step {
+            Step::Publish(value, stamp) => Self::Publish(message(value, stamp)),
+            Step::Withdraw => Self::Withdraw,
+        }
+    }
 }
 
 /// A message for a topic, or the end.
@@ -132,7 +144,6 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
     use crate::core::diagnostics::Diagnostics;
-    use crate::core::time::WallStamp;
     use crate::core::traffic_light::emission::Content;
     use crate::core::vehicle_lights::verdict::TurnIndicators;
 

@@ -130,14 +130,12 @@ impl RosSession {
     pub fn send(&self, output: &Output) {
         let message = match output {
             Output::VehicleLights(output) => match output {
-                VehicleLightsOutput::TurnIndicators { report, stamp } => {
-                    OutgoingMessage::Turn(Publication::Publish(TurnIndicatorsReport::new(*report, *stamp)))
+                VehicleLightsOutput::TurnIndicators(step) => {
+                    OutgoingMessage::Turn(Publication::of(*step, TurnIndicatorsReport::new))
                 }
-                VehicleLightsOutput::HazardLights { report, stamp } => {
-                    OutgoingMessage::Hazard(Publication::Publish(HazardLightsReport::new(*report, *stamp)))
+                VehicleLightsOutput::HazardLights(step) => {
+                    OutgoingMessage::Hazard(Publication::of(*step, HazardLightsReport::new))
                 }
-                VehicleLightsOutput::WithdrawTurnIndicators => OutgoingMessage::Turn(Publication::Withdraw),
-                VehicleLightsOutput::WithdrawHazardLights => OutgoingMessage::Hazard(Publication::Withdraw),
             },
             Output::Diagnostics { diagnostics, stamp } => {
                 OutgoingMessage::Diagnostics(DiagnosticArray::new(diagnostics, *stamp, &self.hardware_id))

@@ -9,7 +9,7 @@ use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::settings::CommandSource;
 use signal_gateway::core::time::MonoTime;
 
-use super::{BUS, Desk, Said};
+use super::{BUS, Desk, Reported};
 use crate::support::clock::at_ms;
 use crate::support::command_vehicle::{DBC, PROFILE};
 
@@ -19,16 +19,16 @@ const AUTONOMOUS: u8 = 1;
 const REPORTS_LEFT: u8 = 1;
 const REPORTS_OVERRIDE: u8 = 1 << 4;
 
-pub(super) fn drive(said: &mut Said) {
-    obedience(said);
-    oscillation(said);
-    button(said);
-    transmission(said);
+pub(super) fn drive(reported: &mut Reported) {
+    obedience(reported);
+    oscillation(reported);
+    button(reported);
+    transmission(reported);
 }
 
-fn vehicle<'a>(tx: &str, said: &'a mut Said) -> Desk<'a> {
+fn vehicle<'a>(tx: &str, reported: &'a mut Reported) -> Desk<'a> {
     let profile = PROFILE.split_once("bench.dbc\"\n").unwrap().1;
-    Desk::vehicle(&format!("[command]\ntx = \"{tx}\"\n"), profile, DBC, said)
+    Desk::vehicle(&format!("[command]\ntx = \"{tx}\"\n"), profile, DBC, reported)
 }
 
 /// The same every 50 ms for so long: what the vehicle reports, if anything, and what is commanded.
@@ -76,8 +76,8 @@ fn hazard_on(ms: u64) -> CommandInput {
     CommandInput::Hazard { source: CommandSource::Topic, command: 2.into(), stamp: at_ms(ms).wall }
 }
 
-fn obedience(said: &mut Said) {
-    let mut desk = vehicle("on", said);
+fn obedience(reported: &mut Reported) {
+    let mut desk = vehicle("on", reported);
     command(&mut desk, 200, Some(0), &[]);
     command(&mut desk, 200, Some(0), &[undefined_mode]);
     command(&mut desk, 200, Some(0), &[mode]);
@@ -93,8 +93,8 @@ fn obedience(said: &mut Said) {
     command(&mut desk, 3_000, Some(0), &[mode]);
 }
 
-fn oscillation(said: &mut Said) {
-    let mut desk = vehicle("off", said);
+fn oscillation(reported: &mut Reported) {
+    let mut desk = vehicle("off", reported);
     for _ in 0..10 {
         command(&mut desk, 50, Some(0), &[mode, left]);
         command(&mut desk, 50, Some(0), &[mode, off]);
@@ -102,7 +102,7 @@ fn oscillation(said: &mut Said) {
 }
 
 /// A button that nothing comes of.
-fn button(said: &mut Said) {
+fn button(reported: &mut Reported) {
     let profile = r#"
 message.STATE.timeout_ms = 500
 turn = { signal = "STATE.TURN", off = [0], left = [1], right = [2] }
@@ -116,12 +116,12 @@ name = "BUTTON"
 period_ms = 50
 hazard = { off = { PRESSED = 0 }, on = { PRESSED = 1 }, button = { press_ms = 200, wait_ms = 600, attempts = 2 } }
 "#;
-    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", profile, DBC, said);
+    let mut desk = Desk::vehicle("[command]\ntx = \"on\"\n", profile, DBC, reported);
     command(&mut desk, 5_000, Some(0), &[mode, off, hazard_on]);
 }
 
-fn transmission(said: &mut Said) {
-    let mut desk = vehicle("on", said);
+fn transmission(reported: &mut Reported) {
+    let mut desk = vehicle("on", reported);
     command(&mut desk, 500, Some(0), &[mode, left]);
     // A full queue for a while, then for longer.
     for ms in [60, 3_000] {

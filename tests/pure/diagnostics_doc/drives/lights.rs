@@ -5,27 +5,27 @@ use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, Err
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 
-use super::{BUS, Desk, Said};
+use super::{BUS, Desk, Reported};
 use crate::pure::lamp_reports::car::{DBC, LAMPS, PANEL, STALK_KEYS, UNBOUND, lamp_keys};
 
 const DARK: u8 = 0;
 const LEFT: u8 = 1;
 const BOTH: u8 = 5;
 
-pub(super) fn drive(said: &mut Said) {
-    lamps(said);
-    sources(said);
-    faults(said);
-    rejected_frames(said);
-    paged_message(said);
-    bus(said);
+pub(super) fn drive(reported: &mut Reported) {
+    lamps(reported);
+    sources(reported);
+    faults(reported);
+    rejected_frames(reported);
+    paged_message(reported);
+    bus(reported);
 }
 
-fn lamps(said: &mut Said) {
+fn lamps(reported: &mut Reported) {
     for both_on in ["undefined", "hazard"] {
         let keys = lamp_keys(both_on, "period_ms = 50");
         let profile = format!("[message.LAMPS]\ntimeout_ms = 250\n[turn]\n{keys}{UNBOUND}");
-        let mut desk = Desk::vehicle("", &profile, DBC, said);
+        let mut desk = Desk::vehicle("", &profile, DBC, reported);
         let mut show = |ms: u64, lamps: u8, period: u64| {
             desk.each_50_ms(ms, |desk, at| {
                 desk.frame(LAMPS, &[if at % period < period.div_ceil(2) { lamps } else { DARK }]);
@@ -38,16 +38,16 @@ fn lamps(said: &mut Said) {
 }
 
 /// A stalk, and buttons that contradict and replace lamps.
-fn sources(said: &mut Said) {
+fn sources(reported: &mut Reported) {
     let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}");
-    Desk::vehicle("", &profile, DBC, said).frame(257, &[0]);
+    Desk::vehicle("", &profile, DBC, reported).frame(257, &[0]);
     let lamps = lamp_keys("hazard", "period_ms = 50");
     let profile = format!(
         "[message.LAMPS]\ntimeout_ms = 500\n[message.PANEL]\ntimeout_ms = 500\n[turn]\n{lamps}\
          [hazard]\n[[hazard.source]]\nname = \"lamps\"\nfrom = \"both_sides\"\n[[hazard.source]]\nname = \"button\"\n\
          fallback = true\nfrom = \"button\"\nsignal = \"PANEL.BUTTON\"\non = [1]\noff = [0]\n"
     );
-    let mut desk = Desk::vehicle("", &profile, DBC, said);
+    let mut desk = Desk::vehicle("", &profile, DBC, reported);
     desk.each_50_ms(4_000, |desk, at| {
         desk.frame(LAMPS, &[DARK]);
         desk.frame(PANEL, &[u8::from(at == 2_000)]);
@@ -56,7 +56,7 @@ fn sources(said: &mut Said) {
 }
 
 /// A state with a lamp fault beside it, and a hazard state with reasons.
-fn faults(said: &mut Said) {
+fn faults(reported: &mut Reported) {
     for on_fault in ["report", "withhold"] {
         let profile = format!(
             "[message.BODY]\ntimeout_ms = 250\n[message.PANEL]\ntimeout_ms = 250\n[turn]\nsignal = \"BODY.STATE\"\n\
@@ -65,7 +65,7 @@ fn faults(said: &mut Said) {
              [hazard]\nfrom = \"reason\"\nsignal = \"STALK.POSITION\"\noff = [0]\n[hazard.reasons]\ncrash = [1]\n\
              [message.STALK]\ntimeout_ms = 250\n"
         );
-        let mut desk = Desk::vehicle("", &profile, DBC, said);
+        let mut desk = Desk::vehicle("", &profile, DBC, reported);
         for state in [0, 1, 5, 6, 7, 1] {
             desk.frame(258, &[state]);
             desk.frame(257, &[1]);
@@ -75,31 +75,31 @@ fn faults(said: &mut Said) {
     }
 }
 
-fn rejected_frames(said: &mut Said) {
+fn rejected_frames(reported: &mut Reported) {
     let dbc =
         "BO_ 256 TURN: 2 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n SG_ COUNT : 8|4@1+ (1,0) [0|15] \"\" X\n";
     let profile = "[message.TURN]\ntimeout_ms = 250\ncounter = { signal = \"COUNT\" }\n[turn]\n\
         signal = \"TURN.CODE\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
-    let mut desk = Desk::vehicle("", profile, dbc, said);
+    let mut desk = Desk::vehicle("", profile, dbc, reported);
     desk.frame(256, &[1, 0]);
     desk.frame(256, &[1, 1]);
     desk.each_50_ms(500, |desk, _| desk.frame(256, &[1, 1]));
 }
 
 /// A message whose pages do not all come, and one that is too short.
-fn paged_message(said: &mut Said) {
+fn paged_message(reported: &mut Reported) {
     let dbc = "BO_ 512 PAGES: 2 X\n SG_ PAGE M : 0|4@1+ (1,0) [0|15] \"\" X\n\
         \x20SG_ TURN m3 : 8|2@1+ (1,0) [0|3] \"\" X\n";
     let profile = "[message.PAGES]\ntimeout_ms = 250\n[turn]\nsignal = \"PAGES.TURN\"\noff = [0]\nleft = [1]\n\
         right = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
     for data in [[5, 0].as_slice(), &[3]] {
-        let mut desk = Desk::vehicle("", profile, dbc, said);
+        let mut desk = Desk::vehicle("", profile, dbc, reported);
         desk.each_50_ms(500, |desk, _| desk.frame(512, data));
     }
 }
 
 /// Everything that can become of a link, a controller and a bus.
-fn bus(said: &mut Said) {
+fn bus(reported: &mut Reported) {
     let dbc = "BO_ 256 TURN: 1 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\nBO_ 258 ALIVE: 1 X\n";
     let profile = |sleep: bool, timing: &str| {
         format!(
@@ -115,12 +115,12 @@ fn bus(said: &mut Said) {
         });
     };
     for sleep in [false, true] {
-        let mut desk = Desk::vehicle("", &profile(sleep, "timing = \"event\""), dbc, said);
+        let mut desk = Desk::vehicle("", &profile(sleep, "timing = \"event\""), dbc, reported);
         alive(&mut desk);
         desk.pass(20_000);
     }
     let profile = profile(false, "timeout_ms = 250");
-    let mut desk = Desk::vehicle("", &profile, dbc, said);
+    let mut desk = Desk::vehicle("", &profile, dbc, reported);
     for state in [LinkState::Down, LinkState::Missing, LinkState::Failed(1), LinkState::Ended] {
         alive(&mut desk);
         desk.link(state);
@@ -144,7 +144,7 @@ fn bus(said: &mut Said) {
             report: ControllerReport { state, counters, restart_ms },
         });
     }
-    let mut desk = Desk::vehicle("", &profile, dbc, said);
+    let mut desk = Desk::vehicle("", &profile, dbc, reported);
     alive(&mut desk);
     for class in [0x40, 0x100] {
         desk.input(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(class, &[]) });

@@ -12,21 +12,21 @@ use signal_gateway::core::turn_signal::route::Segment;
 use signal_gateway::core::turn_signal::signal::Hazard;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
-use super::{Desk, Said};
+use super::{Desk, Reported};
 use crate::pure::diagnostics_doc::project;
 use crate::pure::turn_signal_cases::bench::{self, decider, path, route};
 use crate::support::files::MemoryFiles;
 
 const LANE_CHANGE: FactorTopic = FactorTopic::LaneChangeLeft;
 
-pub(super) fn drive(said: &mut Said) {
-    starts(said);
-    wins(said);
-    inputs(said);
-    roundabout(said);
-    routes(said);
-    shadow(said);
-    routed("enabled = true\ncompat = \"path_generator\"", said);
+pub(super) fn drive(reported: &mut Reported) {
+    starts(reported);
+    wins(reported);
+    inputs(reported);
+    roundabout(reported);
+    routes(reported);
+    shadow(reported);
+    routed("enabled = true\ncompat = \"path_generator\"", reported);
 }
 
 fn factor(from_m: f64, to_m: f64, shift_m: f64, is_driving_forward: bool) -> PlanningFactor {
@@ -37,7 +37,7 @@ fn factors(topic: FactorTopic, factor: PlanningFactor) -> PlannerInput {
     PlannerInput::Factors { topic, factors: Arc::new([factor]) }
 }
 
-/// So long at one place, 20 m before the turn or elsewhere.
+/// So long at one position, 20 m before the turn or elsewhere.
 fn stay(desk: &mut Desk<'_>, x_m: f64, ms: u64) {
     desk.each_50_ms(ms, |desk, _| {
         let odometry = Odometry { pose: Pose::new(x_m, 0.0, 0.0), speed_mps: 5.0 };
@@ -45,16 +45,16 @@ fn stay(desk: &mut Desk<'_>, x_m: f64, ms: u64) {
     });
 }
 
-fn routed<'a>(keys: &str, said: &'a mut Said) -> Desk<'a> {
-    let mut desk = Desk::on(decider(keys), said);
+fn routed<'a>(keys: &str, reported: &'a mut Reported) -> Desk<'a> {
+    let mut desk = Desk::on(decider(keys), reported);
     desk.input(route(1, &[1, 2, 3]));
     stay(&mut desk, 36.0, 2_000);
     desk
 }
 
 /// Nothing known, then one input after the other.
-fn starts(said: &mut Said) {
-    let mut desk = Desk::on(decider("enabled = true"), said);
+fn starts(reported: &mut Reported) {
+    let mut desk = Desk::on(decider("enabled = true"), reported);
     desk.pass(200);
     stay(&mut desk, 0.0, 200);
     desk.input(PlannerInput::LaneDriving(false));
@@ -63,9 +63,9 @@ fn starts(said: &mut Said) {
     desk.pass(2_000);
 }
 
-/// What can have the say, and what can hold it.
-fn wins(said: &mut Said) {
-    let mut desk = routed("enabled = true", said);
+/// The candidates that can win, and the holds.
+fn wins(reported: &mut Reported) {
+    let mut desk = routed("enabled = true", reported);
     stay(&mut desk, 100.0, 100);
     stay(&mut desk, 150.0, 3_000);
     desk.input(PlannerInput::PlannedPath(path(140.0, 50).into()));
@@ -77,11 +77,11 @@ fn wins(said: &mut Said) {
     desk.input(PlannerInput::PlannedPath(path(140.0, 50).into()));
     desk.input(factors(FactorTopic::StartPlanner, factor(150.0, 160.0, 0.0, false)));
     stay(&mut desk, 150.0, 500);
-    routed("enabled = true\ncompat = \"path_generator\"", desk.said);
+    routed("enabled = true\ncompat = \"path_generator\"", desk.reported);
 }
 
-fn inputs(said: &mut Said) {
-    let mut desk = routed("enabled = true", said);
+fn inputs(reported: &mut Reported) {
+    let mut desk = routed("enabled = true", reported);
     desk.input(factors(FactorTopic::StaticObstacleAvoidance, factor(40.0, 50.0, -1.5, true)));
     stay(&mut desk, 36.0, 200);
     desk.input(PlannerInput::Factors { topic: FactorTopic::StaticObstacleAvoidance, factors: Arc::new([]) });
@@ -101,18 +101,18 @@ fn inputs(said: &mut Said) {
     desk.pass(700);
     desk.input(PlannerInput::LaneDriving(true));
     stay(&mut desk, 36.0, 1_500);
-    let mut desk = routed("enabled = true", desk.said);
+    let mut desk = routed("enabled = true", desk.reported);
     desk.input(PlannerInput::HazardRequest(Hazard::Disable));
     stay(&mut desk, 36.0, 1_500);
 }
 
 /// A drive through a roundabout.
-fn roundabout(said: &mut Said) {
+fn roundabout(reported: &mut Reported) {
     let file = drive::read(&Disk, &project().join("config/drives/roundabout_first_exit.toml")).unwrap();
     let simulation = DriveSimulation::new(file).unwrap();
     let map = project().join("config/maps/roundabout/lanelet2_map.osm");
     let gateway = format!("[turn_signal]\nenabled = true\nmap = \"{}\"\n", map.display());
-    let mut desk = Desk::of(&MemoryFiles::new([("gateway.toml", gateway)]).or_disk(), said);
+    let mut desk = Desk::of(&MemoryFiles::new([("gateway.toml", gateway)]).or_disk(), reported);
     let mut is_routed = false;
     for cycle in simulation.cycles() {
         if !std::mem::replace(&mut is_routed, true) {
@@ -128,8 +128,8 @@ fn roundabout(said: &mut Said) {
     }
 }
 
-fn routes(said: &mut Said) {
-    let mut desk = routed("enabled = true", said);
+fn routes(reported: &mut Reported) {
+    let mut desk = routed("enabled = true", reported);
     let segments = vec![Segment { preferred: 1, lanes: vec![1] }];
     let start = Pose::new(f64::NAN, 0.0, 0.0);
     let from_nowhere = PlannerRoute { id: 2, start, goal: Pose::default(), segments };
@@ -141,8 +141,8 @@ fn routes(said: &mut Said) {
     }
 }
 
-fn shadow(said: &mut Said) {
-    let mut desk = routed("shadow = true\nshadow_tolerance_ms = 300", said);
+fn shadow(reported: &mut Reported) {
+    let mut desk = routed("shadow = true\nshadow_tolerance_ms = 300", reported);
     for _ in 0..20 {
         desk.input(PlannerInput::OwnTurnCommand(1));
         stay(&mut desk, 36.0, 50);

@@ -5,22 +5,22 @@ use std::time::Duration;
 use signal_gateway::core::gateway::network::{NetworkFailure, NetworkState};
 use signal_gateway::core::gateway::process_status::{LogState, RecorderState};
 
-use super::Said;
+use super::Reported;
 
-pub(super) fn drive(said: &mut Said) {
+pub(super) fn drive(reported: &mut Reported) {
     let failed = Some("No space left on device (os error 28)".to_owned());
     let recorder = RecorderState { last_error: failed.clone(), ..RecorderState::default() };
     let log = LogState { last_error: failed, ..LogState::default() };
     for is_failing in [false, true] {
         let recorder = RecorderState { is_failing, ..recorder.clone() };
         let log = LogState { is_failing, ..log.clone() };
-        said.take(vec![recorder.status("gateway"), log.status("gateway")]);
+        reported.take(vec![recorder.status("gateway"), log.status("gateway")]);
     }
-    network(said);
+    network(reported);
 }
 
 /// The network side joins, hangs, is replaced, and is well again.
-fn network(said: &mut Said) {
+fn network(reported: &mut Reported) {
     let joining = NetworkState::default();
     let failed = NetworkState { last_failure: Some(NetworkFailure::NoAnswer), ..joining.clone() };
     let joined = |seconds: u64| NetworkState {
@@ -29,5 +29,6 @@ fn network(said: &mut Said) {
         memory_bytes: Some(30_000_000),
         ..failed.clone()
     };
-    said.take([joining, failed.clone(), joined(1), joined(60)].map(|state| state.status("gateway")).to_vec());
+    reported
+        .take([joining, failed.clone(), joined(1), joined(60)].map(|state| state.status("gateway")).to_vec());
 }

@@ -11,15 +11,15 @@ use signal_gateway::core::traffic_light::scenario::{Act, Scenario};
 use signal_gateway::core::traffic_light::text::parse_bulbs;
 use signal_gateway::core::traffic_light::v2i_reception::binding::V2iBinding;
 
-use super::{BUS, Desk, Said};
+use super::{BUS, Desk, Reported};
 use crate::pure::traffic_light_cases::scene::{controller, script, set, small_map, target};
 use crate::support::clock::at_ms;
 use crate::support::files::MemoryFiles;
 
-pub(super) fn drive(said: &mut Said) {
-    scenarios(said);
-    channels(said);
-    unit(said);
+pub(super) fn drive(reported: &mut Reported) {
+    scenarios(reported);
+    channels(reported);
+    unit(reported);
 }
 
 /// A flow of its own, for scenarios that a file cannot have.
@@ -34,31 +34,31 @@ fn flow(acts: Vec<Act>, compat: Compat) -> TrafficLightFlow {
     TrafficLightFlow::new(settings, V2iBinding::default(), at_ms(0))
 }
 
-fn scenarios(said: &mut Said) {
+fn scenarios(reported: &mut Reported) {
     let mut failing = flow(script(&[(1, set("5", "red"))]), Compat::Upstream);
     failing.settle(&[], at_ms(2_000));
-    said.take(failing.statuses("node", &[], at_ms(2_000).mono));
+    reported.take(failing.statuses("node", &[], at_ms(2_000).mono));
     for command in ["exitSuccess()", "exitFailure()"] {
         let mut desk = lights(
             "[[controller]]\nname = \"A\"\nphase = [{ name = \"p1\", duration_s = 1, states = {} }]\n",
-            said,
+            reported,
         );
         desk.pass(500);
         desk.input(TrafficLightInput::Command("nonsense".to_owned()));
         desk.input(TrafficLightInput::Command(command.to_owned()));
         desk.pass(500);
     }
-    lights("stop_at_s = 1\n", said).pass(2_000);
+    lights("stop_at_s = 1\n", reported).pass(2_000);
 }
 
-fn lights<'a>(scenario: &str, said: &'a mut Said) -> Desk<'a> {
+fn lights<'a>(scenario: &str, reported: &'a mut Reported) -> Desk<'a> {
     let gateway = "[traffic_lights]\nscenario = \"s.toml\"\nv2i_timeout_ms = 500\n[traffic_lights.inputs]\nv2i = \"/v2i\"\n";
     let scenario = format!("{scenario}[groups]\n100 = [11]\n");
-    Desk::of(&MemoryFiles::new([("gateway.toml", gateway), ("s.toml", &scenario)]), said)
+    Desk::of(&MemoryFiles::new([("gateway.toml", gateway), ("s.toml", &scenario)]), reported)
 }
 
-fn channels(said: &mut Said) {
-    let mut desk = lights("", said);
+fn channels(reported: &mut Reported) {
+    let mut desk = lights("", reported);
     let red = LightObservation { bulbs: parse_bulbs("red").unwrap(), confidence: 1.0 };
     for (store, id, rejected) in [("v2i", 11, 0), ("conventional", 5, 0), ("conventional", 11, 1)] {
         let store = target(&format!("1 {store}")).store;
@@ -88,7 +88,7 @@ const PAGED: &str = " SG_ PAGE M : 8|4@1+ (1,0) [0|15] \"\" X\n SG_ STATE m3 : 0
 impl Unit {
     const CYCLIC: Self = Self { bus: "", message: "timeout_ms = 300", dbc: PLAIN };
 
-    fn desk(self, said: &mut Said) -> Desk<'_> {
+    fn desk(self, reported: &mut Reported) -> Desk<'_> {
         let Self { bus, message, dbc } = self;
         let group = |name: &str, id: u8| {
             format!(
@@ -104,13 +104,13 @@ impl Unit {
         let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n[traffic_lights]\nscenario = \"s.toml\"\n";
         let dbc = format!("BO_ 256 ONE: 2 X\n{dbc}BO_ 257 TWO: 2 X\n{dbc}BO_ 258 ALIVE: 1 X\n");
         let files = MemoryFiles::new([("gateway.toml", gateway), ("s.toml", "[groups]\n100 = [11, 12]\n")]);
-        Desk::of(&files.with("car.toml", profile).with("car.dbc", dbc), said)
+        Desk::of(&files.with("car.toml", profile).with("car.dbc", dbc), reported)
     }
 }
 
-fn unit(said: &mut Said) {
+fn unit(reported: &mut Reported) {
     let send = |desk: &mut Desk<'_>, data: &[u8]| [256, 257].iter().for_each(|id| desk.frame(*id, data));
-    let mut desk = Unit::CYCLIC.desk(said);
+    let mut desk = Unit::CYCLIC.desk(reported);
     for state in [0x10, 0x11, 0x12, 0x13, 0x01, 0x11] {
         send(&mut desk, &[state, 0]);
     }
@@ -133,7 +133,7 @@ fn unit(said: &mut Said) {
         (Unit { message: "timing = \"event\"", ..Unit::CYCLIC }, &[0x11, 0]),
         (Unit { message: "timing = \"event\"", bus: "may_sleep = true", dbc: PLAIN }, &[0x11, 0]),
     ] {
-        let mut desk = unit.desk(desk.said);
+        let mut desk = unit.desk(desk.reported);
         desk.each_50_ms(500, |desk, _| {
             send(desk, data);
             desk.frame(258, &[0]);
