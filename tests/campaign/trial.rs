@@ -8,6 +8,8 @@ use signal_gateway::core::can::link::BusIndex;
 use signal_gateway::core::gateway::GatewaySettings;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput as Lights;
+use signal_gateway::core::vehicle_lights::report::Step;
+use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use signal_gateway::io::can::log::Log;
 use signal_gateway::replay::{Replay, Routes};
 
@@ -81,16 +83,22 @@ fn replay(settings: &GatewaySettings, lines: &[Line]) -> Vec<(u64, Report)> {
         while let Some(output) = replay.poll_output() {
             let Output::VehicleLights(output) = output else { continue };
             let (topic, published) = match output {
-                Lights::TurnIndicators { report, stamp } => (0, Some((report.name(), stamp.as_nanos()))),
-                Lights::HazardLights { report, stamp } => (1, Some((report.name(), stamp.as_nanos()))),
-                Lights::WithdrawTurnIndicators => (0, None),
-                Lights::WithdrawHazardLights => (1, None),
+                Lights::TurnIndicators(step) => (0, published(step, TurnIndicators::name)),
+                Lights::HazardLights(step) => (1, published(step, HazardLights::name)),
             };
             reports.push((at, Report { topic, published }));
         }
         if !replay.step().unwrap() {
             return reports;
         }
+    }
+}
+
+/// Name and stamp of a state that is published; `None` when the report is withdrawn.
+fn published<T>(step: Step<T>, name: fn(T) -> &'static str) -> Option<(&'static str, i64)> {
+    match step {
+        Step::Publish(state, stamp) => Some((name(state), stamp.as_nanos())),
+        Step::Withdraw => None,
     }
 }
 
