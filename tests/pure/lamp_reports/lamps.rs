@@ -219,7 +219,7 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
 #[test]
 fn lamps_that_were_lit_before_a_lost_link_do_not_count_after_it() {
     for lit in [LEFT, BOTH] {
-        let mut car = watched();
+        let mut car = observed();
         car.frames(LAMPS, 50, 2000..2200, |_| lit);
         for state in [LinkState::Down, LinkState::Up] {
             car.handle(CanInput::Link { bus: BusIndex(0), state });
