@@ -7,6 +7,7 @@
 mod bytes;
 mod car;
 mod cases;
+mod clocks;
 mod closed_loop;
 mod commander;
 mod counters;
