@@ -43,7 +43,9 @@ struct Heard {
     believed: Option<Frame>,
     /// The counter of the last intact frame, and when that came.
     counter: Option<(i64, u64)>,
-    /// Whether the counter broke, so that one frame in sequence is still wanted.
+    /// Whether any intact frame has come since the start.
+    was_intact: bool,
+    /// Whether the counter broke, or was silent, so that one frame in sequence is still wanted.
     is_broken: bool,
 }
 
@@ -91,8 +93,8 @@ impl<'a> Oracle<'a> {
             _ if line.interface != BUS => {}
             Content::Note("link up") => self.link_is_up = true,
             Content::Note(note) if note.starts_with("link") => self.lose_link(),
-            Content::Data { id, extended, fd: _, data } if self.link_is_up => {
-                let is_its = |message: &&Message| message.id == *id && message.extended == *extended;
+            Content::Data { id, extended, fd, data } if self.link_is_up => {
+                let is_its = |message: &&Message| message.id == *id && message.extended == *extended && !fd;
                 let Some(message) = self.vehicle.messages.iter().position(|message| is_its(&message)) else {
                     return;
                 };
@@ -151,7 +153,9 @@ impl<'a> Oracle<'a> {
 
     fn lose_link(&mut self) {
         self.link_is_up = false;
-        self.heard.fill(Heard::default());
+        for heard in &mut self.heard {
+            *heard = Heard { was_intact: heard.was_intact, ..Heard::default() };
+        }
         self.last_life = None;
         self.lamps = Lamps::default();
     }
@@ -188,7 +192,7 @@ impl<'a> Oracle<'a> {
         let before = heard.counter.filter(in_time);
         heard.counter = Some((field.get(data), at));
         let Some((before, _)) = before else {
-            heard.is_broken = false;
+            heard.is_broken = std::mem::replace(&mut heard.was_intact, true);
             return false;
         };
         let step = (field.get(data) - before).rem_euclid(1 << field.width());
