@@ -94,12 +94,12 @@ impl<'a> Oracle<'a> {
             Content::Note("link up") => self.link_is_up = true,
             Content::Note(note) if note.starts_with("link") => self.lose_link(),
             Content::Data { id, extended, fd, data } if self.link_is_up => {
-                let is_its = |message: &&Message| message.id == *id && message.extended == *extended && !fd;
+                let is_its = |message: &&Message| message.id == *id && message.extended == *extended;
                 let Some(message) = self.vehicle.messages.iter().position(|message| is_its(&message)) else {
                     return;
                 };
                 self.sign_of_life(at);
-                if self.is_believed(message, data, at) {
+                if !fd && self.is_believed(message, data, at) {
                     let frame = Frame { data: data.clone(), at, stamp: line.stamp_us * 1000 };
                     self.heard[message].believed = Some(frame);
                     self.watch_lamps(message, at);
