@@ -5,6 +5,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use signal_gateway::core::command::origin::SampleId;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::traffic_light::input::TrafficLightInput;
 use signal_gateway::core::traffic_light::target::{Channel, Layer, StoreId};
@@ -33,7 +34,7 @@ fuzz_target!(|bytes: &[u8]| {
     let [kind, endian, bytes @ ..] = bytes else { return };
     let kind = KINDS[usize::from(*kind) % KINDS.len()];
     let endian = if endian & 1 == 0 { Endian::Little } else { Endian::Big };
-    let Ok(input) = read(kind, bytes, endian) else { return };
+    let Ok(input) = read(kind, SampleId::default(), bytes, endian) else { return };
     // Nothing can hold more than its bytes do: an element of a sequence has at least four.
     let elements = match &input {
         Input::Planner(PlannerInput::Route(route)) => route.segments.len(),

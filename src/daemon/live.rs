@@ -67,6 +67,7 @@ impl Live {
 
     /// Queues the frames to the vehicle that are due at `read`, after the steps until then.
     pub fn settle_commands(&mut self, read: Now) {
+        self.gateway.read_wall_clock(read);
         self.gateway.settle_commands(read);
     }
 

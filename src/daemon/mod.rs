@@ -7,26 +7,23 @@ mod fault_recorder;
 mod gateway_io;
 pub mod live;
 pub mod publisher;
+mod receivers;
 pub mod vehicle;
 
 use std::future::pending;
 use std::io;
 use std::time::{Duration, Instant};
 
-use tokio::sync::mpsc;
 use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
-use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
-use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
-use crate::io::can::bus::{BusSocketSettings, receive};
 use crate::io::can::log::Log;
-use crate::io::can::transmit::Transmitter;
+use crate::io::can::sender_lock::{SenderLock, SenderLockError};
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
 use crate::replay::{Replay, Routes};
@@ -35,6 +32,7 @@ use crate::report::view::View;
 use gateway_io::{GatewayIo, StopSignals};
 use live::Live;
 use publisher::PublisherError;
+use receivers::Receivers;
 
 /// Why the daemon stopped, or could not start.
 #[derive(Debug, thiserror::Error)]
@@ -56,9 +54,17 @@ pub enum DaemonError {
     /// The ROS session ended by itself.
     #[error("the ROS 2 session has ended unexpectedly")]
     RosEnded,
-    /// The tasks that receive frames ended by themselves.
-    #[error("the CAN receivers have ended unexpectedly")]
-    ReceiversEnded,
+    /// Commands cannot be sent by this process.
+    #[error(transparent)]
+    SenderLock(#[from] SenderLockError),
+    /// A task that receives frames ended by itself.
+    #[error("the task that receives {interface} has ended unexpectedly{reason}")]
+    ReceiverEnded {
+        /// Name of the interface.
+        interface: String,
+        /// Message of the panic that ended it, after `: `, or nothing.
+        reason: String,
+    },
     /// Signals, the notification socket or standard output.
     #[error("{0}")]
     System(#[from] io::Error),
@@ -79,10 +85,6 @@ pub struct Playback {
 
 /// Opens the recording again; the first call opens it.
 pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
-
-/// Queue between the receivers and the gateway, in batches. What does not fit waits in the
-/// kernel, which counts what it has to drop.
-const QUEUED_BATCHES: usize = 16;
 
 /// Longest wait for the last frames to the vehicle, over a bus whose queue is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
@@ -143,14 +145,11 @@ pub fn listen(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut inputs, _transmitters) = receive_all(settings, |bus| settings.gateway.relevant_ids(bus));
+        let (mut receivers, _) = Receivers::start(settings, |bus| settings.gateway.relevant_ids(bus));
         loop {
             tokio::select! {
                 () = stop.requested() => return Ok(()),
-                batch = inputs.recv() => {
-                    let batch = batch.ok_or(DaemonError::ReceiversEnded)?;
-                    batch.into_iter().try_for_each(&mut take)?;
-                }
+                batch = receivers.recv() => batch?.into_iter().try_for_each(&mut take)?,
             }
         }
     })
@@ -161,10 +160,10 @@ fn runtime() -> io::Result<tokio::runtime::Runtime> {
 }
 
 async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
+    let _sender_lock = SenderLock::take(settings.gateway.command_interfaces()).await?;
     let mut gateway_io = GatewayIo::open(&settings, view, None)?;
-    let (mut inputs, transmitters) = receive_all(&settings, |bus| settings.gateway.relevant_ids(bus));
-    let buses = settings.gateway.buses.len();
-    let (links, early) = first_links(&mut inputs, buses).await.ok_or(DaemonError::ReceiversEnded)?;
+    let (mut receivers, transmitters) = Receivers::start(&settings, |bus| settings.gateway.relevant_ids(bus));
+    let (links, early) = receivers.first_links(settings.gateway.buses.len()).await?;
     gateway_io.observe_process(&settings, &links);
     let inbox = gateway_io.inbox();
     let clock = Clock::start();
@@ -188,9 +187,9 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
                 end = Some(Instant::now() + LAST_FRAMES);
             }
             () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
-            batch = inputs.recv(), if buses > 0 => match batch {
-                Some(batch) => live.take(batch, clock.now()),
-                None => break Err(DaemonError::ReceiversEnded),
+            batch = receivers.recv() => match batch {
+                Ok(batch) => live.take(batch, clock.now()),
+                Err(error) => break Err(error),
             },
             input = next_received(inbox.as_deref()) => live.take([input], clock.now()),
             () = sleep_until(wake.into()) => {}
@@ -198,29 +197,6 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     };
     gateway_io.close();
     outcome
-}
-
-/// Starts a receiver for the identifiers of each bus; the channel closes when all have ended. With it come
-/// the transmitters, one for each bus.
-fn receive_all(
-    settings: &Settings,
-    ids: impl Fn(BusIndex) -> Vec<CanId>,
-) -> (mpsc::Receiver<Vec<CanInput>>, Vec<Transmitter>) {
-    let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
-    let mut transmitters = Vec::new();
-    let buses = (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
-    for ((bus, described), receive_buffer_bytes) in buses {
-        let bus_settings = BusSocketSettings {
-            bus,
-            interface: described.interface.clone(),
-            ids: ids(bus),
-            receive_buffer_bytes: *receive_buffer_bytes,
-            transmitter: Transmitter::default(),
-        };
-        transmitters.push(bus_settings.transmitter.clone());
-        tokio::spawn(receive(bus_settings, sender.clone()));
-    }
-    (inputs, transmitters)
 }
 
 /// The next input that came over ROS 2. Waits for ever when nothing can come; loses nothing when it is
@@ -232,27 +208,6 @@ async fn next_received(inbox: Option<&Inbox>) -> Input {
         // A session that ended is noticed where it is written to.
         None => pending().await,
     }
-}
-
-/// Waits until every receiver has reported its link, which each does at once and first of all.
-/// With the links comes what else arrived by then; `None` when there are no receivers.
-async fn first_links(
-    inputs: &mut mpsc::Receiver<Vec<CanInput>>,
-    buses: usize,
-) -> Option<(Vec<LinkState>, Vec<CanInput>)> {
-    let (mut links, mut early) = (vec![None; buses], Vec::new());
-    while links.contains(&None) {
-        for input in inputs.recv().await? {
-            if let CanInput::Link { bus, state } = input
-                && let Some(link @ None) = links.get_mut(usize::from(bus.0))
-            {
-                *link = Some(state);
-            } else {
-                early.push(input);
-            }
-        }
-    }
-    Some((links.into_iter().flatten().collect(), early))
 }
 
 async fn play_on(

@@ -7,7 +7,8 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::sleep_until;
 
 use super::gateway_io::StopSignals;
-use super::{DaemonError, first_links, receive_all, runtime};
+use super::receivers::Receivers;
+use super::{DaemonError, runtime};
 use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
@@ -55,10 +56,10 @@ pub fn run_vehicle(
 ) -> Result<(), DaemonError> {
     runtime()?.block_on(async {
         let mut stop = StopSignals::listen()?;
-        let (mut inputs, transmitters) = receive_all(settings, |bus| run.plan.command_ids(bus));
+        let (mut receivers, transmitters) = Receivers::start(settings, |bus| run.plan.command_ids(bus));
         let mut transmitters: Vec<_> = transmitters.into_iter().map(|transmitter| Channel { transmitter, is_refusing: false }).collect();
         // From then on frames can be sent, where the link is up.
-        first_links(&mut inputs, transmitters.len()).await.ok_or(DaemonError::ReceiversEnded)?;
+        receivers.first_links(transmitters.len()).await?;
         let clock = Clock::start();
         let mut vehicle = SimulatedVehicle::new(run.plan, run.simulation, MonoTime::ZERO);
         for (at, request) in run.script {
@@ -82,9 +83,9 @@ pub fn run_vehicle(
             let wake = next.map_or_else(|| Instant::now() + Duration::from_secs(1), |next| clock.instant(next));
             tokio::select! {
                 () = stop.requested() => return Ok(()),
-                batch = inputs.recv() => {
+                batch = receivers.recv() => {
                     let now = clock.now().mono;
-                    for input in batch.ok_or(DaemonError::ReceiversEnded)? {
+                    for input in batch? {
                         if let CanInput::Frame { bus, frame, .. } = input {
                             vehicle.frame_arrived(bus, &frame, now);
                         }

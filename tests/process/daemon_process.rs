@@ -6,6 +6,7 @@ use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::time::Duration;
 
+use crate::support::command_vehicle::{DBC, PROFILE};
 use crate::support::process::{self, DEADLINE, Folder, Process, assert_in_time};
 
 /// The demo recording at the configured speed, without ROS.
@@ -108,6 +109,39 @@ fn a_missing_interface_is_named_once_for_each_topic_and_waited_for() {
         assert_eq!(lines.len(), 1, "{lines:?}");
         assert!(lines[0].contains("no-such-can"), "{lines:?}");
     }
+}
+
+/// Sends commands on these interfaces, which are missing: the lock does not need them.
+fn commanding(tx: &str, interface: &str) -> Folder {
+    let folder = Folder::with_configuration(&format!(
+        "profile = \"bench.toml\"\n[can.body]\ninterface = \"{interface}\"\n[command]\ntx = \"{tx}\"\n\
+         [ros]\nenabled = false\n"
+    ));
+    folder.write("bench.toml", PROFILE);
+    folder.write("bench.dbc", DBC);
+    folder
+}
+
+#[test]
+fn a_second_process_that_would_command_on_the_same_interface_is_refused_with_the_pid_of_the_first() {
+    let (on, elsewhere, dry) =
+        (commanding("on", "no-can-0"), commanding("on", "no-can-1"), commanding("off", "no-can-0"));
+    let mut first = Process::run(&on);
+    first.wait_for_log("nothing can be sent on body");
+    let mut second = Process::run(&on);
+    assert_eq!(second.ended().code(), Some(1));
+    let text = format!("commands are already sent on no-can-0 by process {}", first.id());
+    assert!(second.log().iter().any(|line| line.contains(&text)), "{text}: {:?}", second.log());
+    for other in [&elsewhere, &dry] {
+        let mut other = Process::run(other);
+        other.wait_for_log("CAN interface is missing");
+        other.stop("TERM");
+    }
+    assert!(first.is_running());
+    drop(first); // SIGKILL
+    let mut successor = Process::run(&on);
+    successor.wait_for_log("nothing can be sent on body");
+    successor.stop("TERM");
 }
 
 #[test]

@@ -55,6 +55,16 @@ fn the_unit_keeps_what_the_gateway_lives_on() {
 }
 
 #[test]
+fn a_shipped_binary_that_panics_or_overflows_ends_and_is_started_anew() {
+    let manifest: toml::Table = include_str!("../../Cargo.toml").parse().unwrap();
+    let release = &manifest["profile"]["release"];
+    let (panic, overflow_checks) = (release["panic"].as_str(), release["overflow-checks"].as_bool());
+    assert_eq!((panic, overflow_checks), (Some("abort"), Some(true)));
+    let unit = fs::read_to_string(project_file("signal-gateway.service")).unwrap();
+    assert!(entries(&unit).any(|entry| (entry.1, entry.2) == ("Restart", "on-failure")));
+}
+
+#[test]
 fn the_user_can_be_made() {
     let file = project_file("signal-gateway.sysusers");
     let output = require!(run("systemd-sysusers", &["--dry-run", text(&file)]));

@@ -56,6 +56,37 @@ on = [1]
 off = [0]
 ";
 
+/// One message in frames of the wrong format among right ones, then in wrong ones only.
+#[test]
+fn a_frame_of_the_other_format_than_that_of_the_message_is_not_believed() {
+    let attribute = |name: &str| {
+        format!(
+            "BO_ 512 TURN: 8 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n\
+             BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"StandardCAN_FD\";\n\
+             BA_DEF_DEF_ \"VFrameFormat\" \"{name}\";\n"
+        )
+    };
+    let profile = "name = \"car\"\n[bus.body]\ndbc = \"car.dbc\"\n[message.TURN]\ntimeout_ms = 300\n[turn]\n\
+        signal = \"TURN.CODE\"\noff = [0]\nleft = [1]\nright = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n";
+    for (format, right, wrong, text) in [
+        ("StandardCAN", "200#01", "200##002", "as CAN FD"),
+        ("StandardCAN_FD", "200##001", "200#02", "not as CAN FD"),
+    ] {
+        let files = MemoryFiles::new([("gateway.toml", gateway), ("car.toml", profile)]);
+        let settings = files.with("car.dbc", attribute(format)).settings();
+        let mixed: String = (0..10)
+            .map(|tenth| lines("can0", right, tenth..tenth + 1) + &lines("can0", wrong, tenth..tenth + 1))
+            .collect();
+        let changes = replay_changes(&settings, &(mixed + &lines("can0", wrong, 10..20)));
+        let turn: Vec<_> = changes.iter().filter(|line| line.starts_with("turn_indicators ")).collect();
+        let last = format!("turn_indicators unknown: TURN (200) is received, but {text}");
+        assert_eq!(turn.last(), Some(&&last), "{turn:?}");
+        assert!(!turn.iter().any(|line| line.contains("RIGHT")), "{turn:?}");
+        assert!(turn.iter().any(|line| line.contains("LEFT")), "{turn:?}");
+    }
+}
+
 #[test]
 fn a_page_that_does_not_come_is_not_called_a_message_that_does_not() {
     let gateway = "profile = \"pages.toml\"\n[can.body]\ninterface = \"can0\"\n";

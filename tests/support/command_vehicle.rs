@@ -1,5 +1,20 @@
 //! An invented vehicle that takes commands: its profile, its DBC, and the request of a frame.
 
+use std::sync::atomic::{AtomicI64, Ordering};
+
+use signal_gateway::core::command::origin::{CommandOrigin, SampleId, WriterId};
+
+/// The next message of one and the same writer of a topic.
+pub(crate) fn next_sample() -> SampleId {
+    static SEQUENCE: AtomicI64 = AtomicI64::new(1);
+    SampleId { writer: WriterId::default(), sequence: SEQUENCE.fetch_add(1, Ordering::Relaxed) }
+}
+
+/// The next command of one and the same writer of a topic.
+pub(crate) fn next_origin() -> CommandOrigin {
+    CommandOrigin::Topic(next_sample())
+}
+
 /// Sent every 100 ms, three times 20 ms apart after a change, never closer than 10 ms.
 pub(crate) const PROFILE: &str = r#"name = "Bench"
 bus.body.dbc = "bench.dbc"

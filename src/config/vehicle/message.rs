@@ -127,6 +127,7 @@ pub(super) fn messages(
             name: binder.message_name(*bus, message),
             bus: binder.buses[*bus].index,
             id: message.id,
+            format: message.format,
             timing: *timing,
             integrity: section
                 .and_then(|section| integrity(binder, &section.fields, message, timing.timeout())),

@@ -74,7 +74,7 @@ pub enum ControllerState {
 }
 
 impl ControllerState {
-    /// All states.
+    /// All states in the order of their declaration.
     pub const ALL: [Self; 6] =
         [Self::ErrorActive, Self::Warning, Self::Passive, Self::BusOff, Self::Restarted, Self::Stopped];
 

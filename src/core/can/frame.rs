@@ -44,6 +44,15 @@ impl fmt::Display for CanId {
     }
 }
 
+/// Format of a data frame on the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FrameFormat {
+    /// Classical CAN, up to 8 bytes.
+    Classic,
+    /// CAN FD, up to 64 bytes.
+    Fd,
+}
+
 /// A data frame, classic or FD. Bytes beyond the length are zero.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
@@ -65,9 +74,14 @@ impl Frame {
         matches!(data.len(), 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64).then(|| Self::filled(id, true, data))
     }
 
-    /// A classic frame for up to 8 bytes of `data`, else an FD frame; `None` for a length of neither.
-    pub fn with_room(id: CanId, data: &[u8]) -> Option<Self> {
-        if data.len() > 8 { Self::fd(id, data) } else { Self::classic(id, data) }
+    /// A frame of this format, or without one a classic frame for up to 8 bytes of `data` and an FD frame for
+    /// more; `None` for a length that the format cannot send.
+    pub fn with_format(id: CanId, format: Option<FrameFormat>, data: &[u8]) -> Option<Self> {
+        let default = if data.len() > 8 { FrameFormat::Fd } else { FrameFormat::Classic };
+        match format.unwrap_or(default) {
+            FrameFormat::Classic => Self::classic(id, data),
+            FrameFormat::Fd => Self::fd(id, data),
+        }
     }
 
     fn filled(id: CanId, fd: bool, data: &[u8]) -> Self {
@@ -81,6 +95,11 @@ impl Frame {
     /// Identifier of the frame.
     pub fn id(&self) -> CanId {
         self.id
+    }
+
+    /// Format of the frame.
+    pub fn format(&self) -> FrameFormat {
+        if self.fd { FrameFormat::Fd } else { FrameFormat::Classic }
     }
 
     /// True if it is a CAN FD frame.
@@ -124,8 +143,16 @@ mod tests {
         assert!(Frame::fd(id, &[0; 9]).is_none());
         assert!(Frame::fd(id, &[0; 65]).is_none());
         assert_eq!(Frame::fd(id, &[7; 12]).unwrap().data(), &[7; 12]);
-        let room = |length: usize| Frame::with_room(id, &[7; 64][..length]).map(|frame| frame.is_fd());
-        assert_eq!([0, 8, 9, 12, 64].map(room), [Some(false), Some(false), None, Some(true), Some(true)]);
+        let of = |format| {
+            move |length: usize| Frame::with_format(id, format, &[7; 64][..length]).map(|frame| frame.is_fd())
+        };
+        let lengths = [0, 8, 9, 12, 64];
+        assert_eq!(lengths.map(of(None)), [Some(false), Some(false), None, Some(true), Some(true)]);
+        assert_eq!(
+            lengths.map(of(Some(FrameFormat::Fd))),
+            [Some(true), Some(true), None, Some(true), Some(true)]
+        );
+        assert_eq!(lengths.map(of(Some(FrameFormat::Classic))), [Some(false), Some(false), None, None, None]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! A [`CommandFrame`] is made by a [`SendPermission`] only, and a permission by the [`AllowList`] only, which the
 //! configuration builds from the profile. So a frame with another identifier, or on another bus, cannot be made.
 
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
 use crate::core::can::link::BusIndex;
 
 /// The messages that may be sent.
@@ -16,6 +16,7 @@ pub struct SendPermission {
     bus: BusIndex,
     id: CanId,
     length: usize,
+    format: Option<FrameFormat>,
 }
 
 /// A frame that may be sent.
@@ -37,12 +38,18 @@ pub enum NotSendable {
 }
 
 impl AllowList {
-    /// Adds a message of `length` bytes; beyond 8 it is sent as CAN FD.
-    pub fn admit(&mut self, bus: BusIndex, id: CanId, length: usize) -> Result<SendPermission, NotSendable> {
+    /// Adds a message of `length` bytes. Without a `format` it is sent as CAN FD if it is longer than 8.
+    pub fn admit(
+        &mut self,
+        bus: BusIndex,
+        id: CanId,
+        length: usize,
+        format: Option<FrameFormat>,
+    ) -> Result<SendPermission, NotSendable> {
         if self.contains(bus, id) {
             return Err(NotSendable::Twice(id));
         }
-        let permission = SendPermission { bus, id, length };
+        let permission = SendPermission { bus, id, length, format };
         if length == 0 || permission.frame(&[0; MAX_DATA]).is_none() {
             return Err(NotSendable::Length(length));
         }
@@ -79,7 +86,7 @@ impl SendPermission {
 
     /// A frame of the message; never `None` for a permission that the list has given.
     pub(super) fn frame(&self, data: &[u8; MAX_DATA]) -> Option<CommandFrame> {
-        let frame = Frame::with_room(self.id, data.get(..self.length)?)?;
+        let frame = Frame::with_format(self.id, self.format, data.get(..self.length)?)?;
         Some(CommandFrame { bus: self.bus, frame })
     }
 }
@@ -105,17 +112,19 @@ mod tests {
         let mut list = AllowList::default();
         let (bus, id) = (BusIndex(0), CanId::Standard(0x130));
         for length in [0, 9, 11, 65] {
-            assert_eq!(list.admit(bus, id, length), Err(NotSendable::Length(length)));
+            assert_eq!(list.admit(bus, id, length, None), Err(NotSendable::Length(length)));
         }
         assert!(!list.contains(bus, id));
-        let permission = list.admit(bus, id, 2).unwrap();
-        assert_eq!(list.admit(bus, id, 2), Err(NotSendable::Twice(id)));
+        let permission = list.admit(bus, id, 2, None).unwrap();
+        assert_eq!(list.admit(bus, id, 2, None), Err(NotSendable::Twice(id)));
         assert!(list.contains(bus, id) && !list.contains(BusIndex(1), id));
         assert!(!list.contains(bus, CanId::Extended(0x130)));
         let mut data = [0xFF; MAX_DATA];
         data[0] = 1;
         assert_eq!(permission.frame(&data).unwrap().frame().to_string(), "130#01FF");
-        let long = list.admit(BusIndex(1), id, 12).unwrap();
+        let long = list.admit(BusIndex(1), id, 12, None).unwrap();
         assert!(long.frame(&data).unwrap().frame().is_fd());
+        let short = list.admit(BusIndex(2), id, 2, Some(FrameFormat::Fd)).unwrap();
+        assert!(short.frame(&data).unwrap().frame().is_fd());
     }
 }

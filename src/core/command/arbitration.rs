@@ -32,7 +32,7 @@ pub enum ShutdownAction {
     /// Nothing: authority is given back.
     #[default]
     Release,
-    /// Lights off.
+    /// Its lights are switched off.
     Off,
     /// Hazard lights on.
     Hazard,
@@ -104,7 +104,7 @@ pub struct Decision {
 }
 
 impl DecisionReason {
-    /// The reason in words.
+    /// Text of the reason for diagnostics.
     pub fn text(self) -> &'static str {
         match self {
             Self::Commanded => "as commanded",
@@ -114,13 +114,13 @@ impl DecisionReason {
             Self::NeverCommanded => "no command yet",
             Self::NotGranted => "not allowed in this control mode",
             Self::Driver => "left to the driver",
-            Self::NoFeedback => "no report says whether they are on",
+            Self::NoFeedback => "no report shows whether they are on",
             Self::Stopping => "the gateway ends",
         }
     }
 }
 
-/// Arbitrates.
+/// Decides the request to the vehicle; the rules and their order are those of docs/spec/vehicle-interface.md.
 pub fn arbitrate(rules: Rules, situation: &Situation) -> Decision {
     let (mut turn, mut turn_reason) = requested(situation.turn, |last| match rules.on_turn_timeout {
         TimeoutAction::Hold => last,

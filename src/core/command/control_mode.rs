@@ -6,19 +6,19 @@ use crate::core::light_command::{EnumOrUnknown, Numbered};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum ControlMode {
-    /// 0
+    /// `NO_COMMAND`, 0: the vehicle follows no command.
     NoCommand = 0,
-    /// 1
+    /// `AUTONOMOUS`, 1: Autoware drives.
     Autonomous = 1,
-    /// 2
+    /// `AUTONOMOUS_STEER_ONLY`, 2: Autoware steers.
     AutonomousSteerOnly = 2,
-    /// 3
+    /// `AUTONOMOUS_VELOCITY_ONLY`, 3: Autoware accelerates and brakes.
     AutonomousVelocityOnly = 3,
-    /// 4
+    /// `MANUAL`, 4: the driver drives.
     Manual = 4,
-    /// 5
+    /// `DISENGAGED`, 5: the driver has taken over.
     Disengaged = 5,
-    /// 6
+    /// `NOT_READY`, 6: the vehicle cannot be commanded yet.
     NotReady = 6,
 }
 

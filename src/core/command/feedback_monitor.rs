@@ -19,6 +19,8 @@ pub struct Limits {
 pub trait Lights: Copy + Eq {
     /// True if a light is on.
     fn is_lit(self) -> bool;
+    /// True for hazard lights on, a request that is carried out whatever its stamp.
+    fn is_hazard_on(self) -> bool;
     /// The name in texts.
     fn name(self) -> &'static str;
 }
@@ -26,6 +28,10 @@ pub trait Lights: Copy + Eq {
 impl Lights for Turn {
     fn is_lit(self) -> bool {
         self != Self::Off
+    }
+
+    fn is_hazard_on(self) -> bool {
+        false
     }
 
     fn name(self) -> &'static str {
@@ -36,6 +42,10 @@ impl Lights for Turn {
 /// Hazard lights: `true` = on.
 impl Lights for bool {
     fn is_lit(self) -> bool {
+        self
+    }
+
+    fn is_hazard_on(self) -> bool {
         self
     }
 

@@ -10,8 +10,9 @@ use super::arbitration::{Decision, Situation, arbitrate};
 use super::control_mode::{Grants, Mode};
 use super::feedback_monitor::{Compliance, FeedbackMonitor};
 use super::input::CommandInput;
-use super::intake::{CommandState, Intake, Refusal, merged_hazard};
+use super::intake::{CommandState, Intake, merged_hazard};
 use super::message::{CommandMessage, Contents};
+use super::origin::{CommandOrigin, SampleId};
 use super::output::CommandOutput;
 use super::push_button::PushButton;
 use super::sender::{FrameOrigin, SendCounts, SendProblem, Sender};
@@ -103,7 +104,8 @@ pub(super) struct Finding {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FunctionFinding<T> {
     pub(super) command_state: CommandState<T>,
-    pub(super) refusal: Option<Refusal>,
+    /// The undefined number of a command within the last second.
+    pub(super) undefined_number: Option<u8>,
     pub(super) is_oscillating: bool,
     pub(super) compliance: Compliance,
     pub(super) reported: Option<T>,
@@ -124,7 +126,7 @@ impl CommandFlow {
             hazard: Intake::new(settings.hazard_timeout, now.wall),
             decider_hazard: Intake::new(settings.hazard_timeout, now.wall),
             reported_mode: None,
-            stale_mode_filter: StaleMessageFilter::before(now.wall),
+            stale_mode_filter: StaleMessageFilter::new(now.wall, settings.mode_timeout().unwrap_or_default()),
             undefined_modes: 0,
             reported: Reported::default(),
             turn_feedback: FeedbackMonitor::new(settings.limits),
@@ -144,20 +146,22 @@ impl CommandFlow {
     /// where it is the source, count beside those of the topic.
     pub fn handle_input(&mut self, input: CommandInput, now: Now) {
         match input {
-            CommandInput::Turn { source, command, stamp } => {
-                if source == self.settings.source {
-                    self.turn.handle_command(command, stamp, now);
+            CommandInput::Turn { origin, command, stamp } => {
+                if CommandSource::from(origin) == self.settings.source {
+                    self.turn.handle_command(command, origin, stamp, now);
                 }
             }
-            CommandInput::Hazard { source: CommandSource::Topic, command, stamp } => {
-                self.hazard.handle_command(command, stamp, now);
+            CommandInput::Hazard { origin: origin @ CommandOrigin::Topic(_), command, stamp } => {
+                self.hazard.handle_command(command, origin, stamp, now);
             }
-            CommandInput::Hazard { source: CommandSource::Decider, command, stamp } => {
+            CommandInput::Hazard { origin: origin @ CommandOrigin::Decider, command, stamp } => {
                 if self.settings.source == CommandSource::Decider {
-                    self.decider_hazard.handle_command(command, stamp, now);
+                    self.decider_hazard.handle_command(command, origin, stamp, now);
                 }
             }
-            CommandInput::ControlMode { mode, stamp } => self.handle_control_mode(mode.into(), stamp, now),
+            CommandInput::ControlMode { sample, mode, stamp } => {
+                self.handle_control_mode(mode.into(), sample, stamp, now);
+            }
             CommandInput::Sent(frame) => {
                 if let Some((output, _)) = self.output_of(frame.bus(), frame.frame().id()) {
                     output.sender.handle_sent(now.mono);
@@ -234,14 +238,14 @@ impl CommandFlow {
             mode,
             turn: FunctionFinding {
                 command_state: turn,
-                refusal: self.turn.refusal(mono),
+                undefined_number: self.turn.undefined_number(mono),
                 is_oscillating: self.turn.is_oscillating(mono),
                 compliance: self.turn_feedback.compliance(),
                 reported: self.reported.turn,
             },
             hazard: FunctionFinding {
                 command_state: hazard,
-                refusal: self.hazard.refusal(mono),
+                undefined_number: self.hazard.undefined_number(mono),
                 is_oscillating: self.hazard.is_oscillating(mono),
                 compliance: self.hazard_feedback.compliance(),
                 reported: self.reported.hazard,
@@ -288,10 +292,9 @@ impl CommandFlow {
     }
 
     /// A control mode of the topic. Ignored when the mode comes from a signal, and when it is stale.
-    fn handle_control_mode(&mut self, mode: Mode, stamp: WallStamp, now: Now) {
-        let ModeFrom::Topic { timeout } = self.settings.mode_from else { return };
-        let is_active = self.reported_mode.is_some_and(|(_, at)| now.mono.since(at) <= timeout);
-        if self.stale_mode_filter.rejects_as_stale(is_active, stamp, timeout, now) {
+    fn handle_control_mode(&mut self, mode: Mode, sample: SampleId, stamp: WallStamp, now: Now) {
+        let is_from_topic = self.settings.mode_timeout().is_some();
+        if !is_from_topic || self.stale_mode_filter.check(sample, stamp, false, now).is_err() {
             return;
         }
         self.reported_mode = Some((mode, now.mono));
@@ -311,10 +314,8 @@ impl CommandFlow {
 
     /// Sets all timers by what was settled at `now`.
     fn set_timers(&mut self, now: MonoTime) {
-        let mode = match self.settings.mode_from {
-            ModeFrom::Topic { timeout } => self.reported_mode.map(|(_, at)| deadline_after(at, timeout)),
-            ModeFrom::Signal => None,
-        };
+        let reported_mode = self.reported_mode.zip(self.settings.mode_timeout());
+        let mode = reported_mode.map(|((_, at), timeout)| deadline_after(at, timeout));
         let button = self.buttons().filter_map(PushButton::next_deadline).min();
         let deadlines = [
             (Timer::TurnCommand, self.turn.next_deadline(now)),

@@ -2,8 +2,8 @@
 
 use super::allow_list::CommandFrame;
 use super::control_mode::ControlMode;
+use super::origin::{CommandOrigin, SampleId};
 use super::sender::SendFailure;
-use super::settings::CommandSource;
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::WallStamp;
 
@@ -12,27 +12,29 @@ use crate::core::time::WallStamp;
 pub enum CommandInput {
     /// `TurnIndicatorsCommand` for the vehicle.
     Turn {
-        /// Who commands.
-        source: CommandSource,
-        /// The command.
+        /// Origin of the command.
+        origin: CommandOrigin,
+        /// Command as received.
         command: EnumOrUnknown<TurnCommand>,
-        /// The sender's stamp.
+        /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
     },
     /// `HazardLightsCommand` for the vehicle.
     Hazard {
-        /// Who commands.
-        source: CommandSource,
-        /// The command.
+        /// Origin of the command.
+        origin: CommandOrigin,
+        /// Command as received.
         command: EnumOrUnknown<HazardCommand>,
-        /// The sender's stamp.
+        /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
     },
     /// `ControlModeReport` of the vehicle: who drives it.
     ControlMode {
-        /// The mode.
+        /// Identity of the message.
+        sample: SampleId,
+        /// Mode of the vehicle.
         mode: EnumOrUnknown<ControlMode>,
-        /// The sender's stamp.
+        /// Stamp by the sender's clock, which may differ from this host's.
         stamp: WallStamp,
     },
     /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) was sent now, which may be
@@ -40,9 +42,9 @@ pub enum CommandInput {
     Sent(CommandFrame),
     /// A frame of [`CommandOutput::Transmit`](super::output::CommandOutput::Transmit) could not be sent.
     SendFailed {
-        /// The frame.
+        /// Frame that was not sent.
         frame: CommandFrame,
-        /// The reason.
+        /// Reason for the failure.
         failure: SendFailure,
     },
     /// The gateway is about to end: one last frame of each message, then none.

@@ -4,17 +4,16 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::Turn;
-use super::stale_message_filter::StaleMessageFilter;
+use super::feedback_monitor::Lights;
+use super::origin::CommandOrigin;
+use super::stale_message_filter::{StaleMessageFilter, Untimely};
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::{MonoTime, Now, WallStamp, deadline_after};
 
-/// The time for which a refused message is shown.
-const REFUSAL_SHOWN: Duration = Duration::from_secs(1);
+/// The time for which an undefined number is shown.
+const UNDEFINED_SHOWN: Duration = Duration::from_secs(1);
 /// So many changes of the request within so long come from more than one sender, as a rule.
 const OSCILLATION: (usize, Duration) = (5, Duration::from_secs(1));
-/// The longest time for which a stamp rejects earlier ones: a sender whose clock was set back is accepted
-/// again, however long its commands hold.
-const MAX_STAMP_MEMORY: Duration = Duration::from_secs(1);
 
 /// The request in a command; `None` for `NO_COMMAND`.
 impl From<TurnCommand> for Option<Turn> {
@@ -54,47 +53,39 @@ pub enum CommandState<T> {
     TimedOut(Option<T>),
 }
 
-/// Why a message was not used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Refusal {
-    /// The number stands for no command.
-    Undefined(u8),
-    /// The stamp lies before that of a message used earlier.
-    NonMonotonicStamp,
-}
-
 /// Messages since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct IntakeCounts {
-    /// All messages.
+    /// Messages of all writers.
     pub received: u64,
     /// Those with `NO_COMMAND` that were used.
     pub no_command: u64,
     /// Those with an undefined number.
     pub undefined: u64,
-    /// Those whose stamp lies before that of an earlier message.
-    pub non_monotonic: u64,
-    /// Stale ones. No refusal is shown for them: a sender that is alive sends again at once, and one that is
-    /// not has no effect.
+    /// Those that a later one of the same writer had overtaken.
+    pub overtaken: u64,
+    /// Stale ones. They are not shown otherwise: a sender that is alive sends again at once, and one that is not
+    /// has no effect.
     pub stale: u64,
 }
 
-/// One topic.
+/// Commands of one topic, from all of its writers.
 #[derive(Debug, Clone)]
 pub struct Intake<T> {
     timeout: Duration,
     /// The last request, and when it was received last.
     requested: Option<(T, MonoTime)>,
-    /// The last message that was used: when it was received, and its stamp in ns.
-    last_used: Option<(MonoTime, i64)>,
-    refused: Option<(Refusal, MonoTime)>,
+    /// The receive time of the last message that was used.
+    last_used: Option<MonoTime>,
+    /// The last undefined number, and its receive time.
+    undefined: Option<(u8, MonoTime)>,
     /// When the request changed last, the oldest change first.
     changes: VecDeque<MonoTime>,
     stale_filter: StaleMessageFilter,
     counts: IntakeCounts,
 }
 
-impl<T: Copy + PartialEq> Intake<T> {
+impl<T: Lights> Intake<T> {
     /// A topic that is subscribed to since `started`, and whose sender has timed out after more than `timeout`
     /// without a message.
     pub fn new(timeout: Duration, started: WallStamp) -> Self {
@@ -102,44 +93,47 @@ impl<T: Copy + PartialEq> Intake<T> {
             timeout,
             requested: None,
             last_used: None,
-            refused: None,
+            undefined: None,
             changes: VecDeque::new(),
-            stale_filter: StaleMessageFilter::before(started),
+            stale_filter: StaleMessageFilter::new(started, timeout),
             counts: IntakeCounts::default(),
         }
     }
 
-    /// Takes a message. The stamps of an active sender are only compared with each other. One that was silent,
-    /// and so perhaps restarted with another clock, begins afresh; but its first message may be stale.
+    /// Takes a message. Commands of all writers count in the order in which they are received; one that was meant
+    /// for another time does not, unless it requests hazard lights on and only its stamp speaks against it.
     pub fn handle_command(
         &mut self,
         command: EnumOrUnknown<impl Into<Option<T>>>,
+        origin: CommandOrigin,
         stamp: WallStamp,
         now: Now,
     ) {
         let mono = now.mono;
         self.counts.received += 1;
-        let request = match command {
+        let request: Option<T> = match command {
             EnumOrUnknown::Known(command) => command.into(),
             EnumOrUnknown::Unknown(number) => {
                 self.counts.undefined += 1;
-                self.refused = Some((Refusal::Undefined(number), mono));
+                self.undefined = Some((number, mono));
                 return;
             }
         };
-        let used_within = |limit| self.last_used.filter(|(at, _)| mono.since(*at) <= limit);
-        let newest = used_within(self.timeout.min(MAX_STAMP_MEMORY)).map(|(_, newest)| newest);
-        let is_active = used_within(self.timeout).is_some();
-        if newest.is_some_and(|newest| stamp.as_nanos() < newest) {
-            self.counts.non_monotonic += 1;
-            self.refused = Some((Refusal::NonMonotonicStamp, mono));
-            return;
+        if let CommandOrigin::Topic(sample) = origin {
+            let ignores_stamp = request.is_some_and(Lights::is_hazard_on);
+            match self.stale_filter.check(sample, stamp, ignores_stamp, now) {
+                Ok(()) => {}
+                Err(Untimely::Overtaken) => {
+                    self.counts.overtaken += 1;
+                    return;
+                }
+                Err(Untimely::Stale) => {
+                    self.counts.stale += 1;
+                    return;
+                }
+            }
         }
-        if self.stale_filter.rejects_as_stale(is_active, stamp, self.timeout, now) {
-            self.counts.stale += 1;
-            return;
-        }
-        self.last_used = Some((mono, stamp.as_nanos()));
+        self.last_used = Some(mono);
         match request {
             None => self.counts.no_command += 1,
             Some(requested) => {
@@ -163,7 +157,7 @@ impl<T: Copy + PartialEq> Intake<T> {
     /// The present command of the sender. `NO_COMMAND` takes no request back: it holds until its own timeout, but no
     /// longer, also when the sender falls silent.
     pub fn command_state(&self, now: MonoTime) -> CommandState<T> {
-        let Some((last_used, _)) = self.last_used else { return CommandState::NeverReceived };
+        let Some(last_used) = self.last_used else { return CommandState::NeverReceived };
         let last = self.requested.filter(|(_, at)| *at == last_used).map(|(requested, _)| requested);
         match self.requested {
             Some((requested, at)) if now.since(at) <= self.timeout => CommandState::Requested(requested),
@@ -172,9 +166,9 @@ impl<T: Copy + PartialEq> Intake<T> {
         }
     }
 
-    /// Why the last refused message was not used, for a second after it.
-    pub fn refusal(&self, now: MonoTime) -> Option<Refusal> {
-        self.refused.filter(|(_, at)| now.since(*at) <= REFUSAL_SHOWN).map(|(refusal, _)| refusal)
+    /// The undefined number that was received last, for a second after it.
+    pub fn undefined_number(&self, now: MonoTime) -> Option<u8> {
+        self.undefined.filter(|(_, at)| now.since(*at) <= UNDEFINED_SHOWN).map(|(number, _)| number)
     }
 
     /// Messages since start.
@@ -184,20 +178,20 @@ impl<T: Copy + PartialEq> Intake<T> {
 
     /// The time since the last message that was used; `None` before the first.
     pub fn age(&self, now: MonoTime) -> Option<Duration> {
-        self.last_used.map(|(at, _)| now.since(at))
+        self.last_used.map(|at| now.since(at))
     }
 
-    /// When command state, refusal or oscillation change without another message.
+    /// When command state, undefined number or oscillation change without another message.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let requested = self.requested.map(|(_, at)| deadline_after(at, self.timeout));
-        let last_used = self.last_used.map(|(at, _)| deadline_after(at, self.timeout));
-        let refused = self.refused.map(|(_, at)| deadline_after(at, REFUSAL_SHOWN));
+        let last_used = self.last_used.map(|at| deadline_after(at, self.timeout));
+        let undefined = self.undefined.map(|(_, at)| deadline_after(at, UNDEFINED_SHOWN));
         let oscillating = self
             .changes
             .front()
             .filter(|_| self.is_oscillating(now))
             .map(|at| deadline_after(*at, OSCILLATION.1));
-        [requested, last_used, refused, oscillating].into_iter().flatten().filter(|at| *at > now).min()
+        [requested, last_used, undefined, oscillating].into_iter().flatten().filter(|at| *at > now).min()
     }
 }
 
@@ -223,6 +217,7 @@ pub fn merged_hazard(topic: CommandState<bool>, decider: CommandState<bool>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::command::origin::{SampleId, WriterId};
 
     fn at(ms: u64) -> MonoTime {
         MonoTime::from_millis(ms)
@@ -240,19 +235,22 @@ mod tests {
         Intake::new(Duration::from_millis(limit_ms), stamp(0))
     }
 
-    fn turn(number: u8) -> EnumOrUnknown<TurnCommand> {
-        number.into()
+    /// Takes a turn command of one writer, whose numbers are the times of reception.
+    fn take(turns: &mut Intake<Turn>, number: u8, stamp_ms: i64, ms: u64) {
+        let sample = SampleId { writer: WriterId::default(), sequence: i64::try_from(ms).unwrap() };
+        let command = EnumOrUnknown::<TurnCommand>::from(number);
+        turns.handle_command(command, CommandOrigin::Topic(sample), stamp(stamp_ms), now(ms));
     }
 
     #[test]
     fn no_command_takes_nothing_back_and_is_no_error() {
         let mut turns = turns(500);
         assert_eq!(turns.command_state(at(0)), CommandState::NeverReceived);
-        turns.handle_command(turn(0), stamp(0), now(0));
+        take(&mut turns, 0, 0, 0);
         assert_eq!(turns.command_state(at(0)), CommandState::NoCommand);
-        turns.handle_command(turn(2), stamp(100), now(100));
-        turns.handle_command(turn(0), stamp(200), now(200));
-        turns.handle_command(turn(0), stamp(600), now(600));
+        take(&mut turns, 2, 100, 100);
+        take(&mut turns, 0, 200, 200);
+        take(&mut turns, 0, 600, 600);
         assert_eq!(turns.command_state(at(600)), CommandState::Requested(Turn::Left));
         assert_eq!(
             turns.command_state(deadline_after(at(100), Duration::from_millis(500))),
@@ -264,35 +262,57 @@ mod tests {
             CommandState::TimedOut(None),
             "its last command requested nothing"
         );
-        assert_eq!((turns.counts().no_command, turns.refusal(at(600))), (3, None));
+        assert_eq!((turns.counts().no_command, turns.undefined_number(at(600))), (3, None));
     }
 
     #[test]
     fn undefined_values_are_ignored_and_shown_for_a_while() {
         let mut turns = turns(5000);
-        turns.handle_command(turn(3), stamp(0), now(0));
+        take(&mut turns, 3, 0, 0);
         for raw in 4..=u8::MAX {
-            turns.handle_command(turn(raw), stamp(10), now(10));
+            take(&mut turns, raw, 10, 10);
             assert_eq!(turns.command_state(at(10)), CommandState::Requested(Turn::Right), "{raw}");
-            assert_eq!(turns.refusal(at(1010)), Some(Refusal::Undefined(raw)));
+            assert_eq!(turns.undefined_number(at(1010)), Some(raw));
         }
-        assert_eq!((turns.counts().undefined, turns.refusal(at(1011))), (252, None));
+        assert_eq!((turns.counts().undefined, turns.undefined_number(at(1011))), (252, None));
     }
 
     #[test]
-    fn stamps_that_go_backwards_are_rejected_until_the_sender_was_silent() {
+    fn stamps_that_go_backwards_or_ahead_are_followed() {
         let mut turns = turns(500);
-        turns.handle_command(turn(2), stamp(1000), now(0));
-        turns.handle_command(turn(2), stamp(1000), now(10));
-        assert_eq!(turns.refusal(at(10)), None, "the same stamp again is not a step back");
-        turns.handle_command(turn(3), stamp(999), now(100));
-        assert_eq!(turns.command_state(at(100)), CommandState::Requested(Turn::Left));
-        assert_eq!(turns.refusal(at(100)), Some(Refusal::NonMonotonicStamp));
-        turns.handle_command(turn(3), stamp(105), now(600));
-        assert_eq!(
-            (turns.command_state(at(600)), turns.counts().non_monotonic),
-            (CommandState::Requested(Turn::Right), 1)
-        );
+        take(&mut turns, 2, 0, 0);
+        for (step, stamp_ms) in (1..).zip([1_000_000_000, -5_000, 100, i64::MIN / 1_000_000]) {
+            let number = 2 + u8::from(step % 2 == 1);
+            take(&mut turns, number, stamp_ms, step * 100);
+            let side = if number == 2 { Turn::Left } else { Turn::Right };
+            assert_eq!(turns.command_state(at(step * 100)), CommandState::Requested(side), "{stamp_ms}");
+        }
+        assert_eq!((turns.counts().overtaken, turns.counts().stale), (0, 0));
+    }
+
+    #[test]
+    fn an_earlier_message_does_not_replace_a_later_one_of_the_same_writer() {
+        let mut turns = turns(500);
+        take(&mut turns, 2, 0, 100);
+        let sample = SampleId { writer: WriterId::default(), sequence: 99 };
+        let command = EnumOrUnknown::Known(TurnCommand::Right);
+        turns.handle_command(command, CommandOrigin::Topic(sample), stamp(0), now(110));
+        assert_eq!(turns.command_state(at(110)), CommandState::Requested(Turn::Left));
+        assert_eq!(turns.counts().overtaken, 1);
+    }
+
+    #[test]
+    fn hazard_lights_on_are_requested_whatever_the_stamp() {
+        let mut hazard = Intake::new(Duration::from_millis(500), stamp(0));
+        for (writer, command, stamp_ms, requested) in
+            [(1, HazardCommand::Disable, -1, None), (2, HazardCommand::Enable, -1_000_000, Some(true))]
+        {
+            let sample = SampleId { writer: WriterId([writer; 16]), sequence: 1 };
+            let command = EnumOrUnknown::Known(command);
+            hazard.handle_command(command, CommandOrigin::Topic(sample), stamp(stamp_ms), now(10));
+            let state = requested.map_or(CommandState::NeverReceived, CommandState::Requested);
+            assert_eq!(hazard.command_state(at(10)), state);
+        }
     }
 
     #[test]
@@ -300,36 +320,26 @@ mod tests {
         let mut turns = turns(500);
         for step in 0..6 {
             assert!(!turns.is_oscillating(at(step * 50)));
-            turns.handle_command(turn(2 + u8::from(step % 2 == 1)), stamp(0), now(step * 50));
+            take(&mut turns, 2 + u8::from(step % 2 == 1), 0, step * 50);
         }
         // Changes from 50 to 250 ms.
         assert!(turns.is_oscillating(at(1050)) && !turns.is_oscillating(at(1051)));
         assert_eq!(turns.next_deadline(at(1000)), Some(deadline_after(at(50), Duration::from_secs(1))));
-        (20..60).for_each(|step| turns.handle_command(turn(2), stamp(0), now(step * 50)));
+        (20..60).for_each(|step| take(&mut turns, 2, 0, step * 50));
         assert!(!turns.is_oscillating(at(3000)), "the same again and again");
-    }
-
-    #[test]
-    fn a_clock_that_was_set_back_locks_nobody_out_for_long() {
-        let mut turns = turns(3_600_000);
-        turns.handle_command(turn(2), stamp(60_000), now(0));
-        turns.handle_command(turn(3), stamp(1), now(1000));
-        assert_eq!(turns.command_state(at(1000)), CommandState::Requested(Turn::Left));
-        turns.handle_command(turn(3), stamp(101), now(1100));
-        assert_eq!(turns.command_state(at(1100)), CommandState::Requested(Turn::Right));
     }
 
     #[test]
     fn what_a_sender_keeps_for_late_readers_is_not_carried_out() {
         let mut turns = turns(500);
-        turns.handle_command(turn(2), stamp(-1), now(10));
+        take(&mut turns, 2, -1, 10);
         assert_eq!((turns.command_state(at(10)), turns.counts().stale), (CommandState::NeverReceived, 1));
         assert_eq!(
             turns.command_state(at(5000)),
             CommandState::NeverReceived,
             "nothing is held that was never used"
         );
-        turns.handle_command(turn(3), stamp(-1), now(110));
+        take(&mut turns, 3, -1, 110);
         assert_eq!(
             (turns.command_state(at(110)), turns.counts().stale),
             (CommandState::Requested(Turn::Right), 1)

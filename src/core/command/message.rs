@@ -36,11 +36,11 @@ pub struct CommandMessage {
 /// The bits that request turn indicators. All patches set the same bits.
 #[derive(Debug, Clone)]
 pub struct TurnPart {
-    /// Neither side.
+    /// Values that request neither side.
     pub off: Patch,
-    /// Left.
+    /// Values that request the left side.
     pub left: Patch,
-    /// Right.
+    /// Values that request the right side.
     pub right: Patch,
     /// Both sides, where the same signal requests hazard lights.
     pub hazard: Option<Patch>,
@@ -76,7 +76,7 @@ pub enum Idle {
     /// Frames without a request.
     #[default]
     Neutral,
-    /// No frames.
+    /// No frames are sent.
     Silent,
 }
 
@@ -96,7 +96,7 @@ pub struct SendTiming {
 /// The contents of a frame before counter and checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contents {
-    /// The bytes.
+    /// Bytes before counter and checksum.
     pub data: [u8; MAX_DATA],
     /// True if it requests something of the vehicle.
     pub authority: bool,

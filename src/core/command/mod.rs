@@ -13,6 +13,7 @@ pub mod flow;
 pub mod input;
 pub mod intake;
 pub mod message;
+pub mod origin;
 pub mod output;
 pub mod patch;
 pub mod push_button;
@@ -24,12 +25,12 @@ mod status;
 /// A request to the turn indicators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Turn {
-    /// Neither side.
+    /// Neither side is on.
     #[default]
     Off,
-    /// Left.
+    /// The left side is on.
     Left,
-    /// Right.
+    /// The right side is on.
     Right,
 }
 

@@ -18,9 +18,9 @@ pub enum CommandOutput {
     },
     /// In a dry run, the frame that would be sent to the vehicle now.
     WouldTransmit {
-        /// The bus.
+        /// Bus it would be sent on.
         bus: BusIndex,
-        /// The frame.
+        /// Frame with counter and checksum.
         frame: Frame,
         /// True if its contents differ from those of the last frame of this message, but for counter and checksum.
         is_news: bool,

@@ -30,7 +30,7 @@ pub enum PatchError {
 }
 
 impl Default for Patch {
-    /// Sets nothing.
+    /// A patch that sets nothing.
     fn default() -> Self {
         Self { mask: [0; MAX_DATA], bits: [0; MAX_DATA] }
     }

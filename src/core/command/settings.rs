@@ -7,6 +7,7 @@ use super::arbitration::Rules;
 use super::control_mode::{ControlMode, Grants};
 use super::feedback_monitor::Limits;
 use super::message::CommandMessage;
+use super::origin::CommandOrigin;
 use crate::core::validation::table::{Role, SignalTable};
 
 /// The `[command]` section of the gateway's configuration.
@@ -37,6 +38,15 @@ pub enum CommandSource {
     /// The turn command of this gateway's own decider; the hazard command of its topic, or on when the
     /// decider commands on.
     Decider,
+}
+
+impl From<CommandOrigin> for CommandSource {
+    fn from(origin: CommandOrigin) -> Self {
+        match origin {
+            CommandOrigin::Topic(_) => Self::Topic,
+            CommandOrigin::Decider => Self::Decider,
+        }
+    }
 }
 
 /// True if frames are sent.
@@ -72,17 +82,27 @@ pub struct CommandBinding {
     pub table: SignalTable,
     /// The control mode, where a signal carries it.
     pub control_mode: Option<Role<ControlMode>>,
-    /// Signals that tell whether the driver has taken over.
+    /// Signals that show whether the driver has taken over.
     pub driver: Vec<DriverSign>,
 }
 
-/// A signal that tells whether the driver has taken over.
+/// A signal that shows whether the driver has taken over.
 #[derive(Debug, Clone)]
 pub struct DriverSign {
     /// `true` = the driver has taken over …
     pub role: Role<bool>,
     /// … these functions.
     pub overrides: Grants,
+}
+
+impl CommandSettings {
+    /// The longest time for which a control mode of the topic holds; `None` if it comes from a signal.
+    pub fn mode_timeout(&self) -> Option<Duration> {
+        match self.mode_from {
+            ModeFrom::Topic { timeout } => Some(timeout),
+            ModeFrom::Signal => None,
+        }
+    }
 }
 
 impl CommandBinding {

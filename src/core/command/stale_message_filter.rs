@@ -1,70 +1,143 @@
-//! Stale messages: what a sender keeps for late readers (transient local), or a network delivers long
-//! after it was sent. They were meant for another time, so the first one is not used.
+//! Messages of a topic that were meant for another time: those that a sender keeps for late readers (transient
+//! local), that a network delivers long after they were sent, or that were overtaken by a later one.
+//!
+//! Messages are ordered writer by writer, by sequence number. Stamps of different writers are never compared, and
+//! a stamp only concerns the first messages of a writer that was silent: no clock can silence a writer that sends.
 
 use std::time::Duration;
 
+use super::origin::{SampleId, WriterId};
 use crate::core::time::{MonoTime, Now, WallStamp};
 
 /// Kept messages are delivered in one go; the next message of a sender that is alive comes later.
 const BURST: Duration = Duration::from_millis(50);
 
-/// Tells new messages of a sender from old ones.
+/// Writers that are remembered; the one whose last message is oldest is forgotten first.
+const MAX_WRITERS: usize = 16;
+
+/// The longest time for which a message rejects earlier ones: a writer that begins anew under its old identity is
+/// accepted again, however long its commands hold.
+const MAX_ORDER_MEMORY: Duration = Duration::from_secs(1);
+
+/// Reason why a message was meant for another time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Untimely {
+    /// A later message of the same writer was received before.
+    Overtaken,
+    /// Its writer was not active before, and its stamp is older than the limit or from before the start.
+    Stale,
+}
+
+/// Recognises untimely messages of one topic.
 #[derive(Debug, Clone)]
 pub(super) struct StaleMessageFilter {
     started: WallStamp,
-    /// When the first message of the present burst of stale ones was received.
+    limit: Duration,
+    writers: Vec<Writer>,
+}
+
+/// Memory of one writer.
+#[derive(Debug, Clone, Copy)]
+struct Writer {
+    id: WriterId,
+    last_received: MonoTime,
+    /// The last message that was used: its sequence number and receive time.
+    last_used: Option<(i64, MonoTime)>,
+    /// The receive time of the first message of the present burst of stale ones.
     suspected_at: Option<MonoTime>,
 }
 
 impl StaleMessageFilter {
-    /// A filter for a topic that is subscribed to since `started`.
-    pub(super) fn before(started: WallStamp) -> Self {
-        Self { started, suspected_at: None }
+    /// A filter for a topic that is subscribed to since `started`. A writer is active for `limit` after each
+    /// message of it that was used.
+    pub(super) fn new(started: WallStamp, limit: Duration) -> Self {
+        Self { started, limit, writers: Vec::new() }
     }
 
-    /// True if a message is not to be used: its sender was not active before (`is_active`), and its stamp is
-    /// older than `limit` or from before the start. A sender that goes on is accepted whatever its clock shows,
-    /// from its second message on; one without stamps (zero) from the first.
-    pub(super) fn rejects_as_stale(
+    /// Judges a message; `Ok` if it is to be used. A writer that goes on is accepted whatever its clock shows,
+    /// from its second message on; a message without a stamp (zero), or one that `ignores_stamp`, at once.
+    pub(super) fn check(
         &mut self,
-        is_active: bool,
+        sample: SampleId,
         stamp: WallStamp,
-        limit: Duration,
+        ignores_stamp: bool,
         now: Now,
-    ) -> bool {
+    ) -> Result<(), Untimely> {
+        let (is_old, limit) = (!ignores_stamp && self.is_old(stamp, now), self.limit);
+        let writer = self.writer(sample.writer, now.mono);
+        let used_within = |limit| writer.last_used.filter(|(_, at)| now.mono.since(*at) <= limit);
+        let is_active = used_within(limit).is_some();
+        if used_within(limit.min(MAX_ORDER_MEMORY)).is_some_and(|(newest, _)| sample.sequence <= newest) {
+            return Err(Untimely::Overtaken);
+        }
+        let waited = writer.suspected_at.map(|at| now.mono.since(at));
+        if !is_active && is_old && waited.is_none_or(|waited| waited < BURST) {
+            writer.suspected_at = writer.suspected_at.or(Some(now.mono));
+            return Err(Untimely::Stale);
+        }
+        writer.suspected_at = None;
+        writer.last_used = Some((sample.sequence, now.mono));
+        Ok(())
+    }
+
+    /// True if a stamp is older than the limit or from before the start.
+    fn is_old(&self, stamp: WallStamp, now: Now) -> bool {
         let age_ns = now.wall.as_nanos().saturating_sub(stamp.as_nanos());
-        let is_old = u64::try_from(age_ns).is_ok_and(|age_ns| Duration::from_nanos(age_ns) > limit);
+        let is_late = u64::try_from(age_ns).is_ok_and(|age_ns| Duration::from_nanos(age_ns) > self.limit);
         let is_earlier = stamp.as_nanos() < self.started.as_nanos();
-        let is_kept = stamp != WallStamp::default() && (is_old || is_earlier);
-        let waited = self.suspected_at.map(|at| now.mono.since(at));
-        if is_active || !is_kept || waited.is_some_and(|waited| waited >= BURST) {
-            self.suspected_at = None;
-            return false;
-        }
-        if waited.is_none() {
-            self.suspected_at = Some(now.mono);
-        }
-        true
+        stamp != WallStamp::default() && (is_late || is_earlier)
+    }
+
+    /// The memory of a writer, made now if there is none.
+    fn writer(&mut self, id: WriterId, now: MonoTime) -> &mut Writer {
+        let known = self.writers.iter().position(|writer| writer.id == id);
+        let at = known.unwrap_or_else(|| {
+            let new = Writer { id, last_received: now, last_used: None, suspected_at: None };
+            let oldest = self.writers.iter().enumerate().min_by_key(|(_, writer)| writer.last_received);
+            match oldest.map(|(at, _)| at).filter(|_| self.writers.len() >= MAX_WRITERS) {
+                Some(at) => {
+                    self.writers[at] = new;
+                    at
+                }
+                None => {
+                    self.writers.push(new);
+                    self.writers.len() - 1
+                }
+            }
+        });
+        let writer = &mut self.writers[at];
+        writer.last_received = now;
+        writer
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     const LIMIT: Duration = Duration::from_secs(1);
 
-    /// The gateway started at 100 s; times in ms since then.
+    fn wall(ms: i64) -> WallStamp {
+        WallStamp::from_nanos((100_000 + ms) * 1_000_000)
+    }
+
+    fn now(ms: u64) -> Now {
+        Now { mono: MonoTime::from_millis(ms), wall: wall(i64::try_from(ms).unwrap()) }
+    }
+
+    fn sample(writer: u8, sequence: i64) -> SampleId {
+        SampleId { writer: WriterId([writer; 16]), sequence }
+    }
+
+    /// The gateway started at 100 s; receive time and stamp of each message of one writer, in ms since then.
     fn rejected(messages: &[(u64, i64)]) -> Vec<bool> {
-        let wall = |ms: i64| WallStamp::from_nanos((100_000 + ms) * 1_000_000);
-        let mut stale = StaleMessageFilter::before(wall(0));
-        let mut last_used = None::<MonoTime>;
+        let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
+        let mut sequence = 0;
         let take = |(ms, stamp): &(u64, i64)| {
-            let now = Now { mono: MonoTime::from_millis(*ms), wall: wall(i64::try_from(*ms).unwrap()) };
-            let is_active = last_used.is_some_and(|at| now.mono.since(at) <= LIMIT);
-            let rejected = stale.rejects_as_stale(is_active, wall(*stamp), LIMIT, now);
-            last_used = if rejected { last_used } else { Some(now.mono) };
-            rejected
+            sequence += 1;
+            filter.check(sample(1, sequence), wall(*stamp), false, now(*ms)).is_err()
         };
         messages.iter().map(take).collect()
     }
@@ -73,7 +146,7 @@ mod tests {
     fn a_message_from_before_the_start_is_rejected_and_a_sender_that_goes_on_is_accepted() {
         assert_eq!(rejected(&[(10, -1), (110, 100)]), [true, false]);
         assert_eq!(rejected(&[(10, 5)]), [false], "sent since the start");
-        assert_eq!(rejected(&[(10, 90_000)]), [false], "a clock ahead is no past");
+        assert_eq!(rejected(&[(10, 90_000)]), [false], "a clock that is ahead");
         let other_clock: Vec<_> = (0..5).map(|n| (10 + n * 100, -90_000)).collect();
         assert_eq!(rejected(&other_clock), [true, false, false, false, false]);
         let without_stamps = -100_000;
@@ -91,5 +164,60 @@ mod tests {
         assert_eq!(rejected(&[(10, 10), (5000, 3999), (5100, 5100)]), [false, true, false]);
         assert_eq!(rejected(&[(10, 10), (5000, 4000)]), [false, false], "as old as the limit is not too old");
         assert_eq!(rejected(&[(10, 10), (1000, 10)]), [false, false], "an active sender may repeat itself");
+    }
+
+    #[test]
+    fn messages_are_ordered_by_the_sequence_of_their_writer_until_it_was_silent() {
+        let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
+        let mut check =
+            |writer, sequence, ms| filter.check(sample(writer, sequence), wall(0), false, now(ms));
+        assert_eq!(check(1, 7, 0), Ok(()));
+        assert_eq!(check(1, 6, 10), Err(Untimely::Overtaken));
+        assert_eq!(check(1, 7, 20), Err(Untimely::Overtaken), "the same message again");
+        assert_eq!(check(2, 1, 30), Ok(()), "another writer has other numbers");
+        assert_eq!(check(1, 8, 40), Ok(()));
+        assert_eq!(check(1, 1, 1041), Err(Untimely::Stale), "it may have begun anew, but its stamp is old");
+        assert_eq!(check(1, 2, 1141), Ok(()));
+    }
+
+    #[test]
+    fn an_active_writer_does_not_vouch_for_the_kept_message_of_another() {
+        let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
+        let mut check = |writer, stamp| filter.check(sample(writer, 1), wall(stamp), false, now(20));
+        assert_eq!((check(1, 10), check(2, -600_000)), (Ok(()), Err(Untimely::Stale)));
+    }
+
+    #[test]
+    fn the_writer_that_was_silent_longest_is_forgotten_first() {
+        let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
+        let many = u8::try_from(MAX_WRITERS).unwrap();
+        for writer in 0..=many {
+            assert_eq!(filter.check(sample(writer, 9), wall(0), false, now(u64::from(writer))), Ok(()));
+        }
+        assert_eq!(filter.writers.len(), MAX_WRITERS);
+        let mut check = |writer| filter.check(sample(writer, 8), wall(0), false, now(50));
+        assert_eq!(check(1), Err(Untimely::Overtaken));
+        assert_eq!(check(0), Ok(()), "it is not known any more");
+    }
+
+    proptest! {
+        /// Whatever the stamps are, and whatever other writers send meanwhile.
+        #[test]
+        fn no_stamp_rejects_the_second_message_of_a_writer_or_a_later_one(
+            messages in prop::collection::vec((50_u64..900, any::<i64>(), any::<i64>(), any::<i64>()), 2..40),
+        ) {
+            let mut filter = StaleMessageFilter::new(wall(0), LIMIT);
+            let mut mono = MonoTime::ZERO;
+            for (sequence, (pause_ms, stamp, clock, other)) in (0..).zip(messages) {
+                mono = mono.after(Duration::from_millis(pause_ms));
+                // The clock of this host steps as well.
+                let now = Now { mono, wall: WallStamp::from_nanos(clock) };
+                let _ = filter.check(sample(2, sequence), WallStamp::from_nanos(other), false, now);
+                let result = filter.check(sample(1, sequence), WallStamp::from_nanos(stamp), false, now);
+                prop_assert!(result.is_ok() || sequence == 0, "message {sequence}: {result:?}");
+                let urgent = filter.check(sample(3, sequence), WallStamp::from_nanos(stamp), true, now);
+                prop_assert_eq!(urgent, Ok(()));
+            }
+        }
     }
 }

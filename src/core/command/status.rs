@@ -4,7 +4,7 @@ use super::arbitration::DecisionReason;
 use super::control_mode::Mode;
 use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
 use super::flow::{CommandFlow, Finding, FunctionFinding};
-use super::intake::{CommandState, Intake, Refusal};
+use super::intake::{CommandState, Intake};
 use super::sender::{SendCounts, SendProblem};
 use super::settings::CommandSource;
 use crate::core::can::bus::Bus;
@@ -125,18 +125,13 @@ impl<T: Lights> FunctionView<'_, T> {
         let commanded = request_text(self.commanded);
         let reported = finding.reported.map_or("nothing", Lights::name);
         let has_timed_out = matches!(finding.command_state, CommandState::TimedOut(_));
-        match (finding.refusal, finding.compliance) {
-            (Some(Refusal::Undefined(number)), _) => {
-                (Level::Error, format!("undefined command {number} is ignored"))
-            }
+        match (finding.undefined_number, finding.compliance) {
+            (Some(number), _) => (Level::Error, format!("undefined command {number} is ignored")),
             (_, Compliance::Mismatch) => {
                 (Level::Error, format!("commanded {commanded}, but the vehicle reports {reported}"))
             }
             (_, _) if has_timed_out && self.reason != DecisionReason::NotGranted => {
                 (Level::Error, format!("the command has timed out: {request}"))
-            }
-            (Some(Refusal::NonMonotonicStamp), _) => {
-                (Level::Warn, "a command with an older stamp is rejected".to_owned())
             }
             (None, _) if finding.is_oscillating => {
                 (Level::Warn, "the command changes all the time: more than one sender?".to_owned())
@@ -178,7 +173,7 @@ impl<T: Lights> FunctionView<'_, T> {
             ("commands", counts.received.to_string()),
             ("no_command", counts.no_command.to_string()),
             ("undefined", counts.undefined.to_string()),
-            ("non_monotonic_stamps", counts.non_monotonic.to_string()),
+            ("overtaken_messages", counts.overtaken.to_string()),
             ("stale_messages", counts.stale.to_string()),
             ("driver_overrides", self.feedback.driver_overrides.to_string()),
             ("feedback_mismatches", self.feedback.mismatches.to_string()),

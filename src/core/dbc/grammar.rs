@@ -3,7 +3,8 @@
 use std::ops::RangeInclusive;
 
 use can_dbc::{
-    AttributeValue, Dbc, DbcError, MessageId, SignalExtendedValueType, ValDescription, ValueDescription,
+    AttributeDefinition, AttributeValue, AttributeValueType, Dbc, DbcError, MessageId,
+    SignalExtendedValueType, ValDescription, ValueDescription,
 };
 
 use super::model::Number;
@@ -12,6 +13,9 @@ use super::statement::{Statement, is_keyword};
 
 /// Attribute with the period of a message in milliseconds.
 const CYCLE_TIME: &str = "GenMsgCycleTime";
+
+/// Attribute with the format of the frames of a message, an index into the list of its definition.
+const FRAME_FORMAT: &str = "VFrameFormat";
 
 /// Names of raw values, in the order of the file.
 pub(super) type Values = Vec<(i128, String)>;
@@ -27,6 +31,10 @@ pub(super) enum Parsed {
     Table { name: String, values: Values },
     /// Default period of the file in ms; `None` for 0.
     DefaultCycle(Option<u32>),
+    /// Names of the frame formats, by index.
+    FrameFormats(Vec<String>),
+    /// Default frame format of the file.
+    DefaultFrameFormat(EnumValue),
     /// A property of a message or of one of its signals.
     Detail { id: u32, detail: Detail },
     /// A statement that is not used.
@@ -38,6 +46,8 @@ pub(super) enum Parsed {
 pub(super) enum Detail {
     /// Period of the message in ms; `None` for 0.
     Cycle(Option<u32>),
+    /// Format of the frames of the message.
+    FrameFormat(EnumValue),
     /// Names of the values of a signal.
     Values { signal: String, values: Values },
     /// Names of the values of a signal as a reference to a table.
@@ -48,6 +58,15 @@ pub(super) enum Detail {
     Multiplexed { signal: String, multiplexor: String, ranges: Vec<RangeInclusive<u64>> },
     /// An unreadable statement about the multiplexor of a signal.
     UnreadableMultiplexing { signal: String },
+}
+
+/// A value of an enumerated attribute.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum EnumValue {
+    /// Its position in the list of the definition.
+    Index(usize),
+    /// Its name, as defaults have it.
+    Name(String),
 }
 
 /// A parsed statement with the irregularity that was repaired or accepted, if any.
@@ -70,6 +89,7 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String>
         "SIG_VALTYPE_" => plain(read_number(text)),
         "SG_MUL_VAL_" => plain(read_multiplexing(text)),
         "BA_" => plain(read_attribute(text)),
+        "BA_DEF_" => plain(read_definition(text)),
         "BA_DEF_DEF_" => plain(read_default(text)),
         // A list of names, which the grammar need not parse.
         "NS_" => plain(Ok(Parsed::Nothing)),
@@ -155,22 +175,49 @@ fn read_multiplexing(text: &str) -> Result<Parsed, String> {
 }
 
 fn read_attribute(text: &str) -> Result<Parsed, String> {
-    let attributes = parse(text)?.attribute_values_message;
-    match attributes.into_iter().find(|attribute| attribute.name == CYCLE_TIME) {
-        Some(attribute) => {
-            let detail = Detail::Cycle(milliseconds(&attribute.value)?);
-            Ok(Parsed::Detail { id: checked_id(text, attribute.message_id)?, detail })
-        }
-        None => Ok(Parsed::Nothing),
+    let Some(attribute) = parse(text)?.attribute_values_message.into_iter().next() else {
+        return Ok(Parsed::Nothing);
+    };
+    let detail = match attribute.name.as_str() {
+        CYCLE_TIME => Detail::Cycle(milliseconds(&attribute.value)?),
+        FRAME_FORMAT => Detail::FrameFormat(enum_value(attribute.value)?),
+        _ => return Ok(Parsed::Nothing),
+    };
+    Ok(Parsed::Detail { id: checked_id(text, attribute.message_id)?, detail })
+}
+
+fn read_definition(text: &str) -> Result<Parsed, String> {
+    let parsed = parse(text)?;
+    if used(&parsed) > 0 {
+        return Err("followed by another statement on the same line".to_owned());
     }
+    Ok(match parsed.attribute_definitions.into_iter().next() {
+        Some(AttributeDefinition::Message(name, AttributeValueType::Enum(names))) if name == FRAME_FORMAT => {
+            Parsed::FrameFormats(names)
+        }
+        _ => Parsed::Nothing,
+    })
 }
 
 fn read_default(text: &str) -> Result<Parsed, String> {
-    let defaults = parse(text)?.attribute_defaults;
-    match defaults.iter().find(|default| default.name == CYCLE_TIME) {
-        Some(default) => milliseconds(&default.value).map(Parsed::DefaultCycle),
-        None => Ok(Parsed::Nothing),
+    let Some(default) = parse(text)?.attribute_defaults.into_iter().next() else {
+        return Ok(Parsed::Nothing);
+    };
+    match default.name.as_str() {
+        CYCLE_TIME => milliseconds(&default.value).map(Parsed::DefaultCycle),
+        FRAME_FORMAT => enum_value(default.value).map(Parsed::DefaultFrameFormat),
+        _ => Ok(Parsed::Nothing),
     }
+}
+
+fn enum_value(value: AttributeValue) -> Result<EnumValue, String> {
+    let index = match value {
+        AttributeValue::String(name) => return Ok(EnumValue::Name(name)),
+        AttributeValue::Uint(index) => usize::try_from(index).ok(),
+        AttributeValue::Int(index) => usize::try_from(index).ok(),
+        AttributeValue::Double(_) => None,
+    };
+    index.map(EnumValue::Index).ok_or_else(|| "not a position in a list".to_owned())
 }
 
 fn read_unused(text: &str) -> Result<Parsed, String> {

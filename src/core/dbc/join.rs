@@ -4,14 +4,21 @@ use std::collections::BTreeMap;
 
 use super::codec::SignalCodec;
 use super::finding::{Findings, Location};
-use super::grammar::{Detail, Values};
+use super::grammar::{Detail, EnumValue, Values};
 use super::model::{Database, Message, Number, Signal};
 use super::multiplex::{Multiplexing, Rule, SignalDraft};
 use super::outline::{MessageOutline, Outline, Property, SignalOutline};
+use crate::core::can::frame::FrameFormat;
 
 /// Builds the database with all findings.
 pub(super) fn database(outline: Outline) -> Database {
-    let Outline { messages, properties, tables, default_cycle, lost_messages, mut findings } = outline;
+    let Outline { messages, properties, tables, lost_messages, mut findings, .. } = outline;
+    let defaults = Defaults {
+        cycle: outline.default_cycle,
+        format: outline.default_frame_format,
+        formats: outline.frame_formats,
+        has_long_messages: messages.iter().any(|message| message.length > MAX_CLASSIC_DATA),
+    };
     let by_number: BTreeMap<_, _> =
         messages.iter().enumerate().map(|(at, message)| (message.number, at)).collect();
     let mut details: Vec<_> = messages.iter().map(|_| Details::default()).collect();
@@ -23,9 +30,41 @@ pub(super) fn database(outline: Outline) -> Database {
         }
     }
     let joined = messages.into_iter().zip(details);
-    let messages =
-        joined.map(|(message, details)| details.join(message, default_cycle, &mut findings)).collect();
+    let messages = joined.map(|(message, details)| details.join(message, &defaults, &mut findings)).collect();
     Database { messages, findings: findings.sorted() }
+}
+
+/// Largest number of data bytes in a classic frame.
+const MAX_CLASSIC_DATA: usize = 8;
+
+/// Properties of the file that apply to its messages.
+struct Defaults {
+    /// Period in ms.
+    cycle: Option<u32>,
+    format: Option<EnumValue>,
+    /// Names of the frame formats, by index.
+    formats: Vec<String>,
+    /// True if a message is too long for a classic frame, so that there is CAN FD on the bus.
+    has_long_messages: bool,
+}
+
+impl Defaults {
+    /// Format of the frames of a message of `length` bytes with this value of `VFrameFormat`.
+    fn format(&self, length: usize, value: Option<&EnumValue>) -> Option<FrameFormat> {
+        if length > MAX_CLASSIC_DATA {
+            return Some(FrameFormat::Fd);
+        }
+        let name = match value.or(self.format.as_ref()) {
+            Some(EnumValue::Name(name)) => Some(name),
+            Some(EnumValue::Index(index)) => self.formats.get(*index),
+            None => None,
+        };
+        match name.map(String::as_str) {
+            Some("StandardCAN_FD" | "ExtendedCAN_FD") => Some(FrameFormat::Fd),
+            Some("StandardCAN" | "ExtendedCAN" | "J1939PG") => Some(FrameFormat::Classic),
+            Some(_) | None => (!self.has_long_messages).then_some(FrameFormat::Classic),
+        }
+    }
 }
 
 /// Period of a message in ms; `None` overrides the default of the file too.
@@ -36,6 +75,7 @@ struct Cycle(Option<u32>);
 #[derive(Debug, Default)]
 struct Details {
     cycle: Option<Cycle>,
+    format: Option<EnumValue>,
     rules: BTreeMap<String, Rule>,
     numbers: BTreeMap<String, Number>,
     values: BTreeMap<String, (Location, Values)>,
@@ -60,6 +100,7 @@ impl Details {
         }
         let first = match detail {
             Detail::Cycle(cycle) => *self.cycle.get_or_insert(Cycle(cycle)) == Cycle(cycle),
+            Detail::FrameFormat(format) => *self.format.get_or_insert_with(|| format.clone()) == format,
             Detail::Multiplexed { signal, multiplexor, ranges } => {
                 let rule = Rule { multiplexor, ranges };
                 let known = self.rules.entry(signal).or_insert_with(|| rule.clone());
@@ -91,12 +132,7 @@ impl Details {
         known.1 == *values
     }
 
-    fn join(
-        mut self,
-        outline: MessageOutline,
-        default_cycle: Option<u32>,
-        findings: &mut Findings,
-    ) -> Message {
+    fn join(mut self, outline: MessageOutline, defaults: &Defaults, findings: &mut Findings) -> Message {
         let MessageOutline { location, id, name, length, signals, lost_multiplexor, .. } = outline;
         let drafts: Vec<_> = signals.iter().map(|signal| self.draft(signal)).collect();
         let multiplexing = Multiplexing::new(&drafts, length, lost_multiplexor);
@@ -114,8 +150,9 @@ impl Details {
                 Err(reason) => findings.rejected(&location, reason),
             }
         }
-        let cycle_ms = self.cycle.unwrap_or(Cycle(default_cycle)).0;
-        Message { name, id, length, cycle_ms, line: location.line, signals: joined }
+        let cycle_ms = self.cycle.unwrap_or(Cycle(defaults.cycle)).0;
+        let format = defaults.format(length, self.format.as_ref());
+        Message { name, id, length, format, cycle_ms, line: location.line, signals: joined }
     }
 
     fn draft<'a>(&'a self, signal: &'a SignalOutline) -> SignalDraft<'a> {
@@ -169,7 +206,7 @@ fn check_values(location: &Location, values: &Values, codec: &SignalCodec, findi
 
 fn signal_of(detail: &Detail) -> Option<&str> {
     match detail {
-        Detail::Cycle(_) => None,
+        Detail::Cycle(_) | Detail::FrameFormat(_) => None,
         Detail::Values { signal, .. }
         | Detail::ValuesByTable { signal, .. }
         | Detail::Number { signal, .. }

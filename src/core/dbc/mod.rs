@@ -289,6 +289,26 @@ mod tests {
     }
 
     #[test]
+    fn frame_format_is_from_attribute_or_lengths() {
+        use crate::core::can::frame::FrameFormat::{Classic, Fd};
+        let formats = |messages: &str, attributes: &str| {
+            let database = parse(format!("{messages}\n{attributes}").as_bytes());
+            assert_eq!(database.findings, [], "{attributes}");
+            database.messages.iter().map(|message| message.format).collect::<Vec<_>>()
+        };
+        let short = "BO_ 1 A: 8 X\nBO_ 2 B: 8 X";
+        let long = "BO_ 1 A: 8 X\nBO_ 2 B: 8 X\nBO_ 3 C: 12 X";
+        assert_eq!(formats(short, ""), [Some(Classic); 2]);
+        assert_eq!(formats(long, ""), [None, None, Some(Fd)]);
+        let list = "BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"reserved\",\"StandardCAN_FD\";\n\
+                    BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";";
+        assert_eq!(formats(long, list), [Some(Classic), Some(Classic), Some(Fd)]);
+        let given = format!("{list}\nBA_ \"VFrameFormat\" BO_ 1 2;\nBA_ \"VFrameFormat\" BO_ 2 1;");
+        assert_eq!(formats(short, &given), [Some(Fd), Some(Classic)], "reserved says nothing");
+        assert_eq!(formats(long, &given), [Some(Fd), None, Some(Fd)]);
+    }
+
+    #[test]
     fn number_format_is_from_sig_valtype() {
         let signals = r#" SG_ F : 0|32@1- (1,0) [0|0] "" X"#;
         let database = message(signals, "SIG_VALTYPE_ 1 F : 1;");

@@ -1,7 +1,7 @@
 //! Content of a DBC file as far as a gateway uses it, with findings.
 
 use super::codec::SignalCodec;
-use crate::core::can::frame::CanId;
+use crate::core::can::frame::{CanId, FrameFormat};
 
 /// The usable part of a DBC file, with a finding for everything else.
 #[derive(Debug, Clone, Default)]
@@ -38,6 +38,9 @@ pub struct Message {
     pub id: CanId,
     /// Length of its frames in bytes, 0 to 64.
     pub length: usize,
+    /// Format of its frames by `VFrameFormat`, else by the lengths of the file's messages; `None` = either, for a
+    /// short message of a file with long ones.
+    pub format: Option<FrameFormat>,
     /// `GenMsgCycleTime` in ms, of the message or the default of the file, at least 1; `None` = unknown.
     pub cycle_ms: Option<u32>,
     /// Line of the `BO_` statement, from 1.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::codec::{ByteOrder, Layout};
 use super::finding::{Findings, Location};
-use super::grammar::{self, Detail, Parsed, ParsedStatement, Values};
+use super::grammar::{self, Detail, EnumValue, Parsed, ParsedStatement, Values};
 use super::repair;
 use super::statement::{self, Statement};
 use crate::core::can::frame::{CanId, MAX_DATA};
@@ -22,6 +22,9 @@ pub(super) struct Outline {
     pub(super) properties: Vec<Property>,
     pub(super) tables: BTreeMap<String, Values>,
     pub(super) default_cycle: Option<u32>,
+    /// Names of the values of `VFrameFormat`, by index.
+    pub(super) frame_formats: Vec<String>,
+    pub(super) default_frame_format: Option<EnumValue>,
     /// Numbers of rejected messages, whose properties give no further findings.
     pub(super) lost_messages: BTreeSet<u32>,
     pub(super) findings: Findings,
@@ -122,6 +125,8 @@ impl Reader {
                 self.outline.tables.entry(name).or_insert(values);
             }
             Parsed::DefaultCycle(default) => self.outline.default_cycle = default,
+            Parsed::FrameFormats(names) => self.outline.frame_formats = names,
+            Parsed::DefaultFrameFormat(default) => self.outline.default_frame_format = Some(default),
             Parsed::Detail { id, detail } => {
                 self.outline.properties.push(Property { location, number: id, detail });
             }

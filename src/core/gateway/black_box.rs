@@ -18,7 +18,7 @@ use crate::core::time::{MonoTime, Now};
 pub struct BlackBoxSettings {
     /// Time before the change to ERROR.
     pub before: Duration,
-    /// Time after it.
+    /// Time kept after a change to ERROR.
     pub after: Duration,
     /// Most inputs kept, whatever time they cover; one needs about 100 bytes.
     pub most_inputs: usize,
@@ -244,7 +244,7 @@ mod tests {
             recording.log(),
             "# (1700000000.001000) can0 link down\n# (1700000000.001000) can0 drops 3\n\
              # (1700000000.002000) can0 link up\n",
-            "the link before the first kept input is told first"
+            "the link before the first kept input comes first"
         );
     }
 

@@ -42,7 +42,7 @@ pub enum Output {
     Command(CommandOutput),
     /// Publish `DiagnosticArray`.
     Diagnostics {
-        /// Its statuses.
+        /// Statuses to publish.
         diagnostics: Diagnostics,
         /// Header stamp: now.
         stamp: WallStamp,

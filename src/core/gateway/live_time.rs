@@ -22,13 +22,12 @@ pub struct LiveTime {
     offset: i64,
     /// Nothing is placed before this.
     reached: MonoTime,
-    steps: u64,
 }
 
 impl LiveTime {
     /// Begins at `now`.
     pub fn starting_at(now: Now) -> Self {
-        Self { offset: offset(now), reached: whole_micros(now.mono), steps: 0 }
+        Self { offset: offset(now), reached: whole_micros(now.mono) }
     }
 
     /// When an input with this stamp, read at `read`, happened, in whole microseconds: not before inputs and
@@ -36,7 +35,6 @@ impl LiveTime {
     pub fn arrival(&mut self, stamp: WallStamp, read: Now) -> Now {
         if (offset(read) - self.offset).abs() > STEP {
             self.offset = offset(read);
-            self.steps += 1;
         }
         let placed = stamp.as_nanos().saturating_add(self.offset);
         let placed = MonoTime::from_nanos(u64::try_from(placed).unwrap_or(0));
@@ -50,11 +48,6 @@ impl LiveTime {
     pub fn deadline(&mut self, at: MonoTime) -> Now {
         self.reached = self.reached.max(at);
         self.now(at)
-    }
-
-    /// Steps of the wall clock since start.
-    pub fn steps(&self) -> u64 {
-        self.steps
     }
 
     /// A monotonic time with the wall time that belongs to it.
@@ -113,8 +106,7 @@ mod tests {
             Now { wall: WallStamp::from_nanos(now.wall.as_nanos() + 3_600_000_000_000), ..now }
         };
         let placed = live.arrival(stepped(2_000).wall, stepped(5_000));
-        assert_eq!((placed.mono.as_nanos(), live.steps()), (2_000_000, 1));
+        assert_eq!(placed.mono.as_nanos(), 2_000_000);
         assert_eq!(arrival(&mut live, 6_000, 7_000), 6_000_000, "and back");
-        assert_eq!(live.steps(), 2);
     }
 }

@@ -12,7 +12,7 @@
 //! Where time is virtual, both clocks are one: [`Gateway::handle`], [`Gateway::next_deadline`]. Drain
 //! [`Gateway::poll_output`] after each call of either kind.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use crate::core::can::bus::BusSettings;
@@ -21,8 +21,9 @@ use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::command::flow::CommandFlow;
 use crate::core::command::input::CommandInput;
+use crate::core::command::origin::CommandOrigin;
 use crate::core::command::sender::FrameOrigin;
-use crate::core::command::settings::{CommandBinding, CommandSettings, CommandSource, Transmit};
+use crate::core::command::settings::{CommandBinding, CommandSettings, Transmit};
 use crate::core::command::{Reported, Turn};
 use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::event::{Input, Output};
@@ -37,6 +38,7 @@ use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::report::Publish;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use perception::{Forgotten, Headlines, Perception};
+use wall_clock::WallClock;
 
 pub mod black_box;
 pub mod event;
@@ -44,6 +46,7 @@ pub mod live_time;
 pub mod network;
 mod perception;
 pub mod process_status;
+mod wall_clock;
 
 /// The settings of the gateway, checked by `config`.
 #[derive(Debug, Clone)]
@@ -78,6 +81,13 @@ impl GatewaySettings {
         self
     }
 
+    /// The interfaces that commands are sent on, by name, each once; none in a dry run.
+    pub fn command_interfaces(&self) -> BTreeSet<&str> {
+        let live = self.command.iter().filter(|(settings, _)| settings.transmit == Transmit::On);
+        let entries = live.flat_map(|(_, binding)| binding.allowed.entries());
+        entries.map(|(bus, _)| self.buses[usize::from(bus.0)].interface.as_str()).collect()
+    }
+
     /// The identifiers that matter on a bus, ascending: bound messages, signs of life, and the messages
     /// that we alone may send. All others can be filtered out before they cost anything.
     pub fn relevant_ids(&self, bus: BusIndex) -> Vec<CanId> {
@@ -101,11 +111,13 @@ pub struct Gateway {
     perception: Perception,
     commands: Option<CommandFlow>,
     command_headlines: Headlines,
+    /// `None` on virtual time.
+    wall_clock: Option<WallClock>,
     outputs: VecDeque<Output>,
 }
 
 impl Gateway {
-    /// A gateway that has received nothing and whose links are all as `link` says; its first outputs are
+    /// A gateway that has received nothing and whose links are all in state `link`; its first outputs are
     /// the diagnostics of this state.
     pub fn new(settings: GatewaySettings, link: LinkState, now: Now) -> Self {
         let links = vec![link; settings.buses.len()];
@@ -120,6 +132,7 @@ impl Gateway {
             perception: Perception::new(settings, links, now),
             commands: commands.map(|(settings, binding)| CommandFlow::new(settings, binding, now)),
             command_headlines: Headlines::default(),
+            wall_clock: None,
             outputs: VecDeque::new(),
         };
         gateway.handle(Input::Tick, now);
@@ -167,6 +180,16 @@ impl Gateway {
         self.publish_changed(changed, now);
     }
 
+    /// Compares both clocks in real time, where this is called again and again. A step of the wall clock is shown in
+    /// the diagnostics and changes nothing else.
+    pub fn read_wall_clock(&mut self, now: Now) {
+        let wall_clock = self.wall_clock.get_or_insert_with(|| WallClock::new(now));
+        if wall_clock.read(now) {
+            let status = wall_clock.status(&self.perception.node, now.mono);
+            self.publish_changed(vec![status], now);
+        }
+    }
+
     /// When to call [`Self::settle_commands`] if nothing else happens before; `None` while nothing is due.
     pub fn next_command_deadline(&self) -> Option<MonoTime> {
         self.commands.as_ref().and_then(CommandFlow::next_deadline)
@@ -194,6 +217,7 @@ impl Gateway {
             statuses.extend(commands.statuses(&self.perception.node, &self.perception.buses, now));
         }
         statuses.extend(self.perception.bus_statuses(now));
+        statuses.extend(self.wall_clock.map(|wall_clock| wall_clock.status(&self.perception.node, now)));
         statuses
     }
 
@@ -285,13 +309,13 @@ impl Gateway {
 /// The command in an output of the decider.
 fn decider_command(output: &Output) -> Option<CommandInput> {
     let Output::TurnSignal(output) = output else { return None };
-    let source = CommandSource::Decider;
+    let origin = CommandOrigin::Decider;
     match output {
         TurnSignalOutput::TurnCommand { command, stamp } => {
-            Some(CommandInput::Turn { source, command: EnumOrUnknown::Known(*command), stamp: *stamp })
+            Some(CommandInput::Turn { origin, command: EnumOrUnknown::Known(*command), stamp: *stamp })
         }
         TurnSignalOutput::HazardCommand { command, stamp } => {
-            Some(CommandInput::Hazard { source, command: EnumOrUnknown::Known(*command), stamp: *stamp })
+            Some(CommandInput::Hazard { origin, command: EnumOrUnknown::Known(*command), stamp: *stamp })
         }
         TurnSignalOutput::Decision(_) => None,
     }

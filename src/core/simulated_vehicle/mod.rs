@@ -56,7 +56,7 @@ pub enum Output {
     Frame {
         /// Bus of the frame.
         bus: BusIndex,
-        /// Frame to send.
+        /// Frame to send on the bus.
         frame: Frame,
     },
     /// An error frame that all other participants on a bus receive from their drivers.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::encoder::{SignalContent, SignalEncoder, SignalValue, Subject};
 use crate::core::can::bus::BusSettings;
-use crate::core::can::frame::{CanId, Frame, MAX_DATA};
+use crate::core::can::frame::{CanId, Frame, FrameFormat, MAX_DATA};
 use crate::core::can::link::BusIndex;
 use crate::core::command::settings::CommandBinding;
 use crate::core::dbc::codec::SignalCodec;
@@ -48,6 +48,7 @@ pub(super) struct PlannedMessage {
     pub(super) bus: BusIndex,
     pub(super) id: CanId,
     pub(super) length: usize,
+    pub(super) format: Option<FrameFormat>,
     /// Time between two frames without a change; `None` = sent on change only.
     pub(super) period: Option<Duration>,
     /// True if a change is sent immediately.
@@ -240,7 +241,7 @@ impl Draft<'_> {
             database.and_then(|database| database.messages.iter().find(|message| message.id == id));
         let unsendable = || PlanError::Unsendable(name.to_owned());
         let described = described.ok_or_else(unsendable)?;
-        let length = described.length;
+        let (length, format) = (described.length, described.format);
         let sample = [0; MAX_DATA];
         let cycle = described.cycle_ms.map(|ms| Duration::from_millis(ms.into()));
         self.messages.push(PlannedMessage {
@@ -248,12 +249,13 @@ impl Draft<'_> {
             bus,
             id,
             length,
+            format,
             period: period(timing, cycle),
             on_change: timing.is_event(),
             protection: protection.cloned(),
             pages: Vec::new(),
         });
-        sample.get(..length).and_then(|data| Frame::with_room(id, data)).ok_or_else(unsendable)?;
+        sample.get(..length).and_then(|data| Frame::with_format(id, format, data)).ok_or_else(unsendable)?;
         Ok(self.messages.len() - 1)
     }
 }

@@ -102,7 +102,8 @@ impl Transmission {
         if let Some(byte) = data.get_mut(bit / 8).filter(|_| is_wrong) {
             *byte ^= 1 << (bit % 8);
         }
-        data.get(..message.length).filter(|_| !is_lost).and_then(|data| Frame::with_room(message.id, data))
+        let data = data.get(..message.length).filter(|_| !is_lost);
+        data.and_then(|data| Frame::with_format(message.id, message.format, data))
     }
 
     pub(super) fn next_deadline(&self) -> Option<MonoTime> {

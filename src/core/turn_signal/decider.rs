@@ -109,7 +109,7 @@ impl Decider {
             Ok(observed) => observed,
             Err(finding) => {
                 findings.push(finding);
-                self.min_duration.force_off(now);
+                // NO_COMMAND switches nothing off: what is shown goes on without a gap when inputs are back.
                 return bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, findings);
             }
         };

@@ -84,7 +84,7 @@ impl MinDurationFilter {
         Shown { signal: requested, held: None, deadline: None }
     }
 
-    /// Switches off at once: inputs are missing, or the hazard lights are on.
+    /// Switches off at once, as when the hazard lights are on.
     pub fn force_off(&mut self, now: MonoTime) {
         if self.on.take().is_some() {
             self.off_since = Some(now);

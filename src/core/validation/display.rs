@@ -5,6 +5,7 @@ use super::observation::MissingReason;
 use super::table::{Role, SignalIndex, SignalTable};
 use crate::core::can::bus::Bus;
 use crate::core::can::bus_status::link_text;
+use crate::core::can::frame::FrameFormat;
 
 /// Meaning of one raw value of a signal for the gateway.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,6 +70,14 @@ pub fn missing_reason_text(
             format!("no new frame of {} ({}) on {interface} yet", message.name, message.id)
         }
         MissingReason::TooShort => format!("{} ({}) is received, but too short", message.name, message.id),
+        MissingReason::WrongFormat => match message.format {
+            Some(FrameFormat::Fd) => {
+                format!("{} ({}) is received, but not as CAN FD", message.name, message.id)
+            }
+            Some(FrameFormat::Classic) | None => {
+                format!("{} ({}) is received, but as CAN FD", message.name, message.id)
+            }
+        },
         MissingReason::NotCarried => {
             let signal = &table.signals[signal.0].name;
             format!("{} ({}) is received, but without {signal}", message.name, message.id)

@@ -28,6 +28,8 @@ pub enum MissingReason {
     NotTrusted(&'static str),
     /// Frames arrive, but the last one ended before a signal it should carry.
     TooShort,
+    /// Frames arrive, but the last one was of the other format, classical CAN or CAN FD, than the DBC gives.
+    WrongFormat,
     /// Frames arrive, but not those that carry this multiplexed signal.
     NotCarried,
     /// The value of an event message holds only while its bus is alive, and the bus is silent.
@@ -41,7 +43,7 @@ pub enum MissingReason {
 /// A signal, read and checked at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading<T> {
-    /// A valid value.
+    /// The signal has a valid value.
     Observed {
         /// Meaning of the raw value.
         meaning: Meaning<T>,
@@ -70,13 +72,16 @@ pub struct MessageCounts {
     pub frames: u64,
     /// Frames too short for a signal they should carry, of which no signal was used.
     pub too_short: u64,
+    /// Frames of another format than that of the message, of which no signal was used.
+    pub wrong_format: u64,
 }
 
-/// Receive time and length of the last frame of a message.
+/// The last frame of a message.
 #[derive(Debug, Clone, Copy)]
 struct LatestFrame {
     at: MonoTime,
-    too_short: bool,
+    /// Reason for which none of its signals was used, whatever they contain.
+    unusable: Option<MissingReason>,
 }
 
 /// State of one bound message.
@@ -119,8 +124,8 @@ impl Observations {
         Self { last: vec![None; table.signals.len()], messages: messages.collect() }
     }
 
-    /// Takes a frame of `message`: all signals it carries, or none when it is too short for one or
-    /// rejected. Returns whether its signals were used.
+    /// Takes a frame of `message`: all signals it carries, or none when it is of another format, too short for
+    /// one, or rejected. Returns whether its signals were used.
     pub fn frame_arrived(
         &mut self,
         table: &SignalTable,
@@ -134,10 +139,17 @@ impl Observations {
             &mut self.messages[message.0];
         let present = |signal: &&SignalIndex| table.signals[signal.0].codec.is_present(data);
         let needed = |signal: &SignalIndex| table.signals[signal.0].codec.needed_length();
-        let too_short = signals.iter().filter(present).any(|signal| needed(signal) > length);
-        *latest = Some(LatestFrame { at: now.mono, too_short });
-        if too_short {
+        let unusable = if table.messages[message.0].format.is_some_and(|format| format != frame.format()) {
+            counts.wrong_format += 1;
+            Some(MissingReason::WrongFormat)
+        } else if signals.iter().filter(present).any(|signal| needed(signal) > length) {
             counts.too_short += 1;
+            Some(MissingReason::TooShort)
+        } else {
+            None
+        };
+        *latest = Some(LatestFrame { at: now.mono, unusable });
+        if unusable.is_some() {
             return false;
         }
         counts.frames += 1;
@@ -282,14 +294,11 @@ impl MessageState {
         if let Some(reject) = self.last_reject.filter(|_| !self.trusted_since) {
             return Some(MissingReason::NotTrusted(reject.reason()));
         }
-        let LatestFrame { at, too_short } = self.latest?;
+        let LatestFrame { at, unusable } = self.latest?;
         if timeout.is_some_and(|timeout| now.since(at) > timeout) {
             return None;
         }
-        if too_short {
-            return Some(MissingReason::TooShort);
-        }
-        last.is_none_or(|last| last < at).then_some(MissingReason::NotCarried)
+        unusable.or_else(|| last.is_none_or(|last| last < at).then_some(MissingReason::NotCarried))
     }
 }
 

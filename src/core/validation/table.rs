@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::integrity::MessageIntegrity;
 use super::meaning::ValueMap;
-use crate::core::can::frame::CanId;
+use crate::core::can::frame::{CanId, FrameFormat};
 use crate::core::can::link::BusIndex;
 use crate::core::dbc::codec::SignalCodec;
 
@@ -37,6 +37,8 @@ pub struct BoundMessage {
     pub bus: BusIndex,
     /// Identifier of its frames.
     pub id: CanId,
+    /// Format of its frames, those of the other format are not its; `None` = either.
+    pub format: Option<FrameFormat>,
     /// Transmission scheme, which limits the age of its values.
     pub timing: Timing,
     /// Integrity rules that a frame must satisfy before its signals are used; `None` = none.

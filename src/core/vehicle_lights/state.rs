@@ -113,7 +113,7 @@ impl UnavailableReason {
 pub trait StateMachine {
     /// Content of a frame.
     type Input;
-    /// Derived state.
+    /// State that the sources derive.
     type State;
 
     /// Takes a frame; `None` = unknown, also when the last frame is no longer valid.

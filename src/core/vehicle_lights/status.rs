@@ -14,6 +14,7 @@ use crate::core::diagnostics::{Level, RateMeter, Status};
 use crate::core::time::MonoTime;
 use crate::core::validation::display::{missing_reason_text, raw_text};
 use crate::core::validation::integrity::IntegrityCounts;
+use crate::core::validation::observation::MessageCounts;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
 
 /// Diagnostic task of a report.
@@ -178,8 +179,9 @@ impl VehicleLights {
         let oldest = task.signals.iter().map(|signal| age(*signal)).max().flatten();
         let any_never = task.signals.iter().any(|signal| age(*signal).is_none());
         let frames = self.frames(task);
-        let too_short: u64 =
-            self.messages_of(task).iter().map(|m| self.observations.counts(*m).too_short).sum();
+        let total = |count: fn(MessageCounts) -> u64| -> u64 {
+            self.messages_of(task).iter().map(|message| count(self.observations.counts(*message))).sum()
+        };
         values.extend([
             ("signal", joined(&|signal| self.binding.table.signals[signal.0].name.clone())),
             ("raw_value", joined(&|signal| last(signal).map_or("none".into(), |last| raw_text(last.raw)))),
@@ -189,8 +191,10 @@ impl VehicleLights {
             ),
             ("frames", frames.to_string()),
             ("rate_hz", format!("{:.1}", task.rate.rate_hz(frames, now))),
-            ("too_short_frames", too_short.to_string()),
+            ("too_short_frames", total(|counts| counts.too_short).to_string()),
         ]);
+        let wrong_format = total(|counts| counts.wrong_format);
+        values.extend((wrong_format > 0).then(|| ("wrong_format_frames", wrong_format.to_string())));
         self.integrity_values(task, values);
     }
 

@@ -7,6 +7,7 @@
 //! | [`controller`] | the kernel's view of the controller below an interface |
 //! | `socket` | one raw CAN socket: filters, buffer, stamps, batches |
 //! | [`transmit`] | sending on that socket |
+//! | [`sender_lock`] | at most one process that sends commands on an interface |
 //! | `wire` | the kernel's structures, as bytes |
 //! | [`log`] | recordings on disk, in any format, plain or gzip |
 //! | [`formats`] | the formats of recordings, and how each is recognised |
@@ -16,6 +17,7 @@ pub mod controller;
 pub mod formats;
 mod link;
 pub mod log;
+pub mod sender_lock;
 mod socket;
 pub mod transmit;
 mod wire;

@@ -94,7 +94,7 @@ mod tests {
 
     use super::*;
     use crate::core::command::input::CommandInput;
-    use crate::core::command::settings::CommandSource;
+    use crate::core::command::origin::{CommandOrigin, SampleId};
     use crate::core::time::WallStamp;
     use crate::core::traffic_light::target::{Channel, Layer, StoreId};
 
@@ -131,7 +131,8 @@ mod tests {
         let inbox = Inbox::default();
         let turn = |number: u8, nanos| {
             let (command, stamp) = (number.into(), WallStamp::from_nanos(nanos));
-            (3, CommandInput::Turn { source: CommandSource::Topic, command, stamp }.into())
+            let origin = CommandOrigin::Topic(SampleId::default());
+            (3, CommandInput::Turn { origin, command, stamp }.into())
         };
         for (subscription, input) in [turn(2, 1), command(1), turn(3, 2), turn(1, 3), command(2)] {
             inbox.put(subscription, input);

@@ -10,7 +10,7 @@ use super::messages::{
 };
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
-use crate::core::command::settings::CommandSource;
+use crate::core::command::origin::{CommandOrigin, SampleId};
 use crate::core::gateway::event::Input;
 use crate::core::light_command::EnumOrUnknown;
 use crate::core::traffic_light::input::TrafficLightInput;
@@ -44,8 +44,13 @@ pub enum Unreadable {
     Hazard(u8),
 }
 
-/// Decodes a sample of a kind, without its encapsulation header.
-pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Input, Unreadable> {
+/// Decodes the bytes of a sample of a kind, without their encapsulation header.
+pub fn read(
+    kind: SubscriptionKind,
+    sample: SampleId,
+    bytes: &[u8],
+    endian: Endian,
+) -> Result<Input, Unreadable> {
     let bytes = Bytes { bytes, endian };
     Ok(match kind {
         SubscriptionKind::Groups(store) => bytes.whole::<TrafficLightGroupArray>()?.for_store(store).into(),
@@ -74,16 +79,17 @@ pub fn read(kind: SubscriptionKind, bytes: &[u8], endian: Endian) -> Result<Inpu
         SubscriptionKind::TurnCommand => {
             let message: TurnIndicatorsCommand = bytes.whole()?;
             let (command, stamp) = (message.command.into(), message.stamp.into());
-            CommandInput::Turn { source: CommandSource::Topic, command, stamp }.into()
+            CommandInput::Turn { origin: CommandOrigin::Topic(sample), command, stamp }.into()
         }
         SubscriptionKind::HazardCommand => {
             let message: HazardLightsCommand = bytes.whole()?;
             let (command, stamp) = (message.command.into(), message.stamp.into());
-            CommandInput::Hazard { source: CommandSource::Topic, command, stamp }.into()
+            CommandInput::Hazard { origin: CommandOrigin::Topic(sample), command, stamp }.into()
         }
         SubscriptionKind::ControlMode => {
             let message: ControlModeReport = bytes.whole()?;
-            CommandInput::ControlMode { mode: message.mode.into(), stamp: message.stamp.into() }.into()
+            let (mode, stamp) = (message.mode.into(), message.stamp.into());
+            CommandInput::ControlMode { sample, mode, stamp }.into()
         }
     })
 }
@@ -115,7 +121,7 @@ mod tests {
     use super::*;
 
     fn command(bytes: &[u8], endian: Endian) -> Option<Input> {
-        read(SubscriptionKind::Command, bytes, endian).ok()
+        read(SubscriptionKind::Command, SampleId::default(), bytes, endian).ok()
     }
 
     #[test]

@@ -8,6 +8,7 @@ use super::inbox::Inbox;
 use super::link::{FromNetwork, NetworkStatus, Sample, SampleEncoding, Violation};
 use super::reading::{Endian, read};
 use super::topics::{Subscription, SubscriptionKind};
+use crate::core::command::origin::{SampleId, WriterId};
 use crate::core::gateway::event::Input;
 use crate::core::traffic_light::input::TrafficLightInput;
 
@@ -125,7 +126,8 @@ impl Reception {
             SampleEncoding::Big => Endian::Big,
             SampleEncoding::Little => Endian::Little,
         };
-        match read(*kind, sample.bytes, endian) {
+        let id = SampleId { writer: WriterId(sample.writer), sequence: sample.number };
+        match read(*kind, id, sample.bytes, endian) {
             Ok(input) if duplicate_filter.is_first(sample.writer, sample.number) => {
                 status.received += 1;
                 status.rejected_groups += rejected(&input);

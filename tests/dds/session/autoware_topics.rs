@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::settings::CommandSource;
+use signal_gateway::core::command::origin::CommandOrigin;
 use signal_gateway::core::gateway::event::Input;
 use signal_gateway::core::light_command::EnumOrUnknown;
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput};
@@ -45,13 +45,13 @@ pub(crate) fn shown(input: &Input) -> Value {
             json!({"points": points.len()})
         }
         Input::Planner(input) => json!({"input": format!("{input:?}")}),
-        Input::Command(CommandInput::Turn { source: CommandSource::Topic, command, stamp }) => {
+        Input::Command(CommandInput::Turn { origin: CommandOrigin::Topic(_), command, stamp }) => {
             json!({"turn": number(*command, |command| command as u8), "sec": stamp.sec()})
         }
-        Input::Command(CommandInput::Hazard { source: CommandSource::Topic, command, stamp }) => {
+        Input::Command(CommandInput::Hazard { origin: CommandOrigin::Topic(_), command, stamp }) => {
             json!({"hazard": number(*command, |command| command as u8), "sec": stamp.sec()})
         }
-        Input::Command(CommandInput::ControlMode { mode, stamp }) => {
+        Input::Command(CommandInput::ControlMode { mode, stamp, .. }) => {
             json!({"mode": number(*mode, |mode| mode as u8), "sec": stamp.sec()})
         }
         Input::Command(_) | Input::TrafficLight(_) | Input::Can(_) | Input::Tick => Value::Null,

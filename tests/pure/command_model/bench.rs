@@ -12,27 +12,26 @@ use signal_gateway::core::command::allow_list::CommandFrame;
 use signal_gateway::core::command::flow::CommandFlow;
 use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
-use signal_gateway::core::command::settings::CommandSource;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 use crate::support::clock::at_ns;
-use crate::support::command_vehicle::{DBC, asks};
+use crate::support::command_vehicle::{DBC, asks, next_origin, next_sample};
 use crate::support::files::MemoryFiles;
 
 /// `TurnIndicatorsCommand` of the topic, with this number.
 pub(crate) fn turn(number: u8, stamp: WallStamp) -> CommandInput {
-    CommandInput::Turn { source: CommandSource::Topic, command: number.into(), stamp }
+    CommandInput::Turn { origin: next_origin(), command: number.into(), stamp }
 }
 
 /// `HazardLightsCommand` of the topic, with this number.
 pub(crate) fn hazard(number: u8, stamp: WallStamp) -> CommandInput {
-    CommandInput::Hazard { source: CommandSource::Topic, command: number.into(), stamp }
+    CommandInput::Hazard { origin: next_origin(), command: number.into(), stamp }
 }
 
 /// `ControlModeReport` with this number.
 pub(crate) fn mode(number: u8, stamp: WallStamp) -> CommandInput {
-    CommandInput::ControlMode { mode: number.into(), stamp }
+    CommandInput::ControlMode { sample: next_sample(), mode: number.into(), stamp }
 }
 
 /// The configuration with these lines in its `[command]`.
@@ -53,6 +52,8 @@ pub(crate) struct Bench {
     pub(crate) flow: CommandFlow,
     pub(crate) buses: Vec<Bus>,
     pub(crate) now_ns: u64,
+    /// How far the clock of this host is ahead, in ns.
+    pub(crate) clock_ahead_ns: i64,
     /// When, and what.
     pub(crate) sent: Vec<(u64, Frame)>,
     pub(crate) would_send: Vec<Frame>,
@@ -69,11 +70,12 @@ impl Bench {
         };
         let flow = CommandFlow::new(config.settings, config.binding, at_ns(0));
         let buses = vec![Bus::new(bus, LinkState::Up)];
-        Self { flow, buses, now_ns: 0, sent: Vec::new(), would_send: Vec::new() }
+        Self { flow, buses, now_ns: 0, clock_ahead_ns: 0, sent: Vec::new(), would_send: Vec::new() }
     }
 
     pub(crate) fn now(&self) -> Now {
-        at_ns(self.now_ns)
+        let now = at_ns(self.now_ns);
+        Now { wall: WallStamp::from_nanos(now.wall.as_nanos().saturating_add(self.clock_ahead_ns)), ..now }
     }
 
     /// Settles and takes the frames that come of it.

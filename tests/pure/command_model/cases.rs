@@ -118,7 +118,7 @@ const CASES: &[Case] = &[
         must: &[(1400, "left, any hazard", (OK, ""), (OK, "")), (9000, "left, any hazard", (WARN, "no report shows it"), (WARN, "no report shows it"))] },
     Case { id: "hazard lights that may be the driver's, for all that is known", section: "",
         does: &[(0, Do::NoReport), (0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (2000, Do::Hazard(2)), (4000, Do::Hazard(1))],
-        must: &[(100, "left, any hazard", (OK, ""), (OK, "no report says whether they are on")),
+        must: &[(100, "left, any hazard", (OK, ""), (OK, "no report shows whether they are on")),
                 (2010, "hazard", (OK, ""), (OK, "on")), (4010, "left", (OK, ""), (OK, "off"))] },
     Case { id: "the driver's hazard lights, then no report", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::HazardButton(true)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (3000, Do::NoReport)],

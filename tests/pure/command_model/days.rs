@@ -7,24 +7,42 @@ use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::command::Reported;
 use signal_gateway::core::command::Turn;
 use signal_gateway::core::command::input::CommandInput;
+use signal_gateway::core::command::origin::{CommandOrigin, SampleId, WriterId};
 use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::time::{MonoTime, WallStamp};
 
-use crate::pure::command_model::bench::{Bench, config, hazard, turn};
-use crate::pure::command_model::model::{Asked, Event, Rules, Silence, asked};
+use crate::pure::command_model::bench::{Bench, config, mode};
+use crate::pure::command_model::model::{Asked, Command, Event, Rules, Silence, asked};
 use crate::support::clock::MS;
 use crate::support::command_vehicle::{PROFILE, asks};
 
 const PERIOD_NS: u64 = 100 * MS;
 const MIN_GAP_NS: u64 = 10 * MS;
 
+const ELEVEN_DAYS_MS: i64 = 11 * 86_400_000;
+
+fn any_command(raw: std::ops::Range<u8>) -> impl Strategy<Value = Command> {
+    let clock = prop_oneof![
+        8 => Just(0_i64),
+        1 => -400..400_i64,
+        1 => prop_oneof![Just(-ELEVEN_DAYS_MS), Just(ELEVEN_DAYS_MS)],
+    ];
+    let is_overtaken = prop_oneof![9 => Just(false), 1 => Just(true)];
+    (0_u8..2, raw, clock, is_overtaken).prop_map(|(writer, raw, ahead_ms, is_overtaken)| Command {
+        writer,
+        raw,
+        ahead_ms,
+        is_overtaken,
+    })
+}
+
 fn any_event() -> impl Strategy<Value = Event> {
-    let offset = || prop_oneof![8 => Just(0_i64), 1 => -400..0_i64, 1 => 0..400_i64];
     let turn =
         prop_oneof![Just(None), Just(Some(Turn::Off)), Just(Some(Turn::Left)), Just(Some(Turn::Right))];
     prop_oneof![
-        6 => (0_u8..6, offset()).prop_map(|(raw, offset)| Event::Turn(raw, offset)),
-        6 => (0_u8..5, offset()).prop_map(|(raw, offset)| Event::Hazard(raw, offset)),
+        6 => any_command(0..6).prop_map(Event::Turn),
+        6 => any_command(0..5).prop_map(Event::Hazard),
+        1 => (-5_000..5_000_i64).prop_map(Event::ClockStep),
         6 => prop_oneof![4 => 1_u8..4, 1 => 0_u8..9].prop_map(Event::Mode),
         1 => any::<bool>().prop_map(Event::Link),
         2 => (turn, any::<Option<bool>>()).prop_map(|(turn, hazard)| Event::Report(turn, hazard)),
@@ -147,14 +165,27 @@ impl Day {
         }
     }
 
+    /// Origin and stamp of a command that is sent now.
+    fn sent(&self, command: Command) -> (CommandOrigin, WallStamp) {
+        let sequence = if command.is_overtaken { 0 } else { i64::try_from(self.history.len()).unwrap() };
+        let sample = SampleId { writer: WriterId([command.writer; 16]), sequence };
+        let wall_ns = self.bench.now().wall.as_nanos();
+        (CommandOrigin::Topic(sample), WallStamp::from_nanos(wall_ns + command.ahead_ms * 1_000_000))
+    }
+
     fn happen(&mut self, event: Event) -> Result<(), TestCaseError> {
-        let now = self.bench.now();
-        let stamp = |offset: i64| WallStamp::from_nanos(now.wall.as_nanos() + offset * 1_000_000);
         self.history.push((self.bench.now_ns, event));
         match event {
-            Event::Turn(raw, offset) => self.bench.take(turn(raw, stamp(offset))),
-            Event::Hazard(raw, offset) => self.bench.take(hazard(raw, stamp(offset))),
-            Event::Mode(raw) => self.bench.mode(raw),
+            Event::Turn(command) => {
+                let (origin, stamp) = self.sent(command);
+                self.bench.take(CommandInput::Turn { origin, command: command.raw.into(), stamp });
+            }
+            Event::Hazard(command) => {
+                let (origin, stamp) = self.sent(command);
+                self.bench.take(CommandInput::Hazard { origin, command: command.raw.into(), stamp });
+            }
+            Event::ClockStep(by_ms) => self.bench.clock_ahead_ns += by_ms * 1_000_000,
+            Event::Mode(raw) => self.bench.take(mode(raw, WallStamp::default())),
             Event::Link(up) => {
                 let state = if up { LinkState::Up } else { LinkState::Down };
                 self.bench.buses[0].set_link(state);

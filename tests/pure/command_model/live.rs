@@ -7,12 +7,12 @@ use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::gateway::event::Output;
-use signal_gateway::core::time::MonoTime;
+use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use signal_gateway::daemon::live::Live;
 
 use crate::pure::command_model::bench::{mode, settings, turn};
 use crate::support::clock::at_ms;
-use crate::support::command_vehicle::PROFILE;
+use crate::support::command_vehicle::{PROFILE, asks};
 
 /// Frames given out while the vehicle's report is read 7 ms late, and commands come in between.
 fn frames(until_ms: u64, full: std::ops::Range<u64>) -> Vec<(u64, Frame)> {
@@ -71,6 +71,36 @@ fn what_could_not_be_sent_is_sent_again_with_the_same_counter() {
     let counters: Vec<_> = sent.iter().map(|(_, frame)| frame.data()[6] & 15).collect();
     assert!(counters.windows(2).all(|pair| pair[1] == (pair[0] + 1) % 16), "{counters:?}");
     assert!(sent.iter().any(|(ms, _)| (700..=710).contains(ms)), "as soon as there is room");
+}
+
+#[test]
+fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
+    let mut live = Live::new(settings("tx = \"on\"", PROFILE).gateway, &[LinkState::Up], at_ms(0));
+    let (mut asked, mut shown) = (Vec::new(), Vec::new());
+    for ms in 0..6_000 {
+        let ahead_ns = if ms < 2_050 { 0 } else { -2_000_000_000 };
+        let wall = WallStamp::from_nanos(at_ms(ms).wall.as_nanos() + ahead_ns);
+        let read = Now { wall, ..at_ms(ms) };
+        if ms % 100 == 0 {
+            live.take([mode(1, wall), turn(2, wall)], read);
+        }
+        while live.step(read.mono, |_, _| ()).is_some() {}
+        live.settle_commands(read);
+        while let Some(output) = live.poll_output() {
+            if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
+                asked.push(asks(frame.frame().data()));
+            } else if let Output::Diagnostics { diagnostics, .. } = output
+                && !diagnostics.refresh
+            {
+                let of_clock = |name: &str| name.ends_with(": wall_clock");
+                let statuses = diagnostics.statuses.into_iter().filter(|status| of_clock(&status.name));
+                shown.extend(statuses.map(|status| (ms, status.message)));
+            }
+        }
+    }
+    asked.dedup();
+    assert_eq!(asked, ["-", "left, any hazard"]);
+    assert_eq!(shown, [(2_050, "the wall clock has stepped by -2.000 s".to_owned())]);
 }
 
 #[test]

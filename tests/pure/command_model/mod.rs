@@ -4,6 +4,7 @@
 mod bench;
 mod buttons;
 mod cases;
+mod clocks;
 mod closed_loop;
 mod days;
 mod gateway;

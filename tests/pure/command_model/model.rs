@@ -2,13 +2,26 @@
 
 use signal_gateway::core::command::Turn;
 
+/// A command of one of the writers of its topic.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Command {
+    pub(crate) writer: u8,
+    pub(crate) raw: u8,
+    /// How far the clock of the writer is ahead of that of the gateway.
+    pub(crate) ahead_ms: i64,
+    /// An earlier message than all others of the writer.
+    pub(crate) is_overtaken: bool,
+}
+
 /// Something that came in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Event {
-    /// A turn command, its stamp so many ms off.
-    Turn(u8, i64),
-    /// A hazard command, likewise.
-    Hazard(u8, i64),
+    /// A turn command.
+    Turn(Command),
+    /// A hazard command.
+    Hazard(Command),
+    /// The clock of the gateway's host steps by so much.
+    ClockStep(i64),
     /// A control mode.
     Mode(u8),
     /// The link goes up or down.
@@ -52,11 +65,11 @@ enum Stand {
 
 /// What is to be asked for at `at`, after `history`.
 pub(crate) fn asked(rules: Rules, history: &[(u64, Event)], at: u64) -> Asked {
-    let turn = stand(history, at, rules.turn_ns, 3, |event| {
-        if let Event::Turn(raw, offset) = event { Some((raw, offset)) } else { None }
+    let turn = stand(history, at, rules.turn_ns, 3, None, |event| {
+        if let Event::Turn(command) = event { Some(command) } else { None }
     });
-    let hazard = stand(history, at, rules.hazard_ns, 2, |event| {
-        if let Event::Hazard(raw, offset) = event { Some((raw, offset)) } else { None }
+    let hazard = stand(history, at, rules.hazard_ns, 2, Some(2), |event| {
+        if let Event::Hazard(command) = event { Some(command) } else { None }
     });
     let mode = history
         .iter()
@@ -94,39 +107,52 @@ fn side(raw: u8) -> Turn {
     }
 }
 
-/// Goes through all messages of one sender; `highest` = its highest defined value.
+/// Goes through all messages of one topic; `highest` = its highest defined value, `urgent` = the one that counts
+/// whatever its stamp.
 fn stand(
     history: &[(u64, Event)],
     at: u64,
     limit: u64,
     highest: u8,
-    message: impl Fn(Event) -> Option<(u8, i64)>,
+    urgent: Option<u8>,
+    command: impl Fn(Event) -> Option<Command>,
 ) -> Stand {
-    let mut taken: Vec<(u64, u8, i64)> = Vec::new();
-    // The first message of those that seemed to be of the past.
-    let mut suspected_at: Option<u64> = None;
+    const MS: i64 = 1_000_000;
+    /// For so long a message counts more than an earlier one of its writer.
+    const ORDER_NS: u64 = 1_000_000_000;
+    let mut taken: Vec<(u64, u8)> = Vec::new();
+    // By writer: its last message that was taken, and the first of those that seemed to be of the past.
+    let mut last_of = [None::<u64>; 256];
+    let mut suspected_of = [None::<u64>; 256];
+    let mut clock_ms = 0;
     for (time, event) in history {
-        let Some((raw, offset_ms)) = message(*event) else { continue };
-        let stamp = i64::try_from(*time).unwrap() + offset_ms * 1_000_000;
-        let speaks = taken.last().filter(|(before, ..)| time - before <= limit);
-        if raw > highest || speaks.is_some_and(|(_, _, newest)| stamp < *newest) {
+        if let Event::ClockStep(by_ms) = event {
+            clock_ms += by_ms;
+        }
+        let Some(Command { writer, raw, ahead_ms, is_overtaken }) = command(*event) else { continue };
+        let (last, suspected) = (&mut last_of[usize::from(writer)], &mut suspected_of[usize::from(writer)]);
+        let is_within = |limit| last.is_some_and(|before| time - before <= limit);
+        if raw > highest || (is_overtaken && is_within(limit.min(ORDER_NS))) {
             continue;
         }
-        let is_past = stamp < 0 || stamp + i64::try_from(limit).unwrap() < i64::try_from(*time).unwrap();
-        if speaks.is_none() && is_past {
-            let begun = suspected_at;
-            suspected_at = begun.or(Some(*time));
+        let wall = i64::try_from(*time).unwrap() + clock_ms * MS;
+        let stamp = wall + ahead_ms * MS;
+        let is_past = stamp < 0 || stamp + i64::try_from(limit).unwrap() < wall;
+        if !is_within(limit) && is_past && urgent != Some(raw) {
+            let begun = *suspected;
+            *suspected = begun.or(Some(*time));
             if begun.is_none_or(|since| time - since < 50_000_000) {
                 continue;
             }
         }
-        suspected_at = None;
-        taken.push((*time, raw, stamp));
+        *suspected = None;
+        *last = Some(*time);
+        taken.push((*time, raw));
     }
-    let wish = taken.iter().rev().find(|(_, raw, _)| *raw > 0);
+    let wish = taken.iter().rev().find(|(_, raw)| *raw > 0);
     match (wish, taken.last()) {
-        (Some((time, raw, _)), _) if at - time <= limit => Stand::Wants(*raw),
-        (_, Some((heard, raw, _))) if *raw > 0 && at - heard > limit => Stand::Silent(*raw),
+        (Some((time, raw)), _) if at - time <= limit => Stand::Wants(*raw),
+        (_, Some((received, raw))) if *raw > 0 && at - received > limit => Stand::Silent(*raw),
         _ => Stand::Nothing,
     }
 }

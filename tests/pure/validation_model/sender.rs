@@ -203,4 +203,6 @@ BO_ 256 TURN: 8 X
  SG_ STATE : 16|2@1+ (1,0) [0|3] \"\" X
  SG_ CRC : 56|8@1+ (1,0) [0|255] \"\" X
 BO_ 257 ALIVE: 1 X
+BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"StandardCAN_FD\";
+BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN_FD\";
 ";

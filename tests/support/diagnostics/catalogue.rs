@@ -26,6 +26,14 @@ const MISSING: &[(&str, &str)] = &[
         "Correct the DBC or the profile; the vehicle's message is shorter.",
     ),
     (
+        "{message} ({id}) is received, but as CAN FD",
+        "Find out who else sends this identifier, or correct `VFrameFormat` in the DBC.",
+    ),
+    (
+        "{message} ({id}) is received, but not as CAN FD",
+        "Find out who else sends this identifier, or correct `VFrameFormat` in the DBC.",
+    ),
+    (
         "{message} ({id}) is received, but without {signal}",
         "Check whether the vehicle sends the multiplexed page with this signal.",
     ),
@@ -49,6 +57,7 @@ pub(super) fn tasks() -> Vec<Task> {
         interface(),
         command(),
         command_transmission(),
+        wall_clock(),
         planning::decider(),
         planning::channel(),
         planning::scenario(),
@@ -77,7 +86,7 @@ impl Key {
     }
 }
 
-fn lights() -> Task {
+fn lights_messages() -> Vec<Message> {
     let mut messages = vec![message(Ok, "publishing", NOTHING)];
     messages.extend(missing(Error, "unknown: ", ""));
     messages.extend([
@@ -140,12 +149,16 @@ fn lights() -> Task {
             "Find out which source is wrong; the more trusted one is used.",
         ),
     ]);
+    messages
+}
+
+fn lights() -> Task {
     let guarded = "if a message of the report has a checksum, counter or E2E profile";
     Task {
         names: &["turn_indicators", "hazard_lights"],
         about: "Whether the vehicle's report is published, and if not, why. There is one status for each report of a \
                 vehicle profile. Several parts are joined by `; `; the status has the level of the worst.",
-        messages,
+        messages: lights_messages(),
         keys: vec![
             key("report", "-", "Constant of the report that is published, or `not published`."),
             key("source", "-", "Source the state comes from.").when("if the profile has sources for it"),
@@ -159,6 +172,12 @@ fn lights() -> Task {
             key("frames", "-", "Frames of these messages since start.").when("as `signal`"),
             key("rate_hz", "Hz", "The same over the last 5 s.").when("as `signal`"),
             key("too_short_frames", "-", "Frames too short for a signal that is bound.").when("as `signal`"),
+            key(
+                "wrong_format_frames",
+                "-",
+                "Frames of the other format, classical CAN or CAN FD, than in the DBC.",
+            )
+            .when("once there was one"),
             key("rejected_frames", "-", "Frames that failed the integrity check.").when(guarded),
             key("wrong_checksums", "-", "Of these, with a wrong checksum.").when(guarded),
             key("lost_frames", "-", "Frames missing by their counters.").when(guarded),
@@ -259,11 +278,6 @@ fn command() -> Task {
             message(Warn, "no command received", "Start the sender, or check the topic's name."),
             message(
                 Warn,
-                "a command with an older stamp is rejected",
-                "Check the sender's clock, and whether there is a second sender.",
-            ),
-            message(
-                Warn,
                 "the command changes all the time: more than one sender?",
                 "Look for a second sender on the topic.",
             ),
@@ -302,7 +316,7 @@ fn command() -> Task {
                 "reason",
                 "-",
                 "`as commanded`, `hazard lights come first`, `the command has timed out`, `nothing requested`, \
-                 `no command yet`, `not allowed in this control mode`, `left to the driver`, `no report says whether \
+                 `no command yet`, `not allowed in this control mode`, `left to the driver`, `no report shows whether \
                  they are on` or `the gateway ends`.",
             ),
             key("reported", "-", "`off`, `on`, `left` or `right` as the vehicle reports it, or `unknown`."),
@@ -310,7 +324,7 @@ fn command() -> Task {
             key("commands", "-", "Commands received since start."),
             key("no_command", "-", "Of these, `NO_COMMAND`."),
             key("undefined", "-", "Of these, with an undefined value."),
-            key("non_monotonic_stamps", "-", "Of these, with a stamp older than one used before."),
+            key("overtaken_messages", "-", "Of these, received after a later one of the same writer."),
             key("stale_messages", "-", "Of these, made before the gateway started or too long ago."),
             key("driver_overrides", "-", "Times the driver took over."),
             key(
@@ -318,6 +332,25 @@ fn command() -> Task {
                 "-",
                 "Times the report differed from the command for `error_after_ms`.",
             ),
+        ],
+    }
+}
+
+fn wall_clock() -> Task {
+    Task {
+        names: &["wall_clock"],
+        about: "Steps of this host's wall clock. Nothing is decided by it, but stamps follow it. Not in a replay.",
+        messages: vec![
+            message(Ok, "steady", NOTHING),
+            message(
+                Warn,
+                "the wall clock has stepped by {seconds} s",
+                "Check the time synchronisation of the host; the warning ends after 10 s.",
+            ),
+        ],
+        keys: vec![
+            key("steps", "-", "Steps of 10 ms or more since start."),
+            key("last_step_s", "s", "The last step, positive if it went ahead; `-` without any."),
         ],
     }
 }

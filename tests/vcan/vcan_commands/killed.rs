@@ -31,6 +31,7 @@ mod slow {
 }
 
 /// Samples that Autoware's gate keeps for late readers were meant for another time.
+/// Hazard lights on alone would be carried out.
 #[test]
 fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_later() {
     let vcan = require!(Vcan::new("vcan-kept"));
@@ -40,7 +41,7 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
     let folder = PACMOD.folder(vcan.name, &format!("[command]\ntx = \"on\"\n{ros}"), &Change::NONE);
     let recording = Recording::of(vcan.name);
     let commander = Commander::start(&cyclone, domain, Durability::TransientLocal);
-    commander.send("turn once 2; hazard once 2; mode 1 10");
+    commander.send("turn once 2; hazard once 1; mode 1 10");
     let _gateway = Process::run(&folder);
     commander.wait_for_readers(Mark::START, true);
     let since = commander.mark();

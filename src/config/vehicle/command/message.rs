@@ -68,7 +68,7 @@ pub(super) fn command_message(
         fields.refuse("idle", "this message cannot express that nothing is requested", remedy);
     }
     let idle = idle.unwrap_or(if can_be_neutral { Idle::Neutral } else { Idle::Silent });
-    let permission = allowed.admit(binder.buses[bus].index, message.id, message.length);
+    let permission = allowed.admit(binder.buses[bus].index, message.id, message.length, message.format);
     let remedy = "describe messages that can be sent, each once";
     let permission = binder.checker.accept(&name.location, permission, remedy);
     let mut background = [if unused_bits == 1 { 0xFF } else { 0 }; MAX_DATA];

@@ -103,8 +103,8 @@ pub struct CounterState {
 
 impl CounterRule {
     /// A counter from `first` to `last` (e.g. 0 to 14) and back to `first`, incremented by 1 with every
-    /// frame. One repeated frame (CAN controllers retransmit after errors) is not a gap; after a gap one frame in
-    /// sequence is required.
+    /// frame. One repeated frame (CAN controllers retransmit after errors) is not a gap; after a gap or a silence one
+    /// frame in sequence is required.
     pub fn new(first: u32, last: u32) -> Result<Self, CounterError> {
         if first >= last {
             return Err(CounterError::Range { first, last });
@@ -138,8 +138,8 @@ impl CounterRule {
         Self { tolerated_repeats, ..self }
     }
 
-    /// Sets the number of frames in sequence that are required after a wrong sequence before one is
-    /// accepted; with 0 the next one is.
+    /// Sets the number of frames in sequence that are required after a wrong sequence or a silence before one
+    /// is accepted; with 0 the next one is.
     pub fn with_sync_after(self, sync_after: u8) -> Self {
         Self { sync_after, ..self }
     }
@@ -202,6 +202,14 @@ impl Counter {
 }
 
 impl CounterState {
+    /// Forgets the last value, as a silence demands: the next frame only initialises, and then as many frames in
+    /// sequence are required as after a gap. Without a value before, none are.
+    pub fn forget(&mut self, rule: &CounterRule) {
+        if self.last.is_some() {
+            *self = Self { syncing: rule.sync_after, ..Self::default() };
+        }
+    }
+
     /// Compares the counter of the next frame, `to`, with the one before.
     pub fn step(&mut self, rule: &CounterRule, to: u32, frame: &Frame) -> Sequence {
         if !(rule.first..=rule.last).contains(&to) {
@@ -300,6 +308,21 @@ mod tests {
         let rule = rule(0, 15);
         assert_eq!(run(&rule, &[0, 0, 1]), [Initial, Repeated, Ok]);
         assert_eq!(run(&rule, &[0, 0, 0, 1, 2]), [Initial, Repeated, Repeated, Syncing(0), Ok]);
+    }
+
+    #[test]
+    fn silence_requires_as_many_frames_in_sequence_as_a_gap() {
+        use Sequence::{Initial, Ok, Syncing};
+        let rule = rule(0, 15).with_sync_after(2);
+        let mut state = CounterState::default();
+        let frame = Frame::classic(CanId::Standard(1), &[]).unwrap();
+        state.forget(&rule);
+        assert_eq!([3, 4].map(|value| state.step(&rule, value, &frame)), [Initial, Ok], "none before");
+        for _ in 0..2 {
+            state.forget(&rule);
+        }
+        let results = [9, 10, 11, 12].map(|value| state.step(&rule, value, &frame));
+        assert_eq!(results, [Initial, Syncing(1), Syncing(0), Ok]);
     }
 
     #[test]

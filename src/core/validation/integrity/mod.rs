@@ -219,7 +219,11 @@ impl IntegrityChecker {
 
     /// Resets the state, e.g. after the link was lost, but keeps the counts.
     pub fn forget(&mut self) {
-        self.counter = CounterState::default();
+        match &self.rules.protection {
+            Protection::Fields { counter: Some(counter), .. } => self.counter.forget(counter.rule()),
+            Protection::E2e { counter, .. } => self.counter.forget(counter),
+            Protection::Fields { counter: None, .. } => {}
+        }
         self.window = WindowState::default();
         self.last_intact = None;
     }

@@ -101,14 +101,30 @@ fn silence_resets_checker() {
     receiver.now = receiver.now.after(Duration::from_millis(400));
     assert_eq!(receiver.counters(&[5]), [Trusted], "500 ms is the limit");
     receiver.now = receiver.now.after(Duration::from_millis(401));
-    assert_eq!(receiver.counters(&[6, 7]), [Rejected(Initial), Trusted]);
+    let anew = [Rejected(Initial), Rejected(Syncing(0)), Trusted];
+    assert_eq!(receiver.counters(&[6, 7, 8]), anew);
     // Damaged frames do not end a silence.
     for _ in 0..6 {
         receiver.receive(&[0; 8]);
     }
-    assert_eq!(receiver.counters(&[8, 9]), [Rejected(Initial), Trusted]);
+    assert_eq!(receiver.counters(&[9, 10, 11]), anew);
     receiver.checker.forget();
-    assert_eq!(receiver.counters(&[10, 11]), [Rejected(Initial), Trusted]);
+    assert_eq!(receiver.counters(&[12, 13, 14]), anew);
+}
+
+#[test]
+fn a_longer_gap_is_not_trusted_sooner() {
+    let Protection::Fields { checksum, counter: Some(counter) } = fca().protection else { unreachable!() };
+    let counter = Counter::new(counter.rule().with_sync_after(5), counter.signal().clone()).unwrap();
+    let protection = Protection::Fields { checksum, counter: Some(counter) };
+    for gap_ms in [400, 501] {
+        let mut receiver = Receiver::new(MessageIntegrity { protection: protection.clone(), ..fca() });
+        receiver.counters(&[3, 4]);
+        receiver.now = receiver.now.after(Duration::from_millis(gap_ms - 100));
+        let verdicts = receiver.counters(&[9, 10, 11, 12, 13, 14, 15, 0]);
+        let trusted = verdicts.iter().position(|verdict| *verdict == Trusted);
+        assert_eq!(trusted, Some(6), "frame 7 after {gap_ms} ms: {verdicts:?}");
+    }
 }
 
 #[test]

@@ -33,6 +33,7 @@ fn binding() -> LightsBinding {
                 name: "BLINK".into(),
                 bus: BusIndex(0),
                 id: CanId::Standard(0x123),
+                format: None,
                 timing: Timing::Cyclic { timeout: Duration::from_millis(500) },
                 integrity: None,
             }],

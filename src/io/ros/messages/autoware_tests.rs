@@ -9,14 +9,20 @@ use super::lanelet_route::MAX_SEGMENTS;
 use super::path_with_lane_id::{MAX_LANES, MAX_POINTS};
 use super::*;
 use crate::core::command::input::CommandInput;
-use crate::core::command::settings::CommandSource;
+use crate::core::command::origin::{CommandOrigin, SampleId, WriterId};
 use crate::core::gateway::event::Input;
 use crate::core::map::geometry as plane;
 use crate::core::turn_signal::planner_input::{self, FactorTopic, OperationMode, PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
 use crate::core::turn_signal::signal::{Hazard, Signal};
-use crate::io::ros::reading::{Endian, Unreadable, read};
+use crate::io::ros::reading::{self, Endian, Unreadable};
 use crate::io::ros::topics::SubscriptionKind as Kind;
+
+const SAMPLE: SampleId = SampleId { writer: WriterId([7; 16]), sequence: 5 };
+
+fn read(kind: Kind, bytes: &[u8], endian: Endian) -> Result<Input, Unreadable> {
+    reading::read(kind, SAMPLE, bytes, endian)
+}
 
 fn header() -> Header {
     Header { stamp: STAMP.into(), frame_id: "map".to_owned() }
@@ -288,16 +294,14 @@ fn commands_and_modes_are_handed_on_as_sent() {
     for raw in [0, 3, 7, 255] {
         let bytes = with_stamp(&[raw]);
         let decoded = |kind| read(kind, &bytes, Endian::Little);
-        let (source, stamp) = (CommandSource::Topic, STAMP);
-        let turn = CommandInput::Turn { source, command: raw.into(), stamp };
+        let (sample, origin, stamp) = (SAMPLE, CommandOrigin::Topic(SAMPLE), STAMP);
+        let turn = CommandInput::Turn { origin, command: raw.into(), stamp };
         assert_eq!(decoded(Kind::TurnCommand), Ok(turn.into()));
-        let hazard = CommandInput::Hazard { source, command: raw.into(), stamp };
+        let hazard = CommandInput::Hazard { origin, command: raw.into(), stamp };
         assert_eq!(decoded(Kind::HazardCommand), Ok(hazard.into()));
         assert_eq!(cdr(&ControlModeReport { stamp: STAMP.into(), mode: raw }), bytes);
-        assert_eq!(
-            decoded(Kind::ControlMode),
-            Ok(CommandInput::ControlMode { mode: raw.into(), stamp }.into())
-        );
+        let mode = CommandInput::ControlMode { sample, mode: raw.into(), stamp };
+        assert_eq!(decoded(Kind::ControlMode), Ok(mode.into()));
         assert_eq!(decoded(Kind::OwnTurnCommand), Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw))));
         assert_eq!(decoded(Kind::OwnHazardCommand), Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw))));
     }

@@ -1,17 +1,17 @@
 //! Commands that are obeyed, refused, silent, or the driver's; and frames that are not sent.
 
 use std::cell::Cell;
+use std::time::Duration;
 
 use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::command::input::CommandInput;
-use signal_gateway::core::command::settings::CommandSource;
 use signal_gateway::core::time::MonoTime;
 
 use super::{BUS, Desk, Reported};
 use crate::support::clock::at_ms;
-use crate::support::command_vehicle::{DBC, PROFILE};
+use crate::support::command_vehicle::{DBC, PROFILE, next_origin, next_sample};
 
 const STATE: u16 = 560;
 const AUTONOMOUS: u8 = 1;
@@ -24,6 +24,7 @@ pub(super) fn drive(reported: &mut Reported) {
     oscillation(reported);
     button(reported);
     transmission(reported);
+    clock_step(reported);
 }
 
 fn vehicle<'a>(tx: &str, reported: &'a mut Reported) -> Desk<'a> {
@@ -45,11 +46,11 @@ fn command(desk: &mut Desk<'_>, ms: u64, state: Option<u8>, commands: &[fn(u64) 
 }
 
 fn mode_is(number: u8, ms: u64) -> CommandInput {
-    CommandInput::ControlMode { mode: number.into(), stamp: at_ms(ms).wall }
+    CommandInput::ControlMode { sample: next_sample(), mode: number.into(), stamp: at_ms(ms).wall }
 }
 
 fn turn(number: u8, ms: u64) -> CommandInput {
-    CommandInput::Turn { source: CommandSource::Topic, command: number.into(), stamp: at_ms(ms).wall }
+    CommandInput::Turn { origin: next_origin(), command: number.into(), stamp: at_ms(ms).wall }
 }
 
 fn mode(ms: u64) -> CommandInput {
@@ -73,7 +74,7 @@ fn undefined(ms: u64) -> CommandInput {
 }
 
 fn hazard_on(ms: u64) -> CommandInput {
-    CommandInput::Hazard { source: CommandSource::Topic, command: 2.into(), stamp: at_ms(ms).wall }
+    CommandInput::Hazard { origin: next_origin(), command: 2.into(), stamp: at_ms(ms).wall }
 }
 
 fn obedience(reported: &mut Reported) {
@@ -88,7 +89,6 @@ fn obedience(reported: &mut Reported) {
     command(&mut desk, 500, Some(REPORTS_LEFT), &[mode, left]);
     command(&mut desk, 100, Some(REPORTS_LEFT), &[mode, undefined]);
     command(&mut desk, 1_500, Some(REPORTS_LEFT), &[mode, left]);
-    desk.input(left(100));
     command(&mut desk, 5_000, None, &[mode, left]);
     command(&mut desk, 3_000, Some(0), &[mode]);
 }
@@ -132,4 +132,13 @@ fn transmission(reported: &mut Reported) {
     let stamp = Cell::new(at_ms(desk.gateway.ms()).wall).get();
     desk.input(CanInput::Frame { bus: BUS, frame: stranger, stamp });
     desk.link(LinkState::Down);
+}
+
+fn clock_step(reported: &mut Reported) {
+    let mut desk = vehicle("off", reported);
+    for ahead in [0, 2] {
+        desk.gateway.now.wall = desk.gateway.now.wall.after(Duration::from_secs(ahead));
+        desk.gateway.gateway.read_wall_clock(desk.gateway.now);
+        desk.look();
+    }
 }

@@ -2,6 +2,7 @@
 
 use signal_gateway::core::can::controller::ControllerReport;
 use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, ErrorFrame};
+use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 
@@ -18,6 +19,7 @@ pub(super) fn drive(reported: &mut Reported) {
     faults(reported);
     rejected_frames(reported);
     paged_message(reported);
+    frame_formats(reported);
     bus(reported);
 }
 
@@ -95,6 +97,18 @@ fn paged_message(reported: &mut Reported) {
     for data in [[5, 0].as_slice(), &[3]] {
         let mut desk = Desk::vehicle("", profile, dbc, reported);
         desk.each_50_ms(500, |desk, _| desk.frame(512, data));
+    }
+}
+
+/// Classic frames of an FD message, and the other way round.
+fn frame_formats(reported: &mut Reported) {
+    let profile = "[message.TURN]\ntimeout_ms = 250\n[turn]\nsignal = \"TURN.CODE\"\noff = [0]\nleft = [1]\n\
+        right = [2]\n[hazard]\nfrom = \"not_fitted\"\n";
+    for (length, make) in [(1, Frame::fd as fn(CanId, &[u8]) -> Option<Frame>), (12, Frame::classic)] {
+        let dbc = format!("BO_ 256 TURN: {length} X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n");
+        let mut desk = Desk::vehicle("", profile, &dbc, reported);
+        let (frame, stamp) = (make(CanId::Standard(256), &[1]).unwrap(), desk.gateway.now.wall);
+        desk.input(CanInput::Frame { bus: BUS, frame, stamp });
     }
 }
 

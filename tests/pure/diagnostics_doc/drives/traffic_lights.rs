@@ -1,6 +1,7 @@
 //! Traffic lights from a scenario, from topics and from a V2X unit.
 
 use signal_gateway::core::can::error_frame::ErrorFrame;
+use signal_gateway::core::can::frame::{CanId, Frame};
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 use signal_gateway::core::compat::Compat;
@@ -77,6 +78,7 @@ struct Unit {
     bus: &'static str,
     message: &'static str,
     dbc: &'static str,
+    frame_format: &'static str,
 }
 
 const PLAIN: &str = " SG_ STATE : 0|4@1+ (1,0) [0|15] \"\" X\n SG_ GOOD : 4|1@1+ (1,0) [0|1] \"\" X\n";
@@ -86,10 +88,11 @@ const PAGED: &str = " SG_ PAGE M : 8|4@1+ (1,0) [0|15] \"\" X\n SG_ STATE m3 : 0
     \x20SG_ GOOD m3 : 4|1@1+ (1,0) [0|1] \"\" X\n";
 
 impl Unit {
-    const CYCLIC: Self = Self { bus: "", message: "timeout_ms = 300", dbc: PLAIN };
+    const CYCLIC: Self =
+        Self { bus: "", message: "timeout_ms = 300", dbc: PLAIN, frame_format: "StandardCAN" };
 
     fn desk(self, reported: &mut Reported) -> Desk<'_> {
-        let Self { bus, message, dbc } = self;
+        let Self { bus, message, dbc, frame_format } = self;
         let group = |name: &str, id: u8| {
             format!(
                 "[[v2i]]\nid = {id}\nsignal = \"{name}.STATE\"\nstates = {{ \"red\" = [1] }}\nnot_available = [0]\n\
@@ -102,7 +105,10 @@ impl Unit {
              {message}\n[message.TWO]\n{message}\n{one}{two}"
         );
         let gateway = "profile = \"car.toml\"\n[can.body]\ninterface = \"can0\"\n[traffic_lights]\nscenario = \"s.toml\"\n";
-        let dbc = format!("BO_ 256 ONE: 2 X\n{dbc}BO_ 257 TWO: 2 X\n{dbc}BO_ 258 ALIVE: 1 X\n");
+        let dbc = format!(
+            "BO_ 256 ONE: 2 X\n{dbc}BO_ 257 TWO: 2 X\n{dbc}BO_ 258 ALIVE: 1 X\n\
+             BA_DEF_DEF_ \"VFrameFormat\" \"{frame_format}\";\n"
+        );
         let files = MemoryFiles::new([("gateway.toml", gateway), ("s.toml", "[groups]\n100 = [11, 12]\n")]);
         Desk::of(&files.with("car.toml", profile).with("car.dbc", dbc), reported)
     }
@@ -122,16 +128,26 @@ fn unit(reported: &mut Reported) {
     send(&mut desk, &[0x11, 0]);
     desk.input(CanInput::ErrorFrame { bus: BUS, error: ErrorFrame::new(0x40, &[]) });
     desk.pass(5_000);
+    for id in [256, 257] {
+        let frame = Frame::fd(CanId::Standard(id), &[0x11, 0]).unwrap();
+        let stamp = desk.gateway.now.wall;
+        desk.input(CanInput::Frame { bus: BUS, frame, stamp });
+    }
     // Too short; a page without the states; a counter that stands still; a bus that falls silent, and one that may.
     for (unit, data) in [
         (Unit::CYCLIC, &[][..]),
         (Unit { dbc: PAGED, ..Unit::CYCLIC }, &[0x11, 5]),
         (
-            Unit { message: "timeout_ms = 300\ncounter = { signal = \"COUNT\" }", dbc: COUNTED, bus: "" },
+            Unit {
+                message: "timeout_ms = 300\ncounter = { signal = \"COUNT\" }",
+                dbc: COUNTED,
+                ..Unit::CYCLIC
+            },
             &[0x11, 1],
         ),
         (Unit { message: "timing = \"event\"", ..Unit::CYCLIC }, &[0x11, 0]),
-        (Unit { message: "timing = \"event\"", bus: "may_sleep = true", dbc: PLAIN }, &[0x11, 0]),
+        (Unit { message: "timing = \"event\"", bus: "may_sleep = true", ..Unit::CYCLIC }, &[0x11, 0]),
+        (Unit { frame_format: "StandardCAN_FD", ..Unit::CYCLIC }, &[0x11, 0]),
     ] {
         let mut desk = unit.desk(desk.reported);
         desk.each_50_ms(500, |desk, _| {

@@ -1,0 +1,156 @@
+//! The tasks that receive frames, one for each bus, under supervision: none of them ends without the process ending
+//! too, so that the service manager starts it anew.
+
+use std::any::Any;
+use std::collections::HashMap;
+use std::future::{Future, pending};
+
+use tokio::sync::mpsc;
+use tokio::task::{self, JoinSet};
+
+use super::DaemonError;
+use crate::config::Settings;
+use crate::core::can::frame::CanId;
+use crate::core::can::input::CanInput;
+use crate::core::can::link::{BusIndex, LinkState};
+use crate::io::can::bus::{BusSocketSettings, receive};
+use crate::io::can::transmit::Transmitter;
+
+/// Queue between the receivers and the gateway, in batches. What does not fit waits in the
+/// kernel, which counts what it has to drop.
+const QUEUED_BATCHES: usize = 16;
+
+/// The receivers of all buses. They end when this is dropped.
+#[derive(Debug)]
+pub(super) struct Receivers {
+    inputs: mpsc::Receiver<Vec<CanInput>>,
+    tasks: JoinSet<()>,
+    /// Name of the interface that each task receives.
+    interfaces: HashMap<task::Id, String>,
+}
+
+impl Receivers {
+    /// Starts a receiver for the identifiers of each bus; gives the transmitter of each bus as well.
+    pub(super) fn start(
+        settings: &Settings,
+        ids: impl Fn(BusIndex) -> Vec<CanId>,
+    ) -> (Self, Vec<Transmitter>) {
+        let (sender, inputs) = mpsc::channel(QUEUED_BATCHES);
+        let mut receivers = Self { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() };
+        let mut transmitters = Vec::new();
+        let buses =
+            (0..=u8::MAX).map(BusIndex).zip(&settings.gateway.buses).zip(&settings.receive_buffer_bytes);
+        for ((bus, described), receive_buffer_bytes) in buses {
+            let bus_settings = BusSocketSettings {
+                bus,
+                interface: described.interface.clone(),
+                ids: ids(bus),
+                receive_buffer_bytes: *receive_buffer_bytes,
+                transmitter: Transmitter::default(),
+            };
+            transmitters.push(bus_settings.transmitter.clone());
+            receivers.spawn(&described.interface, receive(bus_settings, sender.clone()));
+        }
+        (receivers, transmitters)
+    }
+
+    fn spawn(&mut self, interface: &str, receiver: impl Future<Output = ()> + Send + 'static) {
+        let id = self.tasks.spawn(receiver).id();
+        self.interfaces.insert(id, interface.to_owned());
+    }
+
+    /// The next batch of inputs; waits for ever without a bus. Cancellation loses nothing.
+    ///
+    /// # Errors
+    /// [`DaemonError::ReceiverEnded`] as soon as one of the tasks has ended, whatever the others do.
+    pub(super) async fn recv(&mut self) -> Result<Vec<CanInput>, DaemonError> {
+        tokio::select! {
+            biased;
+            Some(ended) = self.tasks.join_next_with_id() => {
+                let (id, reason) = match ended {
+                    Ok((id, ())) => (id, String::new()),
+                    Err(error) => (error.id(), error.try_into_panic().map_or(String::new(), panic_text)),
+                };
+                let interface = self.interfaces.remove(&id).unwrap_or_default();
+                Err(DaemonError::ReceiverEnded { interface, reason })
+            }
+            Some(batch) = self.inputs.recv() => Ok(batch),
+            else => pending().await,
+        }
+    }
+
+    /// Waits until every receiver has given the state of its link, which each does at once and first of all; with
+    /// the links come the other inputs until then.
+    ///
+    /// # Errors
+    /// See [`Self::recv`].
+    pub(super) async fn first_links(
+        &mut self,
+        buses: usize,
+    ) -> Result<(Vec<LinkState>, Vec<CanInput>), DaemonError> {
+        let (mut links, mut early) = (vec![None; buses], Vec::new());
+        while links.contains(&None) {
+            for input in self.recv().await? {
+                if let CanInput::Link { bus, state } = input
+                    && let Some(link @ None) = links.get_mut(usize::from(bus.0))
+                {
+                    *link = Some(state);
+                } else {
+                    early.push(input);
+                }
+            }
+        }
+        Ok((links.into_iter().flatten().collect(), early))
+    }
+}
+
+/// The message of a panic as the end of a sentence.
+fn panic_text(panic: Box<dyn Any + Send>) -> String {
+    let text = panic.downcast::<String>().map_or_else(
+        |panic| panic.downcast::<&str>().map_or(String::new(), |text| (*text).to_owned()),
+        |text| *text,
+    );
+    format!(": {text}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn receivers() -> (Receivers, mpsc::Sender<Vec<CanInput>>) {
+        let (sender, inputs) = mpsc::channel(1);
+        (Receivers { inputs, tasks: JoinSet::new(), interfaces: HashMap::new() }, sender)
+    }
+
+    #[tokio::test]
+    #[allow(clippy::panic)] // what is tested
+    async fn a_receiver_that_ends_is_an_error_though_others_go_on() {
+        for (panics, text) in [
+            (true, "the task that receives can1 has ended unexpectedly: frame 7"),
+            (false, "the task that receives can1 has ended unexpectedly"),
+        ] {
+            let (mut receivers, sender) = receivers();
+            receivers.spawn("can0", async move {
+                let _sender = sender;
+                pending::<()>().await;
+            });
+            receivers.spawn("can1", async move { assert!(!panics, "frame {}", 7) });
+            let error = receivers.recv().await.unwrap_err();
+            assert_eq!(error.to_string(), text);
+        }
+    }
+
+    #[tokio::test]
+    async fn batches_come_through_and_without_a_bus_nothing_comes() {
+        let (mut receivers, sender) = receivers();
+        let link = CanInput::Link { bus: BusIndex(0), state: LinkState::Up };
+        sender.send(vec![link]).await.unwrap();
+        assert_eq!(receivers.recv().await.unwrap(), [link]);
+        drop(sender);
+        tokio::select! {
+            biased;
+            batch = receivers.recv() => panic!("{batch:?}"),
+            () = task::yield_now() => {}
+        }
+    }
+}
