@@ -10,5 +10,7 @@ mod vcan {
     mod vcan_commands;
     mod vcan_controller;
     #[cfg(feature = "ros")]
+    mod vcan_faults;
+    #[cfg(feature = "ros")]
     mod vcan_gateway;
 }

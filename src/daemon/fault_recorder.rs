@@ -32,7 +32,7 @@ pub(super) struct FaultRecorder {
 
 impl FaultRecorder {
     /// A recorder into the configured folder, or into systemd's `STATE_DIRECTORY`; `None` without either, or without
-    /// a thread. A folder that cannot be written is told in the log and in the diagnostics.
+    /// a thread. A folder that cannot be written is reported in the log and in the diagnostics.
     pub(super) fn start(settings: &Settings, links: &[LinkState]) -> Option<Self> {
         let config = &settings.black_box;
         let from_systemd = || state_folder(std::env::var_os("STATE_DIRECTORY"));

@@ -92,7 +92,7 @@ impl OutputQueue {
         true
     }
 
-    /// What was lost so far.
+    /// Losses since the start.
     pub fn losses(&self) -> Losses {
         self.0.lock().losses
     }

@@ -1,7 +1,7 @@
 //! The log of the process on standard error: it never blocks and never fails, and one kind of message cannot flood it.
 //!
 //! Lines wait in an [`OutputQueue`]. Of one kind of message `MAX_LINES` a second are written, and then one that says
-//! how many more there were. Debug and trace messages are somebody's wish, and have no such limit.
+//! how many more there were. Debug and trace messages, which somebody has asked for, have no such limit.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ const MAX_LINES: u32 = 20;
 const WINDOW: Duration = Duration::from_secs(1);
 /// Longest time that a thread which panics waits for its message to be written.
 const PANIC_PATIENCE: Duration = Duration::from_millis(500);
-/// Kinds that are told apart; all others are one.
+/// Kinds that are distinguished; all others are one.
 const MAX_KINDS: usize = 256;
 
 static LOG: OnceLock<ProcessLog> = OnceLock::new();
@@ -34,8 +34,8 @@ static LOG: OnceLock<ProcessLog> = OnceLock::new();
 struct ProcessLog {
     queue: OutputQueue,
     limits: Mutex<Limits>,
-    /// Dropped lines that the log has told of.
-    told: AtomicU64,
+    /// Number of dropped lines that the log has reported.
+    reported: AtomicU64,
 }
 
 /// Starts the log with the messages that `filter` lets through; under systemd without time and colour, which the
@@ -50,7 +50,7 @@ pub fn start(filter: EnvFilter) -> io::Result<()> {
     let log = ProcessLog {
         queue: OutputQueue::start("log", &io::stderr())?,
         limits: Mutex::default(),
-        told: AtomicU64::new(0),
+        reported: AtomicU64::new(0),
     };
     if LOG.set(log).is_err() {
         return Ok(());
@@ -99,8 +99,8 @@ pub fn flush(patience: Duration) {
     }
 }
 
-/// The state of the log; `None` without one. To be asked for now and then: lines on what was suppressed or dropped
-/// are written then.
+/// The state of the log; `None` without one. To be called regularly, since it also writes the lines on
+/// what was suppressed or dropped.
 pub fn state() -> Option<LogState> {
     let log = LOG.get()?;
     let suppressed = {
@@ -110,10 +110,10 @@ pub fn state() -> Option<LogState> {
         limits.suppressed
     };
     let losses = log.queue.losses();
-    let untold = losses.lines - log.told.load(Ordering::Relaxed);
-    if untold > 0 && !losses.is_losing {
-        log.told.store(losses.lines, Ordering::Relaxed);
-        log.queue.push(format!("log: {untold} lines were dropped\n").as_bytes());
+    let unreported = losses.lines - log.reported.load(Ordering::Relaxed);
+    if unreported > 0 && !losses.is_losing {
+        log.reported.store(losses.lines, Ordering::Relaxed);
+        log.queue.push(format!("log: {unreported} lines were dropped\n").as_bytes());
     }
     let last_error = losses.last.map(|loss| match loss {
         Loss::Full => "standard error is not read".to_owned(),
@@ -183,7 +183,7 @@ impl<S: Subscriber> Filter<S> for KindLimit {
     }
 }
 
-/// What an event says.
+/// The fields of an event that decide about its kind.
 #[derive(Default)]
 struct EventText {
     message: String,
@@ -241,7 +241,7 @@ struct Second {
 }
 
 impl Limits {
-    /// Whether a message is to be written; counts it.
+    /// Counts a message and returns true if it is to be written.
     fn admit(&mut self, mut kind: Kind, text: &str, now: Instant) -> bool {
         if !self.kinds.contains_key(&kind) && self.kinds.len() >= MAX_KINDS {
             self.settle(now);

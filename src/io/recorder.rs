@@ -38,7 +38,7 @@ pub struct Recorder {
 
 impl Recorder {
     /// Starts the thread, which keeps the newest `keep` recordings in `folder` and tries at once whether it can write
-    /// there. A folder that cannot be written is told in the log and in the state, and tried again.
+    /// there. A folder that cannot be written is reported in the log and in the state, and tried again.
     ///
     /// # Errors
     /// A thread that cannot be started.

@@ -5,6 +5,7 @@
 pub(crate) mod clock;
 pub(crate) mod command_vehicle;
 pub(crate) mod diagnostics;
+pub(crate) mod docs_section;
 pub(crate) mod drive_script;
 pub(crate) mod files;
 pub(crate) mod json_process;

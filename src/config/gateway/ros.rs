@@ -12,7 +12,7 @@ const DEFAULT_NODE: &str = "signal_gateway";
 pub struct RosConfig {
     /// False if `run` and `demo` publish nothing.
     pub enabled: bool,
-    /// Whether DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
+    /// True if DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
     pub isolated: bool,
     /// Namespace, `/` or `/name`.
     pub namespace: String,

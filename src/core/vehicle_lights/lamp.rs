@@ -93,6 +93,11 @@ impl Lamp {
         }
     }
 
+    /// Discards every frame, as after a lost link.
+    pub fn forget(&mut self) {
+        *self = Self { now: self.now, ..Self::new(self.settings) };
+    }
+
     /// Irregularities of the lamps.
     pub fn findings(&self) -> LampFindings {
         self.findings

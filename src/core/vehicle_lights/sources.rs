@@ -13,7 +13,7 @@ use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
 use crate::core::can::bus::{Bus, Received};
 use crate::core::time::{MonoTime, Now};
 use crate::core::validation::meaning::Meaning;
-use crate::core::validation::observation::{Observations, Reading};
+use crate::core::validation::observation::{MissingReason, Observations, Reading};
 use crate::core::validation::table::Role;
 
 /// Binding, observations and buses at one moment.
@@ -281,7 +281,11 @@ impl TurnReader {
             }
             TurnKind::Lamps(pair, lamp) => {
                 let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
-                let state = context.track(lamp.as_mut(), context.judge_pair(pair), watching);
+                let lamps = context.judge_pair(pair);
+                if matches!(lamps, Err(UnavailableReason::Absent(_, MissingReason::Link(_)))) {
+                    lamp.forget();
+                }
+                let state = context.track(lamp.as_mut(), lamps, watching);
                 context.pair_state(pair, state)
             }
             TurnKind::Stalk(role, stalk) => {

@@ -45,7 +45,7 @@ pub struct BusSocketSettings {
 /// A frame after a pause is handed on at once, those that follow in batches 5 ms apart. When the
 /// channel is full, frames wait in the kernel, which counts those it has no room for. An interface
 /// that went down or away is taken up again under its name when it comes back, without the frames
-/// queued before: `ENETDOWN` and `ENODEV` are told apart by asking for the name again. While the interface is
+/// queued before: `ENETDOWN` and `ENODEV` are distinguished by asking for the name again. While the interface is
 /// open, frames can be sent through the settings' transmitter.
 pub async fn receive(settings: BusSocketSettings, inputs: Sender<Vec<CanInput>>) {
     let consumer = inputs.clone();
@@ -125,11 +125,11 @@ impl Reception {
     }
 
     fn open(&self, index: c_int) -> io::Result<CanSocket> {
-        let BusSocketSettings { interface, ids, receive_buffer_bytes: asked, .. } = &self.settings;
-        let socket = CanSocket::open(index, ids, *asked)?;
+        let BusSocketSettings { interface, ids, receive_buffer_bytes: requested, .. } = &self.settings;
+        let socket = CanSocket::open(index, ids, *requested)?;
         let granted = socket.receive_buffer / 2;
-        if granted < *asked {
-            tracing::warn!(interface, asked, granted, "the system grants a smaller receive buffer");
+        if granted < *requested {
+            tracing::warn!(interface, requested, granted, "the system grants a smaller receive buffer");
         }
         let controller = controller::describe(interface);
         tracing::info!(

@@ -138,9 +138,9 @@ fn slow_disk_never_blocks_and_what_it_loses_is_counted() {
     let state = recorder.state();
     assert_eq!((state.failures, state.is_failing), (3, true), "one waits, three are lost");
     assert!(state.last_error.unwrap().contains("too slow"));
-    let asked = Instant::now();
+    let started = Instant::now();
     recorder.stop(Duration::from_millis(20));
-    assert!(asked.elapsed() < PATIENCE);
+    assert!(started.elapsed() < PATIENCE);
     // The thread goes on when the disk does.
     drop(File::open(&pipe).unwrap());
     wait_for(&recorder, |state| state.written == 1);

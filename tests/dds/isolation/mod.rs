@@ -20,6 +20,8 @@ use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process, ros_in};
 use packets::{Attack, Target, announcement};
 
+/// Packets of each attack, one each 50 ms.
+const ATTACKS: u32 = 40;
 /// What the gateway's own process may grow by under attack, kB: what a late answer or a longer line takes.
 const MAX_GROWTH: u64 = 8 * 1024;
 
@@ -107,7 +109,7 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
     {
         let (begun, first) = (Instant::now(), restarts(&gateway));
         let mut slowest = Duration::ZERO;
-        for count in 1..=40 {
+        for count in 1..=ATTACKS {
             if is_announced {
                 target.send(&announcement(target.own_port(), count));
             }

@@ -1,5 +1,7 @@
 //! Lamps that blink, in messages of every speed.
 
+use signal_gateway::core::can::input::CanInput;
+use signal_gateway::core::can::link::{BusIndex, LinkState};
 use signal_gateway::core::diagnostics::Level;
 
 use crate::pure::lamp_reports::car::{
@@ -212,6 +214,23 @@ fn values_without_a_lamp_state_and_silence_stop_the_report() {
     assert_eq!(car.turn_reports().last(), Some(&(2400, "stops")));
     car.frame(LAMPS, DARK, 3500);
     assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, OBSERVING.to_owned()));
+}
+
+#[test]
+fn lamps_that_were_lit_before_a_lost_link_do_not_count_after_it() {
+    for lit in [LEFT, BOTH] {
+        let mut car = observed();
+        car.frames(LAMPS, 50, 2000..2200, |_| lit);
+        for state in [LinkState::Down, LinkState::Up] {
+            car.handle(CanInput::Link { bus: BusIndex(0), state });
+        }
+        // Within the hold of the last light.
+        car.frames(LAMPS, 50, 2250..2900, |_| DARK);
+        assert_eq!(car.turn_states().last(), Some(&"stops"), "{:?}", car.turn_reports());
+        assert_eq!(car.level_and_message("turn_indicators"), (Level::Error, OBSERVING.to_owned()));
+        car.frames(LAMPS, 50, 2900..3300, |_| DARK);
+        assert_eq!(car.turn_reports().last(), Some(&(2250 + 865, "DISABLE")));
+    }
 }
 
 #[test]

@@ -107,7 +107,7 @@ fn check_every_byte(recording: &Recording) {
 }
 
 /// CRC-8 SAE J1850, bit by bit.
-fn j1850(data: &[u8]) -> u8 {
+pub(crate) fn j1850(data: &[u8]) -> u8 {
     let step = |crc: u8| if crc & 0x80 == 0 { crc << 1 } else { crc << 1 ^ 0x1D };
     !data.iter().fold(0xFF, |crc, byte| (0..8).fold(crc ^ byte, |crc, _| step(crc)))
 }

@@ -7,7 +7,7 @@
 mod black_box;
 mod joining;
 mod links;
-mod reader;
+pub(crate) mod reader;
 mod values;
 
 use crate::support::peer::{Cyclone, domain};

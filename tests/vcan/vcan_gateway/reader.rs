@@ -21,6 +21,11 @@ impl Reader {
         )
     }
 
+    /// Kills the reader without a chance to say goodbye.
+    pub(crate) fn kill(self) {
+        self.0.kill();
+    }
+
     /// Now, to look from there on.
     pub(crate) fn mark(&self) -> Mark {
         self.0.mark()

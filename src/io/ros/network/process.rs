@@ -17,6 +17,8 @@ pub fn run() -> io::Result<()> {
     let socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     // Another standard input, such as a terminal, is nobody to serve.
     socket.peer_addr()?;
+    // As lists of processes show it; without a name of its own it would be that of the link to the program.
+    let _ = rustix::thread::set_name(c"signal-gw-net");
     for refused in confinement::confine() {
         tracing::warn!("the network process is not confined as it should be: {refused}");
     }

@@ -1,0 +1,255 @@
+//! What goes wrong around a running gateway, one fault after the other, and what an independent reader of its
+//! topics sees meanwhile. It prints the table of docs/reliability.md, and writes it there with `UPDATE_DOCS=1`.
+//!
+//! Counted as wrong is a report whose state no sound frame had at the report's stamp, and one that was sent much
+//! later than its message is believed. How long things take is measured, and not judged.
+
+mod unit;
+
+use std::cell::{Cell, RefCell};
+use std::io::Write as _;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use socketcan::{CanErrorFrame, CanFrame, CanSocket, Socket as _};
+
+use super::vcan_gateway::reader::{Reader, stamp};
+use crate::support::docs_section;
+use crate::support::peer::{Cyclone, domain};
+use crate::support::prerequisite::Missing;
+use crate::support::process::{self, Folder, Process};
+use crate::support::vcan::Vcan;
+use unit::{DBC, LEFT, Manner, PROFILE, RIGHT, TURN, UNDEFINED, Unit, send};
+
+/// How old a frame may be when its report is sent: the timeout, and what a slow guest needs.
+const MAX_AGE_NS: i64 = 2_000_000_000;
+
+const BLACK_BOX: &str = "[black_box]\nfolder = \"box\"\nbefore_s = 1\nafter_s = 1\n";
+
+/// How long a fault lasts that the gateway need not notice.
+const WHILE: Duration = Duration::from_secs(3);
+
+struct Bench {
+    vcan: Vcan,
+    unit: Unit,
+    reader: Reader,
+    gateway: RefCell<Option<Process>>,
+    folder: Folder,
+    cyclone: Cyclone,
+    domain: u16,
+    /// Whether a report may be sent later than its message is believed: the clock is set, or the gateway stands still.
+    may_be_late: Cell<bool>,
+}
+
+/// What came of a fault.
+struct Row {
+    name: String,
+    wrong: usize,
+    noticed: Option<Duration>,
+    back: Duration,
+    /// Of reports that are not withheld, in seconds.
+    longest_gap: Option<f64>,
+    /// Age of the frame of the report that was sent latest, in seconds.
+    oldest_s: f64,
+}
+
+impl Bench {
+    fn new() -> Result<Self, Missing> {
+        let vcan = Vcan::new("vcan-faults")?;
+        let cyclone = Cyclone::on_loopback()?;
+        let domain = domain();
+        let ros = process::ros_in(domain);
+        let text =
+            format!("profile = \"bench.toml\"\n[can.body]\ninterface = \"{}\"\n{BLACK_BOX}{ros}", vcan.name);
+        let folder = Folder::with_configuration(&text);
+        folder.write("bench.toml", PROFILE);
+        folder.write("bench.dbc", DBC);
+        let reader = Reader::start(&cyclone, domain);
+        let gateway = RefCell::new(Some(Process::run(&folder)));
+        let may_be_late = Cell::new(false);
+        Ok(Self { may_be_late, unit: Unit::start(vcan.name), vcan, reader, gateway, folder, cyclone, domain })
+    }
+
+    /// Lets a fault happen while the indicators are left; before it ends they are right. `noticed` is what the
+    /// gateway must say of the turn indicators meanwhile; `None` where reports go on, or it cannot say anything.
+    fn try_out(&self, name: &str, noticed: Option<&str>, begin: &dyn Fn(), end: &dyn Fn()) -> Row {
+        self.unit.set(LEFT, Manner::Sound);
+        let start = self.reader.mark();
+        self.reader.report(start, "turn", LEFT + 1);
+        let mark = self.reader.mark();
+        let begun = Instant::now();
+        begin();
+        let noticed = noticed.map(|part| {
+            self.reader.status(mark, "turn_indicators", 2, part);
+            let took = begun.elapsed();
+            self.reader.expect_silence(&["turn"]);
+            took
+        });
+        if noticed.is_none() {
+            std::thread::sleep(WHILE / 2);
+            self.unit.set(RIGHT, Manner::Sound);
+            std::thread::sleep(WHILE / 2);
+        }
+        let back = self.reader.mark();
+        let ended = Instant::now();
+        self.unit.set(RIGHT, Manner::Sound);
+        end();
+        let (came, _) = self.reader.sample(back, "turn", |line| line["data"]["report"] == RIGHT + 1);
+        let samples = self.reader.samples(start, "turn");
+        let wrong = samples.iter().filter(|sample| !self.is_right(sample));
+        let wrong = wrong.inspect(|sample| println!("wrong: {name}: {sample}")).count();
+        let oldest_s =
+            Duration::from_nanos(samples.iter().map(age).max().unwrap_or(0).max(0).cast_unsigned())
+                .as_secs_f64();
+        let times = samples.iter().filter_map(|sample| sample["at"].as_f64()).collect::<Vec<_>>();
+        let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
+        let row = Row {
+            name: name.to_owned(),
+            wrong,
+            noticed,
+            back: came.saturating_duration_since(ended),
+            longest_gap: noticed.is_none().then(|| gaps.fold(0.0, f64::max)),
+            oldest_s,
+        };
+        println!("{}", row.markdown());
+        row
+    }
+
+    fn is_right(&self, sample: &Value) -> bool {
+        let report = u8::try_from(sample["data"]["report"].as_u64().unwrap()).unwrap();
+        self.unit.has_sent(report - 1, stamp(sample)) && (age(sample) <= MAX_AGE_NS || self.may_be_late.get())
+    }
+
+    /// Sends frames as fast as they go, for as long as a fault lasts.
+    fn flood(&self, id: u16) {
+        let (interface, begun) = (self.vcan.name, Instant::now());
+        std::thread::spawn(move || {
+            while begun.elapsed() < WHILE {
+                send(interface, id, &[0; 4]);
+            }
+        });
+    }
+
+    fn signal(&self, signal: &str) {
+        let id = self.gateway.borrow().as_ref().unwrap().id();
+        assert!(Command::new("sh").args(["-c", &format!("kill -{signal} {id}")]).status().unwrap().success());
+    }
+
+    /// Kills the process that the gateway has started for its network side.
+    fn kill_network_process(&self) {
+        let id = self.gateway.borrow().as_ref().unwrap().id();
+        let kill = format!("kill -KILL $(pgrep -P {id})");
+        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    }
+
+    /// A file stands where the black box writes, and there is something to write.
+    fn spoil_black_box(&self) {
+        let folder = self.folder.path().join("box");
+        let _absent = std::fs::remove_dir_all(&folder);
+        std::fs::write(folder, "").unwrap();
+        self.unit.set(UNDEFINED, Manner::Sound);
+    }
+
+    /// Starts a gateway whose standard error is a full pipe.
+    fn start_with_blocked_log(&self) {
+        let (reader, mut writer) = std::io::pipe().unwrap();
+        writer.write_all(&vec![b'\n'; 65536]).unwrap();
+        drop(self.gateway.replace(None));
+        let process = Process::run_with(&self.folder, |command| {
+            command.stderr(writer);
+        });
+        self.gateway.replace(Some(process));
+        // For as long as the test runs.
+        std::mem::forget(reader);
+    }
+
+    /// The controller leaves the bus: it says so once, and receives nothing.
+    fn bus_off(&self) {
+        self.unit.set(LEFT, Manner::Dead);
+        let error = CanErrorFrame::new_error(0x40, &[0; 8]).unwrap();
+        CanSocket::open(self.vcan.name).unwrap().write_frame(&CanFrame::from(error)).unwrap();
+    }
+}
+
+impl Row {
+    fn markdown(&self) -> String {
+        let Self { name, wrong, noticed, back, longest_gap, oldest_s } = self;
+        let or_dash =
+            |seconds: Option<f64>| seconds.map_or("–".to_owned(), |seconds| format!("{seconds:.2} s"));
+        let [noticed, back] =
+            [*noticed, Some(*back)].map(|time| or_dash(time.map(|time| time.as_secs_f64())));
+        format!("| {name} | {wrong} | {noticed} | {back} | {} | {oldest_s:.2} s |", or_dash(*longest_gap))
+    }
+}
+
+const HEAD: &str = "\
+| fault | wrong publications | noticed after | reported again after | longest time without a report | oldest report when sent |
+|---|---|---|---|---|---|
+";
+
+/// How old the frame of a report was when the report was sent, by the wall clock, in nanoseconds.
+fn age(sample: &Value) -> i64 {
+    sample["sent"].as_i64().map_or(0, |sent| sent - stamp(sample))
+}
+
+/// Sets the clock of the guest, which is nobody else's.
+fn step_clock(seconds: i64) {
+    let now = crate::support::vcan::wall() / 1_000_000;
+    let stepped = now + seconds * 1000;
+    let date = format!("@{}.{:03}", stepped / 1000, stepped % 1000);
+    assert!(Command::new("date").args(["-s", &date]).output().unwrap().status.success());
+}
+
+fn is_guest() -> bool {
+    std::fs::read_to_string("/proc/cpuinfo").is_ok_and(|text| text.contains("User Mode Linux"))
+}
+
+mod slow {
+    use crate::support::prerequisite::require;
+
+    #[test]
+    fn a_fault_beside_the_gateway_publishes_nothing_wrong_and_passes() {
+        super::try_all(&require!(super::Bench::new()));
+    }
+}
+
+fn try_all(bench: &Bench) {
+    let (vcan, unit) = (&bench.vcan, &bench.unit);
+    let sends = |code, manner| move || unit.set(code, manner);
+    let gateway = &bench.gateway;
+    let start = || drop(gateway.replace(Some(Process::run(&bench.folder))));
+    let join = || Reader::start(&bench.cyclone, bench.domain);
+    let row = |name, noticed, begin: &dyn Fn(), end: &dyn Fn()| bench.try_out(name, noticed, begin, end);
+    let mut rows = vec![
+        row("interface down, up again", Some("is down"), &|| vcan.bring_down(), &|| vcan.bring_up()),
+        row("interface removed, made again", Some("is missing"), &|| vcan.delete(), &|| vcan.create()),
+        row("bus-off: an error frame, then nothing", Some("bus-off"), &|| bench.bus_off(), &|| {}),
+        row("the message is no longer sent", Some("stale"), &sends(LEFT, Manner::Silent), &|| {}),
+        row(
+            "stuck sender: the counter stands still",
+            Some("not trusted"),
+            &sends(RIGHT, Manner::Stuck),
+            &|| {},
+        ),
+        row("wrong checksums", Some("not trusted"), &sends(RIGHT, Manner::WrongChecksum), &|| {}),
+        row("undefined value", Some("invalid"), &sends(UNDEFINED, Manner::Sound), &|| {}),
+        row("3 s flood of foreign frames", None, &|| bench.flood(0x7FF), &|| {}),
+        row("3 s flood with the message's identifier", None, &|| bench.flood(TURN), &|| {}),
+        row("folder of the black box is a file", Some("invalid"), &|| bench.spoil_black_box(), &|| {}),
+        row("started with a blocked standard error", None, &|| bench.start_with_blocked_log(), &|| {}),
+        row("SIGKILL, started anew after 3 s", None, &|| drop(gateway.take()), &start),
+        row("SIGKILL of the network process", None, &|| bench.kill_network_process(), &|| {}),
+        row("a second DDS reader is killed", None, &|| join().kill(), &|| {}),
+    ];
+    bench.may_be_late.set(true);
+    rows.push(row("SIGSTOP, SIGCONT after 3 s", None, &|| bench.signal("STOP"), &|| bench.signal("CONT")));
+    if is_guest() {
+        rows.push(row("wall clock set 10 s ahead", None, &|| step_clock(10), &|| {}));
+        rows.push(row("wall clock set 10 s back", None, &|| step_clock(-10), &|| {}));
+    }
+    let table: String = rows.iter().map(|row| row.markdown() + "\n").collect();
+    docs_section::update("faults", &format!("{HEAD}{table}"));
+    let wrong: Vec<_> = rows.iter().filter(|row| row.wrong > 0).map(Row::markdown).collect();
+    assert_eq!(wrong, Vec::<String>::new());
+}
