@@ -9,6 +9,7 @@ use crate::config::Settings;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::LinkState;
 use crate::core::diagnostics::{Level, Status};
+use crate::core::gateway::WALL_CLOCK_TASK;
 use crate::core::gateway::black_box::{BlackBox, BlackBoxSettings};
 use crate::core::gateway::event::Output;
 use crate::core::time::{MonoTime, Now};
@@ -79,8 +80,18 @@ impl FaultRecorder {
         self.recorder.state().status(node)
     }
 
-    /// Keeps an output, which ends a recording if a status changes to ERROR.
+    /// Keeps an output, which ends a recording if a status changes to ERROR. What a replay cannot have is left out.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
+        let replayed;
+        let output = match output {
+            Output::Diagnostics { diagnostics, stamp } => {
+                let mut diagnostics = diagnostics.clone();
+                diagnostics.statuses.retain(|status| !status.name.ends_with(WALL_CLOCK_TASK));
+                replayed = Output::Diagnostics { diagnostics, stamp: *stamp };
+                &replayed
+            }
+            other => other,
+        };
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {

@@ -10,6 +10,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval, sleep_until};
 
 use super::DaemonError;
 use super::fault_recorder::FaultRecorder;
+use super::late_reports::LateReports;
 use super::live::Live;
 use super::publisher::Publisher;
 use crate::config::Settings;
@@ -39,6 +40,7 @@ pub(super) struct GatewayIo {
     pub(super) watchdog: Watchdog,
     pub(super) stop: StopSignals,
     faults: Option<FaultRecorder>,
+    late_reports: LateReports,
     /// The node's name for statuses of the process itself; `None` leaves them out.
     node: Option<String>,
 }
@@ -55,7 +57,17 @@ impl GatewayIo {
         let watchdog = Watchdog::new(supervisor.watchdog_period());
         let publisher = Publisher::start(settings)?;
         tracing::info!("{}: {}", settings.vehicle, publisher.graph());
-        Ok(Self { publisher, view, json, supervisor, watchdog, stop, faults: None, node: None })
+        Ok(Self {
+            publisher,
+            view,
+            json,
+            supervisor,
+            watchdog,
+            stop,
+            faults: None,
+            late_reports: LateReports::default(),
+            node: None,
+        })
     }
 
     /// From now on keeps a black box, if the configuration names a folder, and adds the statuses of the process itself to
@@ -91,6 +103,10 @@ impl GatewayIo {
             }
             self.emit_and_send(live, transmitters, clock, at)?;
         }
+        // All that was due at `read` is decided: what is held now is current.
+        for output in self.late_reports.take() {
+            self.publisher.send(&Output::VehicleLights(output));
+        }
         live.settle_commands(read);
         self.emit_and_send(live, transmitters, clock, read)
     }
@@ -108,7 +124,7 @@ impl GatewayIo {
                 let result = transmit(frame, transmitters);
                 live.take([result], clock.now());
             }
-            self.emit_output(output, now)?;
+            self.emit_output(output, now, clock.now().mono.since(now.mono))?;
         }
         self.refresh(now)
     }
@@ -119,12 +135,13 @@ impl GatewayIo {
         now: Now,
     ) -> Result<(), DaemonError> {
         while let Some(output) = poll() {
-            self.emit_output(output, now)?;
+            self.emit_output(output, now, Duration::ZERO)?;
         }
         self.refresh(now)
     }
 
-    fn emit_output(&mut self, mut output: Output, now: Now) -> Result<(), DaemonError> {
+    /// Hands on an output that was decided at `now`, and is given out `lag` later.
+    fn emit_output(&mut self, mut output: Output, now: Now, lag: Duration) -> Result<(), DaemonError> {
         if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
             tracing::warn!("a command was refused: {error}");
         }
@@ -138,7 +155,9 @@ impl GatewayIo {
             diagnostics.statuses.extend(self.process_statuses());
         }
         let output = &output;
-        self.publisher.send(output);
+        if !self.late_reports.holds(output, lag) {
+            self.publisher.send(output);
+        }
         match &self.json {
             Some(json) => {
                 if let Some(line) = json.line(output, now.mono) {

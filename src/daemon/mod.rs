@@ -5,6 +5,7 @@
 
 mod fault_recorder;
 mod gateway_io;
+mod late_reports;
 pub mod live;
 pub mod publisher;
 mod receivers;

@@ -1,8 +1,13 @@
 //! The only reader of clocks in the live daemon.
 
-use std::time::{Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use crate::core::time::{MonoTime, Now, WallStamp};
+
+/// Longest time between the readings of both clocks that counts as one instant.
+const MAX_SPREAD: Duration = Duration::from_micros(200);
+/// Readings that are tried for such an instant; then the last counts.
+const MAX_READINGS: usize = 4;
 
 /// Monotonic and wall time of this process.
 #[derive(Debug, Clone, Copy)]
@@ -16,10 +21,20 @@ impl Clock {
         Self { origin: Instant::now() }
     }
 
-    /// The present time.
+    /// The present time. The clocks are read again when the process was interrupted between them, which would look
+    /// like a step of the wall clock.
     pub fn now(&self) -> Now {
-        let mono = u64::try_from(self.origin.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let wall = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let mut mono = self.origin.elapsed();
+        let mut wall = SystemTime::now();
+        for _ in 1..MAX_READINGS {
+            let end = self.origin.elapsed();
+            if end.saturating_sub(mono) <= MAX_SPREAD {
+                break;
+            }
+            (mono, wall) = (end, SystemTime::now());
+        }
+        let mono = u64::try_from(mono.as_nanos()).unwrap_or(u64::MAX);
+        let wall = wall.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let wall = i64::try_from(wall.as_nanos()).unwrap_or(i64::MAX);
         Now { mono: MonoTime::from_nanos(mono), wall: WallStamp::from_nanos(wall) }
     }

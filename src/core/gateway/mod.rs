@@ -38,6 +38,7 @@ use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::report::Publish;
 use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
 use perception::{Forgotten, Headlines, Perception};
+pub use wall_clock::WALL_CLOCK_TASK;
 use wall_clock::WallClock;
 
 pub mod black_box;

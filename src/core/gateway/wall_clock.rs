@@ -6,6 +6,9 @@ use std::time::Duration;
 use crate::core::diagnostics::{Level, Status};
 use crate::core::time::{MonoTime, Now};
 
+/// Task of the status in diagnostics. A replay has no wall clock, and so no such status.
+pub const WALL_CLOCK_TASK: &str = "wall_clock";
+
 /// The smallest change between two readings that is a step, in ns; a clock that is merely slewed stays far below.
 const MIN_STEP_NS: i64 = 10_000_000;
 /// The time for which a step is a warning.
@@ -50,7 +53,7 @@ impl WallClock {
         };
         let last_step = self.last_step.map_or("-".to_owned(), |(step_ns, _)| text(step_ns));
         let values = vec![("steps", self.steps.to_string()), ("last_step_s", last_step)];
-        Status { name: format!("{node}: wall_clock"), level, message, values }
+        Status { name: format!("{node}: {WALL_CLOCK_TASK}"), level, message, values }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Counters over many frames, while what is request changes all the time and the link goes down and up.
+//! Counters over many frames, while the request changes all the time and the link goes down and up.
 
 use std::time::Duration;
 

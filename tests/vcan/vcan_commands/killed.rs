@@ -134,6 +134,6 @@ fn pause_of_the_service() -> Duration {
     let unit = include_str!("../../../systemd/signal-gateway.service");
     let value = |key: &str| unit.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).unwrap();
     assert_eq!(value("Restart"), "on-failure");
-    let pause = value("RestartSec").strip_suffix("ms").unwrap();
-    Duration::from_millis(pause.parse().unwrap())
+    let pause_s = value("RestartSec").strip_suffix('s').unwrap();
+    Duration::from_secs(pause_s.parse().unwrap())
 }

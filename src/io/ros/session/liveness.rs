@@ -6,8 +6,9 @@ use crate::io::ros::link::Violation;
 
 /// Time between two pings.
 const PING_INTERVAL: Duration = Duration::from_millis(200);
-/// Longest silence of a network side that works: five pings.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Longest silence of a network side that works. On one busy processor an echo was seen to take more than a second, and
+/// killing a healthy network side costs more than waiting for a deaf one. One that has ended is replaced at once.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// Longest time until a network side has joined the network.
 const START_PATIENCE: Duration = Duration::from_secs(10);
 /// The most that counts of the time between two looks. When the whole computer is busy, or was suspended, this side does
@@ -124,7 +125,7 @@ mod tests {
             }
             alive_until = at;
         }
-        assert_eq!(alive_until, 2_800 + 950);
+        assert_eq!(alive_until, 2_800 + 4_950);
     }
 
     #[test]
@@ -140,10 +141,10 @@ mod tests {
         let start = Instant::now();
         let mut liveness = Liveness::new(start);
         liveness.joined();
-        for pause in 1..=5 {
+        for pause in 1..=25 {
             assert!(liveness.look(start + ms(pause * 60_000)), "look {pause}");
         }
-        assert!(!liveness.look(start + ms(6 * 60_000)));
+        assert!(!liveness.look(start + ms(26 * 60_000)));
     }
 
     #[test]

@@ -1,0 +1,88 @@
+//! Reports that are decided late, because the process stood still or the machine was busy.
+//!
+//! What was received meanwhile is decided in the order of stamps, as a recording of it would be. The reports of that time
+//! are out of date when they are decided, so only what they come to in the end is published.
+
+use std::time::Duration;
+
+use crate::core::gateway::event::Output;
+use crate::core::vehicle_lights::output::VehicleLightsOutput;
+
+/// Longest time between a decision and the publication of its report. Reports that are later wait until everything
+/// that is due has been decided.
+const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
+
+/// The newest late output of each report topic.
+#[derive(Debug, Default)]
+pub(super) struct LateReports {
+    turn: Option<VehicleLightsOutput>,
+    hazard: Option<VehicleLightsOutput>,
+}
+
+impl LateReports {
+    /// Keeps a report that is given out `lag` after its decision, if that is too late, and returns true then. One that is
+    /// in time replaces what was kept for its topic.
+    pub(super) fn holds(&mut self, output: &Output, lag: Duration) -> bool {
+        let Output::VehicleLights(output) = output else { return false };
+        let is_late = lag > MAX_REPORT_LAG;
+        let held = match output {
+            VehicleLightsOutput::TurnIndicators(_) => &mut self.turn,
+            VehicleLightsOutput::HazardLights(_) => &mut self.hazard,
+        };
+        *held = is_late.then_some(*output);
+        is_late
+    }
+
+    /// Takes out what is kept, once everything that is due has been decided.
+    pub(super) fn take(&mut self) -> impl Iterator<Item = VehicleLightsOutput> + use<> {
+        [self.turn.take(), self.hazard.take()].into_iter().flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::time::WallStamp;
+    use crate::core::vehicle_lights::report::Step;
+    use crate::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
+
+    const LATE: Duration = Duration::from_millis(201);
+
+    fn turn(turn: TurnIndicators, second: i64) -> VehicleLightsOutput {
+        let stamp = WallStamp::from_nanos(second * 1_000_000_000);
+        VehicleLightsOutput::TurnIndicators(Step::Publish(turn, stamp))
+    }
+
+    #[test]
+    fn only_the_newest_of_several_late_reports_is_published() {
+        let mut late = LateReports::default();
+        let hazard = VehicleLightsOutput::HazardLights(Step::Withdraw);
+        for output in [turn(TurnIndicators::EnableLeft, 1), hazard, turn(TurnIndicators::EnableRight, 2)] {
+            assert!(late.holds(&Output::VehicleLights(output), LATE));
+        }
+        assert_eq!(late.take().collect::<Vec<_>>(), [turn(TurnIndicators::EnableRight, 2), hazard]);
+        assert_eq!(late.take().count(), 0);
+    }
+
+    #[test]
+    fn a_late_report_is_dropped_when_a_later_decision_withdraws_it() {
+        let mut late = LateReports::default();
+        let withdrawn = VehicleLightsOutput::TurnIndicators(Step::Withdraw);
+        assert!(late.holds(&Output::VehicleLights(turn(TurnIndicators::EnableLeft, 1)), LATE));
+        assert!(late.holds(&Output::VehicleLights(withdrawn), LATE));
+        assert_eq!(late.take().collect::<Vec<_>>(), [withdrawn]);
+    }
+
+    #[test]
+    fn a_report_in_time_is_published_at_once_and_replaces_a_late_one() {
+        let mut late = LateReports::default();
+        let hazard =
+            VehicleLightsOutput::HazardLights(Step::Publish(HazardLights::Enable, WallStamp::from_nanos(0)));
+        assert!(late.holds(&Output::VehicleLights(turn(TurnIndicators::EnableLeft, 1)), LATE));
+        assert!(late.holds(&Output::VehicleLights(hazard), LATE));
+        assert!(
+            !late.holds(&Output::VehicleLights(turn(TurnIndicators::Disable, 2)), Duration::from_millis(200))
+        );
+        assert_eq!(late.take().collect::<Vec<_>>(), [hazard]);
+    }
+}
