@@ -82,16 +82,18 @@ impl FaultRecorder {
 
     /// Keeps an output, which ends a recording if a status changes to ERROR. What a replay cannot have is left out.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
-        let replayed;
-        let output = match output {
+        let replayed = match output {
             Output::Diagnostics { diagnostics, stamp } => {
                 let mut diagnostics = diagnostics.clone();
                 diagnostics.statuses.retain(|status| !status.name.ends_with(WALL_CLOCK_TASK));
-                replayed = Output::Diagnostics { diagnostics, stamp: *stamp };
-                &replayed
+                Some(Output::Diagnostics { diagnostics, stamp: *stamp })
             }
-            other => other,
+            Output::VehicleLights(_)
+            | Output::TrafficLights(_)
+            | Output::TurnSignal(_)
+            | Output::Command(_) => None,
         };
+        let output = replayed.as_ref().unwrap_or(output);
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {
