@@ -82,18 +82,6 @@ impl FaultRecorder {
 
     /// Keeps an output, which ends a recording if a status changes to ERROR. What a replay cannot have is left out.
     pub(super) fn decided(&mut self, output: &Output, at: Now) {
-        let replayed = match output {
-            Output::Diagnostics { diagnostics, stamp } => {
-                let mut diagnostics = diagnostics.clone();
-                diagnostics.statuses.retain(|status| !status.name.ends_with(WALL_CLOCK_TASK));
-                Some(Output::Diagnostics { diagnostics, stamp: *stamp })
-            }
-            Output::VehicleLights(_)
-            | Output::TrafficLights(_)
-            | Output::TurnSignal(_)
-            | Output::Command(_) => None,
-        };
-        let output = replayed.as_ref().unwrap_or(output);
         let mut fault = false;
         if let Output::Diagnostics { diagnostics, .. } = output {
             for status in &diagnostics.statuses {
@@ -102,7 +90,8 @@ impl FaultRecorder {
                 fault |= status.level == Level::Error && before.is_some_and(|before| before != Level::Error);
             }
         }
-        for event in self.changes.of(output) {
+        let events = self.changes.of(output).into_iter();
+        for event in events.filter(|event| event.task != WALL_CLOCK_TASK) {
             self.black_box.decided(event.to_string(), fault, at);
         }
     }

@@ -92,7 +92,7 @@ impl GatewayIo {
     ) -> Result<(), DaemonError> {
         let (read, started) = (clock.now(), live.now());
         // The outputs from before the first step belong to the start.
-        self.emit_and_send(live, transmitters, clock, started)?;
+        self.emit_and_send(live, transmitters, clock, read, started)?;
         while let Some(at) = live.step(read.mono, |input, at| {
             if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
                 faults.keep(*input, at);
@@ -101,22 +101,24 @@ impl GatewayIo {
             if let Some(faults) = &mut self.faults {
                 faults.save_if_over(at);
             }
-            self.emit_and_send(live, transmitters, clock, at)?;
+            self.emit_and_send(live, transmitters, clock, read, at)?;
         }
         // All that was due at `read` is decided: what is held now is current.
         for output in self.late_reports.take() {
             self.publisher.send(&Output::VehicleLights(output));
         }
         live.settle_commands(read);
-        self.emit_and_send(live, transmitters, clock, read)
+        self.emit_and_send(live, transmitters, clock, read, read)
     }
 
-    /// Hands on all outputs. Whether a frame to the vehicle was sent goes back as an input.
+    /// Hands on all outputs of a decision at `now` that was made at `read`. Whether a frame to the vehicle was sent goes
+    /// back as an input.
     fn emit_and_send(
         &mut self,
         live: &mut Live,
         transmitters: &[Transmitter],
         clock: &Clock,
+        read: Now,
         now: Now,
     ) -> Result<(), DaemonError> {
         while let Some(output) = live.poll_output() {
@@ -124,7 +126,7 @@ impl GatewayIo {
                 let result = transmit(frame, transmitters);
                 live.take([result], clock.now());
             }
-            self.emit_output(output, now, clock.now().mono.since(now.mono))?;
+            self.emit_output(output, now, read.mono.since(now.mono))?;
         }
         self.refresh(now)
     }

@@ -8,8 +8,8 @@ use std::time::Duration;
 use crate::core::gateway::event::Output;
 use crate::core::vehicle_lights::output::VehicleLightsOutput;
 
-/// Longest time between a decision and the publication of its report. Reports that are later wait until everything
-/// that is due has been decided.
+/// Longest time from the instant of a decision to the one at which it is made. Reports that are later wait until
+/// everything that is due has been decided.
 const MAX_REPORT_LAG: Duration = Duration::from_millis(200);
 
 /// The newest late output of each report topic.

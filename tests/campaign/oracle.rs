@@ -25,7 +25,7 @@ pub(crate) struct Oracle<'a> {
     vehicle: &'a Vehicle,
     clock: Clock,
     link_is_up: bool,
-    heard: Vec<Heard>,
+    receptions: Vec<Reception>,
     last_life: Option<u64>,
     lamps: Lamps,
 }
@@ -39,7 +39,7 @@ struct Clock {
 
 /// What was received of one message.
 #[derive(Clone, Default)]
-struct Heard {
+struct Reception {
     believed: Option<Frame>,
     /// The counter of the last intact frame, and when that came.
     counter: Option<(i64, u64)>,
@@ -72,9 +72,9 @@ impl Clock {
 
 impl<'a> Oracle<'a> {
     pub(crate) fn new(vehicle: &'a Vehicle) -> Self {
-        let heard = vec![Heard::default(); vehicle.messages.len()];
+        let receptions = vec![Reception::default(); vehicle.messages.len()];
         let (clock, lamps) = (Clock::default(), Lamps::default());
-        Self { vehicle, clock, link_is_up: true, heard, last_life: None, lamps }
+        Self { vehicle, clock, link_is_up: true, receptions, last_life: None, lamps }
     }
 
     /// The virtual time of the next line, in nanoseconds.
@@ -101,7 +101,7 @@ impl<'a> Oracle<'a> {
                 self.sign_of_life(at);
                 if !fd && self.is_believed(message, data, at) {
                     let frame = Frame { data: data.clone(), at, stamp: line.stamp_us * 1000 };
-                    self.heard[message].believed = Some(frame);
+                    self.receptions[message].believed = Some(frame);
                     self.watch_lamps(message, at);
                 }
             }
@@ -153,8 +153,8 @@ impl<'a> Oracle<'a> {
 
     fn lose_link(&mut self) {
         self.link_is_up = false;
-        for heard in &mut self.heard {
-            *heard = Heard { was_intact: heard.was_intact, ..Heard::default() };
+        for reception in &mut self.receptions {
+            *reception = Reception { was_intact: reception.was_intact, ..Reception::default() };
         }
         self.last_life = None;
         self.lamps = Lamps::default();
@@ -163,8 +163,8 @@ impl<'a> Oracle<'a> {
     /// A frame of the profile came. After a silence of the bus, event messages must come anew.
     fn sign_of_life(&mut self, at: u64) {
         if self.last_life.is_some_and(|last| at - last > self.vehicle.alive_ns) {
-            for (heard, message) in self.heard.iter_mut().zip(&self.vehicle.messages) {
-                heard.believed = heard.believed.take().filter(|_| message.timeout_ns.is_some());
+            for (reception, message) in self.receptions.iter_mut().zip(&self.vehicle.messages) {
+                reception.believed = reception.believed.take().filter(|_| message.timeout_ns.is_some());
             }
         }
         self.last_life = Some(at);
@@ -172,7 +172,7 @@ impl<'a> Oracle<'a> {
 
     /// Whether the frame proves itself.
     fn is_believed(&mut self, index: usize, data: &[u8], at: u64) -> bool {
-        let (message, heard) = (&self.vehicle.messages[index], &mut self.heard[index]);
+        let (message, reception) = (&self.vehicle.messages[index], &mut self.receptions[index]);
         let roles = self.vehicle.roles().into_iter().filter(|role| role.message == index);
         let fields = roles.map(|role| &role.field).chain(message.checksum.as_ref().map(|(_, field)| field));
         let mut fields = fields.chain(message.counter.as_ref().map(|(field, _)| field));
@@ -189,21 +189,21 @@ impl<'a> Oracle<'a> {
         let Some((field, max_step)) = &message.counter else { return true };
         // A counter is forgotten with the value that it vouches for.
         let in_time = |(_, last): &(i64, u64)| message.timeout_ns.is_none_or(|limit| at - last <= limit);
-        let before = heard.counter.filter(in_time);
-        heard.counter = Some((field.get(data), at));
+        let before = reception.counter.filter(in_time);
+        reception.counter = Some((field.get(data), at));
         let Some((before, _)) = before else {
-            heard.is_broken = std::mem::replace(&mut heard.was_intact, true);
+            reception.is_broken = std::mem::replace(&mut reception.was_intact, true);
             return false;
         };
         let step = (field.get(data) - before).rem_euclid(1 << field.width());
         let in_sequence = (1..=*max_step).contains(&step);
-        let was_broken = std::mem::replace(&mut heard.is_broken, !in_sequence);
+        let was_broken = std::mem::replace(&mut reception.is_broken, !in_sequence);
         in_sequence && !was_broken
     }
 
     /// The frame that counts for a role, while it does.
     fn believed(&self, role: &Role, now: u64) -> Option<&Frame> {
-        let frame = self.heard[role.message].believed.as_ref()?;
+        let frame = self.receptions[role.message].believed.as_ref()?;
         let holds = match self.vehicle.messages[role.message].timeout_ns {
             Some(limit) => now - frame.at <= limit,
             None => self.last_life.is_some_and(|last| now - last <= self.vehicle.alive_ns),

@@ -155,8 +155,9 @@ fn black_box_that_cannot_be_written_is_told_and_the_gateway_goes_on() {
         gateway.wait_for_log(&format!("black_box: recordings cannot be written: {why}"));
         gateway.wait_for_log("no-such-can: no-such-can is missing");
         gateway.stop("TERM");
-        let told = gateway.log().into_iter().filter(|line| line.contains("black box not written in")).count();
-        assert_eq!(told, 1, "{:?}", gateway.log());
+        let reported =
+            gateway.log().into_iter().filter(|line| line.contains("black box not written in")).count();
+        assert_eq!(reported, 1, "{:?}", gateway.log());
     }
 }
 

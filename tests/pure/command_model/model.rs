@@ -121,7 +121,7 @@ fn stand(
     /// For so long a message counts more than an earlier one of its writer.
     const ORDER_NS: u64 = 1_000_000_000;
     let mut taken: Vec<(u64, u8)> = Vec::new();
-    // By writer: its last message that was taken, and the first of those that seemed to be of the past.
+    // By writer: its last message that was taken, and the first of those that seemed to be stale.
     let mut last_of = [None::<u64>; 256];
     let mut suspected_of = [None::<u64>; 256];
     let mut clock_ms = 0;
@@ -149,8 +149,8 @@ fn stand(
         *last = Some(*time);
         taken.push((*time, raw));
     }
-    let wish = taken.iter().rev().find(|(_, raw)| *raw > 0);
-    match (wish, taken.last()) {
+    let requested = taken.iter().rev().find(|(_, raw)| *raw > 0);
+    match (requested, taken.last()) {
         (Some((time, raw)), _) if at - time <= limit => Stand::Wants(*raw),
         (_, Some((received, raw))) if *raw > 0 && at - received > limit => Stand::Silent(*raw),
         _ => Stand::Nothing,

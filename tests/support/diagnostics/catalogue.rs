@@ -412,7 +412,7 @@ fn ros() -> Task {
             message(
                 Warn,
                 "the network side was replaced: {failure}",
-                "Nothing; it is told for a minute. If it comes again, look for who sends what DDS cannot bear.",
+                "Nothing; it is shown for a minute. If it comes again, look for who sends what DDS cannot bear.",
             ),
         ],
         keys: vec![

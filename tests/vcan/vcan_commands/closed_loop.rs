@@ -50,10 +50,12 @@ fn what_is_decided_is_commanded_obeyed_and_reported() {
 mod slow {
     use super::{CROSSING, Cyclone, Drive, Vcan, drive_all, require};
 
+    /// Each state of the signal lasts longer than a busy machine stands still: a report of half a second, such as the off
+    /// between two sides, is not published when it is that late.
     const DRIVES: [Drive; 6] = [
         CROSSING,
         ("pull_out_left", Some(135.0)),
-        ("avoidance_before_turn", None),
+        ("lane_change_right_waiting", None),
         ("lane_change_left", None),
         ("reroute_short_signal", None),
         ("roundabout_first_exit", None),
@@ -122,7 +124,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     assert_eq!(lights, wanted, "{name}: the vehicle obeys the commands and nobody else");
     let mut before = Duration::ZERO;
     for (change, report) in decided.iter().zip(&reported) {
-        // The message heard first need not be the first: on a busy machine the peer loses some.
+        // The message received first need not be the first: on a busy machine the peer loses some.
         let frame = commands
             .iter()
             .find(|frame| frame.at > before && (PACMOD.request)(&frame.data) == word(change.value));
@@ -149,32 +151,32 @@ fn file(name: &str) -> DriveFile {
 
 /// A message that says something else than the one before; times of day.
 #[derive(Debug)]
-struct Heard {
+struct Received {
     stamp: Duration,
     value: i64,
     arrived: Duration,
 }
 
 /// From the first message that wants a light.
-fn changes(heard: &Value) -> Vec<Heard> {
+fn changes(received: &Value) -> Vec<Received> {
     let nanos = |value: &Value| Duration::from_nanos(value.as_u64().unwrap());
-    let mut all: Vec<_> = heard
+    let mut all: Vec<_> = received
         .as_array()
         .unwrap()
         .iter()
-        .map(|message| Heard {
+        .map(|message| Received {
             stamp: nanos(&message[0]),
             value: message[1].as_i64().unwrap(),
             arrived: nanos(&message[2]),
         })
-        .filter(|heard| heard.value != 0)
+        .filter(|received| received.value != 0)
         .collect();
-    all.dedup_by_key(|heard| heard.value);
-    all.drain(..all.iter().position(|heard| heard.value != 1).unwrap_or(all.len()));
+    all.dedup_by_key(|received| received.value);
+    all.drain(..all.iter().position(|received| received.value != 1).unwrap_or(all.len()));
     all
 }
 
-fn values(changes: &[Heard]) -> Vec<i64> {
+fn values(changes: &[Received]) -> Vec<i64> {
     changes.iter().map(|change| change.value).collect()
 }
 

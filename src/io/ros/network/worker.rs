@@ -67,7 +67,7 @@ pub(super) struct Worker {
     pings: Pings,
     rebuilds: u32,
     write_errors: u64,
-    /// As the gateway was told.
+    /// The status that was sent last.
     status: NetworkStatus,
     /// Last: the gateway sees its end when everything else is gone.
     link: Link,

@@ -313,23 +313,17 @@ impl Exchange {
 
     /// Waits for the end of a network side that was killed.
     fn see_end(&mut self, now: Instant) {
-        let Phase::Ending { host, since, failure, age } = &mut self.phase else { return };
-        let (end, age, is_over) = (host.end(), *age, now.duration_since(*since) >= END_PATIENCE);
-        let failure = failure.take();
-        match (failure, end) {
-            (failure, Some(end)) => self.note_end(failure.unwrap_or(end), age, now),
-            (failure, None) if is_over => {
-                if let Phase::Ending { host, .. } = std::mem::replace(&mut self.phase, Phase::Refused) {
-                    self.unended.push(host);
-                }
-                self.note_end(failure.unwrap_or(NetworkFailure::NoAnswer), age, now);
-            }
-            (cause, None) => {
-                if let Phase::Ending { failure, .. } = &mut self.phase {
-                    *failure = cause;
-                }
-            }
+        let Phase::Ending { host, since, .. } = &mut self.phase else { return };
+        let end = host.end();
+        if end.is_none() && now.duration_since(*since) < END_PATIENCE {
+            return;
         }
+        let ended = std::mem::replace(&mut self.phase, Phase::Down { until: now });
+        let Phase::Ending { host, failure, age, .. } = ended else { return };
+        if end.is_none() {
+            self.unended.push(host);
+        }
+        self.note_end(failure.or(end).unwrap_or(NetworkFailure::NoAnswer), age, now);
     }
 
     /// Notes an end and its cause, and when the next network side is to start.

@@ -61,7 +61,7 @@ impl Host {
         match self {
             Self::Process(child) => child.try_wait().ok().flatten().map(failure),
             Self::Thread(thread) if !thread.is_finished() => None,
-            // The panic of a thread that has ended is told by its hook.
+            // The panic of a thread that has ended is reported by its hook.
             Self::Thread(_) => Some(NetworkFailure::Panicked),
         }
     }
