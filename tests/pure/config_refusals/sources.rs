@@ -103,7 +103,7 @@ fn conditions_that_make_no_sense_are_refused() {
 + [[turn.source]]
 + name = "a"
 + when = { signal = "BLINK.LEFT", on = [2], off = [0] }
-> car.toml:10:40: turn.source[1].when.on[1]: LEFT cannot hold 2; its raw values are 0 to 1
+> car.toml:10:39: turn.source[1].when.on[1]: LEFT cannot hold 2; its raw values are 0 to 1
   [turn]
 + [[turn.source]]
 + name = "a"
@@ -113,7 +113,7 @@ fn conditions_that_make_no_sense_are_refused() {
 + [[turn.source]]
 + name = "a"
 + when = { signal = "BLINK.LEFT", on = [1], off = [0], left = [1] }
-> car.toml:10:61: turn.source[1].when.left: unknown key "left"; valid keys: signal, on, off, not_available, fault
+> car.toml:10:54: turn.source[1].when.left: unknown key "left"; valid keys: signal, on, off, not_available, fault
 "#;
     assert_refused(&sound(), "car.toml", cases);
 }
