@@ -63,7 +63,9 @@ impl Participant {
             .map(|written| {
                 let qos = qos(Reliability::Reliable, written.durability, written.depth);
                 let topic = topic(&domain, &node, &written.name, &written.type_name, &qos)?;
-                TopicWriter::new(&publisher, topic, written.durability, written.delivery).map_err(dds)
+                let history = settings.stream_history_bytes;
+                TopicWriter::new(&publisher, topic, written.durability, written.delivery, history)
+                    .map_err(dds)
             })
             .collect::<Result<Vec<_>, String>>()?;
         let topic_readers = settings

@@ -30,8 +30,6 @@ const REPEATS: [Duration; 4] =
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
 /// The most history that a late joiner of a stream is handed.
 const MAX_HANDED_OVER: usize = 64 * 1024;
-/// The most that a stream's readers may owe acknowledgements for.
-const MAX_HISTORY: usize = 256 * 1024 * 1024;
 /// Time for which a new writer is not replaced: its readers come one by one.
 const SETTLING: Duration = Duration::from_secs(2);
 
@@ -50,6 +48,8 @@ pub(super) struct TopicWriter {
     /// The writer has written a sample.
     used: bool,
     history: History,
+    /// The most bytes that a stream's readers may owe acknowledgements for.
+    max_history: usize,
     /// Number of matched readers at the last call of [`settle`](Self::settle).
     readers: usize,
     /// Everything was acknowledged at some moment since the last call of [`is_acknowledged`](Self::is_acknowledged).
@@ -57,12 +57,14 @@ pub(super) struct TopicWriter {
 }
 
 impl TopicWriter {
-    /// A topic on which nothing was published yet; the quality of service is the topic's.
+    /// A topic on which nothing was published yet; the quality of service is the topic's. `max_history` is in bytes, and
+    /// concerns streams.
     pub(super) fn new(
         publisher: &Publisher,
         topic: Topic,
         durability: Durability,
         delivery: Delivery,
+        max_history: usize,
     ) -> CreateResult<Self> {
         let writer = publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&topic, None)?;
         Ok(Self {
@@ -76,6 +78,7 @@ impl TopicWriter {
             current: Vec::new(),
             used: false,
             history: History::default(),
+            max_history,
             readers: 0,
             acknowledged: false,
         })
@@ -146,7 +149,7 @@ impl TopicWriter {
         let is_long = is_transient && joined && self.history.bytes() > MAX_HANDED_OVER;
         let is_settled = self.used && self.first_write.elapsed() >= SETTLING;
         if self.delivery == Delivery::Stream && is_settled {
-            let is_too_much = is_long || self.history.bytes() > MAX_HISTORY;
+            let is_too_much = is_long || self.history.bytes() > self.max_history;
             return if is_too_much { self.begin_anew() } else { Ok(false) };
         }
         let age = self.first_write.elapsed();
