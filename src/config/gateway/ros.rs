@@ -7,7 +7,7 @@ use super::reports::Durability;
 use crate::config::reading::fields::Fields;
 
 const DEFAULT_NODE: &str = "signal_gateway";
-/// The process needs a tenth of it, and the rest when a reader stops to acknowledge large streams.
+/// The process needs a tenth of it, and the rest for what readers have not acknowledged.
 const DEFAULT_MEMORY_MB: u32 = 384;
 /// What serves a vehicle without traffic lights, and more than any map needs.
 const MEMORY_LIMIT_MB: RangeInclusive<u32> = 128..=16_384;
@@ -53,9 +53,7 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
     let config = RosConfig {
         enabled: fields.flag("enabled").unwrap_or(true),
         isolated: true,
-        memory_limit_mb: fields
-            .number("memory_limit_mb", MEMORY_LIMIT_MB, " MB")
-            .unwrap_or(DEFAULT_MEMORY_MB),
+        memory_limit_mb: fields.number("memory_limit_mb", MEMORY_LIMIT_MB, "MB").unwrap_or(DEFAULT_MEMORY_MB),
         namespace,
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),

@@ -2,6 +2,7 @@
 
 mod busy;
 mod latency;
+mod memory;
 
 use std::fs;
 use std::process::Command;

@@ -164,7 +164,7 @@ impl Bench {
 
     /// The recording of the fault cannot be written, and diagnostics say so.
     fn expect_lost_recording(&self, mark: Mark) {
-        self.reader.status(mark, "black_box", 1, "recordings cannot be written");
+        self.reader.status(mark, "black_box", 1, "No space left on device");
     }
 
     /// A file stands where the black box writes, and there is something to write.

@@ -298,7 +298,7 @@ mod tests {
             }],
             recovery: Recovery { check_interval: Duration::from_millis(1500), ..Recovery::default() },
             echo_is_proven: true,
-            stream_history_bytes: 1 << 20,
+            history_bytes: 1 << 20,
         };
         there_and_back(&ToNetwork::Start(Box::new(settings)));
         let samples = [vec![1, 2, 3], vec![], vec![4]].map(CdrBytes::from).to_vec();

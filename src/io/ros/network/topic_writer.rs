@@ -48,8 +48,6 @@ pub(super) struct TopicWriter {
     /// The writer has written a sample.
     used: bool,
     history: History,
-    /// The most bytes that a stream's readers may owe acknowledgements for.
-    max_history: usize,
     /// Number of matched readers at the last call of [`settle`](Self::settle).
     readers: usize,
     /// Everything was acknowledged at some moment since the last call of [`is_acknowledged`](Self::is_acknowledged).
@@ -57,14 +55,12 @@ pub(super) struct TopicWriter {
 }
 
 impl TopicWriter {
-    /// A topic on which nothing was published yet; the quality of service is the topic's. `max_history` is in bytes, and
-    /// concerns streams.
+    /// A topic on which nothing was published yet; the quality of service is the topic's.
     pub(super) fn new(
         publisher: &Publisher,
         topic: Topic,
         durability: Durability,
         delivery: Delivery,
-        max_history: usize,
     ) -> CreateResult<Self> {
         let writer = publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&topic, None)?;
         Ok(Self {
@@ -78,7 +74,6 @@ impl TopicWriter {
             current: Vec::new(),
             used: false,
             history: History::default(),
-            max_history,
             readers: 0,
             acknowledged: false,
         })
@@ -110,8 +105,14 @@ impl TopicWriter {
         self.begin_anew()
     }
 
+    /// The most bytes that RustDDS may hold of a stream until its readers have acknowledged them; none of a new writer,
+    /// which is not replaced.
+    pub(super) fn history_bytes(&self) -> usize {
+        if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes() } else { 0 }
+    }
+
     /// A new writer, which has no history.
-    fn begin_anew(&mut self) -> Result<bool, String> {
+    pub(super) fn begin_anew(&mut self) -> Result<bool, String> {
         let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&self.topic, None);
         self.writer = fresh.map_err(|error| error.to_string())?;
         self.used = false;
@@ -149,8 +150,7 @@ impl TopicWriter {
         let is_long = is_transient && joined && self.history.bytes() > MAX_HANDED_OVER;
         let is_settled = self.used && self.first_write.elapsed() >= SETTLING;
         if self.delivery == Delivery::Stream && is_settled {
-            let is_too_much = is_long || self.history.bytes() > self.max_history;
-            return if is_too_much { self.begin_anew() } else { Ok(false) };
+            return if is_long { self.begin_anew() } else { Ok(false) };
         }
         let age = self.first_write.elapsed();
         let due = match self.delivery {

@@ -34,7 +34,7 @@ const GOODBYE: Duration = Duration::from_millis(400);
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
 /// Network sides killed in a row without any echo, after which an echo is no sign of life any more.
 const MAX_SILENT: u32 = 5;
-/// What the streams may keep together where no process has a limit of its own, bytes.
+/// What writers may keep where no process has a limit of its own, bytes.
 const THREAD_HISTORY: u64 = 256 << 20;
 
 /// The thread's state.
@@ -467,16 +467,15 @@ fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettin
         read: read.collect(),
         recovery: settings.recovery,
         echo_is_proven: false,
-        stream_history_bytes: stream_history(&settings.isolation, table),
+        history_bytes: history_bytes(&settings.isolation),
     }
 }
 
-/// What each stream may keep, bytes: together two thirds of the memory that there is.
-fn stream_history(isolation: &Isolation, table: &[Outgoing]) -> usize {
-    let all = match isolation {
+/// Two thirds of the memory that there is.
+fn history_bytes(isolation: &Isolation) -> usize {
+    let bytes = match isolation {
         Isolation::Process { memory_limit_mb, .. } => (u64::from(*memory_limit_mb) << 20) * 2 / 3,
         Isolation::Thread => THREAD_HISTORY,
     };
-    let streams = table.iter().filter(|outgoing| outgoing.delivery == Delivery::Stream).count();
-    usize::try_from(all).unwrap_or(usize::MAX) / streams.max(1)
+    usize::try_from(bytes).unwrap_or(usize::MAX)
 }
