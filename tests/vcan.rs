@@ -5,8 +5,6 @@
 mod support;
 
 mod vcan {
-    #[cfg(feature = "ros")]
-    mod vcan_attacks;
     mod vcan_bus;
     #[cfg(feature = "ros")]
     mod vcan_commands;

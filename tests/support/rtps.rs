@@ -1,14 +1,14 @@
 //! RTPS packets as an attacker makes them: byte by byte, and with numbers that no sane peer sends.
 
-use std::collections::BTreeSet;
-use std::fs;
 use std::net::UdpSocket;
 use std::time::Duration;
 
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
-/// Where the identity of a participant is in a packet.
+/// The participant that the packets pretend to come from.
+const PREFIX: [u8; 12] = [1, 0x10, 0xBA, 0xD0, 0xBA, 0xD0, 1, 2, 3, 4, 5, 6];
+/// Where that is in a packet.
 const PREFIX_AT: std::ops::Range<usize> = 8..20;
 const SPDP_WRITER: [u8; 4] = [0, 1, 0, 0xC2];
 const SPDP_READER: [u8; 4] = [0, 1, 0, 0xC7];
@@ -35,7 +35,6 @@ impl Attack {
     /// The packet; a higher count makes it a new one.
     pub(crate) fn packet(self, count: u32) -> Vec<u8> {
         let ids = [PUBLICATIONS_READER, PUBLICATIONS_WRITER].concat();
-        let packet = |kind, flags, body: &[u8]| packet(0, kind, flags, body);
         match self {
             Self::Heartbeat => {
                 let body = [ids, number(1), number(FAR), count.to_le_bytes().to_vec()].concat();
@@ -53,11 +52,11 @@ impl Attack {
     }
 }
 
-/// Announces the participant that attacks, or another by its number, which is said to listen on this port of the loopback.
-pub(crate) fn announcement(participant: u16, port: u16, count: u32) -> Vec<u8> {
+/// Announces the attacker's participant, which is said to listen on this port of the loopback.
+pub(crate) fn announcement(port: u16, count: u32) -> Vec<u8> {
     let locator =
         [&1_u32.to_le_bytes()[..], &u32::from(port).to_le_bytes(), &[0; 12], &[127, 0, 0, 1]].concat();
-    let guid = [&prefix(participant)[..], &[0, 0, 1, 0xC1]].concat();
+    let guid = [&PREFIX[..], &[0, 0, 1, 0xC1]].concat();
     let parameters: [(u16, &[u8]); 7] = [
         (0x15, &[2, 4, 0, 0]),
         (0x16, &[1, 0x10, 0, 0]),
@@ -75,7 +74,7 @@ pub(crate) fn announcement(participant: u16, port: u16, count: u32) -> Vec<u8> {
     }
     list.extend([1, 0, 0, 0]);
     let ids = [SPDP_READER, SPDP_WRITER].concat();
-    packet(participant, 0x15, 0x05, &[vec![0, 0, 16, 0], ids, number(u64::from(count)), list].concat())
+    packet(0x15, 0x05, &[vec![0, 0, 16, 0], ids, number(u64::from(count)), list].concat())
 }
 
 /// A sequence number: the high half first.
@@ -85,16 +84,10 @@ fn number(number: u64) -> Vec<u8> {
     [high, low].concat()
 }
 
-/// The identity of a participant that packets pretend to come from.
-fn prefix(participant: u16) -> [u8; 12] {
-    let [high, low] = participant.to_be_bytes();
-    [1, 0x10, 0xBA, 0xD0, 0xBA, 0xD0, 1, 2, 3, 4, high, low]
-}
-
 /// A message with one submessage.
-fn packet(participant: u16, kind: u8, flags: u8, body: &[u8]) -> Vec<u8> {
+fn packet(kind: u8, flags: u8, body: &[u8]) -> Vec<u8> {
     let length = u16::try_from(body.len()).unwrap().to_le_bytes();
-    [b"RTPS", &[2, 4, 1, 0x10][..], &prefix(participant), &[kind, flags], &length, body].concat()
+    [b"RTPS", &[2, 4, 1, 0x10][..], &PREFIX, &[kind, flags], &length, body].concat()
 }
 
 /// Packets of all kinds in which some bytes are others, the same in each run.
@@ -110,12 +103,12 @@ impl Mutations {
         Self { random: Pcg32::seed_from_u64(1), captured, count: 0 }
     }
 
-    /// The next one of a participant that is said to listen on this port.
+    /// The next one; its participant is said to listen on this port.
     pub(crate) fn next(&mut self, port: u16) -> Vec<u8> {
         self.count += 1;
         let kinds = if self.captured.is_empty() { 4 } else { 8 };
         let mut packet = match self.below(kinds) {
-            0 => announcement(0, port, self.count),
+            0 => announcement(port, self.count),
             1 => Attack::Heartbeat.packet(self.count),
             2 => Attack::Gap.packet(self.count),
             3 => Attack::Fragment.packet(self.count),
@@ -137,58 +130,31 @@ impl Mutations {
     }
 }
 
-/// Ports of a domain on this host, and a socket to send to them.
+/// Where participants of a domain on this host listen for each other.
 pub(crate) struct Target {
-    domain: u16,
     socket: UdpSocket,
     ports: Vec<u16>,
 }
 
 impl Target {
-    /// Where participants of a domain may listen.
     pub(crate) fn new(domain: u16) -> Self {
         let base = 7400 + 250 * domain;
         let ports = (0..PARTICIPANTS)
             .flat_map(|participant| [base + 10 + 2 * participant, base + 11 + 2 * participant]);
-        Self { domain, socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
-    }
-
-    /// From now on where this process listens alone, if it does; not where it shares a port with others.
-    pub(crate) fn aim_at(&mut self, process: u32) {
-        let socket = |link: fs::DirEntry| {
-            let target = fs::read_link(link.path()).ok()?;
-            Some(target.to_str()?.strip_prefix("socket:[")?.strip_suffix(']')?.to_owned())
-        };
-        let links = fs::read_dir(format!("/proc/{process}/fd")).into_iter().flatten();
-        let sockets: BTreeSet<String> = links.filter_map(|link| socket(link.ok()?)).collect();
-        let table = fs::read_to_string("/proc/net/udp").unwrap();
-        let port = |line: &str| {
-            let fields: Vec<_> = line.split_whitespace().collect();
-            let port = u16::from_str_radix(fields.get(1)?.split_once(':')?.1, 16).ok()?;
-            sockets.contains(*fields.get(9)?).then_some(port)
-        };
-        let base = 7400 + 250 * self.domain;
-        let own = base + 10..base + 250;
-        let ports: BTreeSet<u16> = table.lines().filter_map(port).filter(|port| own.contains(port)).collect();
-        self.ports = ports.into_iter().collect();
-    }
-
-    /// From now on a port where nobody reads what is sent.
-    pub(crate) fn aim_at_nobody(&mut self, nobody: &UdpSocket) {
-        self.ports = vec![nobody.local_addr().unwrap().port()];
+        Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
     }
 
     /// What the participants send to one that announces itself, as if it came from that one.
     pub(crate) fn capture(&self) -> Vec<Vec<u8>> {
         self.socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
-        self.send(&announcement(0, self.own_port(), 1));
+        self.send(&announcement(self.own_port(), 1));
         let (mut packets, mut packet) = (Vec::new(), [0; 65536]);
         while let Ok(length) = self.socket.recv(&mut packet)
             && packets.len() < 100
         {
             let mut packet = packet[..length].to_vec();
             if packet.starts_with(b"RTPS") && length > PREFIX_AT.end {
-                packet[PREFIX_AT].copy_from_slice(&prefix(0));
+                packet[PREFIX_AT].copy_from_slice(&PREFIX);
                 packets.push(packet);
             }
         }

@@ -110,7 +110,7 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
         let mut slowest = Duration::ZERO;
         for count in 1..=ATTACKS {
             if is_announced {
-                target.send(&announcement(0, target.own_port(), count));
+                target.send(&announcement(target.own_port(), count));
             }
             target.send(&attack.packet(count));
             thread::sleep(Duration::from_millis(50));

@@ -1,8 +1,7 @@
 //! The gateway is killed in the middle of a turn and started anew, as its service does: its effects on the bus and
 //! the vehicle, printed as a table.
 
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::car::Car;
 use super::commander::{Commander, Durability, HAZARD, OK, TRANSMISSION, TURN, WARN};
@@ -61,52 +60,6 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
         frames.last().is_some_and(|frame| (PACMOD.request)(&frame.data) == "left")
     };
     recording.wait(mark, PACMOD.command, "the turn", asks_left);
-}
-
-/// Nothing comes over ROS while there is no network process: what was commanded times out as if its sender had stopped,
-/// first the turn, which is answered with off, then the control mode, without which nothing is requested.
-#[test]
-fn commands_time_out_while_the_network_process_is_kept_down_and_count_again_when_it_is_back() {
-    let vcan = require!(Vcan::new("vcan-deaf"));
-    let cyclone = require!(Cyclone::on_loopback());
-    let domain = domain();
-    let ros = process::ros_in(domain);
-    let keys = format!(
-        "[command]\ntx = \"on\"\nturn_timeout_ms = 3000\nhazard_timeout_ms = 3000\non_turn_timeout = \"off\"\n\
-         on_hazard_timeout = \"off\"\ncontrol_mode_timeout_ms = 8000\n{ros}"
-    );
-    let folder = PACMOD.folder(vcan.name, &keys, &Change::NONE);
-    let mut recording = Recording::of(vcan.name);
-    let commander = Commander::start(&cyclone, domain, Durability::Volatile);
-    let mut gateway = Process::run(&folder);
-    commander.wait_for_readers(Mark::START, true);
-    commander.send("mode 1 10; turn 2 10; hazard 1 10");
-    let asks = |request: &'static str| {
-        move |frames: &[&RecordedFrame]| {
-            frames.last().is_some_and(|frame| (PACMOD.request)(&frame.data) == request)
-        }
-    };
-    recording.wait(BusTime::START, PACMOD.command, "the turn", asks("left"));
-    let (down, begun) = (BusTime::now(), Instant::now());
-    while !recording.since(down, PACMOD.command).iter().any(|frame| (PACMOD.request)(&frame.data) == "none") {
-        assert!(begun.elapsed() < process::DEADLINE, "the commands never time out");
-        let kill = format!("kill -KILL $(pgrep -P {})", gateway.id());
-        let _none = Command::new("sh").args(["-c", &kill]).stderr(Stdio::null()).status().unwrap();
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let frames = recording.since(down, PACMOD.command);
-    assert_eq!(PACMOD.runs(&frames), ["left", "off", "none"]);
-    for request in ["off", "none"] {
-        let first = frames.iter().find(|frame| (PACMOD.request)(&frame.data) == request).unwrap();
-        println!("{request} {} ms after the network process was killed", ms(down.until(first)));
-    }
-    let up = BusTime::now();
-    recording.wait(up, PACMOD.command, "the turn again", asks("left"));
-    gateway.stop("TERM");
-    recording.finish();
-    let again = recording.since(up, PACMOD.command);
-    let first = again.iter().find(|frame| (PACMOD.request)(&frame.data) == "left").unwrap();
-    println!("left again {} ms after it was left alone", ms(up.until(first)));
 }
 
 fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {

@@ -5,17 +5,17 @@
 //! that a stop takes less than a second. What is measured is printed.
 
 mod bytes;
-pub(crate) mod car;
+mod car;
 mod cases;
 mod clocks;
 mod closed_loop;
-pub(crate) mod commander;
+mod commander;
 mod counters;
 mod killed;
 mod queue;
-pub(crate) mod recording;
+mod recording;
 mod rhythm;
-pub(crate) mod vehicles;
+mod vehicles;
 
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::time::WallStamp;

@@ -34,11 +34,6 @@ impl BusTime {
     pub(crate) fn now() -> Self {
         Self(Duration::from_nanos(wall().cast_unsigned()))
     }
-
-    /// The time from here to a frame.
-    pub(crate) fn until(self, frame: &RecordedFrame) -> Duration {
-        frame.at.saturating_sub(self.0)
-    }
 }
 
 /// A listener on one interface.
