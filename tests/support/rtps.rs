@@ -148,7 +148,7 @@ impl Target {
     pub(crate) fn capture(&self) -> Vec<Vec<u8>> {
         self.socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
         self.send(&announcement(self.own_port(), 1));
-        let (mut packets, mut packet) = (Vec::new(), [0; 65536]);
+        let (mut packets, mut packet) = (Vec::new(), vec![0; 65536]);
         while let Ok(length) = self.socket.recv(&mut packet)
             && packets.len() < 100
         {
