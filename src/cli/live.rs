@@ -50,6 +50,8 @@ pub(super) struct IsolationArgs {
 pub(super) struct NetworkArgs {
     /// Level of the log unless the environment sets one
     log_level: String,
+    /// The most private writable memory, MB
+    memory_limit_mb: u32,
 }
 
 #[derive(Debug, Args)]
@@ -98,7 +100,7 @@ pub(super) fn demo(args: &DemoArgs) -> Result<ExitCode, Failure> {
 #[cfg(feature = "ros")]
 pub(super) fn network(args: &NetworkArgs) -> Result<ExitCode, Failure> {
     start_log(&args.log_level);
-    match crate::io::ros::network::process::run() {
+    match crate::io::ros::network::process::run(args.memory_limit_mb) {
         // Whoever started this has ended without a word.
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(ExitCode::FAILURE),
         outcome => Ok(outcome.map(|()| ExitCode::SUCCESS)?),

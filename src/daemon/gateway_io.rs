@@ -19,8 +19,9 @@ use crate::core::command::allow_list::CommandFrame;
 use crate::core::command::input::CommandInput;
 use crate::core::command::output::CommandOutput;
 use crate::core::command::sender::SendFailure;
-use crate::core::diagnostics::Status;
+use crate::core::diagnostics::{Diagnostics, Status};
 use crate::core::gateway::event::{Input, Output};
+use crate::core::gateway::process_status::LostLines;
 use crate::core::time::Now;
 use crate::core::traffic_light::output::TrafficLightOutput;
 use crate::io::can::transmit::Transmitter;
@@ -30,6 +31,9 @@ use crate::io::ros::inbox::Inbox;
 use crate::io::systemd::Supervisor;
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
+
+/// Time between two looks at the process itself.
+const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The destinations of the outputs, and the request to stop.
 pub(super) struct GatewayIo {
@@ -43,6 +47,10 @@ pub(super) struct GatewayIo {
     late_reports: LateReports,
     /// The node's name for statuses of the process itself; `None` leaves them out.
     node: Option<String>,
+    /// Statuses of the process itself as they were given out last.
+    given_out: Vec<Status>,
+    /// When they are to be looked at again.
+    next_look: Instant,
 }
 
 impl GatewayIo {
@@ -67,6 +75,8 @@ impl GatewayIo {
             faults: None,
             late_reports: LateReports::default(),
             node: None,
+            given_out: Vec::new(),
+            next_look: Instant::now(),
         })
     }
 
@@ -108,7 +118,30 @@ impl GatewayIo {
             self.publisher.send(&Output::VehicleLights(output));
         }
         live.settle_commands(read);
-        self.emit_and_send(live, transmitters, clock, read, read)
+        self.emit_and_send(live, transmitters, clock, read, read)?;
+        self.tell_of_process(read)
+    }
+
+    /// When [`emit_live`](Self::emit_live) is to be called at the latest, to look at the process itself.
+    pub(super) fn next_look(&self) -> Instant {
+        self.next_look
+    }
+
+    /// Gives out the statuses of the process itself whose level or message has changed.
+    fn tell_of_process(&mut self, now: Now) -> Result<(), DaemonError> {
+        let at = Instant::now();
+        if at < self.next_look {
+            return Ok(());
+        }
+        self.next_look = at + LOOK_INTERVAL;
+        let statuses = self.process_statuses();
+        let changed = changed(&statuses, &self.given_out);
+        self.given_out = statuses;
+        if changed.is_empty() {
+            return Ok(());
+        }
+        let diagnostics = Diagnostics { statuses: changed, refresh: false };
+        self.hand_on(&Output::Diagnostics { diagnostics, stamp: now.wall }, now, Duration::ZERO)
     }
 
     /// Hands on all outputs of a decision at `now` that was made at `read`. Whether a frame to the vehicle was sent goes
@@ -154,9 +187,14 @@ impl GatewayIo {
         if let Output::Diagnostics { diagnostics, .. } = &mut output
             && diagnostics.refresh
         {
-            diagnostics.statuses.extend(self.process_statuses());
+            self.given_out = self.process_statuses();
+            diagnostics.statuses.extend(self.given_out.iter().cloned());
         }
-        let output = &output;
+        self.hand_on(&output, now, lag)
+    }
+
+    /// Publishes and shows an output.
+    fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) -> Result<(), DaemonError> {
         if !self.late_reports.holds(output, lag) {
             self.publisher.send(output);
         }
@@ -176,8 +214,10 @@ impl GatewayIo {
         let log = process_log::state();
         let Some(node) = &self.node else { return Vec::new() };
         let recordings = self.faults.as_ref().map(|faults| faults.status(node));
-        let network = self.publisher.network().map(|network| network.status(node));
-        recordings.into_iter().chain(log.map(|log| log.status(node))).chain(network).collect()
+        let network = self.publisher.network();
+        let elsewhere = network.as_ref().map_or_else(LostLines::default, |network| network.lost_lines);
+        let log = log.map(|log| log.with(elsewhere).status(node));
+        recordings.into_iter().chain(log).chain(network.map(|network| network.status(node))).collect()
     }
 
     fn refresh(&mut self, now: Now) -> Result<(), DaemonError> {
@@ -213,6 +253,17 @@ impl GatewayIo {
         faults.iter_mut().for_each(FaultRecorder::stop);
         tracing::info!("stopped");
     }
+}
+
+/// The statuses that were not given out with the same level and message.
+fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
+    let is_known = |status: &Status| {
+        let is_same = |known: &Status| {
+            (&known.name, known.level, &known.message) == (&status.name, status.level, &status.message)
+        };
+        given_out.iter().any(is_same)
+    };
+    statuses.iter().filter(|status| !is_known(status)).cloned().collect()
 }
 
 /// Sends a frame to the vehicle; gives the result for the command machine.
@@ -268,6 +319,28 @@ impl StopSignals {
         tokio::select! {
             _ = self.terminate.recv() => {}
             _ = self.interrupt.recv() => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::diagnostics::Level;
+
+    #[test]
+    fn a_status_is_given_out_again_when_its_level_or_message_differs() {
+        let status = |name: &str, level, message: &str, count: &str| Status {
+            name: name.to_owned(),
+            level,
+            message: message.to_owned(),
+            values: vec![("count", count.to_owned())],
+        };
+        let before = [status("log", Level::Ok, "a", "1"), status("ros", Level::Ok, "a", "1")];
+        assert_eq!(changed(&before, &[]), before);
+        assert_eq!(changed(&[status("log", Level::Ok, "a", "2")], &before), []);
+        for now in [status("log", Level::Warn, "a", "1"), status("log", Level::Ok, "b", "1")] {
+            assert_eq!(changed(&[now.clone(), before[1].clone()], &before), [now]);
         }
     }
 }

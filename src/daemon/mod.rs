@@ -180,7 +180,7 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
         if end.is_some_and(|end| live.is_finished() || Instant::now() >= end) {
             break Ok(());
         }
-        let wake = clock.instant(live.wake_at());
+        let wake = clock.instant(live.wake_at()).min(gateway_io.next_look());
         let wake = end.map_or(wake, |end| wake.min(end));
         tokio::select! {
             () = gateway_io.stop.requested(), if end.is_none() => {

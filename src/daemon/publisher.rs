@@ -256,7 +256,10 @@ fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
         hardware_id: settings.hardware_id.clone(),
         recovery: Recovery::default(),
         isolation: if settings.ros.isolated {
-            Isolation::Process { program: "/proc/self/exe".into() }
+            Isolation::Process {
+                program: "/proc/self/exe".into(),
+                memory_limit_mb: settings.ros.memory_limit_mb,
+            }
         } else {
             Isolation::Thread
         },

@@ -13,6 +13,7 @@ pub(crate) mod peer;
 pub(crate) mod prerequisite;
 pub(crate) mod process;
 pub(crate) mod property;
+pub(crate) mod rtps;
 pub(crate) mod slcan;
 pub(crate) mod two_lanes;
 pub(crate) mod vcan;

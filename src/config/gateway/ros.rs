@@ -1,11 +1,16 @@
 //! `[ros]`: the node, its network, and the topics of the reports.
 
 use std::net::IpAddr;
+use std::ops::RangeInclusive;
 
 use super::reports::Durability;
 use crate::config::reading::fields::Fields;
 
 const DEFAULT_NODE: &str = "signal_gateway";
+/// The process needs a tenth of it, and the rest for what readers have not acknowledged.
+const DEFAULT_MEMORY_MB: u32 = 384;
+/// What serves a vehicle without traffic lights, and more than any map needs.
+const MEMORY_LIMIT_MB: RangeInclusive<u32> = 128..=16_384;
 
 /// Settings of the ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,6 +19,8 @@ pub struct RosConfig {
     pub enabled: bool,
     /// True if DDS runs in a process of its own; not a key of the file, since only debuggers want it otherwise.
     pub isolated: bool,
+    /// The most private writable memory of that process, MB.
+    pub memory_limit_mb: u32,
     /// Namespace, `/` or `/name`.
     pub namespace: String,
     /// Domain, when the configuration overrides `ROS_DOMAIN_ID`.
@@ -46,6 +53,7 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
     let config = RosConfig {
         enabled: fields.flag("enabled").unwrap_or(true),
         isolated: true,
+        memory_limit_mb: fields.number("memory_limit_mb", MEMORY_LIMIT_MB, "MB").unwrap_or(DEFAULT_MEMORY_MB),
         namespace,
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),

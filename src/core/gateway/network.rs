@@ -3,6 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
+use super::process_status::LostLines;
 use crate::core::diagnostics::{Level, Status};
 
 /// Time for which a network side that replaced another counts as new.
@@ -25,6 +26,8 @@ pub struct NetworkState {
     pub age: Option<Duration>,
     /// Memory in use by its process, bytes; `None` where that is not known.
     pub memory_bytes: Option<u64>,
+    /// Log lines that its processes did not write since the session's start.
+    pub lost_lines: LostLines,
 }
 
 /// Why a network side ended.

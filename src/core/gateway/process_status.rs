@@ -55,7 +55,39 @@ pub struct LogState {
     pub is_failing: bool,
 }
 
+/// Number of log lines that were not written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LostLines {
+    /// Lines left out because their kind came too often.
+    pub suppressed: u64,
+    /// Lines lost because standard error did not take them.
+    pub dropped: u64,
+}
+
+impl LostLines {
+    /// The sum of two numbers of lines.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            suppressed: self.suppressed.saturating_add(other.suppressed),
+            dropped: self.dropped.saturating_add(other.dropped),
+        }
+    }
+}
+
 impl LogState {
+    /// The lines of this process that were not written.
+    pub fn lost_lines(&self) -> LostLines {
+        LostLines { suppressed: self.suppressed, dropped: self.dropped }
+    }
+
+    /// The state with the lost lines of another process added.
+    #[must_use]
+    pub fn with(self, other: LostLines) -> Self {
+        let LostLines { suppressed, dropped } = self.lost_lines().plus(other);
+        Self { suppressed, dropped, ..self }
+    }
+
     /// The status of a node's log.
     pub fn status(&self, node: &str) -> Status {
         let last_error = self.last_error.as_deref().unwrap_or("none");

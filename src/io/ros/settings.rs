@@ -42,8 +42,10 @@ pub enum Isolation {
     Thread,
     /// In a process of its own, which may die and is replaced.
     Process {
-        /// The program, which serves with the arguments `network LEVEL`; this one is `/proc/self/exe`.
+        /// The program, which serves with the arguments `network LEVEL MEMORY`; this one is `/proc/self/exe`.
         program: PathBuf,
+        /// The most private writable memory of the process, MB.
+        memory_limit_mb: u32,
     },
 }
 

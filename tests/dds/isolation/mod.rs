@@ -1,15 +1,14 @@
 //! The network side as a process: attacked, killed, stopped; the gateway goes on and starts another.
 
+mod busy;
 mod latency;
-mod packets;
+mod memory;
 
 use std::fs;
 use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rand_pcg::Pcg32;
-use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 use serde_json::Value;
 
 use super::delivery::{TURN, is_report};
@@ -18,7 +17,7 @@ use crate::support::json_process::{Mark, PATIENCE};
 use crate::support::peer::{Cyclone, Reading, domain};
 use crate::support::prerequisite::require;
 use crate::support::process::{Folder, Process, ros_in};
-use packets::{Attack, Target, announcement};
+use crate::support::rtps::{Attack, Mutations, Target, announcement};
 
 /// Packets of each attack, one each 50 ms.
 const ATTACKS: u32 = 40;
@@ -142,27 +141,15 @@ fn mutated_packets_do_not_take_the_gateway_down() {
 }
 
 /// Sends packets of all kinds in which some bytes are others.
-pub(crate) fn mutated_packets(count: u32) {
+fn mutated_packets(count: u32) {
     let domain = domain();
     let gateway = Role::new(domain).only_on("127.0.0.1").isolated().start();
     let target = Target::new(domain);
     let before = status_of(gateway.id(), "VmRSS");
-    let mut random = Pcg32::seed_from_u64(1);
-    let mut below = |end: usize| random.next_u32() as usize % end;
+    let mut mutations = Mutations::of(target.capture());
     let begun = Instant::now();
     for number in 1..=count {
-        let mut packet = match below(4) {
-            0 => announcement(target.own_port(), number),
-            1 => Attack::Heartbeat.packet(number),
-            2 => Attack::Gap.packet(number),
-            _ => Attack::Fragment.packet(number),
-        };
-        for _ in 0..=below(8) {
-            let at = 8 + below(packet.len() - 8);
-            packet[at] = u8::try_from(below(256)).unwrap();
-        }
-        packet.truncate(packet.len() - below(packet.len() / 4));
-        target.send(&packet);
+        target.send(&mutations.next(target.own_port()));
         if number.is_multiple_of(100) {
             gateway.status();
         }
@@ -222,4 +209,32 @@ fn sockets(process: u32) -> Vec<String> {
     let links = fs::read_dir(format!("/proc/{process}/fd")).unwrap();
     let links = links.filter_map(|link| fs::read_link(link.ok()?.path()).ok()?.to_str().map(str::to_owned));
     links.filter(|link| link.starts_with("socket:")).collect()
+}
+
+/// Nobody reads standard error; only the network process has something to write.
+#[test]
+fn log_lines_that_the_network_process_drops_are_counted() {
+    let cyclone = require!(Cyclone::on_loopback());
+    let domain = domain();
+    let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));
+    let diagnostics = [Reading { kind: "diagnostics", topic: "rt/diagnostics", durability: "volatile" }];
+    let reader = cyclone.reader(domain, &diagnostics);
+    let (unread, full) = std::io::pipe().unwrap();
+    let gateway = Process::run_with(&folder, |command| {
+        command.env("RUST_LOG", "off,rustdds=trace").stderr(full);
+    });
+    let value = |status: &Value, key: &str| {
+        let values = status["values"].as_array()?;
+        let value = values.iter().find(|value| value["key"] == key)?;
+        value["value"].as_str()?.parse::<u64>().ok()
+    };
+    let dropped = reader.find(Mark::START, "lines that were dropped", |(_, line)| {
+        let statuses = line["data"]["status"].as_array()?;
+        let log = statuses
+            .iter()
+            .find(|status| status["name"].as_str().is_some_and(|name| name.ends_with(": log")))?;
+        value(log, "dropped_lines").filter(|dropped| *dropped > 0)
+    });
+    println!("{dropped} lines dropped");
+    drop((gateway, unread));
 }

@@ -49,7 +49,7 @@ fn session_process() {
         subscriptions,
         recovery: if role["alert"] == true { alert } else { Recovery::default() },
         isolation: if role["isolated"] == true {
-            Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into() }
+            Isolation::Process { program: env!("CARGO_BIN_EXE_signal-gateway").into(), memory_limit_mb: 384 }
         } else {
             Isolation::Thread
         },

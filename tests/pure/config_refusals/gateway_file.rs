@@ -108,6 +108,9 @@ fn broken_rates_names_and_recordings_are_refused() {
 + only_networks = ["eth0"]
 > gateway.toml:10:18: ros.only_networks[1]: invalid IP address syntax; give IP addresses of this computer
 - node = "signal_gateway"
++ memory_limit_mb = 64
+> gateway.toml:10:19: ros.memory_limit_mb: 64 MB is out of range; give 128 to 16384 MB
+- node = "signal_gateway"
 + topics.diagnostics = "/diag nostics"
 > gateway.toml:10:22: ros.topics.diagnostics: "/diag nostics" is not an absolute topic; write it as /a/b
   profile = "car.toml"

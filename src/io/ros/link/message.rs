@@ -3,6 +3,7 @@
 use super::bytes::Bytes;
 use super::settings::NetworkSettings;
 use super::violation::Violation;
+use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::messages::CdrBytes;
 
 /// The longest text, bytes.
@@ -93,6 +94,8 @@ pub struct NetworkStatus {
     pub rebuilds: u32,
     /// Samples that RustDDS did not take.
     pub write_errors: u64,
+    /// Log lines that the network side did not write.
+    pub lost_lines: LostLines,
 }
 
 const START: u8 = 1;
@@ -196,6 +199,8 @@ impl<'a> FromNetwork<'a> {
                 bytes.push(status.has_probe.into());
                 bytes.extend(status.rebuilds.to_le_bytes());
                 bytes.extend(status.write_errors.to_le_bytes());
+                bytes.extend(status.lost_lines.suppressed.to_le_bytes());
+                bytes.extend(status.lost_lines.dropped.to_le_bytes());
             }
             Self::Pong { number, has_echo } => {
                 bytes.push(PONG);
@@ -229,6 +234,7 @@ impl<'a> FromNetwork<'a> {
                 has_probe: bytes.flag()?,
                 rebuilds: bytes.u32()?,
                 write_errors: bytes.u64()?,
+                lost_lines: LostLines { suppressed: bytes.u64()?, dropped: bytes.u64()? },
             }),
             PONG => Self::Pong { number: bytes.u64()?, has_echo: bytes.flag()? },
             other => return Err(Violation::Kind(other)),
@@ -292,6 +298,7 @@ mod tests {
             }],
             recovery: Recovery { check_interval: Duration::from_millis(1500), ..Recovery::default() },
             echo_is_proven: true,
+            history_bytes: 1 << 20,
         };
         there_and_back(&ToNetwork::Start(Box::new(settings)));
         let samples = [vec![1, 2, 3], vec![], vec![4]].map(CdrBytes::from).to_vec();
@@ -303,10 +310,22 @@ mod tests {
 
     fn status() -> impl Strategy<Value = NetworkStatus> {
         let counts = || prop::collection::vec(any::<u32>(), 0..9);
-        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), any::<u64>());
-        status.prop_map(|(readers, writers, missing_peers, has_probe, rebuilds, write_errors)| {
-            NetworkStatus { readers, writers, missing_peers, has_probe, rebuilds, write_errors }
-        })
+        let lines = any::<(u64, u64)>();
+        let status = (counts(), counts(), any::<u32>(), any::<bool>(), any::<u32>(), any::<u64>(), lines);
+        status.prop_map(
+            |(readers, writers, missing_peers, has_probe, rebuilds, write_errors, (suppressed, dropped))| {
+                let lost_lines = LostLines { suppressed, dropped };
+                NetworkStatus {
+                    readers,
+                    writers,
+                    missing_peers,
+                    has_probe,
+                    rebuilds,
+                    write_errors,
+                    lost_lines,
+                }
+            },
+        )
     }
 
     proptest! {

@@ -26,6 +26,8 @@ pub struct NetworkSettings {
     pub recovery: Recovery,
     /// True once a sample of our own has come back on this computer. Where none has, it is not a sign of life.
     pub echo_is_proven: bool,
+    /// The most bytes of samples that may be kept until their readers have acknowledged them.
+    pub history_bytes: usize,
 }
 
 /// A topic that is written.

@@ -18,16 +18,14 @@ use seccompiler::{
     apply_filter_all_threads,
 };
 
-/// Private writable memory, bytes. The process needs 12 MB, and 256 MB when a reader of large streams stops to
-/// acknowledge them, see `topic_writer.rs`; the unit's limit is higher than this one.
-const MEMORY: u64 = 384 * 1024 * 1024;
 /// Open descriptors. A participant has 60 and some for each interface; now and then there are two.
 const DESCRIPTORS: u64 = 1024;
 /// Likelihood to be taken when memory is short, from -1000 to 1000.
 const OOM_SCORE: &str = "500";
 
-/// Gives up what is not needed; gives what the system would not let go, as texts.
-pub(super) fn confine() -> Vec<String> {
+/// Gives up what is not needed, and all private writable memory beyond so many bytes; gives what the system would not let
+/// go, as texts.
+pub(super) fn confine(memory: u64) -> Vec<String> {
     let limit = |resource, limit| {
         setrlimit(resource, Rlimit { current: Some(limit), maximum: Some(limit) })
             .map_err(|error| error.to_string())
@@ -38,7 +36,7 @@ pub(super) fn confine() -> Vec<String> {
             set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| error.to_string()),
         ),
         ("OOM score", fs::write("/proc/self/oom_score_adj", OOM_SCORE).map_err(|error| error.to_string())),
-        ("memory limit", limit(Resource::Data, MEMORY)),
+        ("memory limit", limit(Resource::Data, memory)),
         ("descriptor limit", limit(Resource::Nofile, DESCRIPTORS)),
         ("core dumps", limit(Resource::Core, 0)),
         ("system calls", refuse_system_calls(|program| apply_filter_all_threads(program))),

@@ -46,6 +46,8 @@ pub(super) struct Participant {
     events: DomainParticipantStatusListener,
     /// Number of writers that were replaced by new ones.
     replaced_writers: u32,
+    /// The most bytes that the writers may hold together until their readers have acknowledged them.
+    max_history: usize,
     /// The last field: RustDDS requires endpoints to be dropped before their participant.
     domain: DomainParticipant,
 }
@@ -86,6 +88,7 @@ impl Participant {
             names: written.chain(read).collect(),
             events,
             replaced_writers: 0,
+            max_history: settings.history_bytes,
             domain,
         };
         participant.announce();
@@ -147,11 +150,29 @@ impl Participant {
                 Err(error) => outcome = Err(error),
             }
         }
+        match self.bound_history() {
+            Ok(is_new_writer) => replaced += u32::from(is_new_writer),
+            Err(error) => outcome = Err(error),
+        }
         if replaced > 0 {
             self.replaced_writers += replaced;
             self.announce();
         }
         outcome
+    }
+
+    /// Drops the longest history when all are too long together. True when that made a new writer.
+    fn bound_history(&mut self) -> Result<bool, String> {
+        if self.topic_writers.iter().map(TopicWriter::history_bytes).sum::<usize>() <= self.max_history {
+            return Ok(false);
+        }
+        tracing::warn!(
+            "more than {} MB of samples are kept for readers: the topic with most of them begins anew; raise [ros] \
+             memory_limit_mb",
+            self.max_history >> 20
+        );
+        let longest = self.topic_writers.iter_mut().max_by_key(|writer| writer.history_bytes());
+        longest.map_or(Ok(false), TopicWriter::begin_anew)
     }
 
     /// True if each writer had everything acknowledged at some moment since the last call; waits some

@@ -11,15 +11,15 @@ use super::{confinement, serve};
 pub const PANICKED: i32 = 101;
 
 /// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
-/// `confinement` says.
-pub fn run() -> io::Result<()> {
+/// `confinement` says, to this much private writable memory in MB.
+pub fn run(memory_mb: u32) -> io::Result<()> {
     end_with_any_panic();
     let socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     // Another standard input, such as a terminal, is nobody to serve.
     socket.peer_addr()?;
     // As lists of processes show it; without a name of its own it would be that of the link to the program.
     let _ = rustix::thread::set_name(c"signal-gw-net");
-    for refused in confinement::confine() {
+    for refused in confinement::confine(u64::from(memory_mb) << 20) {
         tracing::warn!("the network process is not confined as it should be: {refused}");
     }
     serve(socket)

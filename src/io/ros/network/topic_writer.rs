@@ -30,8 +30,6 @@ const REPEATS: [Duration; 4] =
 const ACKNOWLEDGE: Duration = Duration::from_millis(100);
 /// The most history that a late joiner of a stream is handed.
 const MAX_HANDED_OVER: usize = 64 * 1024;
-/// The most that a stream's readers may owe acknowledgements for.
-const MAX_HISTORY: usize = 256 * 1024 * 1024;
 /// Time for which a new writer is not replaced: its readers come one by one.
 const SETTLING: Duration = Duration::from_secs(2);
 
@@ -107,8 +105,14 @@ impl TopicWriter {
         self.begin_anew()
     }
 
+    /// The most bytes that RustDDS may hold of a stream until its readers have acknowledged them; none of a new writer,
+    /// which is not replaced.
+    pub(super) fn history_bytes(&self) -> usize {
+        if self.used && self.first_write.elapsed() >= SETTLING { self.history.bytes() } else { 0 }
+    }
+
     /// A new writer, which has no history.
-    fn begin_anew(&mut self) -> Result<bool, String> {
+    pub(super) fn begin_anew(&mut self) -> Result<bool, String> {
         let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&self.topic, None);
         self.writer = fresh.map_err(|error| error.to_string())?;
         self.used = false;
@@ -146,8 +150,7 @@ impl TopicWriter {
         let is_long = is_transient && joined && self.history.bytes() > MAX_HANDED_OVER;
         let is_settled = self.used && self.first_write.elapsed() >= SETTLING;
         if self.delivery == Delivery::Stream && is_settled {
-            let is_too_much = is_long || self.history.bytes() > MAX_HISTORY;
-            return if is_too_much { self.begin_anew() } else { Ok(false) };
+            return if is_long { self.begin_anew() } else { Ok(false) };
         }
         let age = self.first_write.elapsed();
         let due = match self.delivery {

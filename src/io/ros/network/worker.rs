@@ -17,6 +17,8 @@ use super::participant::{Participant, participant};
 use super::pings::{Answer, Pings};
 use super::topic_reader::Taken;
 use super::wakeup::Wakeup;
+use crate::core::gateway::process_status::LostLines;
+use crate::io::process_log;
 use crate::io::ros::link::{
     Delivery, FromNetwork, Link, NetworkSettings, NetworkStatus, Order, Sample, ToNetwork,
 };
@@ -67,6 +69,7 @@ pub(super) struct Worker {
     pings: Pings,
     rebuilds: u32,
     write_errors: u64,
+    lost_lines: LostLines,
     /// The status that was sent last.
     status: NetworkStatus,
     /// Last: the gateway sees its end when everything else is gone.
@@ -110,6 +113,7 @@ impl Worker {
             pings: Pings::new(settings.echo_is_proven),
             rebuilds: 0,
             write_errors: 0,
+            lost_lines: LostLines::default(),
             status: NetworkStatus::default(),
             settings,
         }
@@ -143,6 +147,8 @@ impl Worker {
             if self.last_slow.elapsed() >= self.settings.recovery.check_interval {
                 self.last_slow = Instant::now();
                 self.check_network();
+                // Asked for regularly, since that also writes the lines on what was left out.
+                self.lost_lines = process_log::state().unwrap_or_default().lost_lines();
             }
             self.retire();
             self.update_status();
@@ -352,6 +358,7 @@ impl Worker {
             has_probe: self.probe.is_some(),
             rebuilds: self.rebuilds,
             write_errors: self.write_errors,
+            lost_lines: self.lost_lines,
         };
         if status != self.status {
             self.link.answer(&FromNetwork::Status(status.clone()));

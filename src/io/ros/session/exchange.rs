@@ -14,6 +14,7 @@ use super::liveness::{Liveness, RestartDelay};
 use super::mailbox::{Mailbox, OutgoingMessages};
 use super::outgoing::{LightsEncoders, Outgoing, orders, table};
 use crate::core::gateway::network::{NetworkFailure, NetworkState};
+use crate::core::gateway::process_status::LostLines;
 use crate::io::ros::inbox::Inbox;
 use crate::io::ros::link::{
     Delivery, Link, NetworkSettings, NetworkStatus, Order, ReadTopic, ToNetwork, Violation,
@@ -33,6 +34,8 @@ const GOODBYE: Duration = Duration::from_millis(400);
 const NOTE_INTERVAL: Duration = Duration::from_secs(1);
 /// Network sides killed in a row without any echo, after which an echo is no sign of life any more.
 const MAX_SILENT: u32 = 5;
+/// What writers may keep where no process has a limit of its own, bytes.
+const THREAD_HISTORY: u64 = 256 << 20;
 
 /// The thread's state.
 pub(super) struct Exchange {
@@ -51,6 +54,8 @@ pub(super) struct Exchange {
     /// Network sides in a row that ended without any echo.
     silent: u32,
     state: NetworkState,
+    /// Log lines that network sides which have ended did not write.
+    lost_lines: LostLines,
     /// The state as noted last, and when.
     noted: Option<(NetworkState, Instant)>,
     /// Messages that could not be encoded or sent.
@@ -125,6 +130,7 @@ impl Exchange {
             restart_delay: RestartDelay::default(),
             silent: 0,
             state: NetworkState::default(),
+            lost_lines: LostLines::default(),
             noted: None,
             send_errors: 0,
             starter: Some(starter),
@@ -206,6 +212,7 @@ impl Exchange {
         let Phase::Active(active) = std::mem::replace(&mut self.phase, Phase::Down { until: now }) else {
             return;
         };
+        self.lost_lines = self.lost_lines.plus(active.lost_lines());
         let Active { mut host, joined, had_echo, .. } = *active;
         host.kill();
         let failure = match over {
@@ -263,8 +270,9 @@ impl Exchange {
             }
         }
         read.map_err(|_| Over::Closed)?;
+        let Active { host, liveness, .. } = &mut **active;
         // A thread may be in a debugger, and cannot be killed.
-        if !active.liveness.look(now) && active.host.is_isolated() {
+        if !liveness.look(now, || host.threads()) && host.is_isolated() {
             return Err(Over::Failed(NetworkFailure::NoAnswer));
         }
         if active.link.waiting() == 0 {
@@ -361,10 +369,12 @@ impl Exchange {
         });
         if is_due {
             self.state.age = joined.map(|joined| now.saturating_duration_since(joined));
-            self.state.memory_bytes = match &self.phase {
-                Phase::Active(active) => active.host.memory_bytes(),
-                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => None,
+            let (memory_bytes, lost_lines) = match &self.phase {
+                Phase::Active(active) => (active.host.memory_bytes(), active.lost_lines()),
+                Phase::Ending { .. } | Phase::Down { .. } | Phase::Refused => (None, LostLines::default()),
             };
+            self.state.memory_bytes = memory_bytes;
+            self.state.lost_lines = self.lost_lines.plus(lost_lines);
             self.noted = Some((self.state.clone(), now));
         }
         let count = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
@@ -397,6 +407,11 @@ impl Exchange {
 }
 
 impl Active {
+    /// Log lines that it did not write; none of a thread, whose log is that of this process.
+    fn lost_lines(&self) -> LostLines {
+        if self.host.is_isolated() { self.status.lost_lines } else { LostLines::default() }
+    }
+
     /// Writes what waits, and reads until the other end is closed.
     async fn end(&mut self) {
         while self.link.flush().is_ok() && self.link.read().is_ok() {
@@ -452,5 +467,15 @@ fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettin
         read: read.collect(),
         recovery: settings.recovery,
         echo_is_proven: false,
+        history_bytes: history_bytes(&settings.isolation),
     }
+}
+
+/// Two thirds of the memory that there is.
+fn history_bytes(isolation: &Isolation) -> usize {
+    let bytes = match isolation {
+        Isolation::Process { memory_limit_mb, .. } => (u64::from(*memory_limit_mb) << 20) * 2 / 3,
+        Isolation::Thread => THREAD_HISTORY,
+    };
+    usize::try_from(bytes).unwrap_or(usize::MAX)
 }

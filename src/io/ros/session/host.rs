@@ -11,6 +11,7 @@ use std::thread::{self, JoinHandle};
 
 use tracing::level_filters::LevelFilter;
 
+use super::threads::Threads;
 use crate::core::gateway::network::NetworkFailure;
 use crate::io::ros::network::process::PANICKED;
 use crate::io::ros::network::serve;
@@ -35,7 +36,9 @@ impl Host {
     pub(super) fn start(isolation: &Isolation) -> io::Result<(Self, UnixStream)> {
         let (ours, theirs) = UnixStream::pair()?;
         let host = match isolation {
-            Isolation::Process { program } => Self::Process(spawn(program, theirs)?),
+            Isolation::Process { program, memory_limit_mb } => {
+                Self::Process(spawn(program, *memory_limit_mb, theirs)?)
+            }
             Isolation::Thread => {
                 Self::Thread(thread::Builder::new().name("ros network".to_owned()).spawn(|| serve(theirs))?)
             }
@@ -66,6 +69,14 @@ impl Host {
         }
     }
 
+    /// The threads of its own process; `None` if they cannot be read.
+    pub(super) fn threads(&self) -> Option<Threads> {
+        match self {
+            Self::Process(child) => Threads::read(child.id()),
+            Self::Thread(_) => None,
+        }
+    }
+
     /// Memory of its own process that is in use, bytes.
     pub(super) fn memory_bytes(&self) -> Option<u64> {
         let Self::Process(child) = self else { return None };
@@ -77,11 +88,11 @@ impl Host {
 }
 
 /// Starts the program with its end of the link as standard input. All other descriptors of ours close by themselves.
-fn spawn(program: &Path, socket: UnixStream) -> io::Result<Child> {
+fn spawn(program: &Path, memory_limit_mb: u32, socket: UnixStream) -> io::Result<Child> {
     let kept = KEPT.into_iter().filter_map(|name| std::env::var_os(name).map(|value| (name, value)));
     Command::new(program)
         .arg0("signal-gateway")
-        .args(["network", &LevelFilter::current().to_string()])
+        .args(["network", &LevelFilter::current().to_string(), &memory_limit_mb.to_string()])
         .env_clear()
         .envs(kept)
         .env("MALLOC_ARENA_MAX", ARENAS)
@@ -116,7 +127,8 @@ mod tests {
 
     #[test]
     fn a_program_that_is_missing_is_an_error_and_one_that_ends_is_seen() {
-        let start = |program: &str| Host::start(&Isolation::Process { program: program.into() });
+        let start =
+            |program: &str| Host::start(&Isolation::Process { program: program.into(), memory_limit_mb: 64 });
         assert!(start("/nowhere/signal-gateway").is_err());
         let (mut host, _link) = start("/bin/false").unwrap();
         let mut looks = (0..60_000).map(|_| {

@@ -2,28 +2,47 @@
 
 use std::time::{Duration, Instant};
 
+use super::threads::Threads;
 use crate::io::ros::link::Violation;
 
 /// Time between two pings.
 const PING_INTERVAL: Duration = Duration::from_millis(200);
-/// Longest silence of a network side that works. On one busy processor an echo was seen to take more than a second, and
-/// killing a healthy network side costs more than waiting for a deaf one. One that has ended is replaced at once.
+/// Silence after which the network side's threads are looked at.
+const SUSPICIOUS: Duration = Duration::from_millis(400);
+/// The most silence from then on while the threads could run. Together it is a second.
+const MAX_IDLE: Duration = Duration::from_millis(600);
+/// Time between two looks at the threads: the kernel notes how long a thread has run every few milliseconds.
+const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+/// The most silence whatever held the threads up, or where that cannot be known.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Longest time until a network side has joined the network.
 const START_PATIENCE: Duration = Duration::from_secs(10);
-/// The most that counts of the time between two looks. When the whole computer is busy, or was suspended, this side does
-/// not look often either, and the silence is not the other's.
-const MAX_STEP: Duration = Duration::from_millis(200);
+/// The most that counts of the time between two calls. When the whole computer is busy, or was suspended, this side does
+/// not run either, and the silence is not the other's.
+const MAX_STEP: Duration = Duration::from_millis(150);
 
-/// Waits for answers of one network side.
+/// Waits for answers of one network side. A silent one is deaf, or was held up: on one busy processor an echo was seen to
+/// take more than a second, and killing a healthy network side costs more than waiting for it.
 #[derive(Debug)]
 pub(super) struct Liveness {
     last_look: Instant,
     /// Time that was seen to pass since the last answer.
     silence: Duration,
-    patience: Duration,
+    has_joined: bool,
+    suspicion: Option<Suspicion>,
     last_ping: Option<(u64, Instant)>,
     last_pong: u64,
+}
+
+/// What is known of a network side that has been silent for some time.
+#[derive(Debug)]
+struct Suspicion {
+    /// Its threads at the last look; `None` if they could not be read.
+    threads: Option<Threads>,
+    /// Silence since that look.
+    since: Duration,
+    /// Silence in which nothing held the threads up.
+    idle: Duration,
 }
 
 impl Liveness {
@@ -32,7 +51,8 @@ impl Liveness {
         Self {
             last_look: now,
             silence: Duration::ZERO,
-            patience: START_PATIENCE,
+            has_joined: false,
+            suspicion: None,
             last_ping: None,
             last_pong: 0,
         }
@@ -40,14 +60,27 @@ impl Liveness {
 
     /// Notes that it has joined the network: from now on it is to answer.
     pub(super) fn joined(&mut self) {
-        (self.silence, self.patience) = (Duration::ZERO, PATIENCE);
+        (self.silence, self.has_joined) = (Duration::ZERO, true);
     }
 
-    /// False once it has been silent for too long.
-    pub(super) fn look(&mut self, now: Instant) -> bool {
-        self.silence += now.saturating_duration_since(self.last_look).min(MAX_STEP);
+    /// False once it has been silent for too long. `threads` reads its threads, where that can be done.
+    pub(super) fn look(&mut self, now: Instant, threads: impl FnOnce() -> Option<Threads>) -> bool {
+        let step = now.saturating_duration_since(self.last_look).min(MAX_STEP);
+        self.silence += step;
         self.last_look = now;
-        self.silence <= self.patience
+        if !self.has_joined {
+            return self.silence <= START_PATIENCE;
+        }
+        match &mut self.suspicion {
+            Some(suspicion) => suspicion.look(step, threads),
+            None if self.silence >= SUSPICIOUS => {
+                self.suspicion =
+                    Some(Suspicion { threads: threads(), since: Duration::ZERO, idle: Duration::ZERO });
+            }
+            None => {}
+        }
+        let idle = self.suspicion.as_ref().map_or(Duration::ZERO, |suspicion| suspicion.idle);
+        idle < MAX_IDLE && self.silence <= PATIENCE
     }
 
     /// The number of a ping, when one is due.
@@ -67,8 +100,23 @@ impl Liveness {
         if number <= self.last_pong || number > sent {
             return Err(Violation::OutOfTurn);
         }
-        (self.last_pong, self.silence) = (number, Duration::ZERO);
+        (self.last_pong, self.silence, self.suspicion) = (number, Duration::ZERO, None);
         Ok(())
+    }
+}
+
+impl Suspicion {
+    /// Looks at the threads when that is due.
+    fn look(&mut self, step: Duration, threads: impl FnOnce() -> Option<Threads>) {
+        self.since += step;
+        if self.since < LOOK_INTERVAL {
+            return;
+        }
+        let threads = threads();
+        if let (Some(then), Some(now)) = (&self.threads, &threads) {
+            self.idle += self.since.saturating_sub(now.held_up(then, self.since));
+        }
+        (self.threads, self.since) = (threads, Duration::ZERO);
     }
 }
 
@@ -103,37 +151,82 @@ impl RestartDelay {
 
 #[cfg(test)]
 mod tests {
+    use super::super::threads::tests::threads;
     use super::*;
 
     fn ms(ms: u64) -> Duration {
         Duration::from_millis(ms)
     }
 
-    #[test]
-    fn silence_counts_from_the_last_answer() {
+    /// Time at which a network side that answers for three seconds, and then never, is found deaf, in milliseconds; looks
+    /// are `pause` apart, and its threads are `threads` at each.
+    fn found_deaf(pause: u64, threads: impl Fn(u64) -> Option<Threads>) -> u64 {
         let start = Instant::now();
         let mut liveness = Liveness::new(start);
         liveness.joined();
-        let mut alive_until = 0;
-        for at in (0..10_000).step_by(50) {
-            let now = start + ms(at);
-            if let Some(ping) = liveness.next_ping(now).filter(|_| at < 3_000) {
+        let mut looks = (0..60_000).step_by(usize::try_from(pause).unwrap());
+        let deaf = looks.find(|at| {
+            let now = start + ms(*at);
+            if let Some(ping) = liveness.next_ping(now).filter(|_| *at <= 3_000) {
                 liveness.pong(ping).unwrap();
             }
-            if !liveness.look(now) {
-                break;
-            }
-            alive_until = at;
+            !liveness.look(now, || threads(*at))
+        });
+        deaf.unwrap() - 3_000
+    }
+
+    /// One thread in this state, which runs and waits for so many thousandths of the time.
+    fn thread(state: &str, ran: u64, waited: u64) -> impl Fn(u64) -> Option<Threads> {
+        move |at| Some(threads(&[(state, &format!("{} {} 1", 1 + at * ran * 1000, at * waited * 1000))]))
+    }
+
+    #[test]
+    fn one_that_could_run_is_deaf_after_a_second_of_silence() {
+        for pause in [1, 10, 50, 100] {
+            let time = found_deaf(pause, thread("T", 0, 0));
+            assert!((900..=1_000).contains(&time), "stopped, looks every {pause} ms: {time} ms");
+            let time = found_deaf(pause, thread("R", 1000, 0));
+            assert!((900..=1_000).contains(&time), "hangs, looks every {pause} ms: {time} ms");
         }
-        assert_eq!(alive_until, 2_800 + 4_950);
+    }
+
+    #[test]
+    fn time_in_which_it_waited_for_a_processor_is_not_its_silence() {
+        assert_eq!(found_deaf(50, thread("R", 500, 500)), 1_550, "hangs beside another that is busy");
+        assert_eq!(found_deaf(50, thread("S", 100, 900)), 5_000, "nine others");
+        assert_eq!(found_deaf(50, thread("R", 0, 0)), 5_000, "never has its turn");
+        assert_eq!(found_deaf(50, thread("D", 0, 0)), 5_000, "waits for a disk");
+    }
+
+    #[test]
+    fn threads_that_cannot_be_read_have_the_longest_patience() {
+        assert_eq!(found_deaf(50, |_| None), 5_000);
+        let now_and_then = |at| (at % 200 == 0).then(|| threads(&[("S", "1 0 1")]));
+        assert_eq!(found_deaf(100, now_and_then), 5_000, "two readings in a row are needed");
+    }
+
+    #[test]
+    fn an_answer_ends_the_suspicion() {
+        let start = Instant::now();
+        let mut liveness = Liveness::new(start);
+        liveness.joined();
+        for at in (0..60_000).step_by(100) {
+            let now = start + ms(at);
+            let ping = liveness.next_ping(now);
+            if let Some(ping) = ping.filter(|_| at % 800 == 0) {
+                liveness.pong(ping).unwrap();
+            }
+            assert!(liveness.look(now, || thread("S", 1, 0)(at)), "{at} ms");
+        }
     }
 
     #[test]
     fn one_that_starts_has_more_time() {
         let start = Instant::now();
         let mut liveness = Liveness::new(start);
-        assert!((1..=100).all(|tick| liveness.look(start + ms(tick * 100))));
-        assert!(!liveness.look(start + ms(10_100)));
+        let stopped = || thread("T", 0, 0)(0);
+        assert!((1..=100).all(|tick| liveness.look(start + ms(tick * 100), stopped)));
+        assert!(!liveness.look(start + ms(10_100), stopped));
     }
 
     #[test]
@@ -141,10 +234,10 @@ mod tests {
         let start = Instant::now();
         let mut liveness = Liveness::new(start);
         liveness.joined();
-        for pause in 1..=25 {
-            assert!(liveness.look(start + ms(pause * 60_000)), "look {pause}");
+        for pause in 1..=6 {
+            assert!(liveness.look(start + ms(pause * 60_000), || thread("T", 0, 0)(0)), "look {pause}");
         }
-        assert!(!liveness.look(start + ms(26 * 60_000)));
+        assert!(!liveness.look(start + ms(7 * 60_000), || thread("T", 0, 0)(0)));
     }
 
     #[test]

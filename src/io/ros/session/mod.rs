@@ -5,8 +5,8 @@
 //! which alone joins DDS: a process that the session starts, watches and replaces, or a thread of this process.
 //!
 //! The network side answers pings with the help of a sample of its own that goes out and comes back. One that is silent
-//! for a second is killed, and so is one that breaks the rules of the link. The next one starts after a delay, gets what
-//! is current on each topic, and announces it as a new participant does.
+//! for a second in which it could run is killed, and so is one that breaks the rules of the link. The next one starts
+//! after a delay, gets what is current on each topic, and announces it as a new participant does.
 
 mod exchange;
 mod host;
@@ -14,6 +14,7 @@ mod liveness;
 mod mailbox;
 mod outgoing;
 mod status;
+mod threads;
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};

@@ -44,9 +44,9 @@ pub(super) fn log() -> Task {
             key(
                 "suppressed_lines",
                 "-",
-                "Lines left out since start: at most 20 of a kind are written each second.",
+                "Lines left out since start, those of the network process included: at most 20 of a kind are written each second.",
             ),
-            key("dropped_lines", "-", "Lines that standard error did not take since start."),
+            key("dropped_lines", "-", "Lines that standard error did not take since start, likewise."),
             key("last_error", "-", "Why a line was dropped last, or `none`."),
         ],
     }

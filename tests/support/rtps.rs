@@ -1,9 +1,15 @@
 //! RTPS packets as an attacker makes them: byte by byte, and with numbers that no sane peer sends.
 
 use std::net::UdpSocket;
+use std::time::Duration;
+
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
 
 /// The participant that the packets pretend to come from.
 const PREFIX: [u8; 12] = [1, 0x10, 0xBA, 0xD0, 0xBA, 0xD0, 1, 2, 3, 4, 5, 6];
+/// Where that is in a packet.
+const PREFIX_AT: std::ops::Range<usize> = 8..20;
 const SPDP_WRITER: [u8; 4] = [0, 1, 0, 0xC2];
 const SPDP_READER: [u8; 4] = [0, 1, 0, 0xC7];
 const PUBLICATIONS_WRITER: [u8; 4] = [0, 0, 3, 0xC2];
@@ -16,7 +22,7 @@ const PARTICIPANTS: u16 = 4;
 
 /// An attack of one packet.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Attack {
+pub(crate) enum Attack {
     /// A writer that claims to have sent 2⁶² samples.
     Heartbeat,
     /// One that says 2⁶² of them are irrelevant.
@@ -27,7 +33,7 @@ pub(super) enum Attack {
 
 impl Attack {
     /// The packet; a higher count makes it a new one.
-    pub(super) fn packet(self, count: u32) -> Vec<u8> {
+    pub(crate) fn packet(self, count: u32) -> Vec<u8> {
         let ids = [PUBLICATIONS_READER, PUBLICATIONS_WRITER].concat();
         match self {
             Self::Heartbeat => {
@@ -47,7 +53,7 @@ impl Attack {
 }
 
 /// Announces the attacker's participant, which is said to listen on this port of the loopback.
-pub(super) fn announcement(port: u16, count: u32) -> Vec<u8> {
+pub(crate) fn announcement(port: u16, count: u32) -> Vec<u8> {
     let locator =
         [&1_u32.to_le_bytes()[..], &u32::from(port).to_le_bytes(), &[0; 12], &[127, 0, 0, 1]].concat();
     let guid = [&PREFIX[..], &[0, 0, 1, 0xC1]].concat();
@@ -84,27 +90,84 @@ fn packet(kind: u8, flags: u8, body: &[u8]) -> Vec<u8> {
     [b"RTPS", &[2, 4, 1, 0x10][..], &PREFIX, &[kind, flags], &length, body].concat()
 }
 
+/// Packets of all kinds in which some bytes are others, the same in each run.
+pub(crate) struct Mutations {
+    random: Pcg32,
+    captured: Vec<Vec<u8>>,
+    count: u32,
+}
+
+impl Mutations {
+    /// Of packets that were captured, and of those that are made here.
+    pub(crate) fn of(captured: Vec<Vec<u8>>) -> Self {
+        Self { random: Pcg32::seed_from_u64(1), captured, count: 0 }
+    }
+
+    /// The next one; its participant is said to listen on this port.
+    pub(crate) fn next(&mut self, port: u16) -> Vec<u8> {
+        self.count += 1;
+        let kinds = if self.captured.is_empty() { 4 } else { 8 };
+        let mut packet = match self.below(kinds) {
+            0 => announcement(port, self.count),
+            1 => Attack::Heartbeat.packet(self.count),
+            2 => Attack::Gap.packet(self.count),
+            3 => Attack::Fragment.packet(self.count),
+            _ => {
+                let which = self.below(self.captured.len());
+                self.captured[which].clone()
+            }
+        };
+        for _ in 0..=self.below(8) {
+            let at = 8 + self.below(packet.len() - 8);
+            packet[at] = u8::try_from(self.below(256)).unwrap();
+        }
+        packet.truncate(packet.len() - self.below(packet.len() / 4));
+        packet
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        self.random.next_u32() as usize % end
+    }
+}
+
 /// Where participants of a domain on this host listen for each other.
-pub(super) struct Target {
+pub(crate) struct Target {
     socket: UdpSocket,
     ports: Vec<u16>,
 }
 
 impl Target {
-    pub(super) fn new(domain: u16) -> Self {
+    pub(crate) fn new(domain: u16) -> Self {
         let base = 7400 + 250 * domain;
         let ports = (0..PARTICIPANTS)
             .flat_map(|participant| [base + 10 + 2 * participant, base + 11 + 2 * participant]);
         Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
     }
 
+    /// What the participants send to one that announces itself, as if it came from that one.
+    pub(crate) fn capture(&self) -> Vec<Vec<u8>> {
+        self.socket.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+        self.send(&announcement(self.own_port(), 1));
+        let (mut packets, mut packet) = (Vec::new(), vec![0; 65536]);
+        while let Ok(length) = self.socket.recv(&mut packet)
+            && packets.len() < 100
+        {
+            let mut packet = packet[..length].to_vec();
+            if packet.starts_with(b"RTPS") && length > PREFIX_AT.end {
+                packet[PREFIX_AT].copy_from_slice(&PREFIX);
+                packets.push(packet);
+            }
+        }
+        packets
+    }
+
     /// The port that packets come from.
-    pub(super) fn own_port(&self) -> u16 {
+    pub(crate) fn own_port(&self) -> u16 {
         self.socket.local_addr().unwrap().port()
     }
 
     /// Sends a packet to all of them; where nobody listens, it is lost.
-    pub(super) fn send(&self, packet: &[u8]) {
+    pub(crate) fn send(&self, packet: &[u8]) {
         for port in &self.ports {
             let _ = self.socket.send_to(packet, ("127.0.0.1", *port));
         }

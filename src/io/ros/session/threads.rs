@@ -1,0 +1,158 @@
+//! What held up the threads of a process, by two readings of `/proc`: a processor or memory that they waited for.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+/// The threads of a process by their ids.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Threads(BTreeMap<u32, ThreadReading>);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct ThreadReading {
+    state: ThreadState,
+    /// `None` where the kernel does not measure them.
+    times: Option<ProcessorTimes>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ThreadState {
+    /// Runs, or waits for a processor.
+    Runnable,
+    /// Waits for a disk or for memory.
+    Uninterruptible,
+    /// Sleeps, or is stopped.
+    AtRest,
+}
+
+/// Sums since the thread's start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct ProcessorTimes {
+    ran: Duration,
+    /// Noted when the wait is over.
+    waited: Duration,
+}
+
+impl Threads {
+    /// Those of a process now; `None` if they cannot be read.
+    pub(super) fn read(process: u32) -> Option<Self> {
+        let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
+        // A thread that ends meanwhile has no files any more.
+        let threads = tasks.filter_map(|task| {
+            let task = task.ok()?;
+            let id = task.file_name().to_str()?.parse().ok()?;
+            Some((id, ThreadReading::read(&task.path())?))
+        });
+        let threads: BTreeMap<_, _> = threads.collect();
+        (!threads.is_empty()).then_some(Self(threads))
+    }
+
+    /// How much of the time since an earlier reading, which is `span`, threads may have been held up. One waits for
+    /// another, so their times add up.
+    pub(super) fn held_up(&self, earlier: &Self, span: Duration) -> Duration {
+        let pairs = self.0.iter().filter_map(|(id, now)| Some((earlier.0.get(id)?, now)));
+        pairs.map(|(then, now)| now.held_up(then, span)).sum::<Duration>().min(span)
+    }
+}
+
+impl ThreadReading {
+    fn read(task: &Path) -> Option<Self> {
+        let text = |name| fs::read_to_string(task.join(name)).ok();
+        let state = state(&text("stat")?)?;
+        Some(Self { state, times: text("schedstat").and_then(|text| times(&text)) })
+    }
+
+    fn held_up(&self, earlier: &Self, span: Duration) -> Duration {
+        let times = self.times.zip(earlier.times);
+        let has_run = times.is_some_and(|(now, then)| now.ran > then.ran);
+        match self.state {
+            ThreadState::Uninterruptible => span,
+            ThreadState::Runnable if !has_run => span,
+            ThreadState::Runnable | ThreadState::AtRest => {
+                times.map_or(Duration::ZERO, |(now, then)| now.waited.saturating_sub(then.waited))
+            }
+        }
+    }
+}
+
+/// The third field of `stat`, behind a name that may hold anything.
+fn state(stat: &str) -> Option<ThreadState> {
+    match stat.rsplit_once(')')?.1.split_whitespace().next()? {
+        "R" => Some(ThreadState::Runnable),
+        "D" => Some(ThreadState::Uninterruptible),
+        _ => Some(ThreadState::AtRest),
+    }
+}
+
+/// The first two fields of `schedstat`, nanoseconds; zeros are those of a kernel that does not measure.
+fn times(schedstat: &str) -> Option<ProcessorTimes> {
+    let mut fields = schedstat.split_whitespace().map(str::parse).map_while(Result::ok);
+    let (ran, waited) = (fields.next()?, fields.next()?);
+    let times = ProcessorTimes { ran: Duration::from_nanos(ran), waited: Duration::from_nanos(waited) };
+    (ran > 0).then_some(times)
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    const SPAN: Duration = Duration::from_millis(100);
+
+    fn reading(stat: &str, schedstat: &str) -> ThreadReading {
+        let state = state(&format!("7 (a) R (b) {stat} 1 2")).unwrap();
+        ThreadReading { state, times: times(schedstat) }
+    }
+
+    /// Threads of these states and `schedstat`s.
+    pub(in super::super) fn threads(readings: &[(&str, &str)]) -> Threads {
+        let readings = readings.iter().map(|(stat, schedstat)| reading(stat, schedstat));
+        Threads((1..).zip(readings).collect())
+    }
+
+    fn held_up(before: &[(&str, &str)], after: &[(&str, &str)]) -> u128 {
+        threads(after).held_up(&threads(before), SPAN).as_millis()
+    }
+
+    #[test]
+    fn waits_for_a_processor_hold_up() {
+        assert_eq!(held_up(&[("S", "1000000 5000000 3")], &[("S", "2000000 65000000 4")]), 60);
+        let both = [("S", "1 30000000 1"), ("R", "2 40000000 1")];
+        assert_eq!(held_up(&[("S", "1 0 1"), ("S", "1 0 1")], &both), 70, "one after the other");
+        assert_eq!(
+            held_up(&[("S", "1 0 1")], &[("S", "2 900000000 1")]),
+            100,
+            "no more than the time there was"
+        );
+    }
+
+    #[test]
+    fn a_wait_that_is_not_over_holds_up_and_a_thread_that_runs_does_not() {
+        assert_eq!(held_up(&[("R", "5 6 1")], &[("R", "5 6 1")]), 100, "waits all the time");
+        assert_eq!(held_up(&[("R", "5 6 1")], &[("R", "95000005 6 1")]), 0, "runs, perhaps for ever");
+        assert_eq!(held_up(&[("S", "5 6 1")], &[("D", "5 6 1")]), 100);
+        for rest in ["S", "T", "t", "I", "Z"] {
+            assert_eq!(held_up(&[(rest, "5 6 1")], &[(rest, "5 6 1")]), 0, "{rest}");
+        }
+    }
+
+    #[test]
+    fn without_measured_times_only_a_thread_at_rest_is_not_held_up() {
+        for unmeasured in ["", "0 0 0", "x"] {
+            assert_eq!(held_up(&[("R", unmeasured)], &[("R", unmeasured)]), 100, "{unmeasured:?}");
+            assert_eq!(held_up(&[("S", unmeasured)], &[("T", unmeasured)]), 0, "{unmeasured:?}");
+        }
+    }
+
+    #[test]
+    fn a_thread_that_is_new_or_gone_is_left_out() {
+        assert_eq!(held_up(&[("S", "1 0 1")], &[("S", "1 0 1"), ("R", "1 50000000 1")]), 0);
+        assert_eq!(held_up(&[("S", "1 0 1"), ("R", "1 0 1")], &[("S", "1 20000000 1")]), 20);
+    }
+
+    #[test]
+    fn this_process_has_threads_and_no_process_has_none() {
+        assert!(Threads::read(std::process::id()).is_some_and(|threads| !threads.0.is_empty()));
+        assert_eq!(Threads::read(u32::MAX), None);
+    }
+}
