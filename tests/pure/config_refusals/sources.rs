@@ -54,7 +54,7 @@ fn lamps_that_frames_cannot_resolve_are_refused() {
 - lamp = { period_ms = 50 }
 + lamp = { period_ms = 50 }
 + tap_hold_ms = 2000
-> car.toml:13:15: turn.tap_hold_ms: unknown key "tap_hold_ms" with kind = "lamp"; valid keys: …
+> car.toml:13:1: turn.tap_hold_ms: unknown key "tap_hold_ms" with kind = "lamp"; valid keys: …
 "#;
     assert_refused(&with("car.toml", TURN, LAMPS), "car.toml", cases);
 }
