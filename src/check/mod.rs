@@ -112,8 +112,8 @@ fn missed_flashes(lights: &LightsBinding) -> Vec<String> {
             ))
         }
         TurnSource::Lamps { .. }
-        | TurnSource::Enumerated(_)
-        | TurnSource::Pair(_)
+        | TurnSource::Enumerated { .. }
+        | TurnSource::Pair { .. }
         | TurnSource::Stalk { .. } => None,
     };
     lights.turn.sources().iter().filter_map(note).collect()
@@ -129,7 +129,11 @@ fn turn_sources(turn: &TurnBinding, report: &mut Report) {
     };
     for named in &sources.list {
         match &named.source {
-            TurnSource::Enumerated(_) | TurnSource::Pair(_) => {}
+            TurnSource::Enumerated { tap_hold, .. } | TurnSource::Pair { tap_hold, .. } => {
+                if let Some(hold) = tap_hold {
+                    report.line("lever", &format!("a tap is held for {} ms", hold.as_millis()));
+                }
+            }
             TurnSource::Lamps { settings, .. } => {
                 let (hold, confirm) = (settings.hold.as_millis(), settings.confirm.as_millis());
                 report.line("lamps", &format!("held {hold} ms, hazard after {confirm} ms of both"));

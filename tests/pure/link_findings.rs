@@ -7,6 +7,7 @@ use signal_gateway::core::can::error_frame::{ControllerState, ErrorCounters, Err
 use signal_gateway::core::can::frame::CanId;
 use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::{BusIndex, LinkState};
+use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::GatewaySettings;
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::io::can::log::Log;
@@ -101,10 +102,12 @@ fn a_sleeping_bus_is_one_finding_however_long_it_sleeps_and_returns_cleanly() {
     desk.changes.clear();
     desk.pass(3_600_000);
     assert_eq!(desk.new_statuses("can0"), ["OK asleep"]);
-    // TURN was stale before the bus could be called asleep, HAZARD not.
-    let asleep = |message| format!("ERROR unknown: no frame of {message} since bus can0 fell asleep");
-    assert_eq!(desk.new_statuses("turn_indicators"), [STALE.to_owned(), asleep("TURN")]);
+    // TURN was stale before the bus could be called asleep, HAZARD not. Neither is a failure.
+    let asleep = |message| format!("WARN asleep: no frame of {message} since bus can0 fell asleep");
+    let quiet = "WARN asleep: no frame of TURN, as nothing on can0".to_owned();
+    assert_eq!(desk.new_statuses("turn_indicators"), [quiet, asleep("TURN")]);
     assert_eq!(desk.new_statuses("hazard_lights"), [asleep("HAZARD")]);
+    assert_eq!(desk.value("turn_indicators", "unknown_count"), "1", "that of the start");
     desk.send_all(2000);
     assert_eq!(desk.new_statuses("can0"), ["OK receiving"]);
     assert_eq!(desk.new_statuses("turn_indicators"), ["OK publishing"]);
@@ -122,10 +125,47 @@ fn a_message_that_stays_away_after_the_bus_woke_up_is_still_missed() {
         desk.pass(100);
     }
     assert_eq!(desk.new_statuses("can0"), ["OK receiving"]);
-    assert!(desk.changes.is_empty(), "nothing new of the reports: {:?}", desk.changes);
+    let hazard = "ERROR unknown: HAZARD is stale, silent for more than 1200 ms";
+    assert_eq!(desk.new_statuses("hazard_lights"), [hazard], "asleep no longer");
+    assert_eq!(desk.new_statuses("turn_indicators"), [STALE], "asleep no longer");
+    assert!(desk.changes.is_empty(), "nothing else: {:?}", desk.changes);
     desk.receive(TURN, &[1]);
     assert_eq!(desk.new_statuses("turn_indicators"), ["OK publishing"]);
-    desk.pass(600); // awake, and stale for its own reasons
+    for _ in 0..6 {
+        desk.pass(100);
+        desk.receive(ALIVE, &[1]);
+    }
+    assert_eq!(desk.new_statuses("turn_indicators"), [STALE], "awake, and stale for its own reasons");
+}
+
+#[test]
+fn a_normal_sleep_is_no_error_at_any_time_from_falling_asleep_to_waking_up() {
+    let mut desk = gateway_on_bus(true);
+    desk.send_all(1000);
+    desk.changes.clear();
+    for _ in 0..3 {
+        desk.pass(600_000);
+        // The slowest message comes last.
+        for _ in 0..11 {
+            desk.receive(ALIVE, &[1]);
+            desk.pass(100);
+        }
+        desk.send_all(2000);
+    }
+    let errors: Vec<_> = desk.changes.iter().filter(|change| change.level == Level::Error).collect();
+    assert!(errors.is_empty(), "{errors:?}");
+    assert_eq!(desk.level_and_message("turn_indicators").1, "publishing");
+}
+
+#[test]
+fn a_message_that_fails_while_others_are_received_is_an_error_also_where_the_bus_may_sleep() {
+    let mut desk = gateway_on_bus(true);
+    desk.send_all(1000);
+    desk.changes.clear();
+    for _ in 0..10 {
+        desk.receive(ALIVE, &[1]);
+        desk.pass(100);
+    }
     assert_eq!(desk.new_statuses("turn_indicators"), [STALE]);
 }
 

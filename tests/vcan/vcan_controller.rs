@@ -258,6 +258,6 @@ async fn a_bus_that_may_sleep_falls_asleep_and_wakes_up_with_one_word_each() {
     }
     vcan.delete();
     desk.until_change(Level::Error, "vcan-sleep is missing").await;
-    let asleep = "unknown: no frame of TURN since bus vcan-sleep fell asleep";
+    let asleep = "asleep: no frame of TURN since bus vcan-sleep fell asleep";
     assert_eq!(desk.turn[first..first + 4], ["publishing", asleep, "publishing", asleep]);
 }

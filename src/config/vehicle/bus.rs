@@ -68,13 +68,15 @@ impl BusSection {
         messages: &[BoundMessage],
     ) -> BusSettings {
         let of_bus = messages.iter().filter(|message| message.bus == bus.index);
-        let fastest = of_bus.filter_map(|message| message.timing.timeout()).min();
-        let alive_timeout = fastest.unwrap_or_default().max(ALIVE_TIMEOUT);
+        let timeouts = of_bus.filter_map(|message| message.timing.timeout());
+        let (fastest, slowest) = (timeouts.clone().min(), timeouts.max());
+        let alive_timeout = self.alive_timeout.unwrap_or(fastest.unwrap_or_default().max(ALIVE_TIMEOUT));
         BusSettings {
             name: bus.bus.clone(),
             interface: String::new(),
             heartbeat_messages,
-            alive_timeout: self.alive_timeout.unwrap_or(alive_timeout),
+            alive_timeout,
+            wake_up_timeout: slowest.unwrap_or_default().max(alive_timeout),
             may_sleep: self.may_sleep,
         }
     }

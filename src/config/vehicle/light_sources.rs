@@ -93,11 +93,12 @@ fn name<S>(fields: &Fields<'_>, others: &[NamedSource<S>]) -> Option<String> {
     Some(name)
 }
 
-/// The longest time for which lamps may be held on, and a bit; other sources may be off by then.
+/// The longest time for which lamps or a lever may be held on, and a bit; other sources may be off by then.
 pub(super) fn longest_hold(list: &[NamedSource<TurnSource>]) -> Duration {
     let holds = list.iter().filter_map(|named| match &named.source {
-        TurnSource::Lamps { settings, .. } => Some(settings.hold.saturating_add(BEYOND_HOLD)),
-        TurnSource::Enumerated(_) | TurnSource::Pair(_) | TurnSource::Stalk { .. } => None,
+        TurnSource::Lamps { settings, .. } => Some(settings.hold),
+        TurnSource::Enumerated { tap_hold, .. } | TurnSource::Pair { tap_hold, .. } => *tap_hold,
+        TurnSource::Stalk { .. } => None,
     });
-    holds.max().unwrap_or_default()
+    holds.max().map_or(Duration::ZERO, |hold| hold.saturating_add(BEYOND_HOLD))
 }

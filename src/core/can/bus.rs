@@ -20,8 +20,19 @@ pub struct BusSettings {
     pub heartbeat_messages: Vec<CanId>,
     /// Longest silence of bound and heartbeat messages on a bus that is awake.
     pub alive_timeout: Duration,
+    /// Longest time after a sleep until all bound messages are received again.
+    pub wake_up_timeout: Duration,
     /// True if the vehicle may let the whole bus fall asleep.
     pub may_sleep: bool,
+}
+
+/// A sleep that has ended.
+#[derive(Debug, Clone, Copy)]
+struct Sleep {
+    /// Last frame before it.
+    fell_asleep: MonoTime,
+    /// First frame after it.
+    woke_up: MonoTime,
 }
 
 /// Time for which a loss or an error on the wire keeps the bus at WARN.
@@ -38,8 +49,8 @@ pub struct Bus {
     last_disturbance: Option<MonoTime>,
     /// Last error frame or unsound controller state, after which silence is not sleep.
     last_error: Option<MonoTime>,
-    /// Last frame before the latest sleep.
-    fell_asleep: Option<MonoTime>,
+    /// The latest sleep that has ended.
+    last_sleep: Option<Sleep>,
     /// Events since start.
     pub counts: BusCounts,
 }
@@ -104,7 +115,7 @@ impl Bus {
             last_frame: None,
             last_disturbance: None,
             last_error: None,
-            fell_asleep: None,
+            last_sleep: None,
             counts: BusCounts::default(),
         }
     }
@@ -131,7 +142,7 @@ impl Bus {
         if lost {
             self.counts.link_losses += 1;
             self.last_frame = None;
-            self.fell_asleep = None;
+            self.last_sleep = None;
             self.controller.forget();
         }
         lost
@@ -143,8 +154,8 @@ impl Bus {
         let up = self.link == LinkState::Up;
         if up {
             self.counts.frames += 1;
-            if self.is_asleep(now) {
-                self.fell_asleep = self.last_frame;
+            if let Some(fell_asleep) = self.last_frame.filter(|_| self.is_asleep(now)) {
+                self.last_sleep = Some(Sleep { fell_asleep, woke_up: now });
             }
             self.controller.frame_arrived(now);
             self.last_frame = Some(now);
@@ -202,17 +213,32 @@ impl Bus {
 
     /// True if the bus is silent as permitted and no error suggests that it is dead.
     fn is_asleep(&self, now: MonoTime) -> bool {
-        let limit = self.settings.alive_timeout;
-        let undisturbed = |last: MonoTime| self.last_error.is_none_or(|at| last.since(at) > limit);
-        self.settings.may_sleep
-            && self.link == LinkState::Up
-            && is_sound(self.controller.shown(now))
-            && self.last_frame.is_some_and(|last| now.since(last) > limit && undisturbed(last))
+        self.permitted_silence(now).is_some_and(|last| now.since(last) > self.settings.alive_timeout)
     }
 
-    /// Receive time of the last frame before the current or latest sleep; `None` without any sleep.
+    /// True if nothing has been received since `since`, and the silence, still too short for a sleep, may become
+    /// one as permitted.
+    pub fn may_be_falling_asleep(&self, since: MonoTime, now: MonoTime) -> bool {
+        self.is_alive(now) && self.permitted_silence(now).is_some_and(|last| last <= since)
+    }
+
+    /// The last frame, if the bus may sleep and no error suggests that it is dead.
+    fn permitted_silence(&self, now: MonoTime) -> Option<MonoTime> {
+        let limit = self.settings.alive_timeout;
+        let undisturbed = |last: &MonoTime| self.last_error.is_none_or(|at| last.since(at) > limit);
+        let may_sleep =
+            self.settings.may_sleep && self.link == LinkState::Up && is_sound(self.controller.shown(now));
+        self.last_frame.filter(undisturbed).filter(|_| may_sleep)
+    }
+
+    /// Receive time of the last frame before the current sleep, or before the latest one while
+    /// messages may still take until they come again; `None` otherwise.
     pub fn fell_asleep(&self, now: MonoTime) -> Option<MonoTime> {
-        if self.is_asleep(now) { self.last_frame } else { self.fell_asleep }
+        if self.is_asleep(now) {
+            return self.last_frame;
+        }
+        let is_waking = |sleep: &Sleep| now.since(sleep.woke_up) <= self.settings.wake_up_timeout;
+        self.last_sleep.filter(is_waking).map(|sleep| sleep.fell_asleep)
     }
 
     /// Condition of the bus now.
@@ -244,12 +270,13 @@ impl Bus {
         }
     }
 
-    /// The next instant at which [`Self::finding`] may change without an event.
+    /// The next instant at which [`Self::finding`] or [`Self::fell_asleep`] may change without an event.
     pub fn next_deadline(&self, now: MonoTime) -> Option<MonoTime> {
         let silent = self.last_frame.map(|last| deadline_after(last, self.settings.alive_timeout));
         let loss_forgotten = self.last_disturbance.map(|at| deadline_after(at, LOSS_MEMORY));
         let shown = self.controller.next_deadline(now);
-        [silent, loss_forgotten, shown].into_iter().flatten().filter(|at| *at > now).min()
+        let awake = self.last_sleep.map(|sleep| deadline_after(sleep.woke_up, self.settings.wake_up_timeout));
+        [silent, loss_forgotten, shown, awake].into_iter().flatten().filter(|at| *at > now).min()
     }
 }
 
@@ -279,6 +306,7 @@ mod tests {
             interface: "can0".into(),
             heartbeat_messages: vec![],
             alive_timeout: Duration::from_millis(100),
+            wake_up_timeout: Duration::from_millis(100),
             may_sleep: false,
         };
         Bus::new(settings, LinkState::Missing)
@@ -339,6 +367,26 @@ mod tests {
         bus.frame_arrived(at(60_000));
         assert_eq!(bus.reception(at(60_000)), Reception::Receiving);
         assert_eq!(bus.fell_asleep(at(60_000)), Some(at(10)), "the last frame before the sleep");
+        bus.frame_arrived(at(60_090));
+        assert_eq!(bus.fell_asleep(at(60_100)), Some(at(10)), "still waking up");
+        let awake = bus.next_deadline(at(60_100)).unwrap();
+        assert_eq!(
+            (awake, bus.fell_asleep(awake)),
+            (deadline_after(at(60_000), Duration::from_millis(100)), None)
+        );
+    }
+
+    #[test]
+    fn bus_may_be_falling_asleep_while_nothing_is_received_and_no_error_is() {
+        let mut bus = sleeping_bus();
+        assert!(bus.may_be_falling_asleep(at(10), at(60)));
+        assert!(!bus.may_be_falling_asleep(at(9), at(60)), "a frame has come since");
+        assert!(!bus.may_be_falling_asleep(at(10), at(111)), "it sleeps");
+        bus.error_frame(ErrorFrame::new(0x88, &[]), at(70));
+        assert!(!bus.may_be_falling_asleep(at(10), at(80)), "an error");
+        let mut bus = sleeping_bus();
+        bus.settings.may_sleep = false;
+        assert!(!bus.may_be_falling_asleep(at(10), at(60)), "not permitted");
     }
 
     type Failure<'a> = (&'a str, &'a dyn Fn(&mut Bus));

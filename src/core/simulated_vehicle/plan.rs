@@ -145,8 +145,8 @@ impl Draft<'_> {
 
     fn turn(&mut self, table: &SignalTable, source: &TurnSource) -> Result<(), PlanError> {
         match source {
-            TurnSource::Enumerated(role) => self.add(table, role, Subject::Turn, SignalValue::Turn),
-            TurnSource::Pair(pair) => {
+            TurnSource::Enumerated { role, .. } => self.add(table, role, Subject::Turn, SignalValue::Turn),
+            TurnSource::Pair { pair, .. } => {
                 for (is_left, role) in [(true, &pair.left), (false, &pair.right)] {
                     self.add(table, role, Subject::Side { is_left, both: pair.both }, SignalValue::On)?;
                 }
@@ -304,7 +304,7 @@ fn period(timing: Timing, cycle: Option<Duration>) -> Option<Duration> {
 fn ending(turn: &TurnBinding) -> Option<Ending> {
     let settings = turn.sources().iter().find_map(|named| match &named.source {
         TurnSource::Stalk { settings, .. } => Some(settings),
-        TurnSource::Enumerated(_) | TurnSource::Pair(_) | TurnSource::Lamps { .. } => None,
+        TurnSource::Enumerated { .. } | TurnSource::Pair { .. } | TurnSource::Lamps { .. } => None,
     });
     settings.map(|settings: &StalkSettings| {
         if settings.opposite_half == OppositePress::Cancels {

@@ -89,6 +89,7 @@ pub fn missing_reason_text(
         MissingReason::NotTrusted(reason) => format!("{} is not trusted: {reason}", message.name),
         MissingReason::BusSilent => format!("bus {interface} is silent"),
         MissingReason::BusOff => format!("{} is not received, {interface} is bus-off", message.name),
+        MissingReason::BusQuiet => format!("no frame of {}, as nothing on {interface}", message.name),
         MissingReason::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),
     }
 }

@@ -36,8 +36,19 @@ pub enum MissingReason {
     BusSilent,
     /// The controller of the bus is bus-off, so nothing can be received.
     BusOff,
-    /// The bus fell asleep as permitted, and no frame with this signal has been received since.
+    /// The signal is stale, and the bus has been silent for almost as long: it may be falling asleep as
+    /// permitted.
+    BusQuiet,
+    /// The bus fell asleep as permitted, or has just woken up, and no frame with this signal has been received
+    /// since.
     BusAsleep,
+}
+
+impl MissingReason {
+    /// True for a permitted sleep of the bus, which is no failure.
+    pub fn is_sleep(self) -> bool {
+        matches!(self, Self::BusQuiet | Self::BusAsleep)
+    }
 }
 
 /// A signal, read and checked at one moment.
@@ -232,8 +243,12 @@ impl Observations {
             return Err(bus_reason(bus, None, now).unwrap_or(reason));
         };
         let last_at = Some(last.received.at);
-        let reason = if timeout.is_some_and(|timeout| now.since(last.received.at) > timeout) {
-            Some(state.rejection(last_at, timeout, now).unwrap_or(MissingReason::Stale))
+        let stale_after = timeout.filter(|timeout| now.since(last.received.at) > *timeout);
+        let reason = if let Some(timeout) = stale_after {
+            // Had the sender alone failed, other messages would have come in the second half of its timeout.
+            let is_quiet = bus.may_be_falling_asleep(last.received.at.after(timeout / 2), now);
+            let stale = if is_quiet { MissingReason::BusQuiet } else { MissingReason::Stale };
+            Some(state.rejection(last_at, Some(timeout), now).unwrap_or(stale))
         } else {
             (message.timing.is_event() && !bus.is_alive(now)).then_some(MissingReason::BusSilent)
         };

@@ -105,9 +105,19 @@ impl<S> Sources<S> {
 #[derive(Debug, Clone)]
 pub enum TurnSource {
     /// One enumerated signal for both sides.
-    Enumerated(Role<TurnCode>),
+    Enumerated {
+        /// State of the turn indicators.
+        role: Role<TurnCode>,
+        /// Least time for which a side is on from its press; `None` = as long as the signal shows it.
+        tap_hold: Option<Duration>,
+    },
     /// One steady signal for each side.
-    Pair(SidePair),
+    Pair {
+        /// Signals of the sides.
+        pair: SidePair,
+        /// As in [`Self::Enumerated`].
+        tap_hold: Option<Duration>,
+    },
     /// One flashing lamp signal for each side.
     Lamps {
         /// Lamps, where `true` = lit, both in the same message.
@@ -130,10 +140,10 @@ impl TurnSource {
     /// True if it can report that both sides are on.
     pub fn shows_both(&self) -> bool {
         match self {
-            Self::Enumerated(role) => {
+            Self::Enumerated { role, .. } => {
                 role.values.entries().iter().any(|(_, meaning)| *meaning == Meaning::Defined(TurnCode::Both))
             }
-            Self::Pair(pair) | Self::Lamps { pair, .. } => pair.both == BothOn::Hazard,
+            Self::Pair { pair, .. } | Self::Lamps { pair, .. } => pair.both == BothOn::Hazard,
             Self::Stalk { .. } => false,
         }
     }
@@ -141,8 +151,8 @@ impl TurnSource {
     /// Signals of the source.
     pub fn signals(&self) -> impl Iterator<Item = SignalIndex> {
         let (first, second) = match self {
-            Self::Enumerated(role) => (role.signal, None),
-            Self::Pair(pair) | Self::Lamps { pair, .. } => (pair.left.signal, Some(pair.right.signal)),
+            Self::Enumerated { role, .. } => (role.signal, None),
+            Self::Pair { pair, .. } | Self::Lamps { pair, .. } => (pair.left.signal, Some(pair.right.signal)),
             Self::Stalk { role, .. } => (role.signal, None),
         };
         std::iter::once(first).chain(second)

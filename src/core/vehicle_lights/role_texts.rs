@@ -45,8 +45,8 @@ fn turn_roles(source: &TurnSource, roles: &mut Vec<RoleTexts>) {
         .to_owned()
     };
     match source {
-        TurnSource::Enumerated(role) => roles.push(role_texts(role, "turn".into(), code)),
-        TurnSource::Pair(pair) => {
+        TurnSource::Enumerated { role, .. } => roles.push(role_texts(role, "turn".into(), code)),
+        TurnSource::Pair { pair, .. } => {
             roles.push(role_texts(&pair.left, "left".into(), on_off));
             roles.push(role_texts(&pair.right, "right".into(), on_off));
         }

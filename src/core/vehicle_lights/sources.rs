@@ -7,6 +7,7 @@ use super::binding::{
 use super::fusion::{Disagreement, Fusion, turn_codes_agree};
 use super::lamp::{Lamp, LampFindings};
 use super::stalk::button::HazardToggle;
+use super::stalk::tap::TapHold;
 use super::stalk::{MomentaryStalk, StalkPosition};
 use super::state::{HazardCode, Judged, StateMachine, TurnCode, UnavailableReason};
 use super::warning::{Contradiction, Fallback, LampWarning, Warnings};
@@ -14,7 +15,7 @@ use crate::core::can::bus::{Bus, Received};
 use crate::core::time::{MonoTime, Now};
 use crate::core::validation::meaning::Meaning;
 use crate::core::validation::observation::{MissingReason, Observations, Reading};
-use crate::core::validation::table::Role;
+use crate::core::validation::table::{Role, SignalIndex};
 
 /// Binding, observations and buses at one moment.
 #[derive(Debug, Clone, Copy)]
@@ -88,6 +89,19 @@ impl LightsContext<'_> {
                 machine.observe(None, now);
                 Err(reason)
             }
+        }
+    }
+
+    /// The state of a steady signal, whose taps may be held.
+    fn hold_taps(
+        self,
+        tap: Option<&mut TapHold>,
+        state: Judged<TurnCode>,
+        signal: SignalIndex,
+    ) -> Judged<TurnCode> {
+        match tap {
+            Some(tap) => self.track(tap, state, UnavailableReason::Settling(signal)),
+            None => state,
         }
     }
 
@@ -284,8 +298,8 @@ struct TurnReader {
 
 #[derive(Debug, Clone)]
 enum TurnKind {
-    Enumerated(Role<TurnCode>),
-    Pair(SidePair),
+    Enumerated(Role<TurnCode>, Option<TapHold>),
+    Pair(SidePair, Option<TapHold>),
     Lamps(SidePair, Box<Lamp>),
     Stalk(Role<StalkPosition>, Box<MomentaryStalk>),
 }
@@ -293,8 +307,10 @@ enum TurnKind {
 impl TurnReader {
     fn new(source: &TurnSource) -> Self {
         let kind = match source {
-            TurnSource::Enumerated(role) => TurnKind::Enumerated(role.clone()),
-            TurnSource::Pair(pair) => TurnKind::Pair(pair.clone()),
+            TurnSource::Enumerated { role, tap_hold } => {
+                TurnKind::Enumerated(role.clone(), tap_hold.map(TapHold::new))
+            }
+            TurnSource::Pair { pair, tap_hold } => TurnKind::Pair(pair.clone(), tap_hold.map(TapHold::new)),
             TurnSource::Lamps { pair, settings, .. } => {
                 TurnKind::Lamps(pair.clone(), Box::new(Lamp::new(*settings)))
             }
@@ -311,11 +327,14 @@ impl TurnReader {
         applies: Result<(), UnavailableReason>,
     ) -> Judged<TurnCode> {
         match &mut self.kind {
-            TurnKind::Enumerated(role) => applies.and_then(|()| context.judge(role)),
-            TurnKind::Pair(pair) => {
+            TurnKind::Enumerated(role, tap) => {
+                let state = applies.and_then(|()| context.judge(role));
+                context.hold_taps(tap.as_mut(), state, role.signal)
+            }
+            TurnKind::Pair(pair, tap) => {
                 let sides = applies.and_then(|()| context.judge_pair(pair));
-                context
-                    .pair_state(pair, sides.map(|(sides, received)| (TurnCode::from_sides(sides), received)))
+                let code = sides.map(|(sides, received)| (TurnCode::from_sides(sides), received));
+                context.hold_taps(tap.as_mut(), context.pair_state(pair, code), pair.left.signal)
             }
             TurnKind::Lamps(pair, lamp) => {
                 let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
@@ -343,17 +362,18 @@ impl TurnReader {
 
     fn next_deadline(&self) -> Option<MonoTime> {
         match &self.kind {
-            TurnKind::Enumerated(_) | TurnKind::Pair(_) => None,
+            TurnKind::Enumerated(_, tap) | TurnKind::Pair(_, tap) => tap.as_ref()?.next_deadline(),
             TurnKind::Lamps(_, lamp) => lamp.next_deadline(),
             TurnKind::Stalk(_, stalk) => stalk.next_deadline(),
         }
     }
 }
 
-/// The reason of two to report first: fault, then invalid, then not available.
+/// The reason of two to report first: fault, then invalid, then not available, and a sleep of the bus last.
 fn graver(first: UnavailableReason, second: UnavailableReason) -> UnavailableReason {
-    let gravity =
-        |reason: UnavailableReason| (reason.kind(), matches!(reason, UnavailableReason::NotAvailable(..)));
+    let gravity = |reason: UnavailableReason| {
+        (reason.kind(), matches!(reason, UnavailableReason::NotAvailable(..)), !reason.is_sleep())
+    };
     if gravity(second) > gravity(first) { second } else { first }
 }
 

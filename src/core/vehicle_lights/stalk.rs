@@ -1,6 +1,6 @@
 //! Stalks and buttons: the requested state from the positions of a control.
 //!
-//! A latched stalk stays in its position and needs no memory. A momentary one springs back: the effect
+//! A latched stalk stays in its position and needs no memory, unless its taps are held. A momentary one springs back: the effect
 //! of a press depends on the request before it and on the deepest detent it reached. (On its way to the
 //! full detent a stalk passes the half one, in frames or between them.) The effect is therefore
 //! determined again with each frame of the press, from the request before it.
@@ -9,6 +9,7 @@
 //! is unknown for a while.
 
 pub mod button;
+pub mod tap;
 mod visibility;
 
 #[cfg(test)]

@@ -94,6 +94,11 @@ pub enum FaultKind {
 }
 
 impl UnavailableReason {
+    /// True for a permitted sleep of the bus, which is no failure of the report.
+    pub fn is_sleep(self) -> bool {
+        matches!(self, Self::Absent(_, reason) if reason.is_sleep())
+    }
+
     /// Kind of failure that this reason causes.
     pub fn kind(self) -> FaultKind {
         match self {

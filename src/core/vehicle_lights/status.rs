@@ -43,6 +43,8 @@ pub struct LightsFinding {
     fault: Option<ActiveFault>,
     withheld: bool,
     warnings: Warnings,
+    /// True if lamps or a stalk are observed anew after a permitted sleep of the bus, which is no failure.
+    waking_up: bool,
 }
 
 impl LightsFinding {
@@ -53,11 +55,23 @@ impl LightsFinding {
             fault: verdict.fault,
             withheld: verdict.publish.is_none(),
             warnings: verdict.warnings,
+            waking_up: false,
         }
     }
 
+    /// The finding after an earlier one.
+    fn after(self, before: Self) -> Self {
+        let observes = |reason: UnavailableReason| {
+            matches!(reason, UnavailableReason::WatchingLamps(_) | UnavailableReason::Settling(_))
+        };
+        let slept = before.waking_up || before.reason.is_some_and(UnavailableReason::is_sleep);
+        Self { waking_up: slept && self.reason.is_some_and(observes), ..self }
+    }
+
+    /// `None` without a failure, which a permitted sleep of the bus is not.
     fn kind(self) -> Option<FaultKind> {
-        let reason = self.reason.map(UnavailableReason::kind);
+        let reason = self.reason.filter(|reason| !reason.is_sleep() && !self.waking_up);
+        let reason = reason.map(UnavailableReason::kind);
         if self.fault.is_some() { Some(FaultKind::HardwareFault) } else { reason }
     }
 }
@@ -92,7 +106,7 @@ impl LightsTask {
 
     /// Takes the current verdict and returns whether its finding has changed.
     pub(super) fn update<T>(&mut self, verdict: &Verdict<T>, context: LightsContext<'_>) -> bool {
-        let finding = LightsFinding::of(verdict);
+        let finding = LightsFinding::of(verdict).after(self.finding.unwrap_or_default());
         self.reason = verdict.reason;
         self.source = verdict.source;
         if self.finding == Some(finding) {
@@ -120,7 +134,8 @@ impl VehicleLights {
         };
         let finding = task.finding.unwrap_or_default();
         let bad = finding.kind().is_some();
-        let level = if finding.warnings.any() { Level::Warn } else { Level::Ok };
+        let warns = finding.warnings.any() || finding.reason.is_some();
+        let level = if warns { Level::Warn } else { Level::Ok };
         let mut values = vec![("report", report.unwrap_or("not published").to_owned())];
         let source = source_name(&self.binding, which, task.source);
         if !source.is_empty() {
@@ -238,6 +253,9 @@ fn message(binding: &LightsBinding, buses: &[Bus], task: Task, finding: &LightsF
         Task::HazardLights => &binding.hazard_faults,
     };
     let reason = finding.reason.map(|reason| unavailable_text(binding, buses, reason));
+    // Lamps and stalks that are observed anew are unknown otherwise.
+    let reason =
+        reason.map(|text| if finding.waking_up { text.replacen("unknown:", "waking up:", 1) } else { text });
     let fault = finding.fault.map(|fault| fault_text(binding, faults, fault, finding));
     let source = |position| source_name(binding, task, position);
     let warnings = finding.warnings.texts(binding, source, |reason| unavailable_text(binding, buses, reason));
@@ -284,7 +302,8 @@ fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableR
             format!("unknown: no source applies while {} = {}", name(signal), raw_text(raw))
         }
         UnavailableReason::Absent(signal, reason) => {
-            format!("unknown: {}", missing_reason_text(&binding.table, buses, signal, reason))
+            let kind = if reason.is_sleep() { "asleep" } else { "unknown" };
+            format!("{kind}: {}", missing_reason_text(&binding.table, buses, signal, reason))
         }
         UnavailableReason::NotAvailable(signal, raw) => {
             format!("unknown: {} = {} means not available", name(signal), raw_text(raw))

@@ -66,6 +66,7 @@ impl Bench {
             interface: "can0".to_owned(),
             heartbeat_messages: Vec::new(),
             alive_timeout: Duration::from_secs(1),
+            wake_up_timeout: Duration::from_secs(1),
             may_sleep: false,
         };
         let flow = CommandFlow::new(config.settings, config.binding, at_ns(0));

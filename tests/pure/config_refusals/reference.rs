@@ -161,6 +161,8 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     };
     let enumerated = of(&["signal", "off", "left", "right", "both", "not_available", "fault"]);
     let pair = of(&["left_signal", "right_signal", "both_on"]);
+    let tap = of(&["tap_hold_ms"]);
+    let lever = pair.clone() + &tap;
     let both = pair.replace("both_on = \"undefined\"", "both_on = \"hazard\"");
     let lamps = both.clone() + &of(&["lamp"]) + "kind = \"lamp\"\n";
     let stalk_keys = of(&["idle", "left_half", "left_full", "right_half", "right_full", "stalk"]);
@@ -171,7 +173,7 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
         "{disagreement}[[turn.source]]\n{name}\n{lamps}[[turn.source]]\nname = \"state\"\n{enumerated}"
     );
     let rest = of(&["while_hazard", "on_fault"]);
-    let shown = [&enumerated, &pair, &of(&["lamp"]), &stalk_keys, &disagreement, &rest];
+    let shown = [&enumerated, &pair, &tap, &of(&["lamp"]), &stalk_keys, &disagreement, &rest];
     let shown: usize = shown.iter().map(|keys| keys.lines().count()).sum();
     assert_eq!(turn.len(), shown + 3, "and `fitted`, `kind` twice");
     let faults = section(&sections, "[[turn.fault_signal]]").join("\n");
@@ -204,7 +206,7 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
     let message = section(&sections, "[message.BLINKERS]").join("\n");
     let gateway = "profile = \"vehicles/hyundai_kia.toml\"\ncan.body.interface = \"can0\"\n";
     let mut profiles = BTreeSet::new();
-    for turn in [&enumerated, &pair, &both, &lamps, &stalk, &several, &of(&["fitted"])] {
+    for turn in [&enumerated, &pair, &lever, &both, &lamps, &stalk, &several, &of(&["fitted"])] {
         for hazard in &hazards {
             let shows_both = [&enumerated, &both, &lamps, &several].contains(&turn);
             let uses_blinkers = turn.contains("BLINKERS") || hazard.contains("BLINKERS");
@@ -221,7 +223,7 @@ fn every_key_of_a_profile_is_accepted_in_each_of_its_forms() {
             profiles.insert(profile);
         }
     }
-    assert_eq!(profiles.len(), 46);
+    assert_eq!(profiles.len(), 52);
 }
 
 #[test]

@@ -44,9 +44,19 @@ fn lamps_that_frames_cannot_resolve_are_refused() {
     let cases = r#"
   right = [2]
 + lamp = { hold_ms = 2000 }
-> car.toml:12:1: turn.lamp: unknown key "lamp" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, while_hazard, fault_signal, on_fault
+> car.toml:12:1: turn.lamp: unknown key "lamp" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, tap_hold_ms, while_hazard, fault_signal, on_fault
+  right = [2]
++ tap_hold_ms = 0
+> car.toml:12:15: turn.tap_hold_ms: 0 ms is out of range; give 1 to 3600000 ms
 "#;
     assert_refused(&sound(), "car.toml", cases);
+    let cases = r#"
+- lamp = { period_ms = 50 }
++ lamp = { period_ms = 50 }
++ tap_hold_ms = 2000
+> car.toml:13:1: turn.tap_hold_ms: unknown key "tap_hold_ms" with kind = "lamp"; valid keys: …
+"#;
+    assert_refused(&with("car.toml", TURN, LAMPS), "car.toml", cases);
 }
 
 #[test]
@@ -126,12 +136,12 @@ fn sources_that_contradict_their_list_are_refused() {
 > car.toml:12:19: turn.disagreement_ms: `disagreement_ms` needs several sources; remove it, or describe the sources in `source`
   right = [2]
 + name = "state"
-> car.toml:12:1: turn.name: unknown key "name" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, while_hazard, fault_signal, on_fault
+> car.toml:12:1: turn.name: unknown key "name" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, tap_hold_ms, while_hazard, fault_signal, on_fault
   [turn]
 + [[turn.source]]
 + name = "a"
 + while_hazard = "keep"
-> car.toml:10:1: turn.source[1].while_hazard: unknown key "while_hazard" without `kind`; valid keys: name, fallback, when, kind, signal, off, left, right, both, not_available, fault
+> car.toml:10:1: turn.source[1].while_hazard: unknown key "while_hazard" without `kind`; valid keys: name, fallback, when, kind, signal, off, left, right, both, not_available, fault, tap_hold_ms
   [turn]
 + [[turn.source]]
 + name = "a"

@@ -22,7 +22,7 @@ fn broken_keys_and_files_are_refused() {
 > car.toml:1:1: missing key: name; see config/gateway.toml
   left = [1]
 + lefts = [1]
-> car.toml:11:1: turn.lefts: unknown key "lefts" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, while_hazard, fault_signal, on_fault
+> car.toml:11:1: turn.lefts: unknown key "lefts" without `kind`; valid keys: fitted, disagreement_ms, kind, signal, off, left, right, both, not_available, fault, tap_hold_ms, while_hazard, fault_signal, on_fault
 - left = [1]
 + left = 1
 > car.toml:10:8: turn.left: expected a list, found 1; give a list of raw values, e.g. [0, "4..=7"]

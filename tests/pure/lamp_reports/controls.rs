@@ -2,7 +2,7 @@
 
 use signal_gateway::core::diagnostics::Level;
 
-use crate::pure::lamp_reports::car::{PANEL, STALK, STALK_KEYS, UNBOUND, car};
+use crate::pure::lamp_reports::car::{BODY, PANEL, STALK, STALK_KEYS, STATE_KEYS, UNBOUND, car};
 use crate::support::virtual_gateway::VirtualGateway;
 
 const IDLE: u8 = 0;
@@ -114,4 +114,24 @@ fn each_press_of_the_button_toggles_the_hazard_lights() {
     car.frame(PANEL, 3, 6000);
     let text = "unknown: PANEL.BUTTON = 3 means not available".to_owned();
     assert_eq!(car.level_and_message("hazard_lights"), (Level::Error, text));
+}
+
+#[test]
+fn a_tap_of_a_lever_is_held_where_the_profile_says_so() {
+    for (key, states) in [
+        ("", ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT", "DISABLE"]),
+        ("tap_hold_ms = 2000\n", ["DISABLE", "ENABLE_LEFT", "DISABLE", "ENABLE_RIGHT", "DISABLE"]),
+    ] {
+        let mut car = car(&format!("[message.BODY]\ntimeout_ms = 500\n[turn]\n{STATE_KEYS}{key}{UNBOUND}"));
+        // Left for 300 ms, and right for 3000 ms.
+        car.frames(BODY, 50, 0..12_000, |ms| match ms {
+            1000..1300 => 1,
+            5000..8000 => 2,
+            _ => 0,
+        });
+        assert_eq!(car.turn_states(), states);
+        let times: Vec<_> = car.turn_reports().into_iter().map(|(ms, _)| ms).collect();
+        let left_ends = if key.is_empty() { 1300 } else { 3000 };
+        assert_eq!(times, [0, 1000, left_ends, 5000, 8000], "{key}");
+    }
 }

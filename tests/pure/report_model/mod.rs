@@ -24,7 +24,7 @@ use crate::support::clock::at_ns;
 use crate::support::property::for_all;
 use car::{Car, Publish, any_car, settings};
 use history::{Event, History, any_event};
-use model::{Expected, FaultKind, judge};
+use model::{Expected, FaultKind, judge, may_be_asleep};
 
 /// Refresh of all statuses, as the generated configuration leaves it.
 const REFRESH_NS: u64 = 250_000_000;
@@ -201,6 +201,10 @@ impl Trial {
         let (level, message) = &self.statuses[&format!("signal_gateway: {task}")];
         match expected.problem() {
             None => prop_assert_eq!((*level, message.as_str()), (Level::Ok, "publishing")),
+            Some(FaultKind::Unknown) if message.starts_with("asleep: ") => {
+                prop_assert_eq!(*level, Level::Warn, "{}", message);
+                prop_assert!(may_be_asleep(&self.car, &self.history, self.now_ns), "{}", message);
+            }
             Some(problem) => {
                 prop_assert_eq!(*level, Level::Error, "{} {:?}", message, expected);
                 let start = match problem {

@@ -71,6 +71,14 @@ pub(crate) fn judge(car: &Car, history: &History, now: u64, wall: i64) -> [Expec
     [knowledge.expected(turn, car.turn_fault), knowledge.expected(hazard, car.hazard_fault)]
 }
 
+/// True if a bus of the car may sleep and was lately silent for as long as a permitted sleep begins with.
+pub(crate) fn may_be_asleep(car: &Car, history: &History, now: u64) -> bool {
+    let knowledge = Knowledge { car, history, now };
+    let lately = (now.saturating_sub(4 * ALIVE_TIMEOUT_NS), now);
+    let was_busy = |bus| history.was_busy(bus, &knowledge.relevant(bus), lately, TURN_TIMEOUT_NS / 2);
+    car.may_sleep && !(was_busy(FRONT) && was_busy(REAR))
+}
+
 fn turn_name(sides: Sides) -> &'static str {
     match sides {
         Sides::Left => "ENABLE_LEFT",

@@ -15,7 +15,7 @@ use crate::support::prerequisite::{require, shared_data};
 use crate::support::virtual_gateway::VirtualGateway;
 
 /// Profile, frames (see [`frame`], several with `;`; `9*` in front: nine times, 50 ms apart), and the outcome of turn
-/// and hazard report: a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault`.
+/// and hazard report: a constant's name, `unknown`, `invalid RAW`, `fault`, or a constant and `+fault` or `+fallback`.
 type Case = (&'static str, &'static str, &'static str, &'static str);
 
 const OFF: &str = "DISABLE";
@@ -86,11 +86,15 @@ const CASES: &[Case] = &[
     ("hyundai_i30_2014", "20*690 8; 3*690 8 24|1@1=1; 14*690 8", LEFT, OFF),
     ("hyundai_i30_2014", "20*690 8; 3*690 8 25|1@1=1; 14*690 8", RIGHT, OFF),
     ("hyundai_i30_2014", "20*690 8; 5*690 8 24|1@1=1 25|1@1=1; 14*690 8", OFF, ON),
-    ("hyundai_kia", "541 8", OFF, "unknown"),
-    ("hyundai_kia", "541 8 42|1@1=1 19|2@1=3", LEFT, "unknown"),
-    ("hyundai_kia", "541 8 41|1@1=1 62|2@1=2", RIGHT, "unknown"),
-    ("hyundai_kia", "541 8 19|2@1=3 62|2@1=3 33|2@1=1", OFF, "unknown"),
-    ("hyundai_kia", "541 8 41|1@1=1 42|1@1=1", "invalid at once", "unknown"),
+    ("hyundai_kia", "541 8", "DISABLE +fallback", "unknown"),
+    ("hyundai_kia", "541 8 42|1@1=1", "ENABLE_LEFT +fallback", "unknown"),
+    ("hyundai_kia", "541 8 41|1@1=1", "ENABLE_RIGHT +fallback", "unknown"),
+    ("hyundai_kia", "541 8 41|1@1=1 42|1@1=1", "unknown", "unknown"),
+    ("hyundai_kia", "30*541 8 33|2@1=1", OFF, OFF),
+    ("hyundai_kia", "30*541 8; 5*541 8 19|2@1=1; 14*541 8", LEFT, OFF),
+    ("hyundai_kia", "30*541 8; 5*541 8 42|1@1=1 19|2@1=3; 14*541 8 42|1@1=1", LEFT, OFF),
+    ("hyundai_kia", "30*541 8; 5*541 8 62|2@1=2; 14*541 8", RIGHT, OFF),
+    ("hyundai_kia", "30*541 8; 5*541 8 19|2@1=1 62|2@1=1; 14*541 8", OFF, ON),
     ("j1939_truck", "0CFDCC27 8", OFF, OFF),
     ("j1939_truck", "0CFDCC27 8 12|4@1=1 10|2@1=3", LEFT, "unknown"),
     ("j1939_truck", "0CFDCC27 8 12|4@1=2", RIGHT, OFF),
@@ -103,11 +107,14 @@ const CASES: &[Case] = &[
     ("luxgen_s5", "410 8 1|1@0=1", LEFT, "unknown"),
     ("luxgen_s5", "410 8 2|1@0=1", RIGHT, "unknown"),
     ("luxgen_s5", "410 8 1|1@0=1 2|1@0=1", "invalid at once", "unknown"),
-    ("mazda_2017", "091 8", OFF, "unknown"),
-    ("mazda_2017", "091 8 13|1@0=1", LEFT, "unknown"),
-    ("mazda_2017", "091 8 12|1@0=1", RIGHT, "unknown"),
-    ("mazda_2017", "091 8 10|1@0=1", OFF, "unknown"),
-    ("mazda_2017", "091 8 12|1@0=1 13|1@0=1", "invalid at once", "unknown"),
+    ("mazda_2017", "091 8", "DISABLE +fallback", "unknown"),
+    ("mazda_2017", "091 8 13|1@0=1", "ENABLE_LEFT +fallback", "unknown"),
+    ("mazda_2017", "091 8 12|1@0=1", "ENABLE_RIGHT +fallback", "unknown"),
+    ("mazda_2017", "091 8 12|1@0=1 13|1@0=1", "unknown", "unknown"),
+    ("mazda_2017", "30*09A 8", OFF, OFF),
+    ("mazda_2017", "30*09A 8; 5*09A 8 18|1@1=1; 14*09A 8", LEFT, OFF),
+    ("mazda_2017", "30*09A 8; 5*09A 8 19|1@1=1; 14*09A 8", RIGHT, OFF),
+    ("mazda_2017", "30*09A 8; 5*09A 8 18|1@1=1 19|1@1=1; 14*09A 8", OFF, ON),
     ("mercedes_e350_2010", "045 8 18|1@0=1", OFF, "unknown"),
     ("mercedes_e350_2010", "045 8 16|1@0=1", LEFT, "unknown"),
     ("mercedes_e350_2010", "045 8 17|1@0=1", RIGHT, "unknown"),
@@ -126,11 +133,12 @@ const CASES: &[Case] = &[
     ("nissan_leaf_2018", "358 8 17|1@0=1", LEFT, OFF),
     ("nissan_leaf_2018", "358 8 18|1@0=1", RIGHT, OFF),
     ("nissan_leaf_2018", "358 8 17|1@0=1 18|1@0=1", OFF, ON),
-    ("nissan_leaf_aze0", "358 8", OFF, OFF),
-    ("nissan_leaf_aze0", "358 8 16|8@1=4", LEFT, OFF),
-    ("nissan_leaf_aze0", "358 8 16|8@1=8", RIGHT, OFF),
-    ("nissan_leaf_aze0", "358 8 16|8@1=12", OFF, ON),
-    ("nissan_leaf_aze0", "358 8 16|8@1=2", "invalid 2", "invalid 2"),
+    ("nissan_leaf_aze0", "358 8 8|8@1=8 16|8@1=128", "unknown", "unknown"),
+    ("nissan_leaf_aze0", "30*358 8 8|8@1=8 16|8@1=128", OFF, "unknown"),
+    ("nissan_leaf_aze0", "30*358 8 8|8@1=8 16|8@1=128; 5*358 8 8|8@1=8 16|8@1=130", LEFT, "unknown"),
+    ("nissan_leaf_aze0", "30*358 8 8|8@1=8 16|8@1=128; 60*358 8 8|8@1=8 16|8@1=130", LEFT, "unknown"),
+    ("nissan_leaf_aze0", "30*358 8 8|8@1=8 16|8@1=128; 5*358 8 8|8@1=8 16|8@1=132", RIGHT, "unknown"),
+    ("nissan_leaf_aze0", "30*358 8 8|8@1=8 16|8@1=128; 5*358 8 8|8@1=8 16|8@1=134", OFF, "unknown"),
     ("opel_260", "260 3 8|8@1=64 16|8@1=128", OFF, OFF),
     ("opel_260", "260 3 0|8@1=37 8|8@1=64 16|8@1=128", LEFT, OFF),
     ("opel_260", "260 3 0|8@1=58 8|8@1=64 16|8@1=128", RIGHT, OFF),
@@ -177,6 +185,7 @@ const CASES: &[Case] = &[
     ("tesla_model3_party", "311 7 25|2@0=2", LEFT, "unknown"),
     ("tesla_model3_party", "311 7 26|2@1=1", RIGHT, "unknown"),
     ("tesla_model3_party", "311 7 26|2@1=2", RIGHT, "unknown"),
+    ("tesla_model3_party", "311 7 25|2@0=1 26|2@1=2", OFF, "unknown"),
     ("tesla_model3_party", "311 7 25|2@0=3", "invalid 3", "unknown"),
     ("tesla_model_s", "045 8", OFF, "unknown"),
     ("tesla_model_s", "045 8 16|2@1=1", LEFT, "unknown"),
@@ -208,12 +217,14 @@ const CASES: &[Case] = &[
     ("vw_mqb", "366 8 23|1@1=1 37|1@1=1", LEFT, OFF),
     ("vw_mqb", "366 8 24|1@1=1 26|1@1=1", RIGHT, OFF),
     ("vw_mqb", "366 8 20|1@1=1 25|4@1=15", OFF, ON),
-    ("vw_mqb", "366 8 23|1@1=1 24|1@1=1", "invalid at once", OFF),
+    ("vw_mqb", "366 8 20|1@1=1 23|1@1=1 24|1@1=1", OFF, ON),
+    ("vw_mqb", "366 8 23|1@1=1 24|1@1=1", OFF, OFF),
     ("vw_pq", "390 8", OFF, OFF),
     ("vw_pq", "390 8 34|1@1=1", LEFT, OFF),
     ("vw_pq", "390 8 35|1@1=1", RIGHT, OFF),
     ("vw_pq", "390 8 55|1@1=1", OFF, ON),
     ("vw_pq", "390 8 34|1@1=1 55|1@1=1", OFF, ON),
+    ("vw_pq", "390 8 34|1@1=1 35|1@1=1 55|1@1=1", OFF, ON),
 ];
 
 /// The outcome of the two reports after the frames, as in [`Case`].
@@ -244,6 +255,7 @@ fn outcome(profile_name: &str, frames: &str) -> [String; 2] {
         let is_fault = message.starts_with("hardware fault: ");
         match (published, level) {
             (Some(report), Level::Ok) => report.to_owned(),
+            (Some(report), Level::Warn) if message.starts_with("fallback ") => format!("{report} +fallback"),
             (Some(report), Level::Error) if is_fault => format!("{report} +fault"),
             (None, Level::Error) if message.starts_with("unknown: ") => "unknown".to_owned(),
             (None, Level::Error) if is_fault => "fault".to_owned(),

@@ -28,7 +28,7 @@ const TWINS: [(&str, &str, &[&str]); 31] = [
     ("mg", "mg", &[]),
     ("new_eagle_dbw", "New_Eagle_DBW_3.4", &[]),
     ("nissan_leaf_2018", "nissan_leaf_2018_generated", &[]),
-    ("nissan_leaf_aze0", "leaf_CAR-can_AZE0", &[]),
+    ("nissan_leaf_aze0", "leaf_CAR-can_AZE0", &["TurnSignalLeft", "TurnSignalRight"]),
     ("psa_aee2010", "psa_aee2010_r3", &[]),
     ("psa_can_confort", "psa_can_confort", &[]),
     ("subaru_global", "subaru_global_2017_generated", &[]),

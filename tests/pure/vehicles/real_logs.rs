@@ -223,7 +223,6 @@ fn frames_of(log: &Path, frame: &str) -> (Vec<(u64, u8)>, u64) {
 fn vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last() {
     let folder = require!(shared_data());
     for (log, frames) in [
-        ("eld-kona-turnonlog.log", "98"),
         ("eld-camaro-engineon.log", "15"),
         ("eld-durango-keyon.log", "57"),
         ("eld-gt350-engineoffthenonthenoff.log", "112"),
@@ -239,6 +238,18 @@ fn vehicles_at_rest_show_no_indicator_from_the_first_frame_to_the_last() {
         assert_eq!(playback.value(TURN, "frames"), frames, "{log}");
         assert!(playback.hazard.is_empty(), "{log}");
     }
+}
+
+#[test]
+fn dark_lamps_of_the_kona_are_off_and_the_lever_stands_in_until_they_were_observed() {
+    let folder = require!(shared_data());
+    let kona = play_real(&folder, "eld-kona-turnonlog.log");
+    let [(lever_ms, "DISABLE")] = kona.turn[..] else { panic!("{:?}", kona.turn) };
+    let [(lamps_ms, "DISABLE")] = kona.hazard[..] else { panic!("{:?}", kona.hazard) };
+    assert!((1_029..=1_032).contains(&(lamps_ms - lever_ms)), "{lamps_ms} {lever_ms}");
+    let levels: Vec<_> = kona.statuses_of(TURN).into_iter().map(|(level, _)| level).collect();
+    assert_eq!(levels, [Level::Error, Level::Warn, Level::Ok]);
+    assert_eq!((kona.value(TURN, "frames"), kona.value(TURN, "source")), ("98", "lamps"));
 }
 
 #[test]

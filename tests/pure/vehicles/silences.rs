@@ -112,18 +112,23 @@ fn an_event_message_holds_for_as_long_as_its_bus_is_awake() {
 
 #[test]
 fn the_same_identifier_on_another_bus_is_another_message() {
-    // Lever left on one bus; on the other the same bits are a counter of something else.
+    // Left on one bus; on the other the same bits are a counter of something else.
     let text = Recording::default()
-        .every(100, 0..5_000, "can0", "541 8 42|1@1=1")
+        .every(100, 0..1_000, "can0", "541 8 42|1@1=1 19|2@1=1")
+        .every(100, 1_000..5_000, "can0", "541 8 42|1@1=1")
         .every(20, 7..5_000, "can1", "541 8 40|8@1=171")
         .text();
     let settings = profile("hyundai_kia");
     let bound = play_text(settings, &text, "can0");
-    assert_eq!(bound.turn, [(0, "ENABLE_LEFT")]);
+    assert_eq!(
+        bound.turn,
+        [(0, "ENABLE_LEFT"), (1_930, "DISABLE")],
+        "by the lamps, a hold after the last flash"
+    );
     assert_eq!(bound.value(TURN, "frames"), "50");
     assert_eq!(levels(&bound, TURN), [(0, Level::Error), (0, Level::Ok)]);
     let other = play_text(settings, &text, "can1");
-    assert_eq!(other.turn, [(7, "ENABLE_RIGHT")], "171 has bit 41 and not bit 42");
+    assert_eq!(other.turn, [(7, "ENABLE_RIGHT"), (1_037, "DISABLE")], "171 has bit 41 and not bit 42");
 }
 
 #[test]

@@ -47,6 +47,14 @@ const MISSING: &[(&str, &str)] = &[
     ),
     ("bus {interface} is silent", SEE_INTERFACE),
     ("{message} is not received, {interface} is bus-off", SEE_INTERFACE),
+];
+
+/// Why no value of a signal is known on a bus that sleeps as permitted.
+const ASLEEP: &[(&str, &str)] = &[
+    (
+        "no frame of {message}, as nothing on {interface}",
+        "Nothing; the vehicle is falling asleep. If it should not, read the status of the interface.",
+    ),
     ("no frame of {message} since bus {interface} fell asleep", "Nothing; the vehicle is asleep."),
 ];
 
@@ -73,7 +81,16 @@ fn message(level: Level, pattern: &str, action: &'static str) -> Message {
 }
 
 fn missing(level: Level, before: &str, after: &str) -> impl Iterator<Item = Message> {
-    MISSING.iter().map(move |(pattern, action)| message(level, &format!("{before}{pattern}{after}"), action))
+    patterns(MISSING, level, before, after)
+}
+
+fn patterns(
+    reasons: &'static [(&'static str, &'static str)],
+    level: Level,
+    before: &str,
+    after: &str,
+) -> impl Iterator<Item = Message> {
+    reasons.iter().map(move |(pattern, action)| message(level, &format!("{before}{pattern}{after}"), action))
 }
 
 fn key(name: &'static str, unit: &'static str, meaning: &'static str) -> Key {
@@ -89,6 +106,7 @@ impl Key {
 fn lights_messages() -> Vec<Message> {
     let mut messages = vec![message(Ok, "publishing", NOTHING)];
     messages.extend(missing(Error, "unknown: ", ""));
+    messages.extend(patterns(ASLEEP, Warn, "asleep: ", ""));
     messages.extend([
         message(
             Error,
@@ -114,6 +132,12 @@ fn lights_messages() -> Vec<Message> {
             Error,
             "unknown: observing {signal}, which may have been pressed before",
             "Wait, or operate the stalk or button.",
+        ),
+        message(Warn, "waking up: observing the lamps {left} and {right}", "Nothing; the vehicle wakes up."),
+        message(
+            Warn,
+            "waking up: observing {signal}, which may have been pressed before",
+            "Nothing; the vehicle wakes up.",
         ),
         message(
             Error,

@@ -70,7 +70,8 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
         }
         (None, Some(_)) => {
             fields.set_form("without `kind`");
-            pair(binder, fields).map(TurnSource::Pair)
+            let tap_hold = fields.limit("tap_hold_ms");
+            pair(binder, fields).map(|pair| TurnSource::Pair { pair, tap_hold })
         }
         (None, None) if is_enumerated => {
             fields.set_form("without `kind`");
@@ -87,7 +88,8 @@ fn enumerated(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource
     let required = [("off", TurnCode::Off), ("left", TurnCode::Left), ("right", TurnCode::Right)];
     let remedy = "an enumerated turn signal needs signal, off, left and right";
     let role = binder.states(fields, [&required, &[("both", TurnCode::Both)]], UNUSABLE, remedy);
-    role.map(TurnSource::Enumerated)
+    let tap_hold = fields.limit("tap_hold_ms");
+    role.map(|role| TurnSource::Enumerated { role, tap_hold })
 }
 
 fn pair(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<SidePair> {

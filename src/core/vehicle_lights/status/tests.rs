@@ -43,10 +43,10 @@ fn binding() -> LightsBinding {
                 codec: SignalCodec::new(byte, 1).unwrap(),
             }],
         },
-        turn: TurnBinding::From(Sources::only(TurnSource::Enumerated(Role {
-            signal: SignalIndex(0),
-            values: ValueMap::new(values).unwrap(),
-        }))),
+        turn: TurnBinding::From(Sources::only(TurnSource::Enumerated {
+            tap_hold: None,
+            role: Role { signal: SignalIndex(0), values: ValueMap::new(values).unwrap() },
+        })),
         turn_faults: FaultBinding::default(),
         hazard: HazardBinding::Unbound,
         hazard_faults: FaultBinding::default(),
@@ -66,6 +66,7 @@ impl Bench {
             interface: "can0".into(),
             heartbeat_messages: vec![],
             alive_timeout: Duration::from_secs(1),
+            wake_up_timeout: Duration::from_secs(1),
             may_sleep: false,
         };
         let lights = VehicleLights::new(binding(), Publish::OnChange);

@@ -7,7 +7,7 @@ use signal_gateway::core::can::input::CanInput;
 use signal_gateway::core::can::link::LinkState;
 
 use super::{BUS, Desk, Reported};
-use crate::pure::lamp_reports::car::{DBC, LAMPS, PANEL, STALK_KEYS, UNBOUND, lamp_keys};
+use crate::pure::lamp_reports::car::{DBC, LAMPS, PANEL, STALK, STALK_KEYS, UNBOUND, lamp_keys};
 
 const DARK: u8 = 0;
 const LEFT: u8 = 1;
@@ -15,6 +15,7 @@ const BOTH: u8 = 5;
 
 pub(super) fn drive(reported: &mut Reported) {
     lamps(reported);
+    sleeping_lamps_and_stalks(reported);
     sources(reported);
     faults(reported);
     rejected_frames(reported);
@@ -39,10 +40,24 @@ fn lamps(reported: &mut Reported) {
     }
 }
 
+/// Lamps and a stalk that are observed anew after a sleep.
+fn sleeping_lamps_and_stalks(reported: &mut Reported) {
+    let lamps = lamp_keys("hazard", "period_ms = 50");
+    for (message, id, keys) in [("LAMPS", LAMPS, lamps.as_str()), ("STALK", STALK, STALK_KEYS)] {
+        let profile = format!(
+            "bus.body.may_sleep = true\n[message.{message}]\ntimeout_ms = 500\n[turn]\n{keys}{UNBOUND}"
+        );
+        let mut desk = Desk::vehicle("", &profile, DBC, reported);
+        desk.frame(id, &[DARK]);
+        desk.pass(20_000);
+        desk.frame(id, &[DARK]);
+    }
+}
+
 /// A stalk, and buttons that contradict and replace lamps.
 fn sources(reported: &mut Reported) {
     let profile = format!("[message.STALK]\ntimeout_ms = 500\n[turn]\n{STALK_KEYS}{UNBOUND}");
-    Desk::vehicle("", &profile, DBC, reported).frame(257, &[0]);
+    Desk::vehicle("", &profile, DBC, reported).frame(STALK, &[0]);
     let lamps = lamp_keys("hazard", "period_ms = 50");
     let profile = format!(
         "[message.LAMPS]\ntimeout_ms = 500\n[message.PANEL]\ntimeout_ms = 500\n[turn]\n{lamps}\
@@ -138,6 +153,9 @@ fn bus(reported: &mut Reported) {
         alive(&mut desk);
         desk.pass(20_000);
     }
+    let mut desk = Desk::vehicle("", &profile(true, "timeout_ms = 250"), dbc, reported);
+    alive(&mut desk);
+    desk.pass(20_000);
     let profile = profile(false, "timeout_ms = 250");
     let mut desk = Desk::vehicle("", &profile, dbc, reported);
     for state in [LinkState::Down, LinkState::Missing, LinkState::Failed(1), LinkState::Ended] {

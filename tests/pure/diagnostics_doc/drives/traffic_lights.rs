@@ -147,6 +147,7 @@ fn unit(reported: &mut Reported) {
         ),
         (Unit { message: "timing = \"event\"", ..Unit::CYCLIC }, &[0x11, 0]),
         (Unit { message: "timing = \"event\"", bus: "may_sleep = true", ..Unit::CYCLIC }, &[0x11, 0]),
+        (Unit { bus: "may_sleep = true", ..Unit::CYCLIC }, &[0x11, 0]),
         (Unit { frame_format: "StandardCAN_FD", ..Unit::CYCLIC }, &[0x11, 0]),
     ] {
         let mut desk = unit.desk(desk.reported);

@@ -3,7 +3,7 @@
 use signal_gateway::core::diagnostics::Level::{Error, Ok, Warn};
 
 use super::super::{Key, Task};
-use super::{NOTHING, key, message, missing};
+use super::{ASLEEP, NOTHING, key, message, missing, patterns};
 
 pub(super) fn decider() -> Task {
     let wait_route = "Nothing; it ends when a route is set.";
@@ -187,6 +187,7 @@ pub(super) fn v2i_reception() -> Task {
     let message_of = |text: &str| format!("{{group}}: {text}{more}");
     let mut messages = vec![message(Ok, "{known} of {groups} known", NOTHING)];
     messages.extend(missing(Warn, "{group}: ", more));
+    messages.extend(patterns(ASLEEP, Warn, "{group}: ", more));
     messages.extend([
         message(
             Warn,
