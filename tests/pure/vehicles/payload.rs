@@ -14,7 +14,12 @@ pub(crate) fn frame(text: &str) -> Frame {
     }
     let number = u32::from_str_radix(id, 16).unwrap();
     let can_id = if id.len() == 3 { CanId::standard(number) } else { CanId::extended(number) };
-    Frame::classic(can_id.unwrap(), &data).unwrap()
+    if length > 8 {
+        Frame::fd
+    } else {
+        Frame::classic
+    }
+    (can_id.unwrap(), &data).unwrap()
 }
 
 /// Intel counts up from the least significant bit. Motorola begins with the most significant one,
