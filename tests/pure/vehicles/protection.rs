@@ -51,12 +51,9 @@ pub(crate) fn protect(frame: &Frame, count: u8) -> Frame {
         CanId::Extended(0x0261_300A) => data[0] = data[0] & 0x3F | ((count % 4) << 6),
         CanId::Standard(_) | CanId::Extended(_) => {}
     }
-    if data.len() > 8 {
-        Frame::fd
-    } else {
-        Frame::classic
-    }
-    (frame.id(), &data).unwrap()
+    let is_fd = data.len() > 8;
+    let protected = if is_fd { Frame::fd(frame.id(), &data) } else { Frame::classic(frame.id(), &data) };
+    protected.unwrap()
 }
 
 fn nibbles(data: &[u8]) -> i32 {

@@ -90,7 +90,9 @@ fn log(vehicle: &Vehicle, answer: &Value) -> String {
         let digits = frame[2].as_str().unwrap();
         let bytes = (0..digits.len() / 2).map(|at| u8::from_str_radix(&digits[at * 2..][..2], 16).unwrap());
         let bytes: Vec<_> = bytes.collect();
-        let packed = if bytes.len() > 8 { Frame::fd } else { Frame::classic }(id.unwrap(), &bytes).unwrap();
+        let id = id.unwrap();
+        let packed = if bytes.len() > 8 { Frame::fd(id, &bytes) } else { Frame::classic(id, &bytes) };
+        let packed = packed.unwrap();
         let count = sent.entry(packed.id()).or_insert(0);
         let frame_sent = if vehicle.packs_protection { packed } else { protect(&packed, *count) };
         *count = count.wrapping_add(1);
