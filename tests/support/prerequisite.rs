@@ -14,6 +14,8 @@ pub(crate) enum Prerequisite {
     CanUtils,
     /// A Python with the pinned peers, named by `SIGNAL_GATEWAY_PEER_PYTHON`.
     PeerPython,
+    /// A Python with the pinned opendbc, named by `SIGNAL_GATEWAY_OPENDBC_PYTHON`.
+    Opendbc,
     /// A C++ compiler and the headers of Fast DDS 2.
     FastDds,
     /// Root and iproute2, to make network namespaces.
@@ -33,6 +35,7 @@ impl Prerequisite {
             Self::Slcan => "slcan",
             Self::CanUtils => "can-utils",
             Self::PeerPython => "peer-python",
+            Self::Opendbc => "opendbc",
             Self::FastDds => "fast-dds",
             Self::NetworkNamespaces => "network-namespaces",
             Self::SharedData => "shared-data",
@@ -95,6 +98,13 @@ pub(crate) fn peer_python() -> Result<std::path::PathBuf, Missing> {
     let python = std::env::var_os("SIGNAL_GATEWAY_PEER_PYTHON");
     let why = "SIGNAL_GATEWAY_PEER_PYTHON is not set (tests/run sets it)";
     python.map(Into::into).ok_or_else(|| Prerequisite::PeerPython.missing(why))
+}
+
+/// opendbc, with its packer and its car states.
+pub(crate) fn opendbc_python() -> Result<std::path::PathBuf, Missing> {
+    let python = std::env::var_os("SIGNAL_GATEWAY_OPENDBC_PYTHON");
+    let why = "SIGNAL_GATEWAY_OPENDBC_PYTHON is not set (tests/run sets it)";
+    python.map(Into::into).ok_or_else(|| Prerequisite::Opendbc.missing(why))
 }
 
 /// `cansend` and `canplayer`.

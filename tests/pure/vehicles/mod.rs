@@ -2,6 +2,7 @@
 //! recording.
 
 mod demo;
+mod opendbc;
 mod payload;
 mod playback;
 mod profiles;

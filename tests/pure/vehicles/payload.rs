@@ -14,7 +14,9 @@ pub(crate) fn frame(text: &str) -> Frame {
     }
     let number = u32::from_str_radix(id, 16).unwrap();
     let can_id = if id.len() == 3 { CanId::standard(number) } else { CanId::extended(number) };
-    Frame::classic(can_id.unwrap(), &data).unwrap()
+    let id = can_id.unwrap();
+    let frame = if length > 8 { Frame::fd(id, &data) } else { Frame::classic(id, &data) };
+    frame.unwrap()
 }
 
 /// Intel counts up from the least significant bit. Motorola begins with the most significant one,

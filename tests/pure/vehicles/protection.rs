@@ -43,13 +43,17 @@ pub(crate) fn protect(frame: &Frame, count: u8) -> Frame {
         CanId::Extended(0x1F14) => data[7] = data[7] & 0xF0 | (count % 16),
         // Hyundai i30.
         CanId::Standard(0x690) => data[6] = data[6] & 0xC3 | ((count % 16) << 2),
+        // Rivian.
+        CanId::Standard(0x235) => data[1] = data[1] & 0xF0 | (count % 16),
         // Mercedes and Tesla Model S.
-        CanId::Standard(0x045) => data[6] = data[6] & 0x0F | ((count % 16) << 4),
+        CanId::Standard(0x045 | 0x238) => data[6] = data[6] & 0x0F | ((count % 16) << 4),
         // Volvo S60.
         CanId::Extended(0x0261_300A) => data[0] = data[0] & 0x3F | ((count % 4) << 6),
         CanId::Standard(_) | CanId::Extended(_) => {}
     }
-    Frame::classic(frame.id(), &data).unwrap()
+    let is_fd = data.len() > 8;
+    let protected = if is_fd { Frame::fd(frame.id(), &data) } else { Frame::classic(frame.id(), &data) };
+    protected.unwrap()
 }
 
 fn nibbles(data: &[u8]) -> i32 {
@@ -61,7 +65,7 @@ fn nibble(sum: i32) -> u8 {
 }
 
 /// Profile, a frame with left, its counter's values, and whether it has a checksum.
-const PROTECTED: [(&str, &str, u8, bool); 11] = [
+const PROTECTED: [(&str, &str, u8, bool); 13] = [
     ("acura_ilx_2016", "294 8 5|1@0=1", 4, true),
     ("honda_civic_hatchback_2017", "326 8 26|1@0=1", 4, true),
     ("honda_civic_touring_2016", "326 8 26|1@0=1", 4, true),
@@ -69,8 +73,10 @@ const PROTECTED: [(&str, &str, u8, bool); 11] = [
     ("mercedes_e350_2010", "045 8 16|1@0=1", 16, false),
     ("new_eagle_dbw", "00001F14 8 4|3@1=1", 16, false),
     ("psa_aee2010", "452 6 5|2@0=2", 16, true),
+    ("rivian_r1", "235 8 40|2@0=1", 16, false),
     ("tesla_model3_party", "311 7 25|2@0=1", 16, true),
     ("tesla_model_s", "045 8 16|2@1=1", 16, false),
+    ("tesla_model_s_powertrain", "238 8 16|2@1=1", 16, false),
     ("volvo_s60_2002", "0261300A 8 34|2@1=2", 4, false),
     ("vw_meb", "3D4 8 12|1@1=1", 16, false),
 ];

@@ -1,0 +1,80 @@
+"""Packs frames with opendbc and says which blinkers its car states read in them: an independent opinion on profiles.
+
+usage: opendbc_lights.py REQUESTS
+
+REQUESTS has one JSON object a line, of two kinds. The first:
+    {"dbc": NAME, "platform": NAME or null, "length_ms": N, "frames": [[MS, MESSAGE, {SIGNAL: VALUE}], ...]}
+Prints one for each:
+    {"frames": [[MS, ID, DATA], ...], "blinkers": [[LEFT, RIGHT], ...]}
+ID is that of the DBC; DATA is hexadecimal. Blinkers are those of CarState every 10 ms, the period
+of openpilot's loop, and empty without a platform. `CANPacker` fills in counters and checksums that it knows.
+
+The second asks for frames of random bytes, with the checksum that opendbc computes:
+    {"dbc": NAME, "message": MESSAGE, "checksums": COUNT}
+    {"id": ID, "length": BYTES, "field": "START|LENGTH@ORDER", "frames": [DATA, ...]}
+
+Each frame is on all three buses of opendbc, since its parsers differ in the bus they read and a profile does not know it.
+The car's interface is made without fingerprints (`get_non_essential_params`), and all other messages are absent, which
+reads as zeros.
+"""
+
+import json
+import random
+import sys
+
+from opendbc.can import CANPacker
+from opendbc.can.dbc import DBC
+from opendbc.can.packer import set_value
+from opendbc.car.car_helpers import interfaces
+
+PERIOD_MS = 10
+BUSES = (0, 1, 2)
+
+
+def read_blinkers(platform, frames, length_ms):
+    interface = interfaces[platform](interfaces[platform].get_non_essential_params(platform))
+    waiting = iter(frames)
+    following = next(waiting, None)
+    for now in range(0, length_ms, PERIOD_MS):
+        received = []
+        while following is not None and following[0] <= now:
+            received.append((now * 1_000_000, [(*following[1:], bus) for bus in BUSES]))
+            following = next(waiting, None)
+        # The first instants must not be 0, which opendbc takes for "never".
+        state = interface.update(received or [((now + 1) * 1_000_000, [])])
+        yield [bool(state.leftBlinker), bool(state.rightBlinker)]
+
+
+def answer(request):
+    packer = CANPacker(request["dbc"])
+    frames = []
+    for at, message, values in request["frames"]:
+        known = packer.dbc.name_to_msg[message].sigs
+        assert values.keys() <= known.keys(), f"{request['dbc']} {message} has no {values.keys() - known.keys()}"
+        frames.append((at, *packer.make_can_msg(message, 0, values)[:2]))
+    platform = request["platform"]
+    blinkers = list(read_blinkers(platform, frames, request["length_ms"])) if platform else []
+    return {"frames": [[at, address, data.hex()] for at, address, data in frames], "blinkers": blinkers}
+
+
+def checksums(request):
+    dice = random.Random(1)
+    message = DBC(request["dbc"]).name_to_msg[request["message"]]
+    signal = next(signal for signal in message.sigs.values() if signal.calc_checksum)
+    frames = []
+    for _ in range(request["checksums"]):
+        data = bytearray(dice.randbytes(message.size))
+        set_value(data, signal, signal.calc_checksum(message.address, signal, bytearray(data)))
+        frames.append(data.hex())
+    field = f"{signal.start_bit}|{signal.size}@{int(signal.is_little_endian)}"
+    return {"id": message.address, "length": message.size, "field": field, "frames": frames}
+
+
+def main():
+    with open(sys.argv[1], encoding="utf-8") as requests:
+        for request in requests:
+            request = json.loads(request)
+            print(json.dumps(checksums(request) if "checksums" in request else answer(request)))
+
+
+main()

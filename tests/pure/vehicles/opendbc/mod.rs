@@ -1,0 +1,299 @@
+//! opendbc as an oracle: frames that its packer makes for each state, read by its car state and by our replay of the
+//! profile. [`docs/opendbc.md`](../../../../docs/opendbc.md) has the table.
+
+mod car;
+mod cars;
+mod checksums;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::{Map, Value, json};
+use signal_gateway::core::can::frame::{CanId, Frame};
+
+use crate::pure::vehicles::playback::{Playback, play_text};
+use crate::pure::vehicles::protection::protect;
+use crate::pure::vehicles::{profile, profile_names, project};
+use crate::support::prerequisite::{opendbc_python, require};
+use car::{Car, Difference, Vehicle};
+use cars::VEHICLES;
+
+/// Each state lasts so long, and is read at its end, when all holds and observation times are over.
+const STATE_MS: u64 = 3000;
+const READ_MS: u64 = 800;
+const PERIOD_MS: u64 = 50;
+/// Half of a flash, of which there are 91 a minute.
+const FLASH_MS: u64 = 330;
+const TAP_MS: u64 = 300;
+
+/// Signals of one message.
+type Values = Map<String, Value>;
+
+/// The frames of all states, one after the other, as requests to the packer.
+fn drive(vehicle: &Vehicle) -> Vec<Value> {
+    let mut messages = vec![vehicle.message];
+    for word in vehicle.states.iter().flat_map(|(_, signals, _)| signals.split_whitespace()) {
+        if let Some((message, _)) = word.split_once('.').filter(|(name, _)| !messages.contains(name)) {
+            messages.push(message);
+        }
+    }
+    let mut frames = Vec::new();
+    for (state, start) in vehicle.states.iter().zip((0..).step_by(usize::try_from(STATE_MS).unwrap())) {
+        for ms in (0..STATE_MS).step_by(usize::try_from(PERIOD_MS).unwrap()) {
+            let is_over = state.0.starts_with("tap") && ms >= TAP_MS;
+            let signals = if is_over { vehicle.states[0].1 } else { state.1 };
+            let values = values_of(vehicle.message, signals, (ms / FLASH_MS).is_multiple_of(2));
+            for message in &messages {
+                frames.push(json!([start + ms, message, values.get(message).cloned().unwrap_or_default()]));
+            }
+        }
+    }
+    frames
+}
+
+/// What is packed into each message; a lamp that flashes is 0 while it is dark.
+fn values_of<'a>(first: &'a str, signals: &'a str, is_lit: bool) -> BTreeMap<&'a str, Values> {
+    let mut values: BTreeMap<&str, Values> = BTreeMap::new();
+    for word in signals.split_whitespace() {
+        let (message, signal) = word.split_once('.').unwrap_or((first, word));
+        let Some((name, value)) = signal.split_once(['=', '~']) else { continue };
+        let value = if signal.contains('~') && !is_lit { 0 } else { value.parse::<u64>().unwrap() };
+        values.entry(message).or_default().insert(name.to_owned(), value.into());
+    }
+    values
+}
+
+/// What opendbc says of each request.
+fn ask(python: &Path, requests: &[Value]) -> Vec<Value> {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let lines = requests.iter().fold(String::new(), |text, request| text + &request.to_string() + "\n");
+    std::fs::write(file.path(), lines).unwrap();
+    let script = project().join("tests/peer/opendbc_lights.py");
+    let mut command = Command::new(python);
+    let output = command.arg(script).arg(file.path()).stderr(Stdio::piped()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let answers = String::from_utf8(output.stdout).unwrap();
+    answers.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// The packed frames as a candump log, with the counters and checksums that opendbc does not know.
+fn log(vehicle: &Vehicle, answer: &Value) -> String {
+    let mut sent: BTreeMap<CanId, u8> = BTreeMap::new();
+    let mut text = String::new();
+    for frame in answer["frames"].as_array().unwrap() {
+        let number = u32::try_from(frame[1].as_u64().unwrap()).unwrap();
+        // opendbc writes the identifiers of some 29-bit messages without the bit that says so.
+        let is_extended = number > 0x7FF;
+        let id = if is_extended { CanId::extended(number & 0x1FFF_FFFF) } else { CanId::standard(number) };
+        let digits = frame[2].as_str().unwrap();
+        let bytes = (0..digits.len() / 2).map(|at| u8::from_str_radix(&digits[at * 2..][..2], 16).unwrap());
+        let bytes: Vec<_> = bytes.collect();
+        let id = id.unwrap();
+        let packed = if bytes.len() > 8 { Frame::fd(id, &bytes) } else { Frame::classic(id, &bytes) };
+        let packed = packed.unwrap();
+        let count = sent.entry(packed.id()).or_insert(0);
+        let frame_sent = if vehicle.packs_protection { packed } else { protect(&packed, *count) };
+        *count = count.wrapping_add(1);
+        let ms = frame[0].as_u64().unwrap();
+        writeln!(text, "({}.{:03}000) can0 {frame_sent}", 1_700_000_000 + ms / 1000, ms % 1000).unwrap();
+    }
+    text
+}
+
+/// The part of a state in which it is read, ms.
+fn window(state: &str, index: usize) -> std::ops::Range<u64> {
+    let start = u64::try_from(index).unwrap() * STATE_MS;
+    let end = start + STATE_MS;
+    if state.starts_with("tap") { start + 1000..start + 1400 } else { end - READ_MS..end }
+}
+
+/// The blinkers of opendbc's car state.
+fn theirs(answer: &Value, window: std::ops::Range<u64>) -> &'static str {
+    let blinkers = answer["blinkers"].as_array().unwrap();
+    let range = usize::try_from(window.start / 10).unwrap()..usize::try_from(window.end / 10).unwrap();
+    let read: BTreeSet<_> =
+        blinkers[range].iter().map(|both| [&both[0], &both[1]].map(|b| b == true)).collect();
+    match Vec::from_iter(read)[..] {
+        [[false, false]] => "off",
+        [[true, false]] => "left",
+        [[false, true]] => "right",
+        [[true, true]] => "both",
+        _ => "changes",
+    }
+}
+
+/// Our reports.
+fn ours(playback: &Playback, window: &std::ops::Range<u64>) -> &'static str {
+    let steady = |changes: &[(u64, &'static str)]| {
+        if changes.iter().any(|(ms, _)| window.contains(ms)) {
+            return "changes";
+        }
+        let before = changes.iter().rev().find(|(ms, _)| *ms < window.start);
+        before.map_or("stops", |(_, state)| state)
+    };
+    match (steady(&playback.turn), steady(&playback.hazard)) {
+        ("DISABLE", "DISABLE" | "stops") => "off",
+        ("ENABLE_LEFT", "DISABLE" | "stops") => "left",
+        ("ENABLE_RIGHT", "DISABLE" | "stops") => "right",
+        ("DISABLE", "ENABLE") => "hazard",
+        ("stops", "ENABLE") => "hazard alone",
+        ("stops", "DISABLE" | "stops") => "none",
+        _ => "changes",
+    }
+}
+
+/// A state as both read it; `None` where opendbc has no car state to read it with.
+struct Row {
+    profile: &'static str,
+    state: &'static str,
+    theirs: Option<&'static str>,
+    ours: &'static str,
+    difference: Option<Difference>,
+}
+
+impl Row {
+    /// Whether the readings are the same; without a car state, whether ours is what was packed.
+    fn agrees(&self) -> bool {
+        let packed = self.state.split(" after").next().unwrap();
+        match self.theirs {
+            Some(theirs) => self.ours == theirs || (theirs, self.ours) == ("both", "hazard"),
+            None => self.ours == packed || !["off", "left", "right", "hazard"].contains(&packed),
+        }
+    }
+}
+
+fn rows(vehicle: &Vehicle, answers: &[(Car, Value)]) -> Vec<Row> {
+    let logs: BTreeSet<_> = answers.iter().map(|(_, answer)| log(vehicle, answer)).collect();
+    assert_eq!(logs.len(), 1, "{}: its cars pack the same states differently", vehicle.profile);
+    let playback = play_text(profile(vehicle.profile), logs.first().unwrap(), "can0");
+    let mut rows = Vec::new();
+    for (index, (state, _, difference)) in vehicle.states.iter().enumerate() {
+        let window = window(state, index);
+        let read = answers.iter().filter(|(car, _)| car.platform.is_some());
+        let theirs: BTreeSet<_> = read.map(|(_, answer)| theirs(answer, window.clone())).collect();
+        assert!(theirs.len() <= 1, "{} {state}: its cars read it differently: {theirs:?}", vehicle.profile);
+        rows.push(Row {
+            profile: vehicle.profile,
+            state,
+            theirs: theirs.first().copied(),
+            ours: ours(&playback, &window),
+            difference: *difference,
+        });
+    }
+    rows
+}
+
+const HEAD: &str = "\
+<!-- Made by `UPDATE_DOCS=1 tests/run opendbc` from tests/pure/vehicles/opendbc. -->
+
+# The profiles against opendbc
+
+[opendbc](https://pypi.org/project/opendbc/) is the library with which openpilot reads cars. For every shipped profile with
+a counterpart there, a test packs the frames of each state with its `CANPacker`, gives them to its `CarState` and to our
+replay of the profile, and compares `leftBlinker` and `rightBlinker` with our reports. The version is pinned in `tests/run`.
+
+- Each state lasts for 3 s and is read in its last 0.8 s, so that the holds of opendbc (0.4 to 0.5 s from a lit lamp, 2.5
+  to 3 s from the touch of a lever) and our observation of lamps are over; \"tap\" is a lever held for 0.3 s and read
+  after 1 s. Lamps flash with 0.33 s lit and 0.33 s dark. Messages come every 50 ms, on all buses of opendbc.
+- The car state is that of the platform's `CarInterface`, without fingerprints and with all other messages absent, called
+  every 10 ms. Where opendbc has a DBC file and no car, its part is the packer, and the table has a dash.
+- \"both\" of opendbc and our \"hazard\" are the same; \"none\" is a report that stops, because its state is unknown or
+  invalid. The profile's counters and checksums are packed by opendbc and checked by us; where it has no rule for them the
+  test fills them in.
+
+";
+
+fn document(rows: &[Row]) -> String {
+    let mut text = HEAD.to_owned();
+    text += "## Counterparts\n\n| profile | file of opendbc, and its platform | counter and checksum |\n|---|---|---|\n";
+    for vehicle in VEHICLES {
+        let cars = vehicle.cars.iter().map(|car| match car.platform {
+            Some(platform) => format!("`{}` {platform}", car.dbc),
+            None => format!("`{}`", car.dbc),
+        });
+        let cars = cars.collect::<Vec<_>>().join("<br>");
+        let protection = match (is_protected(vehicle), vehicle.packs_protection) {
+            (false, _) => "–",
+            (true, true) => "opendbc",
+            (true, false) => "the test",
+        };
+        writeln!(text, "| {} | {cars} | {protection} |", vehicle.profile).unwrap();
+    }
+    text += "\n## States\n\n| profile | state | opendbc | ours | difference |\n|---|---|---|---|---|\n";
+    for row in rows {
+        let difference = row.difference.map_or("", Difference::name);
+        let theirs = row.theirs.unwrap_or("–");
+        writeln!(text, "| {} | {} | {theirs} | {} | {difference} |", row.profile, row.state, row.ours)
+            .unwrap();
+    }
+    text += "\n## Differences\n\n";
+    for difference in Difference::ALL {
+        writeln!(text, "- **{}**: {}", difference.name(), difference.reason()).unwrap();
+    }
+    text
+}
+
+/// Whether the profile checks counters or checksums.
+fn is_protected(vehicle: &Vehicle) -> bool {
+    profile(vehicle.profile).gateway.lights.table.messages.iter().any(|message| message.integrity.is_some())
+}
+
+#[test]
+fn reports_are_what_the_car_states_of_opendbc_read() {
+    let python = require!(opendbc_python());
+    let pairs = VEHICLES.iter().flat_map(|vehicle| vehicle.cars.iter().map(move |car| (vehicle, *car)));
+    let pairs: Vec<_> = pairs.collect();
+    let requests: Vec<_> = pairs
+        .iter()
+        .map(|(vehicle, car)| {
+            let length_ms = u64::try_from(vehicle.states.len()).unwrap() * STATE_MS;
+            json!({ "dbc": car.dbc, "platform": car.platform, "length_ms": length_ms, "frames": drive(vehicle) })
+        })
+        .collect();
+    let answers = ask(&python, &requests);
+    assert_eq!(answers.len(), pairs.len());
+    let mut answers = pairs.iter().zip(answers).map(|((_, car), answer)| (*car, answer));
+    let mut all = Vec::new();
+    for vehicle in VEHICLES {
+        all.extend(rows(vehicle, &answers.by_ref().take(vehicle.cars.len()).collect::<Vec<_>>()));
+    }
+    let wrong = all.iter().filter(|row| row.agrees() == row.difference.is_some());
+    let wrong: Vec<_> = wrong
+        .map(|row| {
+            let known = row.difference.map_or("no difference is known", Difference::name);
+            format!("{} {}: opendbc {:?}, ours {}: {known}", row.profile, row.state, row.theirs, row.ours)
+        })
+        .collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+
+    let (text, path) = (document(&all), project().join("docs/opendbc.md"));
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let written = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(written == text, "docs/opendbc.md is not what was read: run `UPDATE_DOCS=1 tests/run opendbc`");
+}
+
+/// Profiles of cars that opendbc does not have.
+const WITHOUT_COUNTERPART: &[&str] = &[
+    "dacia_sandero_2",
+    "demo_vehicle",
+    "ford_falcon_fg",
+    "j1939_truck",
+    "mg",
+    "new_eagle_dbw",
+    "nissan_leaf_aze0",
+    "opel_260",
+    "pacmod",
+    "psa_can_confort",
+    "v2x_unit",
+    "volvo_s60_2002",
+];
+
+#[test]
+fn every_profile_has_a_counterpart_or_none_in_opendbc() {
+    let known = VEHICLES.iter().map(|vehicle| vehicle.profile).chain(WITHOUT_COUNTERPART.iter().copied());
+    assert_eq!(known.collect::<BTreeSet<_>>(), profile_names().iter().map(String::as_str).collect());
+}
