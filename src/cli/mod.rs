@@ -21,6 +21,7 @@ use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
+use crate::report::text::escaped;
 use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
@@ -47,7 +48,7 @@ Exit codes:
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
   4  check found warnings
-  5  the scenario of lights ended in failure
+  5  the scenario of lights ended in failure, or an expectation of decide failed
 
 Start with: signal-gateway demo";
 
@@ -104,7 +105,7 @@ pub fn main() -> ExitCode {
         Command::Vehicle(args) => vehicle::run(&args),
         #[cfg(feature = "ros")]
         Command::Network(args) => live::network(&args),
-        Command::Completions(args) => Ok(manual::completions(&args)),
+        Command::Completions(args) => manual::completions(&args),
         Command::Man(args) => manual::man(&args),
     };
     let code = match outcome {
@@ -154,9 +155,10 @@ impl Failure {
     }
 }
 
-/// Tells the caller something on standard error.
+/// Tells the caller something on standard error, in lines.
 fn say(text: &str) {
-    process_log::line(text);
+    let lines: Vec<_> = text.split('\n').map(escaped).collect();
+    process_log::line(&lines.join("\n"));
 }
 
 /// Starts the log of messages from `default_level` on, or as `RUST_LOG` asks for.
