@@ -17,13 +17,14 @@ use crate::core::validation::table::{BoundMessage, MessageIndex, SignalIndex};
 use crate::core::vehicle_lights::role_texts::texts;
 use crate::core::vehicle_lights::{FaultKind, Task};
 use crate::io::can::formats::BadLine;
+use crate::io::can::log::no_frame;
 use crate::replay::Replay;
 use crate::report::text::{counted, times};
 
 /// Plays a recording to its end and lists its frames, values and reports.
 ///
 /// # Errors
-/// A recording that cannot be read to its end.
+/// A recording that cannot be read to its end, or of which not one frame was read.
 pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result<()>) {
     let mut survey = Survey::new(settings, &replay);
     let outcome = loop {
@@ -33,6 +34,7 @@ pub fn recording(settings: &Settings, mut replay: Replay) -> (Report, io::Result
         let before = replay.now().mono;
         match replay.step() {
             Ok(true) => {}
+            Ok(false) if replay.counts().records == 0 => break Err(no_frame()),
             Ok(false) => break Ok(()),
             Err(error) => break Err(error),
         }

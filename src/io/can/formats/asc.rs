@@ -18,7 +18,9 @@
 
 use super::clock::{SECOND, days, month, nanos, time_of_day};
 use super::entry::{BadLine, Content, Entry};
-use super::fields::{SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text};
+use super::fields::{
+    SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text_before_comment,
+};
 use super::{LineFormat, LineReader, begins};
 use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::{ControllerState, ErrorCounters};
@@ -52,10 +54,7 @@ impl LineReader for Asc {
         if !line.first().is_some_and(u8::is_ascii_digit) {
             return self.heading(line).map(|()| None);
         }
-        // Comments behind an event can have bytes that are not text; the fields before them count.
-        let valid =
-            text(line).unwrap_or_else(|_| line.utf8_chunks().next().map_or("", |chunk| chunk.valid()));
-        let mut fields = fields(valid, if self.decimal { 10 } else { 16 });
+        let mut fields = fields(text_before_comment(line), if self.decimal { 10 } else { 16 });
         let time = fields.time(SECOND)?;
         let event = event(&mut fields)?;
         self.elapsed = if self.relative { self.elapsed.saturating_add(time) } else { time };

@@ -48,9 +48,7 @@ pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
     if line.len() > MAX_LINE {
         return Err(BadLine::TooLong);
     }
-    // Comments behind data may be in any character set.
-    let valid = line.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-    let (stamp, rest) = stamped(valid).ok_or(BadLine::NoTime)?;
+    let (stamp, rest) = stamped(text(line)?).ok_or(BadLine::NoTime)?;
     let mut fields = fields(rest, 16);
     let interface = Interface::Named(fields.text(BadLine::NoInterface)?);
     let first = fields.text(BadLine::NoFrame)?;
@@ -73,7 +71,7 @@ fn parse_note(line: &[u8]) -> Option<Entry<'_>> {
 fn stamped(line: &str) -> Option<(WallStamp, &str)> {
     let (time, rest) = line.trim_start().strip_prefix('(')?.split_once(')')?;
     let (_, fraction) = time.trim().split_once('.')?;
-    if fraction.len() > 9 || !rest.starts_with([' ', '\t']) {
+    if fraction.len() > 9 || !(rest.is_empty() || rest.starts_with([' ', '\t'])) {
         return None;
     }
     let nanos = match time.trim().split_once(' ') {
@@ -118,8 +116,8 @@ fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<Content, Ba
     } else {
         first
     };
-    let identifier = identifier(id)?;
     let length = fields.text(BadLine::NoFrame)?;
+    let identifier = identifier(id)?;
     let (fd, length) = match length.as_bytes() {
         [b'[', _, _, _, _, b']'] => return Err(BadLine::CanXl),
         [b'[', digits @ .., b']'] => (digits.len() == 2, number(text(digits)?, 10)),
@@ -191,7 +189,7 @@ fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::assert_refused;
+    use super::super::testing::{assert_refused, good};
     use super::*;
     use crate::core::can::frame::Frame;
     use proptest::prelude::*;
@@ -201,6 +199,38 @@ mod tests {
             Content::Data(frame) => frame,
             other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn lines_for_people_and_padded_stamps_are_read() {
+        let lines = good(
+            FORMAT,
+            &[
+                "( 1436509052.249713) can0 123#01",
+                "(0000000012.5) can0 123#02",
+                "(2015-07-10 06:17:32.249713)  can0  123   [1]  03",
+                "  (000.000100)  can0       123   [4]  2A 36 6C 2B               '*6l+'",
+                " (12.5)  can1  18FEF100   [0]",
+                " (12.5)  can0  RX - -  123   [8] 1 2 3 4 5 6 7 8",
+                " (12.5)  can0  TX B E  123  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B",
+                " (12.5)  can0  123   {F}  1 2 3 4 5 6 7 8",
+                " (12.5)  can0  123   [3]  remote request",
+                " (12.5)  can0  20000204   [8]  00 08 00 00 00 00 60 7F   ERRORFRAME",
+            ],
+        );
+        let expected = [
+            "1436509052249713 can0 123#01",
+            "12500000 can0 123#02",
+            "1436509052249713 can0 123#03",
+            "100 can0 123#2A366C2B",
+            "12500000 can1 18FEF100#",
+            "12500000 can0 123#0102030405060708",
+            "12500000 can0 123##0000102030405060708090A0B",
+            "12500000 can0 123#0102030405060708",
+            "12500000 can0 Remote",
+            "12500000 can0 Error(ErrorFrame { class: 516, data: [0, 8, 0, 0, 0, 0, 96, 127] })",
+        ];
+        assert_eq!(lines, expected);
     }
 
     #[test]
@@ -229,6 +259,19 @@ mod tests {
             ("(1.0)", BadLine::NoInterface),
             ("(1.0) can0", BadLine::NoFrame),
             ("(1.0) can0 12300", BadLine::NoFrame),
+            ("(1.0)can0 123#", BadLine::NoTime),
+            ("(2024-03-05 24:00:00.0) can0 123#", BadLine::NoTime),
+            ("(1969-12-31 23:59:59.0) can0 123#", BadLine::NoTime),
+            ("(1.0) can0 123 3 00 01 02", BadLine::NoFrame),
+            ("(1.0) can0 RX - -", BadLine::NoFrame),
+            ("(1.0) can0 1234 [0]", BadLine::BadId),
+            ("(1.0) can0 123 [x]", BadLine::BadLength),
+            ("(1.0) can0 123 [65] 00", BadLine::BadLength),
+            ("(1.0) can0 123 {G} 00", BadLine::BadLength),
+            ("(1.0) can0 123 [2] 00", BadLine::BadData),
+            ("(1.0) can0 123 [1] 100", BadLine::BadData),
+            ("(1.0) can0 123 [2] 00`00", BadLine::BadData),
+            ("(1.0) can0 123 [0001] 00", BadLine::CanXl),
             ("(1.0) can0 12#00", BadLine::BadId),
             ("(1.0) can0 800#00", BadLine::BadId),
             ("(1.0) can0 +23#00", BadLine::BadId),

@@ -14,7 +14,7 @@
 
 use super::clock::{SECOND, WrappingClock};
 use super::entry::{BadLine, Content, Entry};
-use super::fields::{decimal, fields, id, number, text};
+use super::fields::{decimal, fields, id, number, text, text_before_comment};
 use super::{LineFormat, LineReader};
 
 /// CANHacker trace.
@@ -47,9 +47,7 @@ impl LineReader for CanHacker {
         if is_heading(line) {
             return Ok(None);
         }
-        // Comments may be in any character set.
-        let valid = line.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-        let mut fields = fields(valid, 16);
+        let mut fields = fields(text_before_comment(line), 16);
         let time = fields.text(BadLine::NoTime)?.replace(',', ".");
         let time = decimal(&time, SECOND).ok_or(BadLine::NoTime)?;
         let identifier = fields.text(BadLine::NoFrame)?;
@@ -105,5 +103,8 @@ mod tests {
             ("1.0 1A0 1 100", BadLine::BadData),
         ];
         assert_refused(FORMAT, &[HEADING], &cases);
+        let torn = CanHacker::default().read(b"1.0 1A0 2 01 0\xFF");
+        assert_eq!(torn, Err(BadLine::BadData), "half a field is not a field");
+        assert!(CanHacker::default().read(b"1.0 1A0 1 01 caf\xE9").is_ok(), "a comment");
     }
 }

@@ -11,7 +11,7 @@
 
 use super::clock::SECOND;
 use super::entry::{BadLine, Content, Entry};
-use super::fields::{fields, id, number, text};
+use super::fields::{fields, id, number, text, text_before_comment};
 use super::{LineFormat, LineReader};
 
 /// CRTD.
@@ -23,9 +23,7 @@ struct Crtd;
 
 impl LineReader for Crtd {
     fn read<'a>(&mut self, line: &'a [u8]) -> Result<Option<Entry<'a>>, BadLine> {
-        // Comments may be in any character set.
-        let valid = line.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-        let mut fields = fields(valid, 16);
+        let mut fields = fields(text_before_comment(line), 16);
         let nanos = fields.time(SECOND)?;
         let kind = fields.text(BadLine::NoFrame)?;
         if kind.len() == 3 && kind.starts_with('C') && kind.bytes().all(|byte| byte.is_ascii_uppercase()) {
