@@ -75,7 +75,10 @@ impl Decoder {
                 }
                 return Ok(());
             }
-            _ => return Ok(()),
+            CanInput::Drops { .. }
+            | CanInput::ErrorFrame { .. }
+            | CanInput::Controller { .. }
+            | CanInput::BadRecords { .. } => return Ok(()),
         };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
         let table = &self.binding.table;

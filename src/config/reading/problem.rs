@@ -34,10 +34,13 @@ impl Problem {
 
 /// The remedy for a file that could not be read; `missing` is that for one that does not exist.
 pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
-    match error.kind() {
-        io::ErrorKind::PermissionDenied => "let this user read it",
-        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory | io::ErrorKind::IsADirectory => missing,
-        _ => "",
+    let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
+    if is(&[io::ErrorKind::PermissionDenied]) {
+        "let this user read it"
+    } else if is(&[io::ErrorKind::NotFound, io::ErrorKind::NotADirectory, io::ErrorKind::IsADirectory]) {
+        missing
+    } else {
+        ""
     }
 }
 

@@ -49,7 +49,7 @@ pub(super) fn looks_like(head: &[u8]) -> String {
         return "a tar archive".to_owned();
     }
     // Half of the bytes of Latin text in UTF-16 are zero, and no text has a zero byte.
-    let zeros = head.iter().filter(|byte| **byte == 0).count();
+    let zeros = head.split(|byte| *byte == 0).count() - 1;
     let alternates = |first| head.iter().skip(first).step_by(2).filter(|byte| **byte == 0).count() == zeros;
     if zeros * 5 > head.len() * 2 && (alternates(0) || alternates(1)) {
         return "text in UTF-16; save it as UTF-8".to_owned();
