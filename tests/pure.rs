@@ -19,6 +19,7 @@ mod pure {
     mod log_formats;
     mod msrv;
     mod no_allocation;
+    mod recording_variants;
     mod report_model;
     mod scenario_refusals;
     mod spec_citations;

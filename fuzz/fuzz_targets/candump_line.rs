@@ -28,10 +28,13 @@ fuzz_target!(|bytes: &[u8]| {
     }
     let lines = bytes.split(|byte| *byte == b'\n').count() as u64;
     // Packed: the content may be much larger. BLF, MF4: no lines, and they may end within a record.
-    if [&[0x1F, 0x8B][..], b"LOGG", b"MDF ", b"UnFinMF "].iter().any(|mark| bytes.starts_with(mark)) {
+    let zstd = bytes.get(1..4) == Some(&[0xB5, 0x2F, 0xFD]) || bytes.get(1..4) == Some(&[0x2A, 0x4D, 0x18]);
+    let marks = [&[0x1F, 0x8B][..], b"\xFD7zXZ", b"LOGG", b"MDF ", b"UnFinMF "];
+    if zstd || marks.iter().any(|mark| bytes.starts_with(mark)) {
         return;
     }
-    let mut log = Log::new(Box::new(Cursor::new(bytes.to_vec()))).expect("memory can be read");
+    // An error: not a recording.
+    let Ok(mut log) = Log::new(Box::new(Cursor::new(bytes.to_vec()))) else { return };
     let mut records = 0;
     while let Some(record) = log.next_record().expect("memory can be read") {
         assert!(record.interface.0 < log.interfaces().len());

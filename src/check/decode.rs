@@ -5,11 +5,13 @@ use std::io::{self, Write};
 use crate::config::Settings;
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::input::CanInput;
-use crate::core::can::link::BusIndex;
-use crate::core::time::WallStamp;
-use crate::core::validation::table::{BoundSignal, SignalIndex, SignalTable};
+use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::time::{Now, WallStamp};
+use crate::core::validation::observation::{Observations, Unused};
+use crate::core::validation::table::{BoundMessage, BoundSignal, MessageIndex, SignalIndex, SignalTable};
 use crate::core::vehicle_lights::binding::LightsBinding;
 use crate::core::vehicle_lights::role_texts::texts;
+use crate::report::text::escaped;
 
 /// Prints bound signals of frames.
 #[derive(Debug)]
@@ -17,7 +19,12 @@ pub struct Decoder {
     binding: LightsBinding,
     interfaces: Vec<String>,
     changes_only: bool,
+    /// Raw value of each signal in the last frame that the gateway would use.
     last: Vec<Option<i128>>,
+    /// The checks of the gateway, for the frames that it would reject.
+    observations: Observations,
+    /// Reason for which the last frame of each message was rejected; `None` for one that was used.
+    rejected: Vec<Option<&'static str>>,
 }
 
 /// The bound signals that a frame carries, with their raw values.
@@ -40,30 +47,67 @@ pub fn signals_in<'a>(
 
 impl Decoder {
     /// A decoder for the bound signals; with `changes_only`, a signal is printed when its
-    /// raw value is another than before.
+    /// raw value is another than before, and a rejected frame when the one before was not rejected for the same reason.
     pub fn new(settings: &Settings, changes_only: bool) -> Self {
         let binding = settings.gateway.lights.clone();
         let interfaces = settings.gateway.buses.iter().map(|bus| bus.interface.clone()).collect();
-        Self { last: vec![None; binding.table.signals.len()], binding, interfaces, changes_only }
+        Self {
+            last: vec![None; binding.table.signals.len()],
+            observations: Observations::new(&binding.table),
+            rejected: vec![None; binding.table.messages.len()],
+            binding,
+            interfaces,
+            changes_only,
+        }
     }
 
-    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`.
+    /// Prints the bound signals of an input: `(stamp) can0 128 BODY.TURN = 8 (0x8) turn left`. Before those of a frame
+    /// that the gateway rejects stands the reason: `(stamp) can0 128 BODY REJECTED: wrong checksum: 0x1, not 0x2`.
     ///
     /// # Errors
     /// A closed `out`.
-    pub fn print(&mut self, input: &CanInput, out: &mut dyn Write) -> io::Result<()> {
-        let CanInput::Frame { bus, frame, stamp } = input else { return Ok(()) };
+    pub fn print(&mut self, input: &CanInput, now: Now, out: &mut dyn Write) -> io::Result<()> {
+        let (bus, frame, stamp) = match input {
+            CanInput::Frame { bus, frame, stamp } => (*bus, frame, *stamp),
+            CanInput::Link { bus, state } => {
+                if *state != LinkState::Up {
+                    self.observations.forget_bus(&self.binding.table, *bus);
+                }
+                return Ok(());
+            }
+            CanInput::Drops { .. }
+            | CanInput::ErrorFrame { .. }
+            | CanInput::Controller { .. }
+            | CanInput::BadRecords { .. } => return Ok(()),
+        };
         let Some(interface) = self.interfaces.get(usize::from(bus.0)) else { return Ok(()) };
-        for (index, signal, raw) in signals_in(&self.binding.table, *bus, frame) {
-            let before = self.last[index.0].replace(raw);
-            if self.changes_only && before == Some(raw) {
-                continue;
+        let table = &self.binding.table;
+        let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
+        let Some(message) = table.messages.iter().position(is_bound) else { return Ok(()) };
+        let outcome = self.observations.try_frame(table, MessageIndex(message), frame, stamp, now);
+        let reason = outcome.err().map(Unused::reason);
+        let before = std::mem::replace(&mut self.rejected[message], reason);
+        let (stamp, id) = (stamp_text(stamp), frame.id());
+        let mut line = |text: &str| writeln!(out, "({stamp}) {interface} {id} {}", escaped(text));
+        if let Err(unused) = outcome {
+            if !self.changes_only || before != reason {
+                line(&format!("{} REJECTED: {unused}", table.messages[message].name))?;
+            }
+            if self.changes_only {
+                return Ok(());
+            }
+        }
+        for (index, signal, raw) in signals_in(table, bus, frame) {
+            if outcome.is_ok() {
+                let before = self.last[index.0].replace(raw);
+                if self.changes_only && before == Some(raw) {
+                    continue;
+                }
             }
             let texts: Vec<_> =
                 texts(&self.binding, index, raw).into_iter().map(|meaning| meaning.text).collect();
-            let stamp = stamp_text(*stamp);
-            let (id, name, texts) = (frame.id(), &signal.name, texts.join(", "));
-            writeln!(out, "({stamp}) {interface} {id} {name} = {raw} (0x{raw:X}) {texts}")?;
+            let rejected = if outcome.is_ok() { "" } else { " (rejected)" };
+            line(&format!("{} = {raw} (0x{raw:X}) {}{rejected}", signal.name, texts.join(", ")))?;
         }
         Ok(())
     }

@@ -17,7 +17,8 @@ use crate::core::vehicle_lights::binding::{
 };
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
-pub use survey::recording;
+use crate::report::text::{counted, escaped, plain_path};
+pub use survey::{bad_lines_text, recording};
 
 /// The result of a check.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -31,7 +32,7 @@ pub struct Report {
 impl Report {
     fn line(&mut self, heading: &str, text: &str) {
         // Writing to a String cannot fail.
-        let _ = writeln!(self.text, "{heading:<10} {text}");
+        let _ = writeln!(self.text, "{heading:<10} {}", escaped(text));
     }
 
     fn concern(&mut self, text: &str) {
@@ -48,11 +49,15 @@ pub fn binding(settings: &Settings) -> Report {
     for (bus, dbc) in settings.gateway.buses.iter().zip(&settings.dbcs) {
         let (messages, signals) = (dbc.database.messages.len(), dbc.database.signal_count());
         let rejected = dbc.database.rejected();
-        let path = dbc.path.display();
+        let path = plain_path(&dbc.path);
+        let path = path.display();
+        let [messages, signals, statements] =
+            [(messages, "message"), (signals, "signal"), (rejected, "statement")]
+                .map(|(count, noun)| counted(count.try_into().unwrap_or(u64::MAX), noun));
         report.line(
             "bus",
             &format!(
-                "{} on {}: {path}, {messages} messages, {signals} signals, {rejected} statements rejected",
+                "{} on {}: {path}, {messages}, {signals}, {statements} rejected",
                 bus.name, bus.interface
             ),
         );

@@ -14,6 +14,7 @@ use crate::io::can::formats;
 use crate::io::can::log::Log;
 use crate::replay::Routes;
 use crate::report::chart::Chart;
+use crate::report::text::{counted, escaped, plain_path};
 
 #[derive(Debug, Args)]
 pub(super) struct ConfigArgs {
@@ -53,7 +54,9 @@ pub(super) enum Every {
 
 fn log_help() -> String {
     let formats = formats::names().join(", ");
-    format!("Recording, plain or gzip, - for standard input: {formats}; default: the configured recording")
+    format!(
+        "Recording, plain or as gzip, xz or zstd, - for standard input: {formats}; default: the configured recording"
+    )
 }
 
 pub(super) fn speed(text: &str) -> Result<f64, String> {
@@ -75,8 +78,12 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
         profile => load(&Disk, &args.config, &Overrides { profile: profile.clone() })?,
     };
     for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
-        let (path, rejected) = (dbc.path.display(), dbc.database.rejected());
-        tracing::warn!("{path}: {rejected} statements rejected; signal-gateway check lists them");
+        let path = plain_path(&dbc.path);
+        let rejected = counted(dbc.database.rejected().try_into().unwrap_or(u64::MAX), "statement");
+        tracing::warn!(
+            "{}: {rejected} rejected; signal-gateway check lists them",
+            escaped(&path.to_string_lossy())
+        );
     }
     for note in check::notes(&settings) {
         tracing::warn!("{note}");

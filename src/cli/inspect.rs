@@ -6,12 +6,14 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::arguments::{RecordingArgs, open, recording, settings};
-use super::replay::mention_losses;
+use super::replay::{has_frames, mention_losses};
 use super::{Failure, start_log};
 use crate::check;
 use crate::check::decode::Decoder;
 use crate::daemon;
+use crate::io::clock::Clock;
 use crate::replay::Replay;
+use crate::report::text::counted;
 
 pub(super) const CHECK_HELP: &str = "\
 Examples:
@@ -52,13 +54,14 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     if args.log.is_some() || settings.recording.is_some() {
         let (path, routes) = recording(args, &settings)?;
         let unreadable = Failure::file(&path);
-        let replay = Replay::new(settings.gateway.clone(), open(&path)?, routes).map_err(&unreadable)?;
+        let replay =
+            Replay::surveying(settings.gateway.clone(), open(&path)?, routes).map_err(&unreadable)?;
         let (report, outcome) = check::recording(&settings, replay);
         out.write_all(report.text.as_bytes())?;
         concerns += report.concerns;
         outcome.map_err(&unreadable)?;
     }
-    writeln!(out, "{concerns} warnings")?;
+    writeln!(out, "{}", counted(concerns.into(), "warning"))?;
     Ok(if concerns == 0 { ExitCode::SUCCESS } else { ExitCode::from(4) })
 }
 
@@ -68,7 +71,8 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     let mut decoder = Decoder::new(&settings, args.changes);
     if args.live {
         let mut out = io::stdout().lock();
-        daemon::listen(&settings, |input| decoder.print(&input, &mut out))?;
+        let clock = Clock::start();
+        daemon::listen(&settings, |input| decoder.print(&input, clock.now(), &mut out))?;
         return Ok(ExitCode::SUCCESS);
     }
     let (path, routes) = recording(&args.recording, &settings)?;
@@ -77,12 +81,12 @@ pub(super) fn decode(args: &DecodeArgs) -> Result<ExitCode, Failure> {
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = loop {
         match replay.skim() {
-            Ok(Some(input)) => decoder.print(&input, &mut out)?,
+            Ok(Some(input)) => decoder.print(&input, replay.now(), &mut out)?,
             Ok(None) => break Ok(ExitCode::SUCCESS),
             Err(error) => break Err(unreadable(error)),
         }
     };
     out.flush()?;
     mention_losses(&replay);
-    outcome
+    outcome.and_then(|code| has_frames(&replay, code, &unreadable))
 }

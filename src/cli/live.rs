@@ -20,7 +20,7 @@ Examples:
   signal-gateway run --config /etc/signal-gateway/gateway.toml
   RUST_LOG=debug signal-gateway run --config config/gateway.toml
 
-On a terminal the last line shows the live state; elsewhere each event is one log record.
+On a terminal the last line shows the live state; elsewhere all that happens at one moment is one log record.
 SIGTERM and SIGINT end it.";
 
 pub(super) const DEMO_HELP: &str = "\

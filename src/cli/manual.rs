@@ -1,6 +1,6 @@
 //! `man` and `completions`, which packages ship beside the binary.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -21,10 +21,13 @@ pub(super) struct ManArgs {
     out: Option<PathBuf>,
 }
 
-pub(super) fn completions(args: &CompletionsArgs) -> ExitCode {
+pub(super) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
     let mut command = Cli::command();
-    clap_complete::generate(args.shell, &mut command, "signal-gateway", &mut io::stdout());
-    ExitCode::SUCCESS
+    // The generator panics where a writer fails; a buffer does not.
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut command, "signal-gateway", &mut script);
+    io::stdout().write_all(&script)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 pub(super) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {

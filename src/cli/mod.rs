@@ -21,6 +21,7 @@ use crate::config::Refused;
 use crate::daemon::DaemonError;
 use crate::daemon::publisher::PublisherError;
 use crate::io::process_log;
+use crate::report::text::escaped;
 use decide::DecideArgs;
 use inspect::{CheckArgs, DecodeArgs};
 use lights::LightsArgs;
@@ -105,7 +106,7 @@ pub fn main() -> ExitCode {
         Command::Vehicle(args) => vehicle::run(&args),
         #[cfg(feature = "ros")]
         Command::Network(args) => live::network(&args),
-        Command::Completions(args) => Ok(manual::completions(&args)),
+        Command::Completions(args) => manual::completions(&args),
         Command::Man(args) => manual::man(&args),
     };
     let code = match outcome {
@@ -155,9 +156,10 @@ impl Failure {
     }
 }
 
-/// Tells the caller something on standard error.
+/// Tells the caller something on standard error, in lines.
 fn say(text: &str) {
-    process_log::line(text);
+    let lines: Vec<_> = text.split('\n').map(escaped).collect();
+    process_log::line(&lines.join("\n"));
 }
 
 /// Starts the log of messages from `default_level` on, or as `RUST_LOG` asks for.

@@ -9,21 +9,24 @@ use clap::Args;
 use super::arguments::{RecordingArgs, open, recording, settings, speed};
 use super::live::IsolationArgs;
 use super::{Failure, say, start_log};
+use crate::check::bad_lines_text;
 use crate::config::Settings;
 use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::daemon::publisher::topics;
 use crate::daemon::{self, Playback};
-use crate::io::can::log::Log;
+use crate::io::can::log::{Log, no_frame};
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::{Changes, JsonTimeline};
+use crate::report::text::times;
 use crate::report::view::{Style, View, time_text};
 
 pub(super) const REPLAY_HELP: &str = "\
 Examples:
   signal-gateway replay --config config/demo.toml --json
   signal-gateway replay drive.log.gz --profile config/vehicles/hyundai_kia.toml
-  signal-gateway replay drive.log --config gateway.toml --map can1=body --speed 1 --ros
+  signal-gateway replay drive.log --config gateway.toml --map can1=body \\
+    --speed 1 --ros
 
 With --json every published message is one line
   {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
@@ -78,7 +81,16 @@ pub(super) fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     };
     out.flush()?;
     mention_losses(&replay);
-    outcome
+    outcome.and_then(|code| has_frames(&replay, code, &unreadable))
+}
+
+/// The exit code, unless not one frame was read to the end of the recording.
+pub(super) fn has_frames(
+    replay: &Replay,
+    code: ExitCode,
+    unreadable: impl Fn(io::Error) -> Failure,
+) -> Result<ExitCode, Failure> {
+    if replay.counts().records == 0 { Err(unreadable(no_frame())) } else { Ok(code) }
 }
 
 fn write_output(
@@ -97,14 +109,11 @@ fn write_output(
 /// Reports the faults of a log that was replayed.
 pub(super) fn mention_losses(replay: &Replay) {
     let (log, counts) = (replay.log(), replay.counts());
-    if counts.records == 0 {
-        say("no frame was found in the recording");
-    }
-    if let Some((line, reason)) = log.first_bad() {
-        say(&format!("{} lines could not be read; the first is line {line}: {reason}", log.bad_lines()));
+    if let Some(first) = log.first_bad() {
+        say(&bad_lines_text(log.bad_lines(), first));
     }
     if counts.jumps > 0 {
-        say(&format!("the recorder's clock jumped {} times", counts.jumps));
+        say(&format!("the recorder's clock jumped {}", times(counts.jumps)));
     }
     if counts.records > 0 && counts.foreign == counts.records {
         let names = log.interfaces().join(", ");

@@ -25,8 +25,10 @@ use crate::report::vehicle::{CandumpLog, line};
 pub(super) const HELP: &str = "\
 Examples:
   signal-gateway vehicle --profile config/vehicles/pacmod.toml --interface vcan0
-  signal-gateway vehicle --profile config/vehicles/tesla_model3.toml --interface vcan0 --script day.txt
-  signal-gateway vehicle --profile config/vehicles/vw_mqb.toml --candump --until 20 --script day.txt > day.log
+  signal-gateway vehicle --profile config/vehicles/tesla_model3.toml \\
+    --interface vcan0 --script day.txt
+  signal-gateway vehicle --profile config/vehicles/vw_mqb.toml --candump \\
+    --until 20 --script day.txt > day.log
 
 Requests come from --script and from standard input, one a line; a number before it is the time
 in seconds since the start, # begins a comment:

@@ -19,11 +19,13 @@ use tokio::time::sleep_until;
 
 use crate::config::Settings;
 use crate::config::gateway::{SourceKind, Stamps};
+use crate::core::can::bus_status::link_text;
 use crate::core::can::input::CanInput;
+use crate::core::can::link::LinkState;
 use crate::core::command::input::CommandInput;
 use crate::core::gateway::event::Input;
 use crate::core::time::MonoTime;
-use crate::io::can::log::Log;
+use crate::io::can::log::{Log, no_frame};
 use crate::io::can::sender_lock::{SenderLock, SenderLockError};
 use crate::io::clock::Clock;
 use crate::io::ros::inbox::Inbox;
@@ -150,7 +152,15 @@ pub fn listen(
         loop {
             tokio::select! {
                 () = stop.requested() => return Ok(()),
-                batch = receivers.recv() => batch?.into_iter().try_for_each(&mut take)?,
+                batch = receivers.recv() => batch?.into_iter().try_for_each(|input| {
+                    if let CanInput::Link { bus, state } = input
+                        && state != LinkState::Up
+                        && let Some(bus) = settings.gateway.buses.get(usize::from(bus.0))
+                    {
+                        tracing::warn!("{}", link_text(&bus.interface, state));
+                    }
+                    take(input)
+                })?,
             }
         }
     })
@@ -236,6 +246,9 @@ async fn play_on(
             }
             // One without a frame for us has nothing to repeat.
             if replay.next_time().is_none() {
+                if replay.counts().records == 0 {
+                    return Err(unreadable(no_frame()));
+                }
                 if !playback.stay {
                     return Ok(());
                 }

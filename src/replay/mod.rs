@@ -7,10 +7,12 @@
 mod routes;
 mod tape;
 
+use std::collections::BTreeSet;
 use std::io;
 
+use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
-use crate::core::can::link::LinkState;
+use crate::core::can::link::{BusIndex, LinkState};
 use crate::core::gateway::event::{Input, Output};
 use crate::core::gateway::{Gateway, GatewaySettings};
 use crate::core::time::{MonoTime, Now, WallStamp};
@@ -36,6 +38,16 @@ impl Replay {
     /// When the recording cannot be read.
     pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         Self::begin(settings, Tape::new(log, routes))
+    }
+
+    /// As [`new`](Self::new), and collects the identifiers of the recording for [`seen_on`](Self::seen_on).
+    ///
+    /// # Errors
+    /// When the recording cannot be read.
+    pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
+        let mut tape = Tape::new(log, routes);
+        tape.ids = Some(BTreeSet::new());
+        Self::begin(settings, tape)
     }
 
     /// As [`new`](Self::new), with all stamps moved by a constant, so that the first is `start`.
@@ -146,6 +158,18 @@ impl Replay {
     /// Virtual time of the last entry read, of whatever interface.
     pub fn length(&self) -> MonoTime {
         self.tape.length()
+    }
+
+    /// The interfaces of the recording on which data frames with this identifier came, as far as it was read; none
+    /// unless it is [surveyed](Self::surveying).
+    pub fn seen_on(&self, id: CanId) -> impl Iterator<Item = &str> {
+        let seen = self.tape.ids.iter().flatten().filter(move |(_, seen)| *seen == id);
+        seen.map(|(interface, _)| self.tape.log.interfaces()[interface.0].as_str())
+    }
+
+    /// The bus that an interface of the recording is taken for; `None` when its frames are left out.
+    pub fn bus_of(&self, interface: &str) -> Option<BusIndex> {
+        self.tape.routes.bus_of(interface)
     }
 
     /// Counts of the entries read so far.

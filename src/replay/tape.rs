@@ -1,14 +1,16 @@
 //! A recording as inputs with virtual times.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::time::Duration;
 
 use super::routes::Routes;
+use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
 use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::io::can::formats::Content;
-use crate::io::can::log::{Log, Record};
+use crate::io::can::log::{InterfaceIndex, Log, Record};
 
 /// A step of the clock longer than this is a jump of the recorder's clock, not a silence; virtual
 /// time then moves on by just this much. Everything is stale long before.
@@ -45,7 +47,12 @@ pub(super) struct Tape {
     held: Option<(CanInput, Now)>,
     bad_reported: u64,
     pub(super) counts: Counts,
+    /// Identifiers of data frames by interface, if they are collected, at most [`MAX_IDS`].
+    pub(super) ids: Option<BTreeSet<(InterfaceIndex, CanId)>>,
 }
+
+/// The largest number of identifiers that are collected; a vehicle has some hundreds.
+const MAX_IDS: usize = 10_000;
 
 /// Virtual time, and the newest stamp that was read by then.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +64,17 @@ struct TapeClock {
 impl Tape {
     pub(super) fn new(log: Log, routes: Routes) -> Self {
         let counts = Counts::default();
-        Self { log, routes, clock: None, shift: 0, start: None, held: None, bad_reported: 0, counts }
+        Self {
+            log,
+            routes,
+            clock: None,
+            shift: 0,
+            start: None,
+            held: None,
+            bad_reported: 0,
+            counts,
+            ids: None,
+        }
     }
 
     /// Virtual time of the last entry read, of whatever interface.
@@ -77,6 +94,11 @@ impl Tape {
         }
         while let Some(record) = self.log.next_record()? {
             self.counts.records += 1;
+            if let (Some(ids), Content::Data(frame)) = (&mut self.ids, &record.content)
+                && ids.len() < MAX_IDS
+            {
+                ids.insert((record.interface, frame.id()));
+            }
             let (stamp, now) = self.advance(record.stamp);
             let input = self.input(record, stamp).map(|input| (input, now));
             self.counts.foreign += u64::from(input.is_none());

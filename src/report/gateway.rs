@@ -6,6 +6,7 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::json;
 
+use super::text::escaped;
 use super::{decision, seconds};
 use crate::core::can::frame::{CanId, Frame};
 use crate::core::can::link::BusIndex;
@@ -148,7 +149,7 @@ pub struct Event {
 
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:<5} {:<16} {}", self.level.to_string(), self.task, self.text)
+        write!(f, "{:<5} {:<16} {}", self.level.to_string(), escaped(&self.task), escaped(&self.text))
     }
 }
 

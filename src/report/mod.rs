@@ -8,6 +8,7 @@
 //! | [`lights`] | a scenario of traffic lights |
 //! | [`vehicle`] | events and frames of a simulated vehicle |
 //! | [`view`] | the present state, on a terminal |
+//! | [`text`] | counts, names and paths in texts |
 //! | [`chart`] | the chart of a drive or a scenario |
 //!
 //! Text and JSON are lines, written as they come. An event is an [`Entry`], with its text and its fields; a state
@@ -18,6 +19,7 @@ pub mod decision;
 pub mod drive;
 pub mod gateway;
 pub mod lights;
+pub mod text;
 pub mod vehicle;
 pub mod view;
 

@@ -9,6 +9,7 @@ use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::io::output_queue::{Loss, Losses, OutputQueue};
 use crate::report::gateway::{Changes, Event, task_of};
+use crate::report::text::escaped;
 
 /// Parts of the view beside the events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +41,8 @@ pub struct View {
     changes: Changes,
     statuses: Vec<Status>,
     /// Lines of the live part on the screen.
+    /// Events of the present moment, which the journal gets as one record.
+    moment: Vec<Event>,
     drawn: usize,
     drawn_at: Option<MonoTime>,
     footer: String,
@@ -61,7 +64,17 @@ impl View {
         let is_log = style == Style::Journal;
         let out = if is_log { None } else { Some(OutputQueue::start("view", &io::stdout())?) };
         let (changes, footer) = (Changes::default(), String::new());
-        Ok(Self { style, title, out, changes, statuses: vec![], drawn: 0, drawn_at: None, footer })
+        Ok(Self {
+            style,
+            title,
+            out,
+            changes,
+            statuses: vec![],
+            moment: vec![],
+            drawn: 0,
+            drawn_at: None,
+            footer,
+        })
     }
 
     /// Prints the changes in an output.
@@ -82,7 +95,7 @@ impl View {
             return Ok(());
         }
         if self.style == Style::Journal {
-            events.iter().for_each(log);
+            self.moment.extend(events);
             return Ok(());
         }
         let mut text = self.erase();
@@ -95,11 +108,12 @@ impl View {
         self.write(&text)
     }
 
-    /// Draws the live part again when it is due; `footer` is its last line.
+    /// Ends a moment: logs its events, and draws the live part again when it is due; `footer` is its last line.
     ///
     /// # Errors
     /// When standard output is closed.
     pub fn refresh(&mut self, at: MonoTime, footer: impl FnOnce() -> String) -> io::Result<()> {
+        log(&std::mem::take(&mut self.moment));
         let due = self.drawn_at.is_none_or(|before| at.since(before) >= FRAME_TIME);
         if !due || !self.is_coloured() {
             return Ok(());
@@ -170,7 +184,11 @@ impl View {
         };
         let mut lines = vec![
             String::new(),
-            format!("{DIM}──{RESET} {} {DIM}──{RESET} {} s", self.title, time_text(at).trim_start()),
+            format!(
+                "{DIM}──{RESET} {} {DIM}──{RESET} {} s",
+                escaped(&self.title),
+                time_text(at).trim_start()
+            ),
             format!(
                 "   {}   {}   {}",
                 lamp(turn == Some("ENABLE_LEFT"), "◀ LEFT"),
@@ -187,7 +205,7 @@ impl View {
                 (None, Some(frames)) => format!("{DIM}{frames} frames{RESET}"),
                 (None, None) => String::new(),
             };
-            format!("   {level} {:<16} {}  {detail}", task_of(&status.name), status.message)
+            format!("   {level} {:<16} {}  {detail}", task_of(&status.name), escaped(&status.message))
         }));
         lines.push(format!("   {DIM}{}{RESET}", self.footer));
         lines
@@ -196,17 +214,22 @@ impl View {
 
 impl Drop for View {
     fn drop(&mut self) {
+        log(&self.moment);
         // The last panel stays on the screen; a shell prompt follows below it.
         self.out.iter().for_each(|out| _ = out.flush(LAST_TEXT));
     }
 }
 
-fn log(event: &Event) {
-    let Event { task, text, .. } = event;
-    match event.level {
-        Level::Ok => tracing::info!("{task}: {text}"),
-        Level::Warn | Level::Stale => tracing::warn!("{task}: {text}"),
-        Level::Error => tracing::error!("{task}: {text}"),
+/// Logs the events of one moment as one record, which has the level of the worst: what happens at once has one cause.
+fn log(events: &[Event]) {
+    let Some(level) = events.iter().map(|event| event.level).max() else { return };
+    let texts: Vec<_> = events.iter().map(|Event { task, text, .. }| format!("{task}: {text}")).collect();
+    let text = texts.join("; ");
+    let text = escaped(&text);
+    match level {
+        Level::Ok => tracing::info!("{text}"),
+        Level::Warn | Level::Stale => tracing::warn!("{text}"),
+        Level::Error => tracing::error!("{text}"),
     }
 }
 

@@ -109,9 +109,12 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
     let output = gateway(&["check", "--config", DEMO]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(4), "{text}");
-    for part in
-        ["turn UNDEFINED", "turn_indicators invalid 1 times", "hardware fault", "0 statements rejected"]
-    {
+    for part in [
+        "bus        body on can0: dbc/demo_vehicle.dbc, 15 messages, 47 signals, 0 statements rejected\n",
+        "turn UNDEFINED",
+        "turn_indicators invalid once",
+        "hardware fault",
+    ] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
     let profile = "config/vehicles/hyundai_kia.toml";
@@ -137,6 +140,10 @@ fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
     refused(2, &["fly"]);
     refused(2, &["replay", "--speed", "fast"]);
     refused(2, &["replay", "x.log", "--config", DEMO, "--map", "can1=nosuch"]);
+    let profile = refused(3, &["check", "--profile", "hyundai_kia"]);
+    let expected = "hyundai_kia: cannot read it: No such file or directory (os error 2); give the path of a vehicle \
+                    profile with --profile\n";
+    assert_eq!(profile, format!("signal-gateway: {expected}"));
     let missing = refused(3, &["run", "--config", "/nonexistent/gateway.toml"]);
     assert!(missing.contains("/nonexistent/gateway.toml: cannot read it"), "{missing}");
     let (folder, path) = file("bad.toml", "profile = \"x.toml\"\n[ros]\nnod = \"a\"\n");
@@ -148,12 +155,152 @@ fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
 }
 
 #[test]
+fn advice_for_many_problems_is_given_once() {
+    let text = refused(3, &["check", "--config", "config/vehicles/demo_vehicle.toml"]);
+    assert!(text.matches("unknown key").count() > 1, "{text}");
+    assert_eq!(text.matches("valid keys: ").count(), 1, "{text}");
+}
+
+#[test]
+fn a_recording_without_a_frame_or_of_another_kind_ends_with_1() {
+    for (content, expected) in [
+        (&b""[..], "drive.log: the file is empty"),
+        (
+            b"\x89PNG\r\n\x1A\n",
+            "drive.log: format not recognised: it looks like a picture (PNG); these are read",
+        ),
+        (b"PK\x03\x04", "it looks like a zip archive"),
+        (b"(1.0) can0 12\nx\n", "drive.log: not one frame was read"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive.log");
+        std::fs::write(&path, content).unwrap();
+        for command in
+            [&["decode"][..], &["replay"], &["replay", "--json"], &["replay", "--speed", "100"], &["check"]]
+        {
+            let args = [command, &[path.to_str().unwrap(), "--config", DEMO]].concat();
+            let text = refused(1, &args);
+            assert!(text.contains(expected), "{args:?}: {text}");
+        }
+    }
+}
+
+#[test]
+fn check_finds_what_a_recording_lacks() {
+    let check = |lines: &[&str], args: &[&str]| {
+        let (_folder, log) = log_of(lines);
+        let output = gateway(&[&["check", log.to_str().unwrap()], args].concat());
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    let (code, text) = check(&["(1.0) can0 111#00"], &["--config", DEMO]);
+    assert_eq!(code, Some(4), "{text}");
+    assert!(text.contains("! BCM_TurnIndicators (2A5) was never received on can0\n"), "{text}");
+    let v2x = "config/vehicles/v2x_unit.toml";
+    let (code, text) = check(&["(1.0) can0 111#00"], &["--profile", v2x]);
+    assert_eq!(code, Some(4), "{text}");
+    assert!(text.contains("! V2X_SPAT (5A1) was never received on can0\n"), "{text}");
+    let (folder, path) =
+        file("bare.toml", "name = \"Bare\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n");
+    let (code, text) = check(&["(1.0) can0 111#00"], &["--profile", path.to_str().unwrap()]);
+    assert_eq!(code, Some(4), "{text}");
+    assert!(text.contains("! the configuration binds no message"), "{text}");
+    assert!(text.ends_with("\n2 warnings\n"), "{text}");
+    drop(folder);
+}
+
+#[test]
+fn decode_marks_frames_that_the_gateway_rejects() {
+    let profile = ["--profile", "config/vehicles/volvo_s60_2002.toml"];
+    let stalk =
+        |at: u32, counter: u32| format!("(1.{at:03}) can0 0261300A#{:02X}00000000000000", counter << 6);
+    let short = "(1.060) can0 0261300A#".to_owned();
+    let lines = [stalk(0, 0), stalk(20, 1), stalk(40, 1), short, stalk(80, 2), stalk(100, 3)];
+    let lines: Vec<_> = lines.iter().map(String::as_str).collect();
+    let (folder, log) = log_of(&lines);
+    let args = [&["decode", log.to_str().unwrap()][..], &profile].concat();
+    let text = out(&args);
+    for part in [
+        "(1.000000) can0 0261300A Indicator_Stalk REJECTED: first frame, no counter before it\n",
+        "(1.040000) can0 0261300A Indicator_Stalk REJECTED: repeated counter\n",
+        "(1.060000) can0 0261300A Indicator_Stalk REJECTED: too short for its signals: 0 bytes\n",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    // The one after the repeated counter is in sequence, and not yet trusted.
+    assert_eq!(text.matches(" (rejected)\n").count(), 3, "{text}");
+    assert_eq!(text.matches("(1.100000) ").count(), 1, "{text}");
+    let changes = out(&[&args[..], &["--changes"]].concat());
+    assert_eq!(changes.matches("REJECTED").count(), 4, "{changes}");
+    assert_eq!(changes.matches(" = ").count(), 1, "the value is used once and never changes: {changes}");
+    drop(folder);
+}
+
+#[test]
+fn names_cannot_control_the_terminal() {
+    let profile = "name = \"Car\\u001b[2J\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n";
+    let (folder, path) = file("car.toml", profile);
+    let (log_folder, log) = log_of(&["(1.0) can\u{1b}0 111#00"]);
+    let output = gateway(&["check", log.to_str().unwrap(), "--profile", path.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("vehicle    Car\\u{1b}[2J\n") && text.contains("on can\\u{1b}0\n"), "{text:?}");
+    assert!(!text.contains('\u{1b}'), "{text:?}");
+    let output = gateway(&["replay", "/no\u{1b}where", "--profile", path.to_str().unwrap()]);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("/no\\u{1b}where: "));
+    drop((folder, log_folder));
+}
+
+/// What a reader that stops early gets of a command that has more to say.
+#[test]
+fn output_may_be_cut_off_anywhere() {
+    for args in [
+        &["completions", "bash"][..],
+        &["completions", "zsh"],
+        &["man"],
+        &["check", "--config", DEMO],
+        &["replay", "--config", DEMO],
+        &["replay", "--config", DEMO, "--json"],
+        &["--help"],
+        &["lights", "--help"],
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        command.current_dir(env!("CARGO_MANIFEST_DIR")).args(args);
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = command.stdout(writer).stderr(Stdio::piped()).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.is_empty(), "{args:?}: {}: {text}", output.status);
+    }
+}
+
+#[test]
+fn examples_of_the_help_can_be_copied() {
+    for command in ["run", "demo", "replay", "check", "decode", "lights", "decide", "vehicle"] {
+        let help = out(&[command, "--help"]);
+        let (_, examples) = help.split_once("Examples:\n").unwrap();
+        let (examples, _) = examples.split_once("\n\n").unwrap_or((examples, ""));
+        let mut continues = false;
+        for line in examples.lines() {
+            assert!(continues || line.contains("signal-gateway "), "{command}: a torn example: {line}");
+            assert!(line.chars().count() <= 90, "{command}: {line}");
+            continues = line.ends_with('\\');
+        }
+        assert!(!continues);
+    }
+    let codes = out(&["--help"]);
+    assert!(
+        codes.contains(
+            "5  the scenario of lights ended in failure, or an expectation of a drive was not met\n"
+        )
+    );
+}
+
+#[test]
 fn a_log_with_faults_is_read_as_far_as_it_goes() {
     let (folder, log) = log_of(&["(1.000000) can0 2A5#00", "garbage", "(1.100000) can0 2C1#00"]);
     let output = gateway(&["replay", log.to_str().unwrap(), "--config", DEMO]);
     let errors = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success());
-    assert!(errors.contains("1 lines could not be read; the first is line 2"), "{errors}");
+    assert!(errors.contains("1 line cannot be read; the first is line 2"), "{errors}");
     drop(folder);
 }
 

@@ -97,17 +97,21 @@ fn a_vehicle_without_turn_and_hazard_lights_needs_no_bus() {
 }
 
 #[test]
-fn a_missing_interface_is_named_once_for_each_topic_and_waited_for() {
-    let folder = Folder::with_demo_vehicle("no-such-can", &process::ros());
-    let mut gateway = Process::run(&folder);
-    gateway.wait_for_log("CAN interface is missing; waiting until it appears");
-    gateway.wait_for_log("no-such-can: no-such-can is missing");
-    assert!(gateway.is_running());
-    gateway.stop("TERM");
-    for part in ["turn_indicators: unknown", "hazard_lights: unknown", "waiting until", "no-such-can: "] {
-        let lines: Vec<_> = gateway.log().into_iter().filter(|line| line.contains(part)).collect();
+fn what_happens_at_one_moment_is_one_record_of_the_log() {
+    for (interface, why) in [("no-such-can", "is missing"), ("lo", "is not a CAN interface")] {
+        let folder = Folder::with_demo_vehicle(interface, &process::ros());
+        let mut gateway = Process::run(&folder);
+        gateway.wait_for_log(&format!("{interface}: {interface} {why}"));
+        assert!(gateway.is_running());
+        gateway.stop("TERM");
+        let lines: Vec<_> =
+            gateway.log().into_iter().filter(|line| line.contains(&format!("{interface} {why}"))).collect();
+        let text = format!(
+            "ERROR turn_indicators: unknown: {interface} {why}; hazard_lights: unknown: {interface} {why}; {interface}: \
+             {interface} {why}"
+        );
         assert_eq!(lines.len(), 1, "{lines:?}");
-        assert!(lines[0].contains("no-such-can"), "{lines:?}");
+        assert!(lines[0].contains(&text), "{lines:?}");
     }
 }
 
@@ -134,7 +138,7 @@ fn a_second_process_that_would_command_on_the_same_interface_is_refused_with_the
     assert!(second.log().iter().any(|line| line.contains(&text)), "{text}: {:?}", second.log());
     for other in [&elsewhere, &dry] {
         let mut other = Process::run(other);
-        other.wait_for_log("CAN interface is missing");
+        other.wait_for_log(" is missing");
         other.stop("TERM");
     }
     assert!(first.is_running());

@@ -186,7 +186,7 @@ fn a_message_sent_on_change_and_slowly_repeated_has_two_limits() {
         [
             "turn_indicators unknown: no frame of BODY (123) on can0 yet",
             "turn_indicators unknown: BODY is stale, silent for more than 1500 ms",
-            "turn_indicators unknown: bus can0 is silent",
+            "turn_indicators unknown: BODY may have changed: no frame of the vehicle profile on can0",
         ]
     );
 }

@@ -171,7 +171,7 @@ fn a_message_that_fails_while_others_are_received_is_an_error_also_where_the_bus
 
 #[test]
 fn a_bus_that_may_not_sleep_or_dies_is_silent_and_not_asleep() {
-    let silent = "WARN up, but silent for more than 1000 ms";
+    let silent = "WARN up, but no frame of the vehicle profile for more than 1000 ms";
     let mut desk = gateway_on_bus(false);
     desk.send_all(1000);
     desk.changes.clear();
@@ -223,7 +223,10 @@ fn bus_off_is_the_cause_that_is_named_and_says_how_it_ends() {
         desk.send_all(1000);
         assert_eq!(
             desk.new_statuses("can0"),
-            ["WARN restarted after bus-off; up, but silent for more than 1000 ms", "OK receiving"],
+            [
+                "WARN restarted after bus-off; up, but no frame of the vehicle profile for more than 1000 ms",
+                "OK receiving"
+            ],
             "back at once with the first frame"
         );
         assert_eq!(desk.new_statuses("turn_indicators").last().unwrap(), "OK publishing");
@@ -303,12 +306,12 @@ fn a_recording_with_error_frames_replays_to_the_same_findings() {
         messages,
         [
             "error-warning: the bus is disturbed",
-            "error-warning: the bus is disturbed; up, but silent for more than 1000 ms",
-            "error-passive: the bus is heavily disturbed; up, but silent for more than 1000 ms",
+            "error-warning: the bus is disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
+            "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
             "error-passive: the bus is heavily disturbed",
-            "error-passive: the bus is heavily disturbed; up, but silent for more than 1000 ms",
+            "error-passive: the bus is heavily disturbed; up, but no frame of the vehicle profile for more than 1000 ms",
             "bus-off: receives nothing until it is restarted",
-            "restarted after bus-off; up, but silent for more than 1000 ms",
+            "restarted after bus-off; up, but no frame of the vehicle profile for more than 1000 ms",
         ]
     );
     assert_eq!(last, "unknown unknown");

@@ -20,6 +20,7 @@ use signal_gateway::io::can::formats::Content;
 use signal_gateway::io::can::log::{Log, Record};
 use signal_gateway::replay::{Replay, Routes};
 
+use crate::pure::recording_variants::{lines_of, variants};
 use crate::support::files::MemoryFiles;
 use crate::support::prerequisite::{peer_python, require, shared_data};
 
@@ -231,5 +232,100 @@ fn what_python_can_writes_is_read_back() {
         for (written, source) in written.nanos().iter().zip(source.nanos()) {
             assert!((written - source).abs() <= 2_000, "{ending}: {written} instead of {source}");
         }
+    }
+}
+
+/// Entries of each kind that a reader of another make counts in each file: data frames, remote requests, error frames.
+fn counted_by_peer(python: &Path, files: &[(&str, std::path::PathBuf)]) -> Vec<[usize; 3]> {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peer/recordings.py");
+    let mut command = Command::new(python);
+    command
+        .arg(script)
+        .env("TZ", "UTC")
+        .args(files.iter().flat_map(|(reader, path)| [reader.into(), path.clone()]));
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let counts = |line: &str| {
+        let numbers: Vec<usize> = line.split(' ').map(|number| number.parse().unwrap()).collect();
+        numbers.try_into().unwrap()
+    };
+    String::from_utf8(output.stdout).unwrap().lines().map(counts).collect()
+}
+
+/// The same of ours.
+fn counted(recording: &Recording) -> [usize; 3] {
+    recording.contents().into_iter().fold([0; 3], |[data, remote, error], content| match content {
+        Content::Data(_) => [data + 1, remote, error],
+        Content::Remote => [data, remote + 1, error],
+        Content::Error(_) => [data, remote, error + 1],
+        // A chip status of ASC is a state of the controller, which readers of frames pass over.
+        Content::Note(_) => [data, remote, error],
+    })
+}
+
+/// The table of formats and variants: every one has the frames of the same recording, and as many as a reader of another
+/// make counts, plain and compressed.
+#[test]
+fn every_variant_has_the_frames_that_another_reader_counts() {
+    let python = require!(peer_python());
+    let folder = tempfile::tempdir().unwrap();
+    let candump = random_candump(&["classic"]);
+    let source = folder.path().join("source.log");
+    std::fs::write(&source, &candump).unwrap();
+    let variants = variants(&lines_of(&candump));
+    let expected = Recording::read(&source).contents();
+    let paths: Vec<_> = variants.iter().map(|variant| folder.path().join(variant.file)).collect();
+    for (variant, path) in variants.iter().zip(&paths) {
+        std::fs::write(path, &variant.text).unwrap();
+    }
+    // python-can's own CSV, from its own writer.
+    let csv = folder.path().join("python.csv");
+    let mut convert = Command::new(&python);
+    let output = convert.args(["-m", "can.logconvert"]).arg(&source).arg(&csv).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+
+    let names = variants.iter().map(|variant| variant.name).chain(["python-can CSV"]);
+    let readers = variants.iter().map(|variant| variant.reader).chain(["can"]);
+    let files: Vec<_> = readers.zip(paths.into_iter().chain([csv])).collect();
+    let peers = counted_by_peer(&python, &files);
+    for ((name, (reader, path)), peer) in names.zip(&files).zip(peers) {
+        let recording = Recording::read(path);
+        let data: Vec<_> =
+            recording.contents().into_iter().filter(|content| frame(*content).is_some()).collect();
+        println!("{name:<40} {} by us, {} by {reader}", counted(&recording)[0], peer[0]);
+        assert_eq!((counted(&recording), recording.log.bad_lines()), (peer, 0), "{name}");
+        assert!(data == expected, "{name}: other frames");
+        for (tool, ending) in [("gzip", "gz"), ("xz", "xz"), ("zstd", "zst")] {
+            let packed = path.with_extension(ending);
+            let output = Command::new(tool).arg("-c").arg(path).output();
+            let Ok(output) = output else {
+                println!("skipped: {name} with {tool}, which is not here");
+                continue;
+            };
+            std::fs::write(&packed, output.stdout).unwrap();
+            assert!(Recording::read(&packed).contents() == recording.contents(), "{name} with {tool}");
+        }
+    }
+}
+
+#[test]
+fn public_recordings_have_as_many_frames_as_python_can_counts() {
+    let (folder, python) = (require!(shared_data()).join("can-logs"), require!(peer_python()));
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        // BUSMASTER's, which python-can does not read, has the same end.
+        let is_read = name.ends_with(".log") || name.ends_with(".log.gz") || name.ends_with(".trc");
+        if is_read && !name.contains("BusMaster") {
+            files.push(("can", path));
+        }
+    }
+    files.sort();
+    let peers = counted_by_peer(&python, &files);
+    assert!(files.len() >= 12, "{files:?}");
+    for ((_, path), peer) in files.iter().zip(peers) {
+        let recording = Recording::read(path);
+        assert_eq!((counted(&recording), recording.log.bad_lines()), (peer, 0), "{}", path.display());
     }
 }

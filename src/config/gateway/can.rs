@@ -1,7 +1,6 @@
 //! `[can.*]`: the interface of each bus.
 
 use crate::config::reading::fields::Fields;
-use crate::config::vehicle::Vehicle;
 
 const DEFAULT_RECEIVE_BUFFER: usize = 4 << 20;
 
@@ -21,14 +20,15 @@ impl CanConfig {
     }
 }
 
-/// Reads the section of each bus of the vehicle, in the order of its buses.
-pub(super) fn cans(top: &Fields<'_>, vehicle: &Vehicle) -> Vec<CanConfig> {
+/// Reads the section of each bus of the vehicle, in the order of its `buses`; `None` when they are not known.
+pub(super) fn cans(top: &Fields<'_>, buses: Option<&[String]>) -> Vec<CanConfig> {
     let checker = top.checker;
-    let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.as_str()).collect();
+    let is_known = buses.is_some();
+    let buses: Vec<_> = buses.unwrap_or_default().iter().map(String::as_str).collect();
     let mut sections = Vec::new();
     let mut taken = Vec::new();
     for entry in top.entries("can", "write [can.<bus>]") {
-        if !buses.contains(&entry.key.as_str()) {
+        if is_known && !buses.contains(&entry.key.as_str()) {
             let reason = format!("the vehicle profile has no bus {}", entry.key);
             checker.refuse(&entry.location, reason, &format!("it has {}", buses.join(", ")));
         }

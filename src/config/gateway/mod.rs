@@ -24,7 +24,7 @@ use super::files::Files;
 use super::reading::checker::{Checker, Keywords};
 use super::reading::fields::Fields;
 use super::reading::location::{Location, Text};
-use super::reading::problem::Refused;
+use super::reading::problem::{Problem, Refused, remedy_of};
 use super::reading::toml_text::from_toml;
 use super::vehicle::{self, SEE, Vehicle};
 use crate::core::command::settings::CommandBinding;
@@ -135,35 +135,70 @@ fn resolve(files: &dyn Files, text: &Text, profile: Profile<'_>) -> Result<Setti
     checker.finish(settings).map_err(Refused)
 }
 
-/// Reads the vehicle that `profile` stands for; `None` when a problem was noted.
-fn vehicle(files: &dyn Files, top: &Fields<'_>, profile: Profile<'_>) -> Option<Vehicle> {
+/// Reads the vehicle that `profile` stands for; an error when a problem was noted, with the names of its buses as far as
+/// they are known.
+fn vehicle(
+    files: &dyn Files,
+    top: &Fields<'_>,
+    profile: Profile<'_>,
+) -> Result<Vehicle, Option<Vec<String>>> {
     let (named, inline) = (top.string("profile"), top.table("vehicle"));
     if let Profile::Chosen(path) | Profile::Alone(path) = profile {
-        return read_profile(files, top, path, top.location());
+        let unreadable =
+            |error| Problem::unreadable(path, &error, "give the path of a vehicle profile with --profile");
+        let bytes = files.read(path).map_err(|error| {
+            top.checker.adopt(vec![unreadable(error)]);
+            None
+        })?;
+        return compiled(files, top, path, bytes);
     }
     match (named, inline) {
-        (None, Some(inline)) => vehicle::compile(files, inline),
+        (None, Some(inline)) => {
+            let buses = vehicle::bus_names(&inline);
+            vehicle::compile(files, inline).ok_or(Some(buses))
+        }
         (Some(named), None) => read_profile(files, top, &top.checker.beside(&named.text), &named.location),
         (Some(_), Some(_)) => {
             top.refuse("profile", "both a profile and a [vehicle] are given", "keep one of them");
-            None
+            Err(None)
         }
-        (None, None) if top.has("profile") || top.has("vehicle") => None,
-        (None, None) if top.has("traffic_lights") || top.has("turn_signal") => Some(Vehicle::none()),
+        (None, None) if top.has("profile") || top.has("vehicle") => Err(None),
+        (None, None) if top.has("traffic_lights") || top.has("turn_signal") => Ok(Vehicle::none()),
         (None, None) => {
             let remedy = "name one with profile = \"vehicles/….toml\"";
             top.refuse("profile", "no vehicle profile is given", remedy);
-            None
+            Err(None)
         }
     }
 }
 
 /// Reads a profile that is named at a location.
-fn read_profile(files: &dyn Files, top: &Fields<'_>, path: &Path, at: &Location) -> Option<Vehicle> {
+fn read_profile(
+    files: &dyn Files,
+    top: &Fields<'_>,
+    path: &Path,
+    at: &Location,
+) -> Result<Vehicle, Option<Vec<String>>> {
     let checker = top.checker;
-    let bytes = files.read(path).map_err(|error| format!("{}: cannot read it: {error}", path.display()));
-    let bytes = checker.accept(at, bytes, "give the profile's path relative to this file")?;
-    vehicle::read(files, path, bytes).map_err(|problems| checker.adopt(problems)).ok()
+    let bytes = files.read(path).map_err(|error| {
+        let remedy = remedy_of(&error, "give the profile's path relative to this file");
+        checker.refuse(at, format!("{}: cannot read it: {error}", path.display()), remedy);
+        None
+    });
+    compiled(files, top, path, bytes?)
+}
+
+/// Compiles a profile from the bytes of its file.
+fn compiled(
+    files: &dyn Files,
+    top: &Fields<'_>,
+    path: &Path,
+    bytes: Vec<u8>,
+) -> Result<Vehicle, Option<Vec<String>>> {
+    vehicle::read(files, path, bytes).map_err(|refused| {
+        top.checker.adopt(refused.problems);
+        refused.buses
+    })
 }
 
 fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<Settings> {
@@ -181,18 +216,20 @@ fn settings(files: &dyn Files, top: Fields<'_>, profile: Profile<'_>) -> Option<
     let lights = top.table("traffic_lights").and_then(|section| traffic_lights(files, section));
     let decides = top.table("turn_signal").is_some_and(|section| section.flag("enabled") == Some(true));
     let decider = top.table("turn_signal").and_then(|section| turn_signal(files, section));
-    let binding = vehicle.as_ref().map(|vehicle| &vehicle.command);
+    let binding = vehicle.as_ref().ok().map(|vehicle| &vehicle.command);
     let command = top.table("command").and_then(|section| command::command(section, binding, decides));
     let cans = match (&vehicle, profile) {
-        (Some(vehicle), Profile::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
-        (Some(vehicle), Profile::Named | Profile::Chosen(_)) => cans(&top, vehicle),
-        (None, _) => {
-            top.value("can");
-            Vec::new()
+        (Ok(vehicle), Profile::Alone(_)) => (0..vehicle.buses.len()).map(CanConfig::numbered).collect(),
+        (Err(_), Profile::Alone(_)) => Vec::new(),
+        (Ok(vehicle), Profile::Named | Profile::Chosen(_)) => {
+            let buses: Vec<_> = vehicle.buses.iter().map(|bus| bus.name.clone()).collect();
+            cans(&top, Some(&buses))
         }
+        // A profile that was refused has names for its buses nevertheless.
+        (Err(buses), Profile::Named | Profile::Chosen(_)) => cans(&top, buses.as_deref()),
     };
     top.done();
-    let mut vehicle = vehicle?;
+    let mut vehicle = vehicle.ok()?;
     for (bus, can) in vehicle.buses.iter_mut().zip(&cans) {
         bus.interface.clone_from(&can.interface);
     }

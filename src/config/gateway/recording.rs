@@ -20,7 +20,7 @@ const STAMPS: Keywords<Stamps> = &[("recorded", Stamps::Recorded), ("now", Stamp
 /// The recording that is played.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Recording in any known format, plain or gzip.
+    /// Recording in any known format, plain or compressed.
     pub file: PathBuf,
     /// Factor on the original timing.
     pub speed: f64,

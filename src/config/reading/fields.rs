@@ -68,6 +68,11 @@ impl<'c> Fields<'c> {
         self.entries.iter().find(|entry| entry.key == key).map(|entry| &entry.value)
     }
 
+    /// All keys, in the order of the file; none is known by that.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'c str> + use<'c> {
+        self.entries.iter().map(|entry| entry.key.as_str())
+    }
+
     /// True if the key is present, whatever its value.
     pub(crate) fn has(&self, key: &str) -> bool {
         self.entries.iter().any(|entry| entry.key == key)

@@ -26,15 +26,30 @@ impl Problem {
         Self { file, position: None, key: String::new(), reason, remedy }
     }
 
-    /// The problem of a file that cannot be read.
+    /// The problem of a file that cannot be read; `remedy` is for one that does not exist.
     pub(crate) fn unreadable(file: &Path, error: &io::Error, remedy: &str) -> Self {
-        Self::whole_file(file, format!("cannot read it: {error}"), remedy)
+        Self::whole_file(file, format!("cannot read it: {error}"), remedy_of(error, remedy))
+    }
+}
+
+/// The remedy for a file that could not be read; `missing` is that for one that does not exist.
+pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
+    let is = |kinds: &[io::ErrorKind]| kinds.contains(&error.kind());
+    if is(&[io::ErrorKind::PermissionDenied]) {
+        "let this user read it"
+    } else if is(&[io::ErrorKind::NotFound, io::ErrorKind::NotADirectory, io::ErrorKind::IsADirectory]) {
+        missing
+    } else {
+        ""
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        // The parts that come from the file itself have no control characters; its path may.
+        for char in self.file.display().to_string().chars() {
+            if char.is_control() { write!(f, "{}", char.escape_default())? } else { write!(f, "{char}")? }
+        }
         if let Some((line, column)) = self.position {
             write!(f, ":{line}:{column}")?;
         }
@@ -61,6 +76,40 @@ impl From<Problem> for Refused {
     }
 }
 
+/// A problem a line. A remedy that the line before has as well, such as a list of all keys, is not repeated.
 fn list(problems: &[Problem]) -> String {
-    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    let mut lines = Vec::new();
+    let mut before = "";
+    for problem in problems {
+        let is_repeated = problem.remedy == before;
+        before = &problem.remedy;
+        lines.push(if is_repeated {
+            Problem { remedy: String::new(), ..problem.clone() }.to_string()
+        } else {
+            problem.to_string()
+        });
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_that_the_line_before_gives_is_not_repeated() {
+        let problem = |reason: &str, remedy: &str| Problem::whole_file(Path::new("a\u{1b}"), reason, remedy);
+        let problems =
+            vec![problem("x", "do this"), problem("y", "do this"), problem("z", "do that"), problem("x", "")];
+        let expected = "a\\u{1b}: x; do this\na\\u{1b}: y\na\\u{1b}: z; do that\na\\u{1b}: x";
+        assert_eq!(Refused(problems).to_string(), expected);
+    }
+
+    #[test]
+    fn advice_fits_the_reason_why_a_file_cannot_be_read() {
+        let remedy = |kind: io::ErrorKind| remedy_of(&kind.into(), "give the path");
+        assert_eq!(remedy(io::ErrorKind::NotFound), "give the path");
+        assert_eq!(remedy(io::ErrorKind::PermissionDenied), "let this user read it");
+        assert_eq!(remedy(io::ErrorKind::StorageFull), "");
+    }
 }

@@ -6,6 +6,7 @@ use super::binder::{Binder, LoadedDbc};
 use crate::config::files::Files;
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::fields::Fields;
+use crate::config::reading::problem::remedy_of;
 use crate::core::can::bus::BusSettings;
 use crate::core::can::frame::CanId;
 use crate::core::can::link::BusIndex;
@@ -47,11 +48,15 @@ pub(super) fn read_buses(files: &dyn Files, top: &Fields<'_>) -> Option<(Vec<Loa
             may_sleep: fields.flag("may_sleep").unwrap_or_default(),
         });
         if let Some(path) = fields.path("dbc") {
-            let bytes = files.read(&path).map_err(|error| format!("cannot read {}: {error}", path.display()));
-            let remedy = "give the DBC's path relative to this file";
-            if let Some(bytes) = checker.accept(fields.at("dbc"), bytes, remedy) {
-                let (bus, index) = (entry.key.clone(), BusIndex(index));
-                buses.push(LoadedDbc { bus, index, path, database: dbc::parse(&bytes) });
+            match files.read(&path) {
+                Ok(bytes) => {
+                    let (bus, index) = (entry.key.clone(), BusIndex(index));
+                    buses.push(LoadedDbc { bus, index, path, database: dbc::parse(&bytes) });
+                }
+                Err(error) => {
+                    let remedy = remedy_of(&error, "give the DBC's path relative to this file");
+                    fields.refuse("dbc", format!("cannot read {}: {error}", path.display()), remedy);
+                }
             }
         }
         fields.done();

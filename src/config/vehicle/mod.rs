@@ -62,16 +62,40 @@ impl Vehicle {
     }
 }
 
+/// A profile that was refused.
+pub(super) struct RefusedVehicle {
+    /// Every problem found.
+    pub(super) problems: Vec<Problem>,
+    /// Names of its buses, ascending; `None` when the file is not TOML.
+    pub(super) buses: Option<Vec<String>>,
+}
+
+impl From<Problem> for RefusedVehicle {
+    fn from(problem: Problem) -> Self {
+        Self { problems: vec![problem], buses: None }
+    }
+}
+
 /// Reads a profile from the bytes of its file.
 ///
 /// # Errors
 /// Every problem found.
-pub(super) fn read(files: &dyn Files, path: &Path, bytes: Vec<u8>) -> Result<Vehicle, Vec<Problem>> {
-    let text = Text::new(path, bytes).map_err(|problem| vec![problem])?;
-    let root = from_toml(&text, SEE).map_err(|problem| vec![problem])?;
+pub(super) fn read(files: &dyn Files, path: &Path, bytes: Vec<u8>) -> Result<Vehicle, RefusedVehicle> {
+    let text = Text::new(path, bytes)?;
+    let root = from_toml(&text, SEE)?;
     let checker = Checker::new(&text.file, SEE);
-    let vehicle = Fields::of(&checker, &root).and_then(|fields| compile(files, fields));
-    checker.finish(vehicle)
+    let fields = Fields::of(&checker, &root);
+    let buses = fields.as_ref().map(bus_names);
+    let vehicle = fields.and_then(|fields| compile(files, fields));
+    checker.finish(vehicle).map_err(|problems| RefusedVehicle { problems, buses })
+}
+
+/// Names of the buses that a profile describes, ascending.
+pub(super) fn bus_names(fields: &Fields<'_>) -> Vec<String> {
+    let table = fields.value("bus").and_then(|value| Fields::of_table(fields.checker, value));
+    let mut names: Vec<_> = table.iter().flat_map(Fields::keys).map(str::to_owned).collect();
+    names.sort_unstable();
+    names
 }
 
 /// Compiles a profile; `None` when a problem was noted.

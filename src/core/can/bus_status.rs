@@ -34,12 +34,21 @@ pub(in crate::core) fn status(bus: &Bus, node: &str, rate_hz: f64, now: MonoTime
     Status { name: format!("{node}: {}", settings.interface), level, message, values }
 }
 
+/// `EPROTONOSUPPORT` and `EAFNOSUPPORT`: the kernel has no raw CAN sockets, or no CAN at all.
+const NO_CAN: [i32; 2] = [93, 97];
+
 /// Text for the state of a link.
-pub(in crate::core) fn link_text(interface: &str, state: LinkState) -> String {
+pub fn link_text(interface: &str, state: LinkState) -> String {
     match state {
         LinkState::Up => format!("{interface} is up"),
         LinkState::Down => format!("{interface} is down"),
         LinkState::Missing => format!("{interface} is missing"),
+        LinkState::NotCan => format!("{interface} is not a CAN interface"),
+        LinkState::Failed(errno) if NO_CAN.contains(&errno) => {
+            format!(
+                "{interface} cannot be opened: this kernel has no CAN sockets (errno {errno}), try modprobe can-raw"
+            )
+        }
         LinkState::Failed(errno) => format!("{interface} cannot be opened (errno {errno})"),
         LinkState::Ended => format!("the recording of {interface} has ended"),
     }
@@ -63,7 +72,9 @@ fn reception_text(bus: &Bus, reception: Reception) -> (Level, String) {
     match reception {
         Reception::Link(state) => (Level::Error, link_text(&bus.settings().interface, state)),
         Reception::NothingYet => (Level::Warn, "up, but no frame of the vehicle profile yet".to_owned()),
-        Reception::Silent => (Level::Warn, format!("up, but silent for more than {limit} ms")),
+        Reception::Silent => {
+            (Level::Warn, format!("up, but no frame of the vehicle profile for more than {limit} ms"))
+        }
         Reception::Asleep => (Level::Ok, "asleep".to_owned()),
         Reception::Losing => {
             (Level::Warn, "receiving, with recent drops, error frames or bad lines".to_owned())
@@ -117,6 +128,7 @@ fn controller_values(bus: &Bus, now: MonoTime, values: &mut Vec<(&'static str, S
 fn link_value(state: LinkState) -> String {
     match state {
         LinkState::Failed(errno) => format!("failed, errno {errno}"),
+        LinkState::NotCan => "not a CAN interface".to_owned(),
         LinkState::Up | LinkState::Down | LinkState::Missing | LinkState::Ended => state.name().to_owned(),
     }
 }

@@ -13,6 +13,8 @@ pub enum LinkState {
     Down,
     /// There is no interface with that name (`ENODEV`), e.g. an unplugged adapter.
     Missing,
+    /// The interface exists and is not a CAN interface.
+    NotCan,
     /// The interface exists but cannot be opened, with the `errno`.
     Failed(i32),
     /// The recording has ended, so that no frame follows.
@@ -26,6 +28,7 @@ impl LinkState {
             Self::Up => "up",
             Self::Down => "down",
             Self::Missing => "missing",
+            Self::NotCan => "not_can",
             Self::Failed(_) => "failed",
             Self::Ended => "ended",
         }

@@ -48,6 +48,7 @@ impl Note {
             ["link", "up"] => Self::Link(LinkState::Up),
             ["link", "down"] => Self::Link(LinkState::Down),
             ["link", "missing"] => Self::Link(LinkState::Missing),
+            ["link", "not_can"] => Self::Link(LinkState::NotCan),
             ["link", "ended"] => Self::Link(LinkState::Ended),
             ["link", "failed", errno] => Self::Link(LinkState::Failed(errno.parse().ok()?)),
             ["drops", lost] => Self::Drops(lost.parse().ok()?),
@@ -91,6 +92,7 @@ mod tests {
             Just(LinkState::Up),
             Just(LinkState::Down),
             Just(LinkState::Missing),
+            Just(LinkState::NotCan),
             Just(LinkState::Ended),
             any::<i32>().prop_map(LinkState::Failed),
         ];

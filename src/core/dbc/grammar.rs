@@ -81,6 +81,9 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String>
     let text = statement.text.as_ref();
     let plain =
         |parsed: Result<Parsed, String>| parsed.map(|parsed| ParsedStatement { parsed, irregularity: None });
+    if let Some(reason) = missing_colon(statement.keyword(), text) {
+        return Err(reason);
+    }
     match statement.keyword() {
         "BO_" => repaired(text, repair::message, read_message),
         "SG_" => repaired(text, repair::signal, read_signal),
@@ -96,6 +99,18 @@ pub(super) fn read(statement: &Statement<'_>) -> Result<ParsedStatement, String>
         keyword if is_keyword(keyword) => plain(read_unused(text)),
         _ => Err("not a DBC statement".to_owned()),
     }
+}
+
+/// The reason to refuse a statement whose colon is missing; `None` for one that has it or needs none.
+fn missing_colon(keyword: &str, text: &str) -> Option<String> {
+    let words = match keyword {
+        "BO_" => 3,
+        "SG_" => 2,
+        _ => return None,
+    };
+    let begin = text.split('"').next().unwrap_or_default();
+    let head: Vec<_> = text.split_ascii_whitespace().take(words).collect();
+    (!begin.contains(':')).then(|| format!("expected \":\" after {:?}", head.join(" ")))
 }
 
 /// Parses the text as it is or, when that fails, as repaired.
@@ -291,7 +306,8 @@ fn reason(error: &DbcError) -> String {
         return error.to_string();
     };
     let message = error.variant.message();
-    if message.contains("EOI") || message.len() > 100 {
+    // The name of the grammar's first rule says nothing.
+    if message.contains("EOI") || message.contains("file") || message.len() > 100 {
         "not DBC syntax".to_owned()
     } else {
         message.into_owned()

@@ -144,6 +144,7 @@ mod tests {
     fn malformed_signal_rejects_only_itself() {
         for (statement, reason) in [
             (r#"SG_ S : 8|4@4- (1,0) [0|0] "" X"#, "expected"),
+            (r#"SG_ S 8|4@1- (1,0) [0|0] "" X"#, r#"expected ":" after "SG_ S""#),
             (r#"SG_ S : 8@1+ (1,0) [0|0] "" X"#, ""),
             (r#"SG_ S : -8|4@1+ (1,0) [0|0] "" X"#, ""),
             (r#"SG_ S : 8|4@1+ [0|0] "" X"#, ""),

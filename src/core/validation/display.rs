@@ -87,7 +87,9 @@ pub fn missing_reason_text(
             format!("{} is stale, silent for more than {limit} ms", message.name)
         }
         MissingReason::NotTrusted(reason) => format!("{} is not trusted: {reason}", message.name),
-        MissingReason::BusSilent => format!("bus {interface} is silent"),
+        MissingReason::BusSilent => {
+            format!("{} may have changed: no frame of the vehicle profile on {interface}", message.name)
+        }
         MissingReason::BusOff => format!("{} is not received, {interface} is bus-off", message.name),
         MissingReason::BusQuiet => format!("no frame of {}, as nothing on {interface}", message.name),
         MissingReason::BusAsleep => format!("no frame of {} since bus {interface} fell asleep", message.name),

@@ -1,5 +1,6 @@
 //! The last value of each bound signal, as long as it is valid.
 
+use std::fmt;
 use std::time::Duration;
 
 use super::integrity::window::E2eState;
@@ -48,6 +49,39 @@ impl MissingReason {
     /// True for a permitted sleep of the bus, which is no failure.
     pub fn is_sleep(self) -> bool {
         matches!(self, Self::BusQuiet | Self::BusAsleep)
+    }
+}
+
+/// Reason why the signals of a frame are not used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unused {
+    /// It ends before a signal it should carry; its length in bytes.
+    TooShort(usize),
+    /// It is of the other format, classical CAN or CAN FD, than the DBC gives.
+    WrongFormat,
+    /// It fails the integrity check.
+    Rejected(Reject),
+}
+
+impl Unused {
+    /// The reason without the numbers of the frame.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::TooShort(_) => "too short for its signals",
+            Self::WrongFormat => "classical CAN instead of CAN FD, or the other way round",
+            Self::Rejected(reject) => reject.reason(),
+        }
+    }
+}
+
+/// The reason with the numbers of the frame.
+impl fmt::Display for Unused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooShort(length) => write!(f, "{}: {length} bytes", self.reason()),
+            Self::WrongFormat => f.write_str(self.reason()),
+            Self::Rejected(reject) => reject.fmt(f),
+        }
     }
 }
 
@@ -282,6 +316,30 @@ impl Observations {
     /// since its link was lost.
     pub fn last_reject(&self, message: MessageIndex) -> Option<Reject> {
         self.messages[message.0].last_reject
+    }
+
+    /// Takes a frame as [`Self::frame_arrived`] does, and gives the reason if it was not used.
+    ///
+    /// # Errors
+    /// The reason why none of its signals was used.
+    pub fn try_frame(
+        &mut self,
+        table: &SignalTable,
+        message: MessageIndex,
+        frame: &Frame,
+        stamp: WallStamp,
+        now: Now,
+    ) -> Result<(), Unused> {
+        let before = self.counts(message);
+        if self.frame_arrived(table, message, frame, stamp, now) {
+            return Ok(());
+        }
+        let counts = self.counts(message);
+        Err(match self.last_reject(message) {
+            _ if counts.too_short > before.too_short => Unused::TooShort(frame.data().len()),
+            Some(reject) if counts.wrong_format == before.wrong_format => Unused::Rejected(reject),
+            Some(_) | None => Unused::WrongFormat,
+        })
     }
 
     /// Number of frames of a message since start.

@@ -80,5 +80,9 @@ fn condition_role<S>(named: &NamedSource<S>) -> Option<RoleTexts> {
 }
 
 fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleTexts> {
-    faults.signals.iter().map(|fault| role_texts(&fault.role, format!("fault of {}", fault.text), on_off))
+    // A name of the part, or of the fault itself.
+    let subject = |text: &str| {
+        if text.contains("fault") { text.to_owned() } else { format!("fault of {text}") }
+    };
+    faults.signals.iter().map(move |fault| role_texts(&fault.role, subject(&fault.text), on_off))
 }

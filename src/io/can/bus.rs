@@ -9,9 +9,10 @@ use tokio::sync::mpsc::Sender;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::controller::{self, ControllerWatch};
-use super::link::{Link, LinkWatch};
+use super::link::{Link, LinkWatch, is_can};
 use super::socket::{BATCH, CanSocket};
 use super::transmit::Transmitter;
+use crate::core::can::bus_status::link_text;
 use crate::core::can::controller::ControllerReport;
 use crate::core::can::frame::CanId;
 use crate::core::can::input::CanInput;
@@ -100,7 +101,7 @@ impl Reception {
             } else {
                 pause = RETRY.0;
                 sleep(TICK).await; // a flapping link must not keep us busy
-                if link.is_err() {
+                if link.is_err() || state == LinkState::NotCan {
                     watch.changed_from(link).await;
                 }
             }
@@ -110,6 +111,9 @@ impl Reception {
     /// Opens the interface, if it is up, and receives as long as it stays so.
     async fn receive_on(&mut self, link: Link, watch: &mut LinkWatch) -> Result<Infallible, Lost> {
         let index = link?;
+        if !is_can(&self.settings.interface) {
+            return Err(Lost::Link(watch.look().err().unwrap_or(LinkState::NotCan)));
+        }
         let opened = self.open(index);
         // One that cannot be opened may have gone away just now.
         let mut socket = opened.map_err(|error| watch.look().err().unwrap_or(failed(&error)))?;
@@ -222,17 +226,8 @@ impl Reception {
             return Ok(());
         }
         let BusSocketSettings { bus, interface, .. } = &self.settings;
-        match state {
-            LinkState::Up | LinkState::Ended => {}
-            LinkState::Down => tracing::warn!(interface, "CAN interface is down; waiting until it is set up"),
-            LinkState::Missing => {
-                tracing::warn!(interface, "CAN interface is missing; waiting until it appears");
-            }
-            LinkState::Failed(errno) => {
-                let error = io::Error::from_raw_os_error(errno);
-                tracing::error!(interface, %error, "CAN interface cannot be used; trying again");
-            }
-        }
+        // Who takes the inputs reports the state as well, and with what follows from it.
+        tracing::debug!("{}", link_text(interface, state));
         self.send(vec![CanInput::Link { bus: *bus, state }]).await
     }
 
@@ -295,23 +290,15 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn an_interface_that_cannot_be_opened_is_reported_once_however_often_it_is_tried() {
+    async fn an_interface_that_is_not_a_can_interface_is_reported_once() {
         let (sender, mut inputs) = channel(8);
         let task = tokio::spawn(receive(settings("lo"), sender));
         let first = inputs.recv().await.unwrap();
-        let state = LinkState::Failed(raw_can_error());
+        let state = LinkState::NotCan;
         assert_eq!(first, [CanInput::Link { bus: BusIndex(2), state }]);
         let more = timeout(Duration::from_secs(600), inputs.recv()).await;
         assert!(more.is_err(), "{more:?}");
         assert!(!task.is_finished());
-    }
-
-    /// The expected error of opening `lo` as a CAN interface, which depends on whether this kernel has CAN.
-    fn raw_can_error() -> i32 {
-        match CanSocket::open(1, &[], 4096) {
-            Err(error) => error.raw_os_error().unwrap(),
-            Ok(_) => panic!("the first interface is not lo"),
-        }
     }
 
     #[tokio::test]

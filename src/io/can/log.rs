@@ -1,21 +1,20 @@
-//! Recordings on disk in any of the [formats](super::formats), plain or gzip, read entry by entry in
-//! constant memory.
+//! Recordings on disk in any of the [formats](super::formats), plain or compressed, read entry by entry in
+//! bounded memory.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
-
+use super::compression::decompressed;
 use super::formats::blf::Blf;
 use super::formats::{
-    BadLine, Content, Entry, Format, HEAD, Interface, LineReader, MAX_LINE, not_supported,
+    BadLine, Content, Entry, Format, HEAD, Interface, LineReader, MAX_LINE, not_recognised, not_supported,
     without_byte_order_mark,
 };
 use crate::core::time::WallStamp;
 
 /// Position of an interface's name in [`Log::interfaces`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct InterfaceIndex(pub usize);
 
 /// One entry of a log.
@@ -39,7 +38,6 @@ pub struct Log {
 
 /// The length of a file's beginning that is searched for interface names, entries.
 const LOOK_AHEAD: usize = 20_000;
-const GZIP_MAGIC: [u8; 2] = [0x1F, 0x8B];
 const BUFFER: usize = 64 << 10;
 /// The largest number of names; more are a sign of garbage, and count as bad lines.
 const MAX_INTERFACES: usize = 64;
@@ -53,11 +51,16 @@ enum Reader {
 /// Number of a line or object, and its entry.
 type Numbered<'a> = (u64, Result<Option<Entry<'a>>, BadLine>);
 
+/// The error for a recording of which not one frame was read.
+pub fn no_frame() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, "not one frame was read")
+}
+
 impl Log {
     /// Opens a log file; `-` is standard input.
     ///
     /// # Errors
-    /// An error of the system, or a format that is known and not supported.
+    /// An error of the system, or a format that is unknown or not supported.
     pub fn open(path: &Path) -> io::Result<Self> {
         if path == Path::new("-") {
             return Self::new(Box::new(io::stdin()));
@@ -65,17 +68,13 @@ impl Log {
         Self::new(Box::new(File::open(path)?))
     }
 
-    /// Reads from anything, unpacking gzip if it begins like gzip, in the [format](super::formats)
+    /// Reads from anything, decompressing it if it begins like a compressed file, in the [format](super::formats)
     /// that its content has.
     ///
     /// # Errors
-    /// A file whose first bytes cannot be read, or whose format is known and not supported.
+    /// A file whose first bytes cannot be read, or whose format is unknown or not supported.
     pub fn new(source: Box<dyn Read + Send>) -> io::Result<Self> {
-        let mut plain = BufReader::with_capacity(BUFFER, source);
-        let packed = plain.fill_buf()?.starts_with(&GZIP_MAGIC);
-        let source: Box<dyn Read + Send> =
-            if packed { Box::new(MultiGzDecoder::new(plain)) } else { Box::new(plain) };
-        let reader = Reader::new(source)?;
+        let reader = Reader::new(decompressed(source)?)?;
         Ok(Self { reader, interfaces: Vec::new(), bad_lines: 0, first_bad: None })
     }
 
@@ -161,7 +160,8 @@ impl Reader {
             format = Format::of(&head);
         }
         let last = head.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
-        let format = format.or_else(|| Format::of_line(last.trim_ascii())).unwrap_or_default();
+        let format = format.or_else(|| Format::of_line(without_byte_order_mark(last).trim_ascii()));
+        let Some(format) = format else { return Err(not_recognised(&head)) };
         let text = head.len() - without_byte_order_mark(&head).len();
         let mut head = io::Cursor::new(head);
         if let Format::Lines(_) = format {
@@ -264,11 +264,29 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_is_not_a_recording_is_refused_with_what_it_looks_like() {
+        let refused =
+            |bytes: &[u8]| Log::new(Box::new(io::Cursor::new(bytes.to_vec()))).unwrap_err().to_string();
+        assert_eq!(refused(b""), "the file is empty");
+        let zip = refused(b"PK\x03\x04\x14");
+        assert!(
+            zip.starts_with("format not recognised: it looks like a zip archive; these are read, "),
+            "{zip}"
+        );
+        assert!(zip.contains("candump") && zip.ends_with("Vector BLF"), "{zip}");
+        assert!(refused(b"time,speed\n1,2\n").contains("text that begins with \"time,speed\""));
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        gzip.write_all(b"SQLite format 3\0").unwrap();
+        assert!(refused(&gzip.finish().unwrap()).contains("an SQLite database"));
+    }
+
+    #[test]
     fn an_endless_line_does_not_fill_memory() {
-        let mut bytes = vec![b'x'; 1 << 20];
+        let mut bytes = b"(1.0) can0 123#01\n".to_vec();
+        bytes.extend(vec![b'x'; 1 << 20]);
         bytes.extend(b"\n(1.0) can0 123#01\n");
         let (log, records) = read_all(bytes);
-        assert_eq!((records.len(), log.bad_lines()), (1, 1));
+        assert_eq!((records.len(), log.bad_lines()), (2, 1));
         let Reader::Lines { line, .. } = log.reader else { panic!("these are lines") };
         assert!(line.capacity() < 4 * MAX_LINE);
     }

@@ -9,10 +9,12 @@
 //! | [`transmit`] | sending on that socket |
 //! | [`sender_lock`] | at most one process that sends commands on an interface |
 //! | `wire` | the kernel's structures, as bytes |
-//! | [`log`] | recordings on disk, in any format, plain or gzip |
+//! | [`log`] | recordings on disk, in any format, plain or compressed |
+//! | `compression` | gzip, xz and Zstandard, recognised by their first bytes |
 //! | [`formats`] | the formats of recordings, and how each is recognised |
 
 pub mod bus;
+mod compression;
 pub mod controller;
 pub mod formats;
 mod link;

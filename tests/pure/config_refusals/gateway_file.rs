@@ -140,6 +140,20 @@ fn an_interface_that_serves_two_buses_is_refused() {
 }
 
 #[test]
+fn buses_are_checked_even_if_the_profile_is_refused() {
+    let mut texts = with("car.toml", "from = \"signal\"", "from = \"signl\"");
+    let gateway = texts.text("gateway.toml").replace("[can.body]", "[can.bdy]");
+    texts.insert("gateway.toml", gateway);
+    let problems: Vec<_> = load_texts(&texts).unwrap_err().iter().map(ToString::to_string).collect();
+    let expected = [
+        "car.toml:13:8: hazard.from: unknown value \"signl\"; give one of signal, reason, both_sides, button, not_fitted, unbound",
+        "gateway.toml:1:1: bus body of the vehicle profile has no interface; add [can.body] interface = \"can0\"",
+        "gateway.toml:2:6: can.bdy: the vehicle profile has no bus bdy; it has body",
+    ];
+    assert_eq!(problems, expected);
+}
+
+#[test]
 fn all_problems_of_both_files_come_at_once() {
     let mut texts = sound();
     let gateway = texts.text("gateway.toml").to_owned();
@@ -162,6 +176,7 @@ fn all_problems_of_both_files_come_at_once() {
             "car.toml turn.left[1]",
             "car.toml turn.left[2]",
             "car.toml hazard.on",
+            "gateway.toml can.body.interface",
             "gateway.toml diagnostics.period_ms",
             "gateway.toml ros.node",
         ]

@@ -32,6 +32,16 @@ fn lamps_that_frames_cannot_resolve_are_refused() {
 - lamp = { period_ms = 50 }
 + lamp = { period_ms = 50, latency_ms = 20 }
 > car.toml:12:26: turn.lamp.latency_ms: unknown key "latency_ms" with sent = "cyclic"; valid keys: sent, period_ms, jitter_ms, hold_ms, confirm_ms, stuck_on_ms, fast_period_ms
+- both_on = "hazard"
+- lamp = { period_ms = 50 }
++ both_on = "hazzard"
++ lamp = { period_ms = 201 }
+> car.toml:11:11: turn.both_on: unknown value "hazzard"; give one of hazard, undefined
+> car.toml:12:22: turn.lamp.period_ms: BLINK: a flashing lamp in a message sent every 201ms cannot be distinguished from a dark one; the limit is 200ms; bind a logical or request signal, or a message sent at each change (lamp.sent)
+- lamp = { period_ms = 50 }
++ lamp = { sent = "on_chnge", latency_ms = 20, hold_ms = 0 }
+> car.toml:12:17: turn.lamp.sent: unknown value "on_chnge"; give one of cyclic, on_change
+> car.toml:12:56: turn.lamp.hold_ms: 0 ms is out of range; give 1 to 3600000 ms
 - right_signal = { signal = "BLINK.RIGHT", on = [1], off = [0] }
 + right_signal = { signal = "OTHER.LAMP", on = [1], off = [0] }
   both_on = "hazard"

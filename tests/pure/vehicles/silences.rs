@@ -89,7 +89,7 @@ fn an_event_message_must_be_received_again_after_its_bus_was_silent() {
             [
                 "unknown: no frame of BLINKERS_STATE (614) on can0 yet",
                 "publishing",
-                "unknown: bus can0 is silent",
+                "unknown: BLINKERS_STATE may have changed: no frame of the vehicle profile on can0",
                 "unknown: no new frame of BLINKERS_STATE (614) on can0 yet",
                 "publishing",
             ],

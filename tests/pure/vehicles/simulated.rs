@@ -75,7 +75,7 @@ fn what_each_shipped_vehicle_shows_is_what_is_reported() {
             hazards += 1;
         }
     }
-    assert_eq!((turns, hazards), (47, 25), "profiles whose lights follow from the frames that are sent");
+    assert_eq!((turns, hazards), (47, 27), "profiles whose lights follow from the frames that are sent");
 }
 
 #[test]

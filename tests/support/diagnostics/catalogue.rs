@@ -14,7 +14,12 @@ const SEE_INTERFACE: &str = "Read the status of the interface, which names the c
 const MISSING: &[(&str, &str)] = &[
     ("{interface} is down", "Set the interface up."),
     ("{interface} is missing", "Plug in the adapter, or correct `interface`."),
+    ("{interface} is not a CAN interface", "Correct `interface`."),
     ("{interface} cannot be opened (errno {errno})", "Check the driver and the rights of the service."),
+    (
+        "{interface} cannot be opened: this kernel has no CAN sockets (errno {errno}), try modprobe can-raw",
+        "Load the kernel's modules, also that of the adapter.",
+    ),
     ("the recording of {interface} has ended", "Nothing; a recording is not repeated."),
     (
         "no frame of {message} ({id}) on {interface} yet",
@@ -45,7 +50,7 @@ const MISSING: &[(&str, &str)] = &[
         "{message} is not trusted: {reason}",
         "Read `last_reject`; check the message's integrity keys, and who else sends it.",
     ),
-    ("bus {interface} is silent", SEE_INTERFACE),
+    ("{message} may have changed: no frame of the vehicle profile on {interface}", SEE_INTERFACE),
     ("{message} is not received, {interface} is bus-off", SEE_INTERFACE),
 ];
 
@@ -239,7 +244,11 @@ fn interface() -> Task {
                 "up, but no frame of the vehicle profile yet",
                 "Check ignition, bit rate, and whether this is the profile's bus.",
             ),
-            message(Warn, "up, but silent for more than {limit} ms", "Check ignition and wiring."),
+            message(
+                Warn,
+                "up, but no frame of the vehicle profile for more than {limit} ms",
+                "Check ignition and wiring.",
+            ),
             message(
                 Warn,
                 "receiving, with recent drops, error frames or bad lines",
@@ -262,16 +271,26 @@ fn interface() -> Task {
             ),
             message(Error, "{interface} is down", "Set the interface up."),
             message(Error, "{interface} is missing", "Plug in the adapter, or correct `interface`."),
+            message(Error, "{interface} is not a CAN interface", "Correct `interface`."),
             message(
                 Error,
                 "{interface} cannot be opened (errno {errno})",
                 "Check the driver and the rights of the service.",
             ),
+            message(
+                Error,
+                "{interface} cannot be opened: this kernel has no CAN sockets (errno {errno}), try modprobe can-raw",
+                "Load the kernel's modules, also that of the adapter.",
+            ),
             message(Error, "the recording of {interface} has ended", "Nothing; a recording is not repeated."),
         ],
         keys: vec![
             key("bus", "-", "Name of the bus in the profile."),
-            key("link", "-", "`up`, `down`, `missing`, `failed, errno N`, or `ended` after a recording."),
+            key(
+                "link",
+                "-",
+                "`up`, `down`, `missing`, `not a CAN interface`, `failed, errno N`, or `ended` after a recording.",
+            ),
             key(
                 "controller",
                 "-",

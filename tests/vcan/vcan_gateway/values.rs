@@ -111,7 +111,7 @@ fn a_drive_played_by_canplayer_comes_out_as_it_was() {
         .status();
     assert!(status.unwrap().success());
     let played = before..=wall();
-    reader.status(mark, "vcan-play", 1, "silent for more than 1000 ms");
+    reader.status(mark, "vcan-play", 1, "no frame of the vehicle profile for more than 1000 ms");
     // Topics do not wait for each other: the last reports may come behind the status.
     for (kind, expected) in [("turn", &[1, 2, 1, 3, 1][..]), ("hazard", &[1, 2, 1])] {
         for _ in 0..40 {

@@ -44,17 +44,22 @@ pub(super) fn command_message(
         fields.accept_rest();
         return None;
     };
+    // Admitted even if something else is refused, for the checks on messages that are both sent and received.
+    let permission = allowed.admit(binder.buses[bus].index, message.id, message.length, message.format);
+    let remedy = "describe messages that can be sent, each once";
+    let permission = binder.checker.accept(&name.location, permission, remedy);
     let mut parts = Parts { binder, message, placed: Vec::new(), named: Vec::new() };
     let timing = timing(binder, fields, &name, message);
+    refuse_counting_changes(fields);
+    let unused_bits = fields.number("unused_bits", 0..=1, "").unwrap_or(0_u8);
+    let idle = fields.keyword("idle", IDLE);
+    let before_parts = binder.checker.count();
     let turn = fields.table("turn").and_then(|section| parts.turn(section));
     let hazard = fields.table("hazard").and_then(|section| parts.hazard(section, timing));
     let enable = fields.table("enable").and_then(|section| parts.enable(section));
     let constants = fields.value("constants").map(|value| parts.group(&[value])).unwrap_or_default();
     let protection = protection(binder, fields, message);
-    refuse_counting_changes(fields);
-    let unused_bits = fields.number("unused_bits", 0..=1, "").unwrap_or(0_u8);
-    let idle = fields.keyword("idle", IDLE);
-    if binder.checker.count() > before {
+    if binder.checker.count() > before_parts {
         return None;
     }
     parts.protected(fields, protection.as_ref());
@@ -68,9 +73,6 @@ pub(super) fn command_message(
         fields.refuse("idle", "this message cannot express that nothing is requested", remedy);
     }
     let idle = idle.unwrap_or(if can_be_neutral { Idle::Neutral } else { Idle::Silent });
-    let permission = allowed.admit(binder.buses[bus].index, message.id, message.length, message.format);
-    let remedy = "describe messages that can be sent, each once";
-    let permission = binder.checker.accept(&name.location, permission, remedy);
     let mut background = [if unused_bits == 1 { 0xFF } else { 0 }; MAX_DATA];
     for patch in &constants {
         patch.apply(&mut background);

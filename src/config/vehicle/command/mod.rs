@@ -6,7 +6,6 @@ mod message;
 use super::binder::{Binder, split_bus};
 use crate::config::reading::fields::Fields;
 use crate::core::command::allow_list::AllowList;
-use crate::core::command::message::CommandMessage;
 use crate::core::command::settings::CommandBinding;
 use crate::core::validation::table::SignalTable;
 use crate::core::vehicle_lights::binding::HazardBinding;
@@ -26,10 +25,8 @@ pub(super) fn command(
     let files: Vec<_> = fields.tables("message").collect();
     let compiled = files.iter().filter_map(|file| command_message(binder, &mut allowed, file));
     let messages: Vec<_> = compiled.collect();
-    if binder.checker.count() == before {
-        each_is_requested_once(&fields, &files, &messages);
-        buttons_need_a_report(&files, &messages, hazard);
-    }
+    each_is_requested_once(&fields, &files);
+    buttons_need_a_report(&files, hazard);
     let control_mode = fields.table("control_mode").and_then(|section| control_mode(binder, section));
     let driver: Vec<_> = fields.tables("driver").filter_map(|section| driver_sign(binder, section)).collect();
     fields.done();
@@ -47,15 +44,13 @@ pub(super) fn command(
     })
 }
 
-/// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are the tables of the `messages`.
-fn each_is_requested_once(fields: &Fields<'_>, files: &[Fields<'_>], messages: &[CommandMessage]) {
-    let turns = |message: &CommandMessage| message.turn.is_some();
-    let hazards = |message: &CommandMessage| {
-        message.hazard.is_some() || message.turn.as_ref().is_some_and(|part| part.hazard.is_some())
-    };
-    let requesting = |requests: &dyn Fn(&CommandMessage) -> bool| -> Vec<_> {
-        files.iter().zip(messages).filter(|(_, message)| requests(message)).map(|(file, _)| file).collect()
-    };
+/// Refuses profiles that do not request turn indicators and hazard lights by one message each. `files` are the tables of
+/// the messages, which may have been refused for something else.
+fn each_is_requested_once(fields: &Fields<'_>, files: &[Fields<'_>]) {
+    let turns = |file: &&Fields<'_>| file.has("turn");
+    let hazards = |file: &&Fields<'_>| file.has("hazard") || has_within(file, "turn", "hazard");
+    let requesting =
+        |requests: &dyn Fn(&&Fields<'_>) -> bool| files.iter().filter(requests).collect::<Vec<_>>();
     let remedy = "give one message `turn`";
     is_requested_once(fields, &requesting(&turns), "the turn indicators", remedy);
     let remedy = "give one message `hazard`, or its `turn` a state `hazard`: Autoware's emergency needs them";
@@ -72,15 +67,20 @@ fn is_requested_once(fields: &Fields<'_>, messages: &[&Fields<'_>], what: &str, 
     }
 }
 
-/// A button is pressed until the report shows it. `files` are the tables of the `messages`.
-fn buttons_need_a_report(files: &[Fields<'_>], messages: &[CommandMessage], hazard: Option<&HazardBinding>) {
+/// True if a table of a table has a key.
+fn has_within(file: &Fields<'_>, table: &'static str, key: &str) -> bool {
+    file.value(table)
+        .and_then(|value| Fields::of_table(file.checker, value))
+        .is_some_and(|table| table.has(key))
+}
+
+/// A button is pressed until the report shows it. `files` are the tables of the messages.
+fn buttons_need_a_report(files: &[Fields<'_>], hazard: Option<&HazardBinding>) {
     let is_reported = match hazard {
         Some(HazardBinding::From(_)) | None => true,
         Some(HazardBinding::NotFitted | HazardBinding::Unbound | HazardBinding::LeftOut) => false,
     };
-    let has_button =
-        |message: &CommandMessage| message.hazard.as_ref().is_some_and(|part| part.button.is_some());
-    for (file, _) in files.iter().zip(messages).filter(|(_, message)| !is_reported && has_button(message)) {
+    for file in files.iter().filter(|file| !is_reported && has_within(file, "hazard", "button")) {
         let reason = "a button is pressed until the report shows the lights, but [hazard] binds no signal";
         let remedy = "bind one, or remove `button` when the switch stays";
         file.section("hazard").refuse("button", reason, remedy);

@@ -16,13 +16,43 @@ const DEFAULT_LATENCY: Duration = Duration::from_millis(100);
 /// Occasions at which a message is sent; true for each change of a lamp.
 const ON_CHANGE: Keywords<bool> = &[("cyclic", false), ("on_change", true)];
 
-/// Binds lamps as a source: the `pair` of `fields` with their `times`.
+/// The times that are given, each `None` when it is absent or was refused.
+struct Given {
+    /// True for lamps that are sent at each change; `None` when it was refused.
+    on_change: Option<bool>,
+    latency: Option<Duration>,
+    period: Option<Duration>,
+    jitter: Option<Duration>,
+}
+
+/// Reads when the lamps are sent, and the keys of that form.
+fn given(times: &Fields<'_>) -> Given {
+    let on_change = times.keyword("sent", ON_CHANGE).or((!times.has("sent")).then_some(false));
+    let (is_on_change, is_cyclic) = (on_change == Some(true), on_change == Some(false));
+    times.set_form(if is_on_change { "with sent = \"on_change\"" } else { "with sent = \"cyclic\"" });
+    if on_change.is_none() {
+        times.accept_rest();
+    }
+    let limit = |key, is_known: bool| if is_known { times.limit(key) } else { None };
+    Given {
+        on_change,
+        latency: limit("latency_ms", !is_cyclic),
+        period: limit("period_ms", !is_on_change),
+        jitter: limit("jitter_ms", !is_on_change),
+    }
+}
+
+/// Binds lamps as a source: the `pair` of `fields`, unless it was refused, with their `times`.
 pub(super) fn lamps(
     binder: &Binder<'_>,
-    pair: SidePair,
+    pair: Option<SidePair>,
     fields: &Fields<'_>,
     times: &Fields<'_>,
 ) -> Option<TurnSource> {
+    let given = given(times);
+    let [hold, confirm, stuck_on_after, fast_period] =
+        ["hold_ms", "confirm_ms", "stuck_on_ms", "fast_period_ms"].map(|key| times.limit(key));
+    let pair = pair?;
     let [left, right] = [&pair.left, &pair.right].map(|role| binder.signals[role.signal.0].message);
     if left != right {
         let reason = "the lamps are in different messages, so they are not received at the same time";
@@ -30,14 +60,13 @@ pub(super) fn lamps(
         return None;
     }
     let message = binder.messages[left.0].1;
-    let sampling = sampling(fields, times, message)?;
+    let sampling = sampling(fields, times, &given, message)?;
     let default = LampSettings::for_message(sampling);
-    let limit = |key, default| times.limit(key).unwrap_or(default);
     let settings = LampSettings {
-        hold: limit("hold_ms", default.hold),
-        confirm: limit("confirm_ms", default.confirm),
-        stuck_on_after: limit("stuck_on_ms", default.stuck_on_after),
-        fast_period: limit("fast_period_ms", default.fast_period),
+        hold: hold.unwrap_or(default.hold),
+        confirm: confirm.unwrap_or(default.confirm),
+        stuck_on_after: stuck_on_after.unwrap_or(default.stuck_on_after),
+        fast_period: fast_period.unwrap_or(default.fast_period),
         ..default
     };
     let why = match resolvable(sampling, settings.hold) {
@@ -55,17 +84,15 @@ pub(super) fn lamps(
     None
 }
 
-fn sampling(fields: &Fields<'_>, times: &Fields<'_>, message: &Message) -> Option<Sampling> {
-    if times.keyword("sent", ON_CHANGE).unwrap_or_default() {
-        times.set_form("with sent = \"on_change\"");
-        return Some(Sampling::OnChange { latency: times.limit("latency_ms").unwrap_or(DEFAULT_LATENCY) });
+fn sampling(fields: &Fields<'_>, times: &Fields<'_>, given: &Given, message: &Message) -> Option<Sampling> {
+    if given.on_change? {
+        return Some(Sampling::OnChange { latency: given.latency.unwrap_or(DEFAULT_LATENCY) });
     }
-    times.set_form("with sent = \"cyclic\"");
     let cycle = message.cycle_ms.filter(|cycle| *cycle > 0).map(|ms| Duration::from_millis(ms.into()));
     if cycle.is_none() && !times.has("period_ms") {
         let reason = format!("no period for {}: the DBC has no GenMsgCycleTime for it", message.name);
         fields.refuse("left_signal", reason, "add lamp = { period_ms = … }");
     }
-    let period = times.limit("period_ms").or(cycle)?;
-    Some(Sampling::Cyclic { period, jitter: times.limit("jitter_ms").unwrap_or(period / 10) })
+    let period = given.period.or(cycle)?;
+    Some(Sampling::Cyclic { period, jitter: given.jitter.unwrap_or(period / 10) })
 }

@@ -48,10 +48,9 @@ fn source(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource> {
         (Some(TurnKind::Lamp), _) => {
             fields.set_form("with kind = \"lamp\"");
             let times = fields.section("lamp");
-            let lamps = pair(binder, fields).and_then(|pair| lamps(binder, pair, fields, &times));
-            if lamps.is_some() {
-                times.done();
-            }
+            let pair = pair(binder, fields);
+            let lamps = lamps(binder, pair, fields, &times);
+            times.done();
             lamps
         }
         (Some(TurnKind::Stalk), _) => {
@@ -95,7 +94,8 @@ fn enumerated(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<TurnSource
 fn pair(binder: &mut Binder<'_>, fields: &Fields<'_>) -> Option<SidePair> {
     let remedy = "a pair of turn signals needs left_signal, right_signal and both_on";
     fields.require(&["left_signal", "right_signal", "both_on"], remedy);
-    let both = fields.keyword("both_on", BOTH_ON);
+    // Another value than these is refused by now, and hides nothing else that is wrong.
+    let both = fields.keyword("both_on", BOTH_ON).or(fields.has("both_on").then_some(BothOn::Undefined));
     let [left, right] = ["left_signal", "right_signal"].map(|key| {
         let side = fields.table(key)?;
         let role = binder.switch(&side, ["on", "off"], UNUSABLE, "");

@@ -11,20 +11,26 @@
 //! ```
 //! `base dec` makes identifiers and data decimal. `timestamps absolute` counts from the start of
 //! the measurement, `relative` from the line before, whatever that held. The start is the date of
-//! the first trigger block, or that of the heading. Statistics, chip states, requests to send
+//! the first trigger block, or that of the heading, also written as `Thu, 09 Nov 2023 17:10:55 GMT`. A chip status, with
+//! error counters or without, is the state of the controller. Statistics, requests to send
 //! (`TxRq`) and other events are not frames and are passed over; an event with a direction where
 //! a frame has it that is not a frame counts as bad.
 
 use super::clock::{SECOND, days, month, nanos, time_of_day};
 use super::entry::{BadLine, Content, Entry};
-use super::fields::{SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text};
+use super::fields::{
+    SpacedFields, bus_error, data_frame, fields, id, length_of_dlc, number, text_before_comment,
+};
 use super::{LineFormat, LineReader, begins};
+use crate::core::can::controller::ControllerReport;
+use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 use crate::core::can::frame::CanId;
+use crate::core::can::note::Note;
 
 /// The format Vector ASC.
 pub(super) const FORMAT: LineFormat = LineFormat {
     name: "Vector ASC",
-    claims: |line| begins(line, &["date ", "base ", "//"]),
+    claims: |line| begins(line, &["date ", "base ", "// version", "begin triggerblock"]),
     reader: || Box::<Asc>::default(),
 };
 
@@ -48,10 +54,7 @@ impl LineReader for Asc {
         if !line.first().is_some_and(u8::is_ascii_digit) {
             return self.heading(line).map(|()| None);
         }
-        // Comments behind an event can have bytes that are not text; the fields before them count.
-        let valid =
-            text(line).unwrap_or_else(|_| line.utf8_chunks().next().map_or("", |chunk| chunk.valid()));
-        let mut fields = fields(valid, if self.decimal { 10 } else { 16 });
+        let mut fields = fields(text_before_comment(line), if self.decimal { 10 } else { 16 });
         let time = fields.time(SECOND)?;
         let event = event(&mut fields)?;
         self.elapsed = if self.relative { self.elapsed.saturating_add(time) } else { time };
@@ -85,12 +88,12 @@ impl Asc {
 
 const HOUR: i64 = 3600 * SECOND;
 
-/// `Tue Mar 5 02:30:00.250 pm 2024`, in lower case; am and pm may be missing.
+/// `Tue Mar 5 02:30:00.250 pm 2024` or `Tue, 05 Mar 2024 14:30:00 GMT`, in lower case; am and pm may be missing.
 fn start(date: &[&str]) -> Option<i64> {
-    let [_weekday, name, day, time, rest @ ..] = date else { return None };
-    let (half, year) = match rest {
-        [half @ ("am" | "pm"), year] => (Some(*half), year),
-        [year] => (None, year),
+    let (half, name, day, time, year) = match date {
+        [_weekday, name, day, time, half @ ("am" | "pm"), year] => (Some(*half), name, day, time, year),
+        [_weekday, name, day, time, year] => (None, name, day, time, year),
+        [_weekday, day, name, year, time, "gmt" | "utc"] => (None, name, day, time, year),
         _ => return None,
     };
     let time = time_of_day(time)?;
@@ -108,11 +111,39 @@ fn event(fields: &mut SpacedFields<'_>) -> Result<Option<(u32, Content)>, BadLin
     if first.eq_ignore_ascii_case("CANFD") {
         let channel = fields.channel()?;
         Ok(fd(fields)?.map(|content| (channel, content)))
+    } else if first.eq_ignore_ascii_case("CAN") {
+        let channel = fields.next().and_then(|channel| number(channel, 10));
+        Ok(channel
+            .zip(chip_status(fields))
+            .map(|(channel, report)| (channel, Content::Note(Note::Controller(report)))))
     } else if let Some(channel) = number(first, 10) {
         Ok(classic(fields)?.map(|content| (channel, content)))
     } else {
         Ok(None)
     }
+}
+
+/// `Status:chip status error passive - TxErr: 132 RxErr: 0`; `None` if it is something else.
+fn chip_status(fields: &mut SpacedFields<'_>) -> Option<ControllerReport> {
+    let [first, second] = [fields.next()?, fields.next()?];
+    if !(first.eq_ignore_ascii_case("Status:chip") && second.eq_ignore_ascii_case("status")) {
+        return None;
+    }
+    let text = fields.collect::<Vec<_>>().join(" ").to_ascii_lowercase();
+    let (state, counters) = text.split_once('-').unwrap_or((&text, ""));
+    let state = match state.trim() {
+        "error active" | "active" => ControllerState::ErrorActive,
+        "error passive" | "passive" => ControllerState::Passive,
+        "bus off" | "busoff" => ControllerState::BusOff,
+        state if state.contains("warning") => ControllerState::Warning,
+        _ => return None,
+    };
+    let counter = |name: &str| {
+        let (_, behind) = counters.split_once(name)?;
+        behind.split_ascii_whitespace().next()?.parse().ok()
+    };
+    let counters = counter("txerr:").zip(counter("rxerr:")).map(|(tx, rx)| ErrorCounters { tx, rx });
+    Some(ControllerReport { state, counters, restart_ms: None })
 }
 
 fn classic(fields: &mut SpacedFields<'_>) -> Result<Option<Content>, BadLine> {
@@ -200,7 +231,10 @@ mod tests {
                 "0.016 1  1A0 Rx d f 1 2 3 4 5 6 7 8",
                 "0.017 1  1A0 TxRq d 1 2",
                 "0.018 1  Statistic: D 12 R 0 XD 0",
-                "0.019 CAN 1 Status:chip status error active",
+                "0.0191 CAN 1 Status:chip status error active",
+                "0.0192 CAN 2 Status:chip status error passive - TxErr: 132 RxErr: 0",
+                "0.0193 CAN 2 Status:chip status bus off",
+                "0.0194 CAN 1 Status:receive queue overrun",
                 "0.020 CANFD 1 Rx 1A1 0 0 0 0 10 10 10 0 0",
                 "0.021 1  1A0 Rx d 0",
                 "End TriggerBlock",
@@ -215,6 +249,9 @@ mod tests {
             (14_000, "can1 1A1#0708"),
             (15_000, "can2 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })"),
             (16_000, "can1 1A0#0102030405060708"),
+            (19_100, "can1 Note(Controller(error-active))"),
+            (19_200, "can2 Note(Controller(error-passive tx 132 rx 0))"),
+            (19_300, "can2 Note(Controller(bus-off))"),
             (20_000, "can1 Remote"),
             (21_000, "can1 1A0#"),
         ];
@@ -230,7 +267,7 @@ mod tests {
             &[
                 "base dec  timestamps relative",
                 "0.5 1 416 Rx d 2 10 255",
-                "0.5 CAN 1 Status:chip status error active",
+                "0.5 1 Statistic: D 12 R 0 XD 0",
                 "0.5 1 419361024x Rx d 1 0",
             ],
         );
@@ -251,6 +288,8 @@ mod tests {
             ],
         );
         assert_eq!(lines, ["1709649002000000 can1 1A0#", "1709649010000000 can1 1A0#"]);
+        let http = start(&["thu,", "09", "nov", "2023", "17:10:55", "gmt"]);
+        assert_eq!(http, Some(1_699_549_855_000_000_000));
         assert_eq!(start(&["mo", "jan", "1", "12:00:00", "am", "2024"]), Some(1_704_067_200_000_000_000));
     }
 

@@ -1,21 +1,32 @@
-//! One line of a candump `-L` log: `(1436509052.249713) can0 044#2A366C2B`.
+//! What candump writes with stamps, for a file (`-L`) and for people (`-ta`).
 //!
-//! Also read: CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
-//! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. CAN XL is counted as
+//! ```text
+//! (1436509052.249713) can0 044#2A366C2B
+//!  (1436509052.249713)  can0  044   [4]  2A 36 6C 2B
+//! ```
+//! Of `-L` also read: CAN FD (`##`, flags digit), remote requests (`#R`), error frames (identifier bit 29),
+//! a raw DLC (`_9` to `_F`), and the trailing ` R` / ` T` of newer versions. Of `-ta`: CAN FD (a length of two digits),
+//! a raw DLC (`{F}`), `remote request`, and the flags of `-x`; letters behind the data do not count. CAN XL is counted as
 //! not supported. Lines that begin with `#` are comments; those of the black box are notes.
+//!
+//! Stamps may be padded and have a date (`-tA`); those of `-tz` count from the start of the recording, so its epoch is 1970.
+//! Those of `-td` cannot be told from these, and all lie near 1970.
 
-use super::clock::SECOND;
+use super::clock::{SECOND, days, nanos, time_of_day};
 use super::entry::{BadLine, Content, Entry, Interface};
-use super::fields::{data_frame, decimal, fields, number, text};
-use super::{LineFormat, LineReader, begins};
+use super::fields::{SpacedFields, data_frame, decimal, fields, length_of_dlc, number, text};
+use super::{LineFormat, LineReader};
 use crate::core::can::error_frame::ErrorFrame;
 use crate::core::can::frame::{CanId, MAX_DATA};
 use crate::core::can::note::Note;
 use crate::core::time::WallStamp;
 
-/// `candump -L`; also read when no format claims a recording.
-pub(super) const FORMAT: LineFormat =
-    LineFormat { name: "candump -L", claims: |line| begins(line, &["("]), reader: || Box::new(Candump) };
+/// candump, as `-L` and as `-ta` writes it.
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "candump (-L, -ta)",
+    claims: |line| text(line).ok().and_then(stamped).is_some() || parse_note(line).is_some(),
+    reader: || Box::new(Candump),
+};
 
 /// The longest line, bytes; a CAN FD frame needs 200.
 const MAX_LINE: usize = 512;
@@ -37,44 +48,104 @@ pub fn parse_line(line: &[u8]) -> Result<Entry<'_>, BadLine> {
     if line.len() > MAX_LINE {
         return Err(BadLine::TooLong);
     }
-    let mut fields = fields(text(line)?, 16);
-    let stamp = fields.next().and_then(time).ok_or(BadLine::NoTime)?;
+    let (stamp, rest) = stamped(text(line)?).ok_or(BadLine::NoTime)?;
+    let mut fields = fields(rest, 16);
     let interface = Interface::Named(fields.text(BadLine::NoInterface)?);
-    let (id, rest) = fields.next().and_then(|field| field.split_once('#')).ok_or(BadLine::NoFrame)?;
-    Ok(Entry { stamp, interface, content: content(id, rest)? })
+    let first = fields.text(BadLine::NoFrame)?;
+    let content = match first.split_once('#') {
+        Some((id, rest)) => content(id, rest)?,
+        None => long_content(first, fields)?,
+    };
+    Ok(Entry { stamp, interface, content })
 }
 
 /// Reads a comment, `# (1436509052.249713) can0 link down`; `None` for one that is not a [`Note`].
 fn parse_note(line: &[u8]) -> Option<Entry<'_>> {
-    let mut fields = fields(text(line.strip_prefix(b"#")?).ok()?, 16);
-    let stamp = fields.next().and_then(time)?;
+    let (stamp, rest) = stamped(text(line.strip_prefix(b"#")?).ok()?)?;
+    let mut fields = fields(rest, 16);
     let interface = Interface::Named(fields.next()?);
     Some(Entry { stamp, interface, content: Content::Note(Note::parse(fields)?) })
 }
 
-/// Reads `(seconds.fraction)` with one to nine decimals.
-fn time(field: &str) -> Option<WallStamp> {
-    let seconds = field.strip_prefix('(')?.strip_suffix(')')?;
-    let (_, fraction) = seconds.split_once('.')?;
-    if fraction.len() > 9 { None } else { decimal(seconds, SECOND).map(WallStamp::from_nanos) }
+/// Reads `(seconds.fraction)` or `(2015-07-10 06:17:32.249713)`, with one to nine decimals, and returns what follows.
+fn stamped(line: &str) -> Option<(WallStamp, &str)> {
+    let (time, rest) = line.trim_start().strip_prefix('(')?.split_once(')')?;
+    let (_, fraction) = time.trim().split_once('.')?;
+    if fraction.len() > 9 || !(rest.is_empty() || rest.starts_with([' ', '\t'])) {
+        return None;
+    }
+    let nanos = match time.trim().split_once(' ') {
+        Some((date, time)) => date_and_time(date, time),
+        None => decimal(time.trim(), SECOND),
+    };
+    Some((nanos.map(WallStamp::from_nanos)?, rest))
+}
+
+/// Reads `2015-07-10` and `06:17:32.249713`, not before 1970.
+fn date_and_time(date: &str, time: &str) -> Option<i64> {
+    let mut parts = date.splitn(3, '-').map(|part| number(part, 10));
+    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
+    nanos(days(year, month, day), time_of_day(time)).filter(|nanos| *nanos >= 0)
 }
 
 const EFF_FLAG: u32 = 0x8000_0000;
 const ERR_FLAG: u32 = 0x2000_0000;
 
-fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
+/// The identifier of a frame, or the class of an error frame.
+enum Identifier {
+    Frame(CanId),
+    Error(u32),
+}
+
+fn identifier(id: &str) -> Result<Identifier, BadLine> {
     let flagged = number(id, 16).ok_or(BadLine::BadId)?;
-    let can_id = match id.len() {
+    let id = match id.len() {
         3 => CanId::standard(flagged),
-        8 if flagged & ERR_FLAG != 0 => {
-            let (bytes, length) = data(rest)?;
-            let class = flagged & !(ERR_FLAG | EFF_FLAG);
-            return Ok(Content::Error(ErrorFrame::new(class, &bytes[..length])));
-        }
+        8 if flagged & ERR_FLAG != 0 => return Ok(Identifier::Error(flagged & !(ERR_FLAG | EFF_FLAG))),
         8 => CanId::extended(flagged),
         _ => None,
+    };
+    id.map(Identifier::Frame).ok_or(BadLine::BadId)
+}
+
+/// What `-ta` writes behind the interface, from its first field on.
+fn long_content(first: &str, mut fields: SpacedFields<'_>) -> Result<Content, BadLine> {
+    let id = if matches!(first, "RX" | "TX") {
+        // Two flags: bit rate switch and error state.
+        fields.nth(2).ok_or(BadLine::NoFrame)?
+    } else {
+        first
+    };
+    let length = fields.text(BadLine::NoFrame)?;
+    let identifier = identifier(id)?;
+    let (fd, length) = match length.as_bytes() {
+        [b'[', _, _, _, _, b']'] => return Err(BadLine::CanXl),
+        [b'[', digits @ .., b']'] => (digits.len() == 2, number(text(digits)?, 10)),
+        [b'{', dlc @ .., b'}'] => (false, number(text(dlc)?, 16)),
+        _ => return Err(BadLine::NoFrame),
+    };
+    let length = length.ok_or(BadLine::BadLength)?;
+    let length = if fd { usize::try_from(length).ok() } else { length_of_dlc(length, false) };
+    let length = length.ok_or(BadLine::BadLength)?;
+    match identifier {
+        Identifier::Frame(_) if fields.clone().next() == Some("remote") => Ok(Content::Remote),
+        Identifier::Frame(id) => fields.data_frame(id, fd, length),
+        Identifier::Error(class) => match fields.data_frame(CanId::Standard(0), false, length)? {
+            Content::Data(frame) => Ok(Content::Error(ErrorFrame::new(class, frame.data()))),
+            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => Ok(other),
+        },
     }
-    .ok_or(BadLine::BadId)?;
+}
+
+/// What `-L` writes on both sides of the `#`.
+fn content(id: &str, rest: &str) -> Result<Content, BadLine> {
+    let can_id = match identifier(id)? {
+        Identifier::Frame(id) => id,
+        Identifier::Error(class) => {
+            let (bytes, length) = data(rest)?;
+            return Ok(Content::Error(ErrorFrame::new(class, &bytes[..length])));
+        }
+    };
     if let Some(fd) = rest.strip_prefix('#') {
         if fd.starts_with('#') {
             return Err(BadLine::CanXl);
@@ -118,7 +189,7 @@ fn data(text: &str) -> Result<([u8; MAX_DATA], usize), BadLine> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::assert_refused;
+    use super::super::testing::{assert_refused, good};
     use super::*;
     use crate::core::can::frame::Frame;
     use proptest::prelude::*;
@@ -128,6 +199,38 @@ mod tests {
             Content::Data(frame) => frame,
             other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn lines_for_people_and_padded_stamps_are_read() {
+        let lines = good(
+            FORMAT,
+            &[
+                "( 1436509052.249713) can0 123#01",
+                "(0000000012.5) can0 123#02",
+                "(2015-07-10 06:17:32.249713)  can0  123   [1]  03",
+                "  (000.000100)  can0       123   [4]  2A 36 6C 2B               '*6l+'",
+                " (12.5)  can1  18FEF100   [0]",
+                " (12.5)  can0  RX - -  123   [8] 1 2 3 4 5 6 7 8",
+                " (12.5)  can0  TX B E  123  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B",
+                " (12.5)  can0  123   {F}  1 2 3 4 5 6 7 8",
+                " (12.5)  can0  123   [3]  remote request",
+                " (12.5)  can0  20000204   [8]  00 08 00 00 00 00 60 7F   ERRORFRAME",
+            ],
+        );
+        let expected = [
+            "1436509052249713 can0 123#01",
+            "12500000 can0 123#02",
+            "1436509052249713 can0 123#03",
+            "100 can0 123#2A366C2B",
+            "12500000 can1 18FEF100#",
+            "12500000 can0 123#0102030405060708",
+            "12500000 can0 123##0000102030405060708090A0B",
+            "12500000 can0 123#0102030405060708",
+            "12500000 can0 Remote",
+            "12500000 can0 Error(ErrorFrame { class: 516, data: [0, 8, 0, 0, 0, 0, 96, 127] })",
+        ];
+        assert_eq!(lines, expected);
     }
 
     #[test]
@@ -156,6 +259,19 @@ mod tests {
             ("(1.0)", BadLine::NoInterface),
             ("(1.0) can0", BadLine::NoFrame),
             ("(1.0) can0 12300", BadLine::NoFrame),
+            ("(1.0)can0 123#", BadLine::NoTime),
+            ("(2024-03-05 24:00:00.0) can0 123#", BadLine::NoTime),
+            ("(1969-12-31 23:59:59.0) can0 123#", BadLine::NoTime),
+            ("(1.0) can0 123 3 00 01 02", BadLine::NoFrame),
+            ("(1.0) can0 RX - -", BadLine::NoFrame),
+            ("(1.0) can0 1234 [0]", BadLine::BadId),
+            ("(1.0) can0 123 [x]", BadLine::BadLength),
+            ("(1.0) can0 123 [65] 00", BadLine::BadLength),
+            ("(1.0) can0 123 {G} 00", BadLine::BadLength),
+            ("(1.0) can0 123 [2] 00", BadLine::BadData),
+            ("(1.0) can0 123 [1] 100", BadLine::BadData),
+            ("(1.0) can0 123 [2] 00`00", BadLine::BadData),
+            ("(1.0) can0 123 [0001] 00", BadLine::CanXl),
             ("(1.0) can0 12#00", BadLine::BadId),
             ("(1.0) can0 800#00", BadLine::BadId),
             ("(1.0) can0 +23#00", BadLine::BadId),

@@ -10,6 +10,7 @@
 //! # Time
 //! Microseconds, of the recorder's 32-bit counter in GVRET files: it begins again at zero after
 //! 71.6 minutes, see [`WrappingClock`]; the buses are written in blocks, so lines are not quite in order.
+//! Some write the upper half of the counter as negative numbers.
 //! A file with a value beyond 32 bits has a counter that does not wrap.
 
 use super::clock::WrappingClock;
@@ -80,11 +81,13 @@ impl Default for Counter {
 
 impl Counter {
     /// Time since the counter was zero for the first time, ns.
-    fn nanos(&mut self, micros: u64) -> i64 {
-        let micros = i64::try_from(micros).unwrap_or(i64::MAX);
-        self.is_wide |= micros >= NARROW;
-        let nanos = micros.saturating_mul(1000);
-        if self.is_wide { nanos } else { self.narrow.unwrap(nanos) }
+    fn nanos(&mut self, micros: i64) -> i64 {
+        self.is_wide |= !(-NARROW / 2..NARROW).contains(&micros);
+        if self.is_wide {
+            micros.saturating_mul(1000)
+        } else {
+            self.narrow.unwrap(micros.rem_euclid(NARROW) * 1000)
+        }
     }
 }
 
@@ -101,10 +104,10 @@ impl LineReader for Csv {
 }
 
 /// Reads one line: the counter's value, µs, the bus and the content.
-fn parse(line: &str, at: Columns) -> Result<(u64, u32, Content), BadLine> {
+fn parse(line: &str, at: Columns) -> Result<(i64, u32, Content), BadLine> {
     let field = |column| columns(line, column).next().unwrap_or_default();
-    let time = field(at.time);
-    let time = time.bytes().all(|byte| byte.is_ascii_digit()).then(|| time.parse::<u64>().ok()).flatten();
+    // A sign only where it says something.
+    let time = Some(field(at.time)).filter(|time| !time.starts_with('+')).and_then(|time| time.parse().ok());
     let time = time.ok_or(BadLine::NoTime)?;
     let extended = match field(at.extended) {
         extended if extended.eq_ignore_ascii_case("true") || extended == "1" => true,
@@ -145,7 +148,8 @@ mod tests {
         let cases = [
             ("Time Stamp,ID,Extended", BadLine::NoFrame),
             ("", BadLine::NoTime),
-            ("-5,1A0,false,Rx,0,0", BadLine::NoTime),
+            ("+5,1A0,false,Rx,0,0", BadLine::NoTime),
+            ("-,1A0,false,Rx,0,0", BadLine::NoTime),
             ("99999999999999999999,1A0,false,Rx,0,0", BadLine::NoTime),
             ("5", BadLine::NoFrame),
             ("5,1A0,maybe,Rx,0,0", BadLine::NoFrame),
@@ -164,11 +168,27 @@ mod tests {
     #[test]
     fn a_counter_of_32_bits_wraps_and_a_wide_one_does_not() {
         let mut counter = Counter::default();
-        let values = [NARROW - 1, 5].map(|micros| counter.nanos(micros.try_into().unwrap()));
+        let values = [NARROW - 1, 5].map(|micros| counter.nanos(micros));
         assert_eq!(values, [(NARROW - 1) * 1000, (NARROW + 5) * 1000]);
         let mut counter = Counter::default();
         for micros in [3 * NARROW, 5, 1_700_000_000_000_000] {
-            assert_eq!(counter.nanos(micros.try_into().unwrap()), micros * 1000);
+            assert_eq!(counter.nanos(micros), micros * 1000);
         }
+        assert_eq!(counter.nanos(i64::MIN), i64::MIN);
+    }
+
+    #[test]
+    fn the_upper_half_of_a_counter_may_be_negative() {
+        let half = NARROW / 2;
+        let mut counter = Counter::default();
+        let values = [half - 1, -half, -half + 7, -1, 3].map(|micros| counter.nanos(micros) / 1000);
+        assert_eq!(values, [half - 1, half, half + 7, NARROW - 1, NARROW + 3]);
+        let lines = good(
+            FORMAT,
+            &[HEADING, "-1000,1A0,false,Rx,0,0", "-400,1A0,false,Rx,0,0", "600,1A0,false,Rx,0,0"],
+        );
+        let start = NARROW - 1000;
+        let expected = [start, start + 600, start + 1600].map(|micros| format!("{micros} can0 1A0#"));
+        assert_eq!(lines, expected);
     }
 }

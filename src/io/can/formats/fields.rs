@@ -78,6 +78,15 @@ pub(super) fn text(line: &[u8]) -> Result<&str, BadLine> {
     std::str::from_utf8(line).map_err(|_| BadLine::NotText)
 }
 
+/// The fields before the first bytes that are not text: comments behind an event may be in any character set.
+pub(super) fn text_before_comment(line: &[u8]) -> &str {
+    text(line).unwrap_or_else(|_| {
+        let valid = line.utf8_chunks().next().map_or("", |chunk| chunk.valid());
+        // What stands right before them is a part of a field.
+        valid.rfind([' ', '\t']).map_or("", |end| &valid[..end])
+    })
+}
+
 /// Reads an unsigned number without sign or prefix.
 pub(super) fn number(field: &str, radix: u32) -> Option<u32> {
     // from_str_radix would take a sign.

@@ -2,7 +2,8 @@
 //!
 //! Formats of lines are those of `LINE_FORMATS`; a new one is its file and its line there. Binary formats are Vector
 //! BLF, by the bytes `LOGG`, and ASAM MDF 4, which is only recognised. The name of a file does not matter. The first line
-//! that a format claims decides; lines before it are read (and counted as bad) in that format.
+//! that a format claims decides; lines before it are read (and counted as bad) in that format. A file without such a line
+//! at its beginning is refused with what it looks like.
 //!
 //! # Time
 //! A format with a date gives absolute stamps. Their writers note local time without its zone,
@@ -18,12 +19,16 @@ mod asc;
 pub(super) mod blf;
 mod busmaster;
 pub mod candump;
+mod canhacker;
 mod clock;
+mod crtd;
 mod csv;
 mod entry;
 mod fields;
 mod plain;
+mod python_csv;
 mod trc;
+mod unrecognised;
 
 use std::io;
 
@@ -44,8 +49,17 @@ pub(super) struct LineFormat {
 }
 
 /// All formats of lines, in the order in which they may claim one.
-const LINE_FORMATS: [LineFormat; 6] =
-    [candump::FORMAT, asc::FORMAT, trc::FORMAT, csv::FORMAT, busmaster::FORMAT, plain::FORMAT];
+const LINE_FORMATS: [LineFormat; 9] = [
+    candump::FORMAT,
+    asc::FORMAT,
+    trc::FORMAT,
+    csv::FORMAT,
+    python_csv::FORMAT,
+    busmaster::FORMAT,
+    canhacker::FORMAT,
+    crtd::FORMAT,
+    plain::FORMAT,
+];
 
 /// Names of all formats that can be read, for people.
 pub fn names() -> Vec<&'static str> {
@@ -107,13 +121,6 @@ impl Format {
     }
 }
 
-impl Default for Format {
-    /// The format of a recording that no format claims.
-    fn default() -> Self {
-        Self::Lines(candump::FORMAT)
-    }
-}
-
 /// The text without the mark that some editors put before UTF-8.
 pub(super) fn without_byte_order_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
@@ -126,6 +133,19 @@ pub(super) fn not_supported() -> io::Error {
         "ASAM MDF (MF4) is not supported: convert it with python-can, \
          `pip install python-can asammdf` and `python -m can.logconvert recording.mf4 recording.log`",
     )
+}
+
+/// The error for a file that begins with `head`, in no format at all.
+pub(super) fn not_recognised(head: &[u8]) -> io::Error {
+    let text = if head.is_empty() {
+        "the file is empty".to_owned()
+    } else {
+        let (looks, names) = (unrecognised::looks_like(head), names().join(", "));
+        format!(
+            "format not recognised: it looks like {looks}; these are read, plain or as gzip, xz or zstd: {names}"
+        )
+    };
+    io::Error::new(io::ErrorKind::InvalidData, text)
 }
 
 /// Shared by the tests of the formats.
@@ -157,7 +177,10 @@ mod testing {
     pub(super) fn shown(entry: &Entry<'_>, start_micros: i64) -> String {
         let content = match entry.content {
             Content::Data(frame) => frame.to_string(),
-            other @ (Content::Remote | Content::Error(_) | Content::Note(_)) => format!("{other:?}"),
+            Content::Note(note) => {
+                format!("Note(Controller({}))", note.to_string().trim_start_matches("controller "))
+            }
+            other @ (Content::Remote | Content::Error(_)) => format!("{other:?}"),
         };
         format!("{} {} {content}", entry.stamp.as_nanos() / 1000 - start_micros, entry.interface)
     }
@@ -171,8 +194,18 @@ mod tests {
     #[test]
     fn each_format_is_recognised_by_its_first_line_with_a_mark() {
         for (head, format) in [
-            ("(1.0) can0 123#\n", Some("candump -L")),
-            ("\u{FEFF};$FILEVERSION=2.1\r\n", Some("PCAN TRC")),
+            ("(1.0) can0 123#\n", Some("candump (-L, -ta)")),
+            (" (1.000000)  can0  123   [0]\n", Some("candump (-L, -ta)")),
+            ("# (1.0) can0 link down\n", Some("candump (-L, -ta)")),
+            ("Time   ID     DLC Data                    Comment\r\n", Some("CANHacker")),
+            ("1542473901.020305 1R11 1A0 00\n", Some("CRTD")),
+            ("1.0 CXX OVMS\n", Some("CRTD")),
+            ("timestamp,arbitration_id,extended,remote,error,dlc,data\n", Some("python-can CSV")),
+            ("Number;Time\n1;1.250;1;Rx;DT;01A0;-;0\n", Some("PCAN TRC and PEAK-Converter CSV")),
+            ("(see below) for more\n", None),
+            ("# a comment\nkey = 1\n", None),
+            ("1,2,3\n4,5,6\n", None),
+            ("\u{FEFF};$FILEVERSION=2.1\r\n", Some("PCAN TRC and PEAK-Converter CSV")),
             ("cut off\n\n***BUSMASTER Ver 3.2.2***\n", Some("BUSMASTER")),
             ("Time Stamp,ID,Extended,Bus,LEN\n", Some("SavvyCAN or GVRET CSV")),
             ("date Mon Jan 1 00:00:00 2024\n", Some("Vector ASC")),

@@ -1,4 +1,5 @@
-//! PCAN TRC, as PCAN-View, PCAN-Explorer and python-can write it: versions 1.0 to 1.3, 2.0, 2.1.
+//! PCAN TRC, as PCAN-View, PCAN-Explorer and python-can write it: versions 1.0 to 1.3, 2.0, 2.1; and the CSV that
+//! PEAK-Converter makes of it.
 //!
 //! ```text
 //! ;$FILEVERSION=2.1
@@ -9,6 +10,13 @@
 //! Version 2 names its columns, versions 1 have fixed ones. The start is in days since
 //! 1899-12-30, offsets in milliseconds. An identifier of more than four digits has 29 bits. Changes
 //! of status and of error counters, warnings and events are not frames and are passed over.
+//!
+//! ```text
+//! 1,1.250,1,Rx,DT,01A0,-,3,01,02,03
+//! ```
+//! The CSV has other columns, and commas, semicolons or tabs between them: number, offset, bus, direction, type, identifier,
+//! reserved, length, data. Its length may be a DLC or count bytes; the number of bytes decides. The headings before it vary
+//! and do not count, but for a start among them.
 
 use super::clock::{DAY, SECOND};
 use super::entry::{BadLine, Content, Entry};
@@ -16,8 +24,13 @@ use super::fields::{SpacedFields, bus_error, decimal, fields, id, length_of_dlc,
 use super::{LineFormat, LineReader, begins};
 
 /// PCAN TRC 1.0 to 1.3, 2.0, 2.1.
-pub(super) const FORMAT: LineFormat =
-    LineFormat { name: "PCAN TRC", claims: |line| begins(line, &[";"]), reader: || Box::<Trc>::default() };
+pub(super) const FORMAT: LineFormat = LineFormat {
+    name: "PCAN TRC and PEAK-Converter CSV",
+    claims: |line| {
+        begins(line, &[";"]) || text(line).is_ok_and(|line| csv_row(line).is_some_and(|row| row.is_ok()))
+    },
+    reader: || Box::<Trc>::default(),
+};
 
 /// The state that the headings set.
 #[derive(Debug, Default)]
@@ -69,7 +82,15 @@ impl LineReader for Trc {
         if let Some(comment) = line.strip_prefix(b";") {
             return self.heading(comment).map(|()| None);
         }
-        self.frame(fields(text(line)?, 16))
+        let line = text(line)?;
+        match csv_row(line) {
+            Some(row) => {
+                let Row { offset, bus, content } = row?;
+                let entry = |content| Entry::numbered(self.start.saturating_add(offset), bus, content);
+                Ok(content.map(entry))
+            }
+            None => self.frame(fields(line, 16)),
+        }
     }
 }
 
@@ -112,6 +133,8 @@ impl Trc {
         let offset = offset.ok_or(BadLine::NoTime)?;
         let fd = matches!(kind, "FD" | "FB" | "FE" | "BI");
         let content = match kind {
+            // A warning of version 1.0.
+            _ if identifier == Some("FFFFFFFF") => return Ok(None),
             "DT" | "Rx" | "Tx" | "FD" | "FB" | "FE" | "BI" | "RR" => {
                 content(identifier, fd, kind == "RR", length, fields)?
             }
@@ -131,6 +154,9 @@ fn content(
     mut data: SpacedFields<'_>,
 ) -> Result<Content, BadLine> {
     let identifier = identifier.ok_or(BadLine::NoFrame)?;
+    if data.clone().next() == Some("ERROR") {
+        return Ok(bus_error());
+    }
     let id = id(number(identifier, 16).ok_or(BadLine::BadId)?, identifier.len() > 4)?;
     if remote || data.clone().next() == Some("RTR") {
         return Ok(Content::Remote);
@@ -142,6 +168,56 @@ fn content(
     let content = data.data_frame(id, fd, length.ok_or(BadLine::BadLength)?)?;
     data.end()?;
     Ok(content)
+}
+
+/// A row of PEAK-Converter's CSV.
+struct Row {
+    /// Time since the start, ns.
+    offset: i64,
+    bus: u32,
+    /// `None` for what is not a frame.
+    content: Option<Content>,
+}
+
+/// Reads a row of PEAK-Converter's CSV; `None` for a line that does not begin like one.
+fn csv_row(line: &str) -> Option<Result<Row, BadLine>> {
+    let (index, rest) = line.split_once([',', ';', '\t'])?;
+    number(index.trim(), 10)?;
+    let separator = line[index.len()..].chars().next()?;
+    let mut columns = rest.split(separator).map(str::trim);
+    decimal(columns.clone().next()?, 1)?;
+    Some(row(&mut columns))
+}
+
+fn row<'a>(columns: &mut impl Iterator<Item = &'a str>) -> Result<Row, BadLine> {
+    let mut next = || columns.next().unwrap_or_default();
+    let offset = decimal(next(), SECOND / 1000).ok_or(BadLine::NoTime)?;
+    let bus = number(next(), 10).ok_or(BadLine::NoInterface)?;
+    let (_direction, kind, identifier, _reserved) = (next(), next(), next(), next());
+    let length = number(next(), 10);
+    let fd = matches!(kind, "FD" | "FB" | "FE" | "BI");
+    let content = match kind {
+        "DT" | "FD" | "FB" | "FE" | "BI" | "RR" => {
+            let id = id(number(identifier, 16).ok_or(BadLine::BadId)?, identifier.len() > 4)?;
+            let bytes = columns.filter(|byte| !byte.is_empty()).collect::<Vec<_>>().join(" ");
+            let mut bytes = fields(&bytes, 16);
+            if kind == "RR" {
+                Some(Content::Remote)
+            } else {
+                let length = length.ok_or(BadLine::BadLength)?;
+                let count = bytes.clone().count();
+                let announced = [usize::try_from(length).ok(), length_of_dlc(length, fd)];
+                if !announced.contains(&Some(count)) {
+                    return Err(BadLine::BadLength);
+                }
+                Some(bytes.data_frame(id, fd, count)?)
+            }
+        }
+        "ER" => Some(bus_error()),
+        "ST" | "EC" | "EV" => None,
+        _ => return Err(BadLine::NoFrame),
+    };
+    Ok(Row { offset, bus, content })
 }
 
 #[cfg(test)]
@@ -186,7 +262,17 @@ mod tests {
 
     #[test]
     fn versions_1_have_fixed_columns() {
-        assert_eq!(good(FORMAT, &["1) 2 01A0 2 01 02"]), ["2000 can0 1A0#0102"]);
+        let lines = good(
+            FORMAT,
+            &[
+                "1) 2 01A0 2 01 02",
+                "2) 3 0008 4 ERROR 00 19 08 08",
+                "3) 4 FFFFFFFF 4 00 00 00 04 BUSLIGHT",
+                "4) 5 01A0 3 RTR",
+            ],
+        );
+        let error = "3000 can0 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })";
+        assert_eq!(lines, ["2000 can0 1A0#0102", error, "5000 can0 Remote"]);
         let lines = good(
             FORMAT,
             &[
@@ -207,6 +293,44 @@ mod tests {
         );
         assert_eq!(good(FORMAT, &[";$FILEVERSION=1.2", "1) 1.2 2 Rx 01A0 1 01"]), ["1200 can2 1A0#01"]);
         assert_eq!(good(FORMAT, &[";$FILEVERSION=1.3", "1) 1.2 2 Rx 01A0 - 1 01"]), ["1200 can2 1A0#01"]);
+    }
+
+    #[test]
+    fn csv_of_peak_converter_is_read_with_any_separator() {
+        for separator in [",", ";", "\t"] {
+            let rows = [
+                "1,1.250,1,Rx,DT,01A0,-,3,01,02,fF,,,,,",
+                "2,2.0,2,Tx,FB,18FEF100,-,9,1,2,3,4,5,6,7,8,9,A,B,C",
+                "3,3.0,2,Tx,FD,18FEF100,-,12,1,2,3,4,5,6,7,8,9,A,B,C",
+                "4,4.0,1,Rx,RR,01A0,-,8",
+                "5,5.0,1,Rx,ST,-,-,4,00,00,00,08",
+                "6,6.0,1,Rx,ER,-,-,5,04,00,02,00,00",
+                "7,7.0,1,Rx,DT,01A0,-,0",
+            ];
+            let rows = rows.map(|row| row.replace(',', separator));
+            assert!((FORMAT.claims)(rows[0].as_bytes()), "{}", rows[0]);
+            let lines: Vec<_> =
+                [";$STARTTIME=25569.5"].into_iter().chain(rows.iter().map(String::as_str)).collect();
+            let expected = [
+                "43200001250 can1 1A0#0102FF",
+                "43200002000 can2 18FEF100##00102030405060708090A0B0C",
+                "43200003000 can2 18FEF100##00102030405060708090A0B0C",
+                "43200004000 can1 Remote",
+                "43200006000 can1 Error(ErrorFrame { class: 136, data: [0, 0, 0, 0, 0, 0, 0, 0] })",
+                "43200007000 can1 1A0#",
+            ];
+            assert_eq!(good(FORMAT, &lines), expected);
+        }
+        let cases = [
+            ("1,1.0,x,Rx,DT,01A0,-,0", BadLine::NoInterface),
+            ("1,1.0,1,Rx,XY,01A0,-,0", BadLine::NoFrame),
+            ("1,1.0", BadLine::NoInterface),
+            ("1,1.0,1,Rx,DT,0800,-,0", BadLine::BadId),
+            ("1,1.0,1,Rx,DT,01A0,-,2,00", BadLine::BadLength),
+            ("1,1.0,1,Rx,DT,01A0,-,x,00", BadLine::BadLength),
+            ("1,1.0,1,Rx,DT,01A0,-,1,zz", BadLine::BadData),
+        ];
+        assert_refused(FORMAT, &[], &cases);
     }
 
     #[test]

@@ -158,7 +158,14 @@ fn bus(reported: &mut Reported) {
     desk.pass(20_000);
     let profile = profile(false, "timeout_ms = 250");
     let mut desk = Desk::vehicle("", &profile, dbc, reported);
-    for state in [LinkState::Down, LinkState::Missing, LinkState::Failed(1), LinkState::Ended] {
+    for state in [
+        LinkState::Down,
+        LinkState::Missing,
+        LinkState::NotCan,
+        LinkState::Failed(1),
+        LinkState::Failed(97),
+        LinkState::Ended,
+    ] {
         alive(&mut desk);
         desk.link(state);
         desk.link(LinkState::Up);

@@ -121,8 +121,15 @@ fn unit(reported: &mut Reported) {
         send(&mut desk, &[state, 0]);
     }
     desk.pass(5_000);
-    for state in [LinkState::Down, LinkState::Missing, LinkState::Failed(1), LinkState::Ended, LinkState::Up]
-    {
+    for state in [
+        LinkState::Down,
+        LinkState::Missing,
+        LinkState::NotCan,
+        LinkState::Failed(1),
+        LinkState::Failed(97),
+        LinkState::Ended,
+        LinkState::Up,
+    ] {
         desk.link(state);
     }
     send(&mut desk, &[0x11, 0]);

@@ -1,0 +1,234 @@
+//! Compressed recordings, recognised by their first bytes: gzip, xz and Zstandard, of several members or frames as well.
+//! Memory is bounded whatever the file announces.
+
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+
+use flate2::bufread::MultiGzDecoder;
+use lzma_rust2::XzReader;
+use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
+use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
+
+const BUFFER: usize = 64 << 10;
+const GZIP: &[u8] = &[0x1F, 0x8B];
+const XZ: &[u8] = &[0xFD, b'7', b'z', b'X', b'Z', 0];
+const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
+/// Four digits of a skippable frame of Zstandard; the first byte is 0x50 to 0x5F.
+const ZSTD_SKIPPABLE: &[u8] = &[0x2A, 0x4D, 0x18];
+
+/// The memory of an xz decoder, KiB; `xz -9` needs 65 MiB.
+const MAX_XZ_KIB: u32 = 96 << 10;
+/// The largest window of Zstandard, bytes; its own tool takes no larger one unless told to.
+const MAX_ZSTD_WINDOW: u64 = 128 << 20;
+
+/// The content of `source`, decompressed if it begins like a compressed file.
+///
+/// # Errors
+/// A source whose first bytes cannot be read.
+pub(super) fn decompressed(source: Box<dyn Read + Send>) -> io::Result<Box<dyn Read + Send>> {
+    // A pipe may give its first bytes one by one.
+    let mut head = Vec::new();
+    let mut source = source;
+    (&mut source).take(XZ.len() as u64).read_to_end(&mut head)?;
+    let is = |magic| head.starts_with(magic);
+    let (gzip, xz) = (is(GZIP), is(XZ));
+    let zstd = is(ZSTD)
+        || head.first().is_some_and(|first| first >> 4 == 5) && head[1..].starts_with(ZSTD_SKIPPABLE);
+    let source = BufReader::with_capacity(BUFFER, io::Cursor::new(head).chain(source));
+    Ok(if gzip {
+        Box::new(Fused::new(MultiGzDecoder::new(source)))
+    } else if xz {
+        Box::new(Fused::new(XzReader::new_mem_limit(source, true, MAX_XZ_KIB)))
+    } else if zstd {
+        Box::new(Fused::new(ZstdReader::new(source)))
+    } else {
+        Box::new(source)
+    })
+}
+
+/// A decoder that is not called again after an error, which may have left it without a state.
+struct Fused<R> {
+    decoder: R,
+    failed: bool,
+}
+
+impl<R> Fused<R> {
+    fn new(decoder: R) -> Self {
+        Self { decoder, failed: false }
+    }
+}
+
+impl<R: Read> Read for Fused<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.failed {
+            return Err(ErrorKind::InvalidData.into());
+        }
+        let outcome = self.decoder.read(buffer);
+        self.failed = outcome.as_ref().is_err_and(|error| error.kind() != ErrorKind::Interrupted);
+        outcome
+    }
+}
+
+/// The frames of a Zstandard file, one after the other; skippable ones are passed over.
+struct ZstdReader<R> {
+    source: R,
+    decoder: FrameDecoder,
+    in_frame: bool,
+}
+
+impl<R: BufRead> ZstdReader<R> {
+    fn new(source: R) -> Self {
+        let mut decoder = FrameDecoder::new();
+        decoder.set_max_window_size(MAX_ZSTD_WINDOW);
+        Self { source, decoder, in_frame: false }
+    }
+
+    /// Reads the header of the next frame; false at the end of the file.
+    fn enter(&mut self) -> io::Result<bool> {
+        while !self.source.fill_buf()?.is_empty() {
+            match self.decoder.reset(&mut self.source) {
+                Ok(()) => {
+                    self.in_frame = true;
+                    return Ok(true);
+                }
+                Err(FrameDecoderError::ReadFrameHeaderError(ReadFrameHeaderError::SkipFrame {
+                    length,
+                    ..
+                })) => {
+                    let skipped = io::copy(&mut (&mut self.source).take(length.into()), &mut io::sink())?;
+                    if skipped < u64::from(length) {
+                        return Err(ErrorKind::UnexpectedEof.into());
+                    }
+                }
+                Err(error) => return Err(damaged(error)),
+            }
+        }
+        Ok(false)
+    }
+
+    /// Holds the frame that has ended against its checksum.
+    fn leave(&mut self) -> io::Result<()> {
+        self.in_frame = false;
+        let stored = self.decoder.get_checksum_from_data();
+        if stored.is_some() && stored != self.decoder.get_calculated_checksum() {
+            return Err(damaged("wrong checksum"));
+        }
+        Ok(())
+    }
+}
+
+impl<R: BufRead> Read for ZstdReader<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            if !self.in_frame && !self.enter()? {
+                return Ok(0);
+            }
+            let read = self.decoder.read(buffer)?;
+            if read > 0 || buffer.is_empty() {
+                return Ok(read);
+            }
+            if self.decoder.is_finished() {
+                self.leave()?;
+            } else {
+                let step = BlockDecodingStrategy::UptoBlocks(1);
+                self.decoder.decode_blocks(&mut self.source, step).map_err(damaged)?;
+            }
+        }
+    }
+}
+
+fn damaged(error: impl std::fmt::Display) -> io::Error {
+    io::Error::new(ErrorKind::InvalidData, format!("Zstandard: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use std::process::{Command, Stdio};
+
+    /// What a tool writes for this input; `None` without the tool.
+    fn packed(tool: &str, arguments: &[&str], input: &[u8]) -> Option<Vec<u8>> {
+        let mut command = Command::new(tool);
+        let child = command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+        let mut child = child.ok()?;
+        let mut stdin = child.stdin.take().unwrap();
+        let input = input.to_vec();
+        let writer = std::thread::spawn(move || stdin.write_all(&input));
+        let output = child.wait_with_output().unwrap();
+        writer.join().unwrap().unwrap();
+        Some(output.stdout)
+    }
+
+    fn unpacked(packed: &[u8]) -> io::Result<Vec<u8>> {
+        let mut content = Vec::new();
+        decompressed(Box::new(io::Cursor::new(packed.to_vec())))?.read_to_end(&mut content)?;
+        Ok(content)
+    }
+
+    /// Numbers that no compressor packs to nothing.
+    fn content() -> Vec<u8> {
+        (0..60_000_u32).flat_map(|i| i.wrapping_mul(2_654_435_761).to_le_bytes()).collect()
+    }
+
+    #[test]
+    fn every_compression_is_recognised_in_several_parts() {
+        let content = content();
+        assert_eq!(unpacked(&content).unwrap(), content, "nothing to unpack");
+        for (tool, arguments) in [
+            ("gzip", &["-c"][..]),
+            ("xz", &["-c"]),
+            ("xz", &["-9c"]),
+            ("zstd", &["-qc"]),
+            ("zstd", &["-19qc", "--long=27"]),
+        ] {
+            let Some(first) = packed(tool, arguments, &content[..100_000]) else {
+                println!("skipped: no {tool} here");
+                continue;
+            };
+            let both = [first, packed(tool, arguments, &content[100_000..]).unwrap()].concat();
+            assert!(unpacked(&both).unwrap() == content, "{tool} {arguments:?}");
+        }
+    }
+
+    #[test]
+    fn damage_is_an_error_and_the_bytes_before_it_are_read() {
+        let content = content();
+        for (tool, arguments) in [("gzip", &["-c"][..]), ("xz", &["-c"]), ("zstd", &["-qc"])] {
+            let Some(whole) = packed(tool, arguments, &content) else {
+                println!("skipped: no {tool} here");
+                continue;
+            };
+            let mut reader =
+                decompressed(Box::new(io::Cursor::new(whole[..whole.len() / 2].to_vec()))).unwrap();
+            let mut read = Vec::new();
+            assert!(reader.read_to_end(&mut read).is_err(), "{tool}: cut");
+            assert!(content.starts_with(&read), "{tool}");
+            assert!(reader.read(&mut [0; 8]).is_err(), "{tool}: an error stays one");
+            for at in [whole.len() / 2, whole.len() - 2] {
+                let mut damaged = whole.clone();
+                damaged[at] ^= 0x55;
+                assert!(unpacked(&damaged).is_err(), "{tool}: byte {at}");
+            }
+        }
+    }
+
+    #[test]
+    fn memory_that_a_file_demands_is_bounded() {
+        // A window of 2 GiB, and a dictionary of 1.5 GiB.
+        let zstd = [ZSTD, &[0, 0xA8, 1, 0, 0]].concat();
+        assert!(unpacked(&zstd).unwrap_err().to_string().contains("window"), "{:?}", unpacked(&zstd));
+        let mut xz = b"\xFD7zXZ\0\0\x01\x69\x22\xDE\x36".to_vec();
+        let block = [2, 0, 0x21, 1, 0x25, 0, 0, 0];
+        xz.extend(block);
+        xz.extend(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&block).to_le_bytes());
+        xz.extend([0; 64]);
+        assert!(unpacked(&xz).unwrap_err().to_string().contains("memory"), "{:?}", unpacked(&xz));
+    }
+
+    #[test]
+    fn skippable_frames_are_passed_over() {
+        let Some(frame) = packed("zstd", &["-qc"], b"text") else { return println!("skipped: no zstd here") };
+        let skippable = [&[0x51][..], ZSTD_SKIPPABLE, &3_u32.to_le_bytes(), b"abc"].concat();
+        assert_eq!(unpacked(&[skippable.clone(), frame, skippable].concat()).unwrap(), b"text");
+    }
+}

@@ -1,0 +1,107 @@
+//! What a file that is not a recording looks like, for people.
+
+use std::fmt::Write as _;
+
+/// The beginning of a file that is not a recording, by its first bytes.
+const MAGIC: [(&[u8], &str); 26] = [
+    (b"PK\x03\x04", "a zip archive"),
+    (b"PK\x05\x06", "an empty zip archive"),
+    (b"Rar!", "a RAR archive"),
+    (b"7z\xBC\xAF\x27\x1C", "a 7z archive"),
+    (b"BZh", "a bzip2 file"),
+    (b"\x04\x22\x4D\x18", "an LZ4 file"),
+    (b"\x1F\x9D", "a compress (.Z) file"),
+    (b"\xFF\xFE", "text in UTF-16; save it as UTF-8"),
+    (b"\xFE\xFF", "text in UTF-16; save it as UTF-8"),
+    (
+        b"version https://git-lfs.github.com/",
+        "a pointer of Git LFS, not the file itself; fetch it with git lfs pull",
+    ),
+    (b"SQLite format 3\0", "an SQLite database"),
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xFF\xD8\xFF", "a picture (JPEG)"),
+    (b"GIF8", "a picture (GIF)"),
+    (b"RIFF", "a picture, sound or film (RIFF)"),
+    (b"<svg", "a picture (SVG)"),
+    (b"%PDF", "a PDF document"),
+    (b"<!DOCTYPE", "a web page"),
+    (b"<html", "a web page"),
+    (b"\x7FELF", "a program"),
+    (b"\xD4\xC3\xB2\xA1", "a packet capture (pcap)"),
+    (b"\x0A\x0D\x0D\x0A", "a packet capture (pcapng)"),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"#ROSBAG", "a ROS 1 bag"),
+    (b"\x89MCAP0", "an MCAP file, such as a ROS 2 bag"),
+    (b"VERSION \"", "a DBC file, not a recording"),
+];
+
+/// Characters of a text that are quoted.
+const QUOTED: usize = 40;
+
+/// What a file that begins with `head` looks like: `a zip archive`, or its first line in quotes.
+pub(super) fn looks_like(head: &[u8]) -> String {
+    let begin = head.trim_ascii_start();
+    let starts = |magic: &[u8]| head.starts_with(magic) || magic[0] == b'<' && begin.starts_with(magic);
+    if let Some((_, name)) = MAGIC.iter().find(|(magic, _)| starts(magic)) {
+        return (*name).to_owned();
+    }
+    if head.get(257..262) == Some(b"ustar") {
+        return "a tar archive".to_owned();
+    }
+    // Half of the bytes of Latin text in UTF-16 are zero, and no text has a zero byte.
+    let zeros = head.split(|byte| *byte == 0).count() - 1;
+    let alternates = |first| head.iter().skip(first).step_by(2).filter(|byte| **byte == 0).count() == zeros;
+    if zeros * 5 > head.len() * 2 && (alternates(0) || alternates(1)) {
+        return "text in UTF-16; save it as UTF-8".to_owned();
+    }
+    let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    match str::from_utf8(line) {
+        Ok(line) if zeros == 0 => quoted(line.trim_end()),
+        _ => "binary data".to_owned(),
+    }
+}
+
+fn quoted(line: &str) -> String {
+    let mut text = "text that begins with \"".to_owned();
+    for char in line.chars().take(QUOTED) {
+        // Writing to a String cannot fail.
+        let _ = if char.is_control() {
+            write!(text, "{}", char.escape_default())
+        } else {
+            write!(text, "{char}")
+        };
+    }
+    text + if line.chars().count() > QUOTED { "…\"" } else { "\"" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_often_taken_for_a_recording_is_named() {
+        let utf16: Vec<u8> = "(1.0) can0 123#".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let tar = [&[b'x'; 257][..], b"ustar"].concat();
+        for (head, expected) in [
+            (&b"PK\x03\x04rest"[..], "a zip archive"),
+            (&[b"\xFF\xFE", &utf16[..]].concat(), "text in UTF-16; save it as UTF-8"),
+            (&utf16, "text in UTF-16; save it as UTF-8"),
+            (
+                b"version https://git-lfs.github.com/spec/v1\n",
+                "a pointer of Git LFS, not the file itself; fetch it with git lfs pull",
+            ),
+            (b"SQLite format 3\0\x10", "an SQLite database"),
+            (b"\x89PNG\r\n", "a picture (PNG)"),
+            (b"\n <svg xmlns", "a picture (SVG)"),
+            (b"VERSION \"\"\n", "a DBC file, not a recording"),
+            (&tar, "a tar archive"),
+            (b"\n  speed,\x1B[31mtime  \nmore", "text that begins with \"speed,\\u{1b}[31mtime\""),
+            (b"\x00\x01\xFF\xFE\xFD", "binary data"),
+            (b"\xC3\x28", "binary data"),
+        ] {
+            assert_eq!(looks_like(head), expected, "{head:?}");
+        }
+        let long = "x".repeat(50);
+        assert_eq!(looks_like(long.as_bytes()), format!("text that begins with \"{}…\"", &long[..40]));
+    }
+}

@@ -1,0 +1,61 @@
+//! Plain words of all texts: counts, and names that may hold anything.
+
+use std::borrow::Cow;
+use std::path::{Component, Path, PathBuf};
+
+/// The text with its control characters escaped, so that a name cannot move the cursor or begin a line.
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let mut escaped = String::with_capacity(text.len());
+    for char in text.chars() {
+        if char.is_control() { escaped.extend(char.escape_default()) } else { escaped.push(char) }
+    }
+    Cow::Owned(escaped)
+}
+
+/// `once`, or `3 times`.
+pub fn times(count: u64) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
+}
+
+/// `1 line`, or `3 lines`.
+pub fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The path as people write it: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`. For texts alone, since a folder may be
+/// a link.
+pub fn plain_path(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for component in path.components() {
+        match (component, plain.components().next_back()) {
+            (Component::ParentDir, Some(Component::Normal(_))) => _ = plain.pop(),
+            (Component::CurDir, _) => {}
+            _ => plain.push(component),
+        }
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_plain() {
+        assert_eq!(escaped("can0 \"ä\""), "can0 \"ä\"");
+        assert_eq!(escaped("a\u{1b}[2Jb\nc\u{7f}"), "a\\u{1b}[2Jb\\nc\\u{7f}");
+        assert_eq!([0, 1, 2].map(times), ["0 times", "once", "2 times"]);
+        assert_eq!([0, 1, 2].map(|count| counted(count, "line")), ["0 lines", "1 line", "2 lines"]);
+        for (path, plain) in [
+            ("config/vehicles/../../dbc/a.dbc", "dbc/a.dbc"),
+            ("../../dbc/./a.dbc", "../../dbc/a.dbc"),
+            ("/a/../../b", "/../b"),
+            ("a.dbc", "a.dbc"),
+        ] {
+            assert_eq!(plain_path(Path::new(path)), Path::new(plain));
+        }
+    }
+}
