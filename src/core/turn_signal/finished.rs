@@ -1,7 +1,7 @@
 //! Manoeuvres that are over and do not come back (weakness W4): signalled once, displaced by another,
 //! required section passed.
 
-use super::announced::SAME_END_M;
+use super::manoeuvre::announced::SAME_END_M;
 use super::resolve::Source;
 use super::section::Section;
 use super::signal::Signal;

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use super::announced::{AnnouncedManoeuvres, ManoeuvreIdentity};
 use super::chain::ManoeuvreRecords;
 use super::decision_context::DecisionContext;
 use super::section::Section;
@@ -11,11 +10,13 @@ use super::shift::{Shift, ShiftOutcome, ShiftVerdict, judge};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 
+pub mod announced;
 pub mod avoidance;
 pub mod lane_change;
 pub mod pull_out;
 pub mod pull_over;
 
+use announced::{AnnouncedManoeuvres, ManoeuvreIdentity};
 use avoidance::Avoidance;
 use lane_change::LaneChange;
 use pull_out::PullOut;

@@ -1,11 +1,11 @@
 //! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as begun from
 //! the first request (W9). Improved, it begins where the steering begins.
 
+use super::announced::ManoeuvreIdentity;
 use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
 use crate::core::map::geometry::path::Path;
 use crate::core::map::geometry::polyline::{at_arc, headed};
 use crate::core::map::geometry::{Point, Pose};
-use crate::core::turn_signal::announced::ManoeuvreIdentity;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;

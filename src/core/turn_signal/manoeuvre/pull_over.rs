@@ -1,10 +1,10 @@
 //! Pulling over to the roadside (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before the path
 //! is decided.
 
+use super::announced::ManoeuvreIdentity;
 use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
-use crate::core::turn_signal::announced::ManoeuvreIdentity;
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;

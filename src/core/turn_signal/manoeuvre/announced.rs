@@ -1,9 +1,9 @@
 //! The manoeuvres that are announced, each known again from one cycle to the next
 //! (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 
-use super::manoeuvre::ManoeuvreKind;
-use super::signal::Side;
+use super::ManoeuvreKind;
 use crate::core::map::geometry::Pose;
+use crate::core::turn_signal::signal::Side;
 
 /// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change that waits
 /// moves with the vehicle, by less than this in a cycle.
