@@ -2,6 +2,7 @@
 //! 3.5 m wide; the middle of each is what its description gives.
 
 mod bus_bay;
+mod chicane;
 mod crossing;
 mod curve;
 mod drawing;
@@ -28,8 +29,9 @@ pub(crate) struct Map {
 }
 
 /// All maps to make.
-pub(crate) const ALL: [Map; 8] = [
+pub(crate) const ALL: [Map; 9] = [
     Map { name: "bus_bay", draw: bus_bay::draw },
+    Map { name: "chicane", draw: chicane::draw },
     Map { name: "consecutive_turns", draw: turns::draw },
     Map { name: "crossing", draw: crossing::draw },
     Map { name: "fork", draw: fork::draw },

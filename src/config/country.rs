@@ -121,7 +121,7 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
     let (code, source) = (readable("code"), readable("source"));
     let traffic = fields.keyword("traffic", SIDES);
     let turn_distance_m = fields.number("turn_distance_m", 0.0..=1000.0, "m");
-    let lane_change_time_s = fields.number("lane_change_time_s", 0.0..=60.0, "s");
+    let search_time_s = fields.number("search_time_s", 0.0..=60.0, "s");
     let roundabout = fields.table("roundabout");
     fields.done();
     let roundabout = roundabout?;
@@ -134,7 +134,7 @@ fn interpret(fields: Fields<'_>) -> Option<Country> {
     let parameters = Parameters {
         intersection_search_distance_m: turn_distance_m.unwrap_or(deployed.intersection_search_distance_m),
         roundabout_search_distance_m: turn_distance_m.unwrap_or(deployed.roundabout_search_distance_m),
-        search_time_s: lane_change_time_s.unwrap_or(deployed.search_time_s),
+        search_time_s: search_time_s.unwrap_or(deployed.search_time_s),
         roundabout_on_entry: on_entry?,
         roundabout_on_exit: on_exit?,
         roundabout_entry_persists: entry_persists.unwrap_or_default(),

@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use super::files::Files;
+use crate::core::map::error::MapError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::{LampSource, LightMap};
 use crate::core::map::osm;
@@ -41,8 +42,14 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// # Errors
 /// The reason as text: the file, its projector, or the map.
 pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
-    let projector = projector(files, path)?.unwrap_or(Projector::Local);
-    LaneNetwork::read(&read(files, path)?, &projector).map_err(|error| error.to_string())
+    let given = projector(files, path)?;
+    LaneNetwork::read(&read(files, path)?, &given.unwrap_or(Projector::Local)).map_err(|error| match error {
+        // Without the file, local coordinates are assumed; the map does not ask for them.
+        MapError::NoLocal { node } if given.is_none() => format!(
+            "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
+        ),
+        error => error.to_string(),
+    })
 }
 
 fn read(files: &dyn Files, path: &Path) -> Result<Vec<u8>, String> {

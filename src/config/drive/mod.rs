@@ -34,6 +34,7 @@ use crate::config::reading::toml_text::from_toml;
 use crate::core::map::geometry::Point;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::turn_signal::compat::DeciderCompat;
+use crate::core::turn_signal::min_duration::MinDurations;
 use crate::core::turn_signal::parameters::{Parameters, Vehicle};
 use reader::{Lanes, MAX_S, SEE, metres};
 
@@ -53,6 +54,8 @@ pub struct DriveFile {
     pub parameters: Parameters,
     /// Dimensions of the vehicle.
     pub vehicle: Vehicle,
+    /// Minimum durations of signals; in improved mode only.
+    pub min_durations: MinDurations,
     /// Cycles a second.
     pub planning_hz: f64,
     /// Position of the vehicle at the start, metres.
@@ -107,6 +110,11 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let (_, parameters) = parameters(files, &top);
     let vehicle = dimensions::vehicle(top.section("vehicle"));
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
+    let duration = |key, default| top.millis(key, 0..=60_000).unwrap_or(default);
+    let min_durations = MinDurations {
+        minimum_on: duration("minimum_on_ms", MinDurations::READABLE.minimum_on),
+        minimum_gap: duration("minimum_gap_ms", MinDurations::READABLE.minimum_gap),
+    };
     let start_m = metres(&top, "start_m").unwrap_or(0.0);
     let until_m = metres(&top, "until_m");
     let until_s = top.number("until_s", 0.0..=MAX_S, "s");
@@ -132,6 +140,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
         compats,
         parameters,
         vehicle,
+        min_durations,
         planning_hz,
         start_m,
         until_m,

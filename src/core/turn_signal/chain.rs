@@ -1,10 +1,65 @@
-//! Joins the record of one manoeuvre with that of the one before it
+//! The records of the planner's manoeuvres, as they are joined
 //! (docs/spec/turn-signal-decider.md, "Joining records").
 
+use super::decision_context::DecisionContext;
 use super::resolve::{Rules, Winner, prior};
 use super::section::Section;
-use super::signal::{Hazard, Signal};
+use super::signal::Signal;
 use crate::core::map::geometry::path::PathFrame;
+
+/// The records of a cycle so far. Upstream joins each with the one before it at once, so that at most one is left.
+/// Improved, all that request something stay, and the pairwise rule decides between them (W5, W6, W19).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ManoeuvreRecords(Vec<Section>);
+
+impl ManoeuvreRecords {
+    /// All records, in the order of the chain.
+    pub fn sections(self) -> Vec<Section> {
+        self.0
+    }
+
+    /// Some record so far requests a side.
+    pub fn request_side(&self) -> bool {
+        self.0.iter().any(|record| record.turn.side().is_some())
+    }
+
+    /// Adds the record of a manoeuvre that upstream joins by [`overwrite`].
+    pub fn add(&mut self, context: &DecisionContext<'_>, new: Section) {
+        self.join(context, new, |previous, new| Some(overwrite(&context.path_frame, previous, new)));
+    }
+
+    /// Adds the record of a manoeuvre that upstream joins by [`pairwise_prior`].
+    pub fn add_by_rule(&mut self, context: &DecisionContext<'_>, new: Section) {
+        self.join(context, new, |previous, new| pairwise_prior(&context.path_frame, previous, new));
+    }
+
+    /// Changes the command of the record before, which upstream does at a start from the middle of a lane.
+    pub fn change_command(&mut self, turn: Signal) {
+        let previous = self.0.last().copied().unwrap_or_default();
+        self.0 = vec![Section { turn, ..previous }];
+    }
+
+    /// Upstream: the records before are lost.
+    pub fn lose(&mut self, context: &DecisionContext<'_>) {
+        if context.quirks.empty_records_take_part {
+            self.0.clear();
+        }
+    }
+
+    fn join(
+        &mut self,
+        context: &DecisionContext<'_>,
+        new: Section,
+        join: impl FnOnce(Section, Section) -> Option<Section>,
+    ) {
+        if context.quirks.last_manoeuvre_replaces {
+            let previous = self.0.last().copied().unwrap_or_default();
+            self.0 = join(previous, new).into_iter().collect();
+        } else if new.requests_something() {
+            self.0.push(new);
+        }
+    }
+}
 
 /// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new
 /// record erases an active one, and a hazard request goes with the record that made it (W5).
@@ -35,21 +90,4 @@ pub fn pairwise_prior(path_frame: &PathFrame<'_>, previous: Section, new: Sectio
     let (p, q) = if previous_first { (of_previous, of_new) } else { (of_new, of_previous) };
     let (winner, _) = prior(&p, &q, &Rules::default());
     Some(if (winner == Winner::P) == previous_first { previous } else { new })
-}
-
-/// Improved mode: a record without a command replaces none (W5, W6), and a request for the hazard lights stays with
-/// whatever is signalled. `join` decides between two that have a command.
-pub fn join_present(
-    previous: Option<Section>,
-    new: Option<Section>,
-    join: impl FnOnce(Section, Section) -> Option<Section>,
-) -> Option<Section> {
-    let hazard = [previous, new].iter().flatten().any(|record| record.hazard == Hazard::Enable);
-    let has_command = |record: &Section| record.turn != Signal::NoCommand;
-    let chosen = match (previous.filter(has_command), new.filter(has_command)) {
-        (Some(previous), Some(new)) => join(previous, new),
-        (previous, new) => previous.or(new),
-    };
-    let chosen = chosen.or_else(|| [previous, new].into_iter().flatten().find(|_| hazard));
-    chosen.map(|record| if hazard { Section { hazard: Hazard::Enable, ..record } } else { record })
 }

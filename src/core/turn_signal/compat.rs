@@ -27,7 +27,7 @@ impl DeciderCompat {
     }
 }
 
-/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10` are the labels of
+/// Each thing that the behavior path planner does and improved mode does not, as a switch. `W1` to `W10`, `W18` and `W19` are labels of
 /// docs/spec/turn-signal-decider.md, "Improved and upstream-compatible mode".
 #[allow(clippy::struct_excessive_bools)] // independent switches
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +63,13 @@ pub struct UpstreamQuirks {
     /// The search back from inside a roundabout ignores remembered poses inside an entry, and knows of the others only
     /// once it meets their entry (docs/spec/turn-signal-decider.md, "Backward search").
     pub searches_back_by_entries: bool,
+    /// W18: the signal of a shift ends before the shift is complete, an avoidance turns to its way back while it still
+    /// steers out, and what was once not signalled stays so
+    /// (docs/spec/turn-signal-decider.md, "Complete shifts").
+    pub ends_shifts_early: bool,
+    /// W19: of several manoeuvres of the planner, the last one in its chain replaces the others
+    /// (docs/spec/turn-signal-decider.md, "Joining records").
+    pub last_manoeuvre_replaces: bool,
     /// A start from the middle of a lane changes the command of the record before and not its points
     /// (docs/spec/turn-signal-decider.md, "Pull-out").
     pub centerline_start_has_no_points: bool,
@@ -85,6 +92,8 @@ impl UpstreamQuirks {
             overlooks_roundabout_exits: is_upstream,
             has_stop_rule: is_upstream,
             searches_back_by_entries: is_upstream,
+            ends_shifts_early: is_upstream,
+            last_manoeuvre_replaces: is_upstream,
             centerline_start_has_no_points: is_upstream,
         }
     }

@@ -12,7 +12,7 @@ use super::manoeuvre::{Manoeuvre, ManoeuvreMemory, ManoeuvreOutcome};
 use super::min_duration::{MinDurationFilter, MinDurations};
 use super::parameters::{Parameters, Vehicle};
 use super::path_generator::{self, TaggedLanelet};
-use super::resolve::{Candidates, Resolution, Rules, Source, resolve};
+use super::resolve::{Candidates, Contender, Resolution, Rules, Source, foremost, resolve};
 use super::roundabout::RoundaboutMemory;
 use super::roundabout::backward::backward_length_m;
 use super::roundabout::legs::{RoundaboutLegs, legs};
@@ -185,10 +185,11 @@ impl Decider {
         manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
         observed: impl FnOnce(Signal) -> Observed,
     ) -> Decision {
-        let (manoeuvre, remarks) = self.manoeuvres.chain(context, manoeuvres);
-        if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
+        let (records, remarks) = self.manoeuvres.chain(context, manoeuvres);
+        if let Some(decision) = self.hazard(&records, &remarks, context.now) {
             return decision;
         }
+        let manoeuvre = self.foremost(context, &records);
         let observed = observed(manoeuvre.map_or(Signal::NoCommand, |record| record.turn));
         let candidates = Candidates {
             intersection: self.intersection.section(context, &observed.turns),
@@ -196,7 +197,10 @@ impl Decider {
             manoeuvre,
         };
         let resolution = self.resolved(context, &candidates);
-        let shown = self.min_duration.show(resolution.signal(), self.settings.min_durations, context.now);
+        let is_required = resolution.winner.is_some_and(|winner| winner.is_required());
+        let min_durations = self.settings.min_durations;
+        let shown = self.min_duration.show(resolution.signal(), is_required, min_durations, context.now);
+        self.note_finished(context, &candidates, &records, &resolution, shown.signal);
         Decision {
             turn: shown.signal,
             hazard: Hazard::Disable,
@@ -215,12 +219,13 @@ impl Decider {
         context: &DecisionContext<'_>,
         manoeuvres: Vec<&Manoeuvre>,
     ) -> Decision {
-        let (manoeuvre, remarks) = self.manoeuvres.chain(context, manoeuvres);
-        if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
+        let (records, remarks) = self.manoeuvres.chain(context, manoeuvres);
+        if let Some(decision) = self.hazard(&records, &remarks, context.now) {
             return decision;
         }
+        let manoeuvre = self.foremost(context, &records);
         let requested = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
-        let shown = self.min_duration.show(requested, self.settings.min_durations, context.now);
+        let shown = self.min_duration.show(requested, false, self.settings.min_durations, context.now);
         let basis = Basis::ManoeuvreAlone(requested);
         Decision {
             held: shown.held,
@@ -233,27 +238,50 @@ impl Decider {
     /// Hazard lights come before everything else; what is remembered stays as it is.
     fn hazard(
         &mut self,
-        record: Option<Section>,
+        records: &[Section],
         remarks: &[ManoeuvreOutcome],
         now: MonoTime,
     ) -> Option<Decision> {
-        record.filter(|record| record.hazard == Hazard::Enable)?;
+        records.iter().find(|record| record.hazard == Hazard::Enable)?;
         self.min_duration.force_off(now);
         let decision = bare(Signal::Disable, Hazard::Enable, Basis::Hazard, Vec::new());
         Some(Decision { remarks: remarks.to_vec(), ..decision })
     }
 
-    fn resolved(&mut self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
-        let start_belongs_to_before = !context.quirks.required_start_belongs_to_nothing;
+    /// The record of the planner's manoeuvres that takes part: of several (W19) the one that would win alone.
+    fn foremost(&self, context: &DecisionContext<'_>, records: &[Section]) -> Option<Section> {
+        let is_open = |record: &&Section| !self.finished.is_finished(Source::Manoeuvre, record);
+        let open: Vec<Section> = records.iter().filter(is_open).copied().collect();
+        let records = if open.is_empty() { records } else { &open };
+        foremost(&context.path_frame, records, &rules(context))
+    }
+
+    fn resolved(&self, context: &DecisionContext<'_>, candidates: &Candidates) -> Resolution {
+        let is_finished = |source: &Source| {
+            candidates.of(*source).is_some_and(|section| self.finished.is_finished(*source, &section))
+        };
+        let finished = Source::ALL.into_iter().filter(is_finished).collect();
+        resolve(&context.path_frame, candidates, &Rules { finished, ..rules(context) })
+    }
+
+    /// Improved: remembers what was signalled and is over (W4).
+    fn note_finished(
+        &mut self,
+        context: &DecisionContext<'_>,
+        candidates: &Candidates,
+        records: &[Section],
+        resolution: &Resolution,
+        shown: Signal,
+    ) {
         if context.quirks.finished_manoeuvres_return {
-            let rules = Rules { start_belongs_to_before, ..Rules::default() };
-            return resolve(&context.path_frame, candidates, &rules);
+            return;
         }
-        let finished = self.finished.finished(candidates);
-        let resolution =
-            resolve(&context.path_frame, candidates, &Rules { start_belongs_to_before, finished });
-        self.finished.note(&resolution);
-        resolution
+        let of = |source| candidates.of(source).map(|section| (source, section));
+        let on_road = [Source::Intersection, Source::Roundabout].into_iter().filter_map(of);
+        let planned = records.iter().map(|section| (Source::Manoeuvre, *section));
+        let sections: Vec<(Source, Section)> = on_road.chain(planned).collect();
+        let winner = resolution.winner.and_then(|Contender { source, .. }| of(source));
+        self.finished.note(&context.path_frame, &sections, winner.as_ref(), shown);
     }
 
     fn note_time(&mut self, now: MonoTime, findings: &mut Vec<Finding>) {
@@ -292,6 +320,12 @@ impl Decider {
         let parameters = &self.settings.parameters;
         backward_length_m((road, route), parameters, &self.roundabout, current, self.quirks)
     }
+}
+
+/// The rules of the mode, nothing finished.
+fn rules(context: &DecisionContext<'_>) -> Rules {
+    let start_belongs_to_before = !context.quirks.required_start_belongs_to_nothing;
+    Rules { start_belongs_to_before, ..Rules::default() }
 }
 
 fn bare(turn: Signal, hazard: Hazard, basis: Basis, findings: Vec<Finding>) -> Decision {

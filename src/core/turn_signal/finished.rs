@@ -1,24 +1,24 @@
 //! Manoeuvres that are over and do not come back (weakness W4): signalled once, displaced by another,
 //! required section passed.
 
-use std::collections::BTreeSet;
-
-use super::resolve::{CandidateOutcome, Candidates, Resolution, Source};
+use super::manoeuvre::announced::SAME_END_M;
+use super::resolve::Source;
 use super::section::Section;
 use super::signal::Signal;
 use crate::core::map::geometry::Pose;
+use crate::core::map::geometry::path::PathFrame;
 
-/// The end of a record that moves farther than this belongs to another manoeuvre, metres.
-const SAME_END_M: f64 = 1.0;
-
-/// The last record of each source, and whether it has finished.
+/// The sections of the cycle before, each with what became of it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FinishedMemory {
-    sections: [Option<SignalledSection>; 3],
+    known: Vec<Known>,
 }
 
+/// The section of a manoeuvre: the same in the next cycle while source and command are, and its end hardly moves
+/// (docs/spec/turn-signal-decider.md, "Identity of manoeuvres").
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct SignalledSection {
+struct Known {
+    source: Source,
     turn: Signal,
     end: Pose,
     was_signalled: bool,
@@ -26,50 +26,47 @@ struct SignalledSection {
 }
 
 impl FinishedMemory {
-    /// Takes the records of this cycle and returns the sources whose manoeuvre may not come back.
-    pub fn finished(&mut self, candidates: &Candidates) -> BTreeSet<Source> {
-        for (source, section) in Source::ALL.into_iter().zip(&mut self.sections) {
-            let record = candidates.of(source);
-            *section = record.map(|record| {
-                section.filter(|known| known.is_same(&record)).unwrap_or(SignalledSection::new(&record))
-            });
-        }
-        let finished = |(source, section): (Source, &Option<SignalledSection>)| {
-            section.filter(|section| section.is_finished).map(|_| source)
-        };
-        Source::ALL.into_iter().zip(&self.sections).filter_map(finished).collect()
+    /// Returns whether the manoeuvre of a section may not come back.
+    pub fn is_finished(&self, source: Source, section: &Section) -> bool {
+        self.of(source, section).is_some_and(|known| known.is_finished)
     }
 
-    /// Takes the outcomes of this cycle.
-    pub fn note(&mut self, resolution: &Resolution) {
-        for (evaluated, section) in resolution.evaluated.iter().zip(&mut self.sections) {
-            let Some(section) = section else { continue };
-            let is_over = evaluated.distances.is_some_and(|distances| distances.required_end_m < 0.0);
-            match evaluated.outcome {
-                CandidateOutcome::Won => section.was_signalled = true,
-                CandidateOutcome::LostTo { .. } => section.is_finished = section.was_signalled && is_over,
-                CandidateOutcome::Absent
-                | CandidateOutcome::NoSide
-                | CandidateOutcome::NotFinite
-                | CandidateOutcome::NotReached
-                | CandidateOutcome::Passed
-                | CandidateOutcome::Finished => {}
+    /// Takes the sections of a cycle with their sources, the one that won, and the command that was shown. What is
+    /// not among them is forgotten.
+    pub fn note(
+        &mut self,
+        path_frame: &PathFrame<'_>,
+        sections: &[(Source, Section)],
+        winner: Option<&(Source, Section)>,
+        shown: Signal,
+    ) {
+        let noted = sections.iter().map(|given| {
+            let (source, section) = given;
+            let before = self.of(*source, section);
+            let was_signalled = before.is_some_and(|known| known.was_signalled);
+            let is_over = path_frame.from_base_m(section.required_end) < 0.0;
+            let lost = winner.is_some_and(|winner| winner != given);
+            Known {
+                source: *source,
+                turn: section.turn,
+                end: section.desired_end,
+                was_signalled: was_signalled || winner == Some(given) && shown == section.turn,
+                is_finished: before.is_some_and(|known| known.is_finished)
+                    || was_signalled && lost && is_over,
             }
-        }
+        });
+        self.known = noted.collect();
     }
 
     /// Clears the memory, for another route.
     pub fn clear(&mut self) {
-        self.sections = Default::default();
-    }
-}
-
-impl SignalledSection {
-    fn new(record: &Section) -> Self {
-        Self { turn: record.turn, end: record.desired_end, was_signalled: false, is_finished: false }
+        self.known.clear();
     }
 
-    fn is_same(&self, record: &Section) -> bool {
-        self.turn == record.turn && self.end.position.distance_m(record.desired_end.position) <= SAME_END_M
+    fn of(&self, source: Source, section: &Section) -> Option<&Known> {
+        let is_same = |known: &&Known| known.source == source && known.turn == section.turn;
+        let moved_m = |known: &Known| known.end.position.distance_m(section.desired_end.position);
+        let near = self.known.iter().filter(is_same).filter(|known| moved_m(known) <= SAME_END_M);
+        near.min_by(|one, other| moved_m(one).total_cmp(&moved_m(other)))
     }
 }

@@ -1,20 +1,22 @@
-//! Manoeuvres of the planner, each making a record out of that of the one before
+//! Manoeuvres of the planner, each with the record it makes
 //! (docs/spec/turn-signal-decider.md, "Joining records").
 
 use std::collections::BTreeSet;
 
-use super::chain::{join_present, overwrite};
+use super::chain::ManoeuvreRecords;
 use super::decision_context::DecisionContext;
 use super::section::Section;
-use super::shift::ShiftVerdict;
+use super::shift::{Shift, ShiftOutcome, ShiftVerdict, judge};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 
+pub mod announced;
 pub mod avoidance;
 pub mod lane_change;
 pub mod pull_out;
 pub mod pull_over;
 
+use announced::{AnnouncedManoeuvres, ManoeuvreIdentity};
 use avoidance::Avoidance;
 use lane_change::LaneChange;
 use pull_out::PullOut;
@@ -53,16 +55,16 @@ pub enum ManoeuvreKind {
 /// The memory of manoeuvres from one cycle to the next.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManoeuvreMemory {
-    /// Shift lines that are not judged again while avoiding.
+    /// Upstream: shift lines that are not judged again while avoiding.
     avoidance_ignored: BTreeSet<u128>,
-    /// The lanelet in which pulling out is not judged again.
+    /// Upstream: the lanelet in which pulling out is not judged again.
     pull_out_ignored: Option<LaneId>,
-    /// The lanelet in which pulling over is not judged again.
+    /// Upstream: the lanelet in which pulling over is not judged again.
     pull_over_ignored: Option<LaneId>,
     /// First deceleration pose of a pull-over, and the stop pose if known then.
     pre_signal: Option<(Pose, Option<Pose>)>,
-    /// The lane change that is announced.
-    lane_change: Option<lane_change::Announced>,
+    /// Improved: what is announced.
+    announced: AnnouncedManoeuvres,
 }
 
 /// The outcome of one manoeuvre, for the explanation.
@@ -103,32 +105,48 @@ impl Manoeuvre {
 }
 
 impl ManoeuvreMemory {
-    /// The record at the end of the chain, and the outcome of each manoeuvre. `manoeuvres` stand in the
-    /// order in which the planner runs them: approved ones first, then the one that waits.
+    /// The records of the chain, at most one for upstream, and the outcome of each manoeuvre. `manoeuvres` stand in
+    /// the order in which the planner runs them: approved ones first, then the one that waits.
     pub fn chain<'a>(
         &mut self,
         context: &DecisionContext<'_>,
         manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
-    ) -> (Option<Section>, Vec<ManoeuvreOutcome>) {
-        let mut record = None;
+    ) -> (Vec<Section>, Vec<ManoeuvreOutcome>) {
+        let mut records = ManoeuvreRecords::default();
         let mut remarks = Vec::new();
         let mut present = BTreeSet::new();
         for manoeuvre in manoeuvres {
             present.insert(manoeuvre.kind());
             let why = match manoeuvre {
-                Manoeuvre::PullOut(pull_out) => self.pull_out(context, pull_out, &mut record),
-                Manoeuvre::Avoidance(avoidance) => self.avoidance(context, avoidance, &mut record),
-                Manoeuvre::LaneChange(change) => self.lane_change(context, change, &mut record),
-                Manoeuvre::PullOver(pull_over) => self.pull_over(context, pull_over, &mut record),
+                Manoeuvre::PullOut(pull_out) => self.pull_out(context, pull_out, &mut records),
+                Manoeuvre::Avoidance(avoidance) => self.avoidance(context, avoidance, &mut records),
+                Manoeuvre::LaneChange(change) => self.lane_change(context, change, &mut records),
+                Manoeuvre::PullOver(pull_over) => self.pull_over(context, pull_over, &mut records),
                 Manoeuvre::SideShift => {
-                    record = record.filter(|_| !context.quirks.empty_records_take_part);
+                    records.lose(context);
                     SignalReason::Idle
                 }
             };
             remarks.push(ManoeuvreOutcome { kind: manoeuvre.kind(), why });
         }
         self.forget_absent(&present);
-        (record, remarks)
+        (records.sections(), remarks)
+    }
+
+    /// Judges a shift that, once signalled, is until it is complete (W18).
+    fn judged(
+        &mut self,
+        context: &DecisionContext<'_>,
+        shift: &Shift<'_>,
+        kind: ManoeuvreKind,
+    ) -> ShiftOutcome {
+        let identity = ManoeuvreIdentity { kind, side: shift.side(), end: shift.line.end };
+        let is_announced = self.announced.from(identity).is_some();
+        let outcome = judge(context, &Shift { is_announced, ..*shift });
+        if outcome.verdict == ShiftVerdict::Signalled && !is_announced {
+            self.announced.announce(identity, context.ego());
+        }
+        outcome
     }
 
     /// Clears the memory, for another route.
@@ -148,18 +166,6 @@ impl ManoeuvreMemory {
             self.pull_over_ignored = None;
             self.pre_signal = None;
         }
-        if !present.contains(&ManoeuvreKind::LaneChange) {
-            self.lane_change = None;
-        }
-    }
-}
-
-/// Upstream's overwrite; improved, a record without a command replaces none.
-fn overwritten(context: &DecisionContext<'_>, previous: Option<Section>, new: Section) -> Option<Section> {
-    let overwrite = |previous, new| overwrite(&context.path_frame, previous, new);
-    if context.quirks.empty_records_take_part {
-        Some(overwrite(previous.unwrap_or_default(), new))
-    } else {
-        join_present(previous, Some(new), |previous, new| Some(overwrite(previous, new)))
+        self.announced.end_cycle();
     }
 }

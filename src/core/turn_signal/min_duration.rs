@@ -61,13 +61,21 @@ impl MinDurations {
 }
 
 impl MinDurationFilter {
-    /// The command to show for a request.
-    pub fn show(&mut self, requested: Signal, min_durations: MinDurations, now: MonoTime) -> Shown {
+    /// The command to show for a request. In a required section, `is_required`, a side is not shown late for the sake
+    /// of a minimum duration.
+    pub fn show(
+        &mut self,
+        requested: Signal,
+        is_required: bool,
+        min_durations: MinDurations,
+        now: MonoTime,
+    ) -> Shown {
+        let is_urgent = is_required && requested.side().is_some();
         if let Some((side, since)) = self.on {
             if requested.side() == Some(side) {
                 return Shown { signal: requested, held: None, deadline: None };
             }
-            if now.since(since) < min_durations.minimum_on {
+            if !is_urgent && now.since(since) < min_durations.minimum_on {
                 let deadline = Some(since.after(min_durations.minimum_on));
                 return Shown { signal: side.into(), held: Some(Held::On(side)), deadline };
             }
@@ -76,7 +84,8 @@ impl MinDurationFilter {
         let Some(side) = requested.side() else {
             return Shown { signal: requested, held: None, deadline: None };
         };
-        if let Some(since) = self.off_since.filter(|since| now.since(*since) < min_durations.minimum_gap) {
+        let ended = self.off_since.filter(|since| now.since(*since) < min_durations.minimum_gap);
+        if let Some(since) = ended.filter(|_| !is_urgent) {
             let deadline = Some(since.after(min_durations.minimum_gap));
             return Shown { signal: Signal::Disable, held: Some(Held::Off), deadline };
         }

@@ -157,6 +157,13 @@ pub struct Resolution {
     pub evaluated: [EvaluatedCandidate; 3],
 }
 
+impl Contender {
+    /// The front is past the start of its required section, and the rear axle not past its end.
+    pub fn is_required(&self) -> bool {
+        self.distances.required_start_m <= 0.0 && self.distances.required_end_m >= 0.0
+    }
+}
+
 impl Resolution {
     /// Left, right, or off.
     pub fn signal(&self) -> Signal {
@@ -187,6 +194,22 @@ pub fn resolve(path_frame: &PathFrame<'_>, candidates: &Candidates, rules: &Rule
         set_outcome(&mut evaluated, winner.source, CandidateOutcome::Won);
     }
     Resolution { winner, case: last_case, evaluated }
+}
+
+/// The one of several records of the planner's manoeuvres that takes part, by the same rules; the first when none of
+/// them is valid, so that the reason is known.
+pub fn foremost(path_frame: &PathFrame<'_>, records: &[Section], rules: &Rules) -> Option<Section> {
+    let evaluated = records.iter().map(|record| {
+        let evaluated = evaluate(path_frame, Source::Manoeuvre, Some(*record), &Rules::default());
+        Some((evaluated.contender()?.distances, *record))
+    });
+    let mut contenders: Vec<(Distances, Section)> = evaluated.flatten().collect();
+    contenders.sort_by(|(one, _), (other, _)| one.desired_start_m.total_cmp(&other.desired_start_m));
+    let winner = contenders.into_iter().reduce(|holder, next| match prior(&holder.0, &next.0, rules).0 {
+        Winner::P => holder,
+        Winner::Q => next,
+    });
+    winner.map(|(_, record)| record).or(records.first().copied())
 }
 
 /// The pairwise rule: `p` has the earlier desired start.

@@ -30,9 +30,16 @@ impl RoundaboutMemory {
             self.entries.retain(|id, _| legs.entries.iter().any(|entry| entry.lane.id == *id));
             self.exits.retain(|id, _| legs.exits.iter().any(|exit| exit.lane.id == *id));
         }
-        let entries = legs.entries.iter().filter_map(|entry| self.entry(context, entry));
-        let mut records: Vec<Section> = entries.collect();
-        records.extend(legs.exits.iter().filter_map(|exit| self.exit(context, exit)));
+        let mut records = Vec::new();
+        let mut persistent = Vec::new();
+        for entry in &legs.entries {
+            let Some(record) = self.entry(context, entry) else { continue };
+            records.push(record);
+            persistent.extend(entry.leaving.filter(|_| context.parameters.roundabout_entry_persists));
+        }
+        let lasts_to = |exit: LaneId| persistent.iter().any(|leaving| leaving.lane == exit);
+        let exits = legs.exits.iter().filter_map(|exit| self.exit(context, exit, lasts_to(exit.lane.id)));
+        records.extend(exits);
         next_in_queue(&context.path_frame, records)
     }
 
@@ -73,8 +80,8 @@ impl RoundaboutMemory {
     }
 
     /// docs/spec/turn-signal-decider.md, "Roundabout exit". By default an exit without a signal
-    /// displaces nothing, and one without tags is announced as well (W10).
-    fn exit(&mut self, context: &DecisionContext<'_>, exit: &Exit) -> Option<Section> {
+    /// displaces nothing, and one without tags is announced as well (W10), unless the signal of the entry lasts to it.
+    fn exit(&mut self, context: &DecisionContext<'_>, exit: &Exit, entry_lasts: bool) -> Option<Section> {
         let (lane, path_frame) = (&exit.lane, &context.path_frame);
         if path_frame.from_base_m(lane.back) < 0.0 {
             self.exits.remove(&lane.id);
@@ -84,7 +91,8 @@ impl RoundaboutMemory {
         if side.is_none() && !context.quirks.overlooks_roundabout_exits {
             return None;
         }
-        let announces_untagged = !exit.is_tagged && !context.quirks.overlooks_roundabout_exits;
+        let announces_untagged =
+            !exit.is_tagged && !entry_lasts && !context.quirks.overlooks_roundabout_exits;
         let start = match exit.after_previous.filter(|_| announces_untagged) {
             Some(after_previous) => {
                 let near = path_frame.from_front_m(lane.front)

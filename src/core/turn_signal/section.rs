@@ -50,6 +50,11 @@ impl Section {
         }
     }
 
+    /// Returns whether it requests a side or the hazard lights.
+    pub fn requests_something(&self) -> bool {
+        self.turn.side().is_some() || self.hazard == Hazard::Enable
+    }
+
     /// Returns whether all four poses are numbers.
     pub fn is_finite(&self) -> bool {
         [self.desired_start, self.desired_end, self.required_start, self.required_end]

@@ -62,6 +62,8 @@ pub struct Shift<'a> {
     pub forward: bool,
     /// A return is signalled even while standing.
     pub stop_override: bool,
+    /// It was signalled before, and is until it is complete (W18).
+    pub is_announced: bool,
 }
 
 /// The step of the rule that decided.
@@ -158,8 +160,16 @@ impl ShiftedPath {
     }
 }
 
+impl Shift<'_> {
+    /// The side it moves to; right for none.
+    pub fn side(&self) -> Side {
+        let moves_left = self.path.offset_between_m(self.line.start_index, self.line.end_index) > 0.0;
+        if moves_left { Side::Left } else { Side::Right }
+    }
+}
+
 impl ShiftOutcome {
-    /// Returns whether the shift is not to be judged again.
+    /// Returns whether upstream does not judge the shift again.
     pub const fn ignore(&self) -> bool {
         match self.verdict {
             ShiftVerdict::Backwards
@@ -240,6 +250,10 @@ fn objection(
     if !at_least(offsets.relative_m(), parameters.shift_length_threshold_m) {
         return Some(ShiftVerdict::TooSmall);
     }
+    // Upstream judges what it signals anew in every cycle (W18).
+    if shift.is_announced {
+        return None;
+    }
     let remaining_m = offsets.after_m - shift.current_shift_m;
     if !at_least(remaining_m, parameters.remaining_shift_length_threshold_m) {
         return Some(ShiftVerdict::NearlyDone);
@@ -267,7 +281,8 @@ fn objection(
     {
         return Some(ShiftVerdict::StandsBeforeReturn);
     }
-    let near_bound = shift.kind == ShiftKind::PullOut
+    let near_bound = context.quirks.ends_shifts_early
+        && shift.kind == ShiftKind::PullOut
         && surroundings::distance_to_bound_m(context, offsets.side())
             .is_some_and(|distance_m| distance_m < parameters.remaining_distance_to_bound_threshold_m);
     near_bound.then_some(ShiftVerdict::NearBound)

@@ -23,6 +23,7 @@ impl<'a> Run<'a> {
         let settings = Settings {
             parameters: file.parameters.clone(),
             vehicle: file.vehicle,
+            min_durations: file.min_durations,
             ..Settings::deployed(compat)
         };
         Self { simulation, decider: Decider::new(settings), odometry: None }

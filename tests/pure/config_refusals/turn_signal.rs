@@ -110,11 +110,7 @@ fn rules_of_a_country_are_refused_where_they_break() {
             "turn_distance_m = nan",
             "rules.toml:6:19: turn_distance_m: nan m is out of",
         ),
-        (
-            "lane_change_time_s = 3.0",
-            "lane_change_time_s = -1",
-            "lane_change_time_s: -1 s is out of range; give 0 to 60 s",
-        ),
+        ("search_time_s = 3.0", "search_time_s = -1", "search_time_s: -1 s is out of range; give 0 to 60 s"),
         ("on_exit = \"left\"", "on_exit = 1", "rules.toml:12:11: roundabout.on_exit: "),
         ("on_exit", "on_exits", "roundabout.on_exits: unknown key \"on_exits\""),
         ("source", "sources", "sources: unknown key \"sources\""),

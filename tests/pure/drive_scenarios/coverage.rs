@@ -5,7 +5,7 @@ pub(crate) const MANOEUVRES: &[(&str, &[&str])] = &[
     ("intersection, left", &["crossing_left.toml", "short_signal_distance.toml"]),
     ("intersection, right", &["crossing_right.toml"]),
     ("intersection, straight", &["crossing_straight.toml"]),
-    ("turn after turn", &["left_then_right.toml", "split_turn.toml"]),
+    ("turn after turn", &["left_then_right.toml", "split_turn.toml", "chicane.toml"]),
     ("stop before a turn", &["stop_before_turn.toml", "slowing_before_turn.toml"]),
     ("no turn direction", &["fork.toml"]),
     ("roundabout, side by the map", &["roundabout_first_exit.toml", "roundabout_third_exit.toml"]),
@@ -66,28 +66,40 @@ pub(crate) const WEAKNESSES: &[(&str, &[&str])] = &[
     ("W7", &["split_turn.toml"]),
     ("W8", &["reroute_stale_start.toml"]),
     ("W9", &["lane_change_left.toml", "lane_change_masked.toml", "lane_change_right_waiting.toml"]),
+    ("W10", &["roundabout_entry_short.toml", "roundabout_silent_exit.toml", "roundabout_untagged.toml"]),
+    ("W15", &["pull_out_left.toml", "pull_out_right.toml", "pull_out_before_turn.toml"]),
     (
-        "W10",
+        "W18",
         &[
-            "roundabout_entry_short.toml",
-            "roundabout_persistent.toml",
-            "roundabout_silent_exit.toml",
-            "roundabout_untagged.toml",
+            "avoidance_out_and_back.toml",
+            "avoidance_short_gap.toml",
+            "avoidance_early_return.toml",
+            "avoidance_narrow_road.toml",
+            "pull_over.toml",
+            "pull_over_pre_signal.toml",
+            "pull_over_decided_early.toml",
+        ],
+    ),
+    (
+        "W19",
+        &[
+            "lane_changes_same_side.toml",
+            "lane_changes_one_after_the_other.toml",
+            "lane_change_then_back.toml",
         ],
     ),
 ];
 
-/// Scenarios in which upstream and improved show the same sides in the same order, and only the gap between two
-/// signals (W2) is longer when improved.
+/// Scenarios in which upstream and improved show the same sides in the same order, and only gaps between two signals (W2)
+/// and the ends of shifts (W18) lie elsewhere.
 pub(crate) const ONLY_A_GAP: &[&str] = &[
     "avoidance_before_turn.toml",
-    "avoidance_narrow_road.toml",
-    "avoidance_out_and_back.toml",
+    "backing_out.toml",
+    "chicane.toml",
     "conflict_01_partial.toml",
     "conflict_04_later_first.toml",
     "conflict_07_gap_later_first.toml",
     "conflict_09_same_interval.toml",
-    "conflict_11_together_later_first.toml",
     "left_then_right.toml",
     "roundabout_third_exit.toml",
     "roundabout_u_turn.toml",

@@ -56,8 +56,9 @@ fn the_shipped_maps_are_what_the_generator_makes() {
 #[test]
 fn lanelets_follow_each_other_as_described() {
     type Described = (&'static str, usize, &'static [&'static [i64]]);
-    let described: [Described; 8] = [
+    let described: [Described; 9] = [
         ("bus_bay", 8, &[&[101, 102, 103, 104, 111, 112]]),
+        ("chicane", 4, &[&[101, 102, 103, 104]]),
         ("consecutive_turns", 12, &[&[101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 112]]),
         (
             "crossing",
@@ -122,6 +123,8 @@ fn turns_are_tagged_where_they_are() {
         ("crossing", 113, Right, None),
         ("crossing", 211, Left, Some(20.0)),
         ("crossing", 411, Left, None),
+        ("chicane", 102, Left, None),
+        ("chicane", 103, Right, None),
         ("consecutive_turns", 102, Left, None),
         ("consecutive_turns", 103, TurnDirection::None, None),
         ("consecutive_turns", 107, Left, None),

@@ -4,3 +4,4 @@
 mod coverage;
 mod drives;
 mod maps;
+mod random_drives;

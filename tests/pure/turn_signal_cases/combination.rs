@@ -1,7 +1,7 @@
 //! docs/spec/turn-signal-decider.md, "Joining records": the record of a manoeuvre joined with that of the one before it.
 
 use signal_gateway::core::map::geometry::path::PathFrame;
-use signal_gateway::core::turn_signal::chain::{join_present, overwrite, pairwise_prior};
+use signal_gateway::core::turn_signal::chain::{overwrite, pairwise_prior};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
 
@@ -71,25 +71,4 @@ fn an_empty_record_at_the_origin_takes_part_upstream() {
     // Before the origin neither has begun.
     let before = PathFrame::new(&path, at(-10.0), 2.0, NEAREST);
     assert_eq!(pairwise_prior(&before, Section::default(), new), None);
-}
-
-#[test]
-fn by_default_only_a_present_record_replaces_one_and_hazard_lights_add_up() {
-    let left = record(Side::Left, [0.0, 60.0], [20.0, 50.0]);
-    let right = record(Side::Right, [10.0, 100.0], [30.0, 90.0]);
-    let take_new = |_: Section, new: Section| Some(new);
-    let with_hazard = |record: Section| Section { hazard: Hazard::Enable, ..record };
-    for (what, previous, new, expected) in [
-        ("nothing at all", None, None, None),
-        ("one", Some(left), None, Some(left)),
-        ("the other", None, Some(right), Some(right)),
-        ("both", Some(left), Some(right), Some(right)),
-        ("new without a command", Some(left), Some(silenced(right)), Some(left)),
-        ("both without a command", Some(silenced(left)), Some(silenced(right)), None),
-        ("hazard before", Some(hazard()), Some(right), Some(with_hazard(right))),
-        ("hazard after", Some(left), Some(hazard()), Some(with_hazard(left))),
-        ("hazard alone", Some(hazard()), None, Some(hazard())),
-    ] {
-        assert_eq!(join_present(previous, new, take_new), expected, "{what}");
-    }
 }

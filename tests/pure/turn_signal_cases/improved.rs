@@ -1,34 +1,49 @@
 //! Improved beside upstream: no return of finished manoeuvres (W4), minimum durations (W2), and equality where neither
 //! applies.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use proptest::prelude::*;
+use signal_gateway::core::map::geometry::path::PathFrame;
 use signal_gateway::core::map::lane_network::TurnDirection;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::finished::FinishedMemory;
 use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
-use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules};
+use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Resolution, Rules, Source};
+use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::signal::{Side, Signal};
 
 use super::conflicts::cases;
 use super::drive::{Drive, turn, turn_of};
 use super::laws::any_candidates;
-use super::line::{at, blinking, resolve_at};
+use super::line::{NEAREST, at, blinking, line, resolve_at};
 
 const FRONT_M: f64 = 2.0;
+
+/// Resolves without what has finished, and notes what has.
+fn resolve_and_note(
+    memory: &mut FinishedMemory,
+    x: f64,
+    candidates: &Candidates,
+    is_shown: bool,
+) -> Resolution {
+    let of = |source| candidates.of(source).map(|section| (source, section));
+    let sections: Vec<(Source, Section)> = Source::ALL.into_iter().filter_map(of).collect();
+    let is_finished = |(source, section): &&(Source, Section)| memory.is_finished(*source, section);
+    let finished = sections.iter().filter(is_finished).map(|(source, _)| *source).collect();
+    let resolution = resolve_at(x, FRONT_M, candidates, &Rules { start_belongs_to_before: true, finished });
+    let winner = resolution.winner.and_then(|winner| of(winner.source));
+    let shown = if is_shown { resolution.signal() } else { Signal::Disable };
+    memory.note(&PathFrame::new(&line(-20, 140), at(x), FRONT_M, NEAREST), &sections, winner.as_ref(), shown);
+    resolution
+}
 
 /// A whole drive, with the memory of finished manoeuvres as the decider keeps it.
 fn signals(candidates: &Candidates) -> Vec<(f64, Signal)> {
     let mut memory = FinishedMemory::default();
-    let step = |x: f64| {
-        let finished = memory.finished(candidates);
-        let rules = Rules { start_belongs_to_before: true, finished };
-        let resolution = resolve_at(x, FRONT_M, candidates, &rules);
-        memory.note(&resolution);
-        (x, resolution.signal())
-    };
+    let step = |x: f64| (x, resolve_and_note(&mut memory, x, candidates, true).signal());
     (-40..=480).map(|quarter| f64::from(quarter) / 4.0).map(step).collect()
 }
 
@@ -69,23 +84,18 @@ fn c2_and_c5_end_off_by_default() {
 #[test]
 fn another_manoeuvre_of_the_same_source_may_be_signalled() {
     let (_, c2, _) = cases().into_iter().find(|(id, ..)| *id == "C2").unwrap();
-    let mut memory = FinishedMemory::default();
-    for x in [0.0, 30.0, 45.0, 60.0] {
-        let finished = memory.finished(&c2);
-        memory.note(&resolve_at(x, FRONT_M, &c2, &Rules { finished, ..Rules::default() }));
-    }
-    let finished = memory.finished(&c2);
-    assert_eq!(
-        resolve_at(70.0, FRONT_M, &c2, &Rules { finished, ..Rules::default() }).signal(),
-        Signal::Disable
-    );
+    let after = |is_shown: bool, candidates: &Candidates| {
+        let mut memory = FinishedMemory::default();
+        for x in [0.0, 30.0, 45.0, 60.0] {
+            resolve_and_note(&mut memory, x, &c2, is_shown);
+        }
+        resolve_and_note(&mut memory, 70.0, candidates, true).signal()
+    };
+    assert_eq!(after(true, &c2), Signal::Disable);
+    assert_eq!(after(false, &c2), Signal::Left, "a side that a minimum duration kept from being shown");
     let mut next = c2;
     next.intersection.as_mut().unwrap().desired_end = at(120.0);
-    let finished = memory.finished(&next);
-    assert_eq!(
-        resolve_at(70.0, FRONT_M, &next, &Rules { finished, ..Rules::default() }).signal(),
-        Signal::Left
-    );
+    assert_eq!(after(true, &next), Signal::Left);
 }
 
 #[test]
@@ -109,16 +119,36 @@ fn a_signal_lasts_and_leaves_a_gap() {
         (9600, Right, Right, None, None),
         (11_100, NoCommand, NoCommand, None, None),
     ] {
-        let shown = min_duration.show(requested, MinDurations::READABLE, time(ms));
+        let shown = min_duration.show(requested, false, MinDurations::READABLE, time(ms));
         assert_eq!((shown.signal, shown.held, shown.deadline), (signal, held, deadline.map(time)), "{ms} ms");
     }
-    min_duration.show(Left, MinDurations::READABLE, time(12_000));
+    min_duration.show(Left, false, MinDurations::READABLE, time(12_000));
     min_duration.force_off(time(12_100));
     assert_eq!(
-        min_duration.show(Left, MinDurations::READABLE, time(12_200)).held,
+        min_duration.show(Left, false, MinDurations::READABLE, time(12_200)).held,
         off,
         "switched off early, and the gap is kept"
     );
+}
+
+#[test]
+fn a_required_section_is_signalled_at_once() {
+    use Signal::{Disable, Left, Right};
+    let mut min_duration = MinDurationFilter::default();
+    let left = Some(Held::On(Side::Left));
+    for (ms, requested, is_required, signal, held) in [
+        (0, Left, false, Left, None),
+        (100, Right, false, Left, left),
+        (200, Right, true, Right, None),
+        (300, Disable, true, Right, Some(Held::On(Side::Right))),
+        (1700, Disable, false, Disable, None),
+        (1800, Left, false, Disable, Some(Held::Off)),
+        (1900, Left, true, Left, None),
+    ] {
+        let shown =
+            min_duration.show(requested, is_required, MinDurations::READABLE, MonoTime::from_millis(ms));
+        assert_eq!((shown.signal, shown.held), (signal, held), "{ms} ms");
+    }
 }
 
 fn any_request() -> impl Strategy<Value = Signal> {
@@ -146,7 +176,7 @@ proptest! {
         let (mut min_duration, mut now, mut shown) = (MinDurationFilter::default(), 0, Vec::new());
         for (pause, request) in requests {
             now += pause;
-            shown.push((now, min_duration.show(request, MinDurations::READABLE, MonoTime::from_millis(now)).signal));
+            shown.push((now, min_duration.show(request, false, MinDurations::READABLE, MonoTime::from_millis(now)).signal));
         }
         let runs = runs(&shown);
         for pair in runs.windows(2) {
@@ -162,16 +192,16 @@ proptest! {
     #[test]
     fn a_request_that_lasts_is_shown(request in any_request(), before in any_request()) {
         let mut min_duration = MinDurationFilter::default();
-        min_duration.show(before, MinDurations::READABLE, MonoTime::from_millis(10));
+        min_duration.show(before, false, MinDurations::READABLE, MonoTime::from_millis(10));
         // A side that must stay, the gap after it, and then the request.
-        min_duration.show(request, MinDurations::READABLE, MonoTime::from_millis(1510));
-        let shown = min_duration.show(request, MinDurations::READABLE, MonoTime::from_millis(2010));
+        min_duration.show(request, false, MinDurations::READABLE, MonoTime::from_millis(1510));
+        let shown = min_duration.show(request, false, MinDurations::READABLE, MonoTime::from_millis(2010));
         prop_assert_eq!((shown.signal, shown.held), (request, None));
     }
 }
 
 /// A drive whose records come and go at random, through the whole decider.
-fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal)> {
+fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal, bool)> {
     let mut drive = Drive::new(compat);
     let mut ms = 0;
     let mut shown = Vec::new();
@@ -185,7 +215,9 @@ fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u6
             .zip(0..)
             .map(|(record, id)| turn_of(record, i64::from(at / 3) * 10 + id))
             .collect();
-        shown.push((ms, drive.step(f64::from(at), 8.0, &[]).turn));
+        let decision = drive.step(f64::from(at), 8.0, &[]);
+        let winner = decision.resolution().and_then(|resolution| resolution.winner);
+        shown.push((ms, decision.turn, winner.is_some_and(|winner| winner.is_required())));
     }
     shown
 }
@@ -220,11 +252,15 @@ proptest! {
     fn the_decider_never_flaps_by_default(
         steps in proptest::collection::vec((20..400_u64, any_candidates()), 1..60),
     ) {
-        let runs = runs(&drive_randomly(Improved, &steps));
+        let shown = drive_randomly(Improved, &steps);
+        let required: BTreeSet<u64> = shown.iter().filter(|shown| shown.2).map(|shown| shown.0).collect();
+        let runs = runs(&shown.iter().map(|(ms, signal, _)| (*ms, *signal)).collect::<Vec<_>>());
         for pair in runs.windows(2) {
             let [(signal, from, _), (next, until, _)] = pair else { unreachable!() };
-            prop_assert!(signal.side().is_none() || until - from >= 1500, "{runs:?}");
-            prop_assert!(signal.side().is_none() || next.side().is_none(), "{runs:?}");
+            // Only what is required comes before the minimum durations.
+            let is_urgent = next.side().is_some() && required.contains(until);
+            prop_assert!(signal.side().is_none() || until - from >= 1500 || is_urgent, "{runs:?}");
+            prop_assert!(signal.side().is_none() || next.side().is_none() || is_urgent, "{runs:?}");
         }
         // Upstream's does: it decides every sample alone.
         prop_assert_eq!(drive_randomly(Upstream, &steps).len(), steps.len());

@@ -201,7 +201,11 @@ fn p3_pulling_over_and_standing() {
         }
         let mut drive = Drive::new(compat).at_once();
         assert_eq!(drive.step(88.0, 5.0, &[pull_over(2.2)]).turn, Signal::Disable);
-        assert_eq!(drive.step(88.0, 5.0, &[pull_over(0.0)]).turn, Signal::Disable, "ignored in this lanelet");
+        let again = drive.step(88.0, 5.0, &[pull_over(0.0)]).turn;
+        let expected = if compat == Upstream { Signal::Disable } else { Signal::Left };
+        assert_eq!(again, expected, "upstream ignores it in this lanelet");
+        let done = drive.step(89.0, 5.0, &[pull_over(2.2)]).turn;
+        assert_eq!(done, expected, "W18: once signalled, until it is complete");
     }
 }
 

@@ -81,6 +81,9 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
         ("turn_signal_roundabout_backward_depth", "99999999999", "whole number"),
         ("input_path_interval", "0", "metres"),
         ("parking_policy", "middle", "left_side"),
+        ("turn_signal_roundabout_on_exit", "left", "Left, Right or None"),
+        ("turn_signal_roundabout_on_entry", "", "Left, Right or None"),
+        ("turn_signal_on_centerline_start", "left", "LEFT or RIGHT"),
         ("candidate_path_turn_signal", "always", "stop_on_approval"),
     ] {
         let mut parameters = Parameters::DEPLOYED;
@@ -94,7 +97,7 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
 
 #[test]
 fn sides_of_roundabouts_are_spelt_exactly() {
-    for (value, side) in [("Left", Some(Left)), ("left", None), ("LEFT", None), ("None", None), ("", None)] {
+    for (value, side) in [("Left", Some(Left)), ("\"Right\"", Some(Right)), ("None", None)] {
         let mut parameters = Parameters::DEPLOYED;
         parameters.set("turn_signal_roundabout_on_exit", value).unwrap();
         assert_eq!(parameters.roundabout_on_exit, side, "{value}");

@@ -1,11 +1,11 @@
 //! Avoidance of static obstacles (docs/spec/turn-signal-decider.md, "Avoidance").
 
-use super::{ManoeuvreMemory, SignalReason, overwritten};
+use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
 use crate::core::map::lane_network::LaneId;
+use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::parameters::CandidatePolicy;
-use crate::core::turn_signal::section::Section;
-use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
+use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftVerdict, ShiftedPath, judge};
 
 /// Greatest distance beside its path at which the vehicle is avoiding, metres.
 const MAX_DEVIATION_M: f64 = 1.0;
@@ -48,38 +48,68 @@ impl AvoidanceLine {
     }
 }
 
+impl Avoidance {
+    /// The lines whose end is not behind the vehicle, in order.
+    fn lines_left(&self) -> impl Iterator<Item = &AvoidanceLine> {
+        self.lines.iter().filter(|line| line.line.end_index >= self.ego_index)
+    }
+
+    fn shift(&self, line: &AvoidanceLine) -> Shift<'_> {
+        Shift {
+            path: &self.path,
+            line: line.line,
+            lanes: &self.lanes,
+            current_shift_m: self.current_shift_m,
+            kind: ShiftKind::Avoidance,
+            forward: true,
+            stop_override: false,
+            is_announced: false,
+        }
+    }
+}
+
 impl ManoeuvreMemory {
     pub(super) fn avoidance(
         &mut self,
         context: &DecisionContext<'_>,
         avoidance: &Avoidance,
-        record: &mut Option<Section>,
+        records: &mut ManoeuvreRecords,
     ) -> SignalReason {
-        if !avoidance.approved && !signalled_while_waiting(context) {
+        if !avoidance.approved && !signalled_while_waiting(context)
+            || avoidance.deviation_m.abs() > MAX_DEVIATION_M
+        {
             return SignalReason::Idle;
         }
-        let target = Some(avoidance).filter(|avoidance| avoidance.deviation_m.abs() <= MAX_DEVIATION_M);
-        let Some(line) = target.and_then(|avoidance| target_line(context, avoidance)) else {
-            return SignalReason::Idle;
-        };
+        if !context.quirks.ends_shifts_early {
+            return self.each_line(context, avoidance, records);
+        }
+        let Some(line) = target_line(context, avoidance) else { return SignalReason::Idle };
         if self.avoidance_ignored.contains(&line.id) {
             return SignalReason::Ignored;
         }
-        let shift = Shift {
-            path: &avoidance.path,
-            line: line.line,
-            lanes: &avoidance.lanes,
-            current_shift_m: avoidance.current_shift_m,
-            kind: ShiftKind::Avoidance,
-            forward: true,
-            stop_override: false,
-        };
-        let outcome = judge(context, &shift);
+        let outcome = judge(context, &avoidance.shift(&line));
         if outcome.ignore() {
             self.avoidance_ignored.insert(line.id);
         }
-        *record = overwritten(context, *record, outcome.section);
+        records.add(context, outcome.section);
         SignalReason::Shift(outcome.verdict)
+    }
+
+    /// Each line has sections of its own; which is signalled is a matter of the pairwise rule (W18).
+    fn each_line(
+        &mut self,
+        context: &DecisionContext<'_>,
+        avoidance: &Avoidance,
+        records: &mut ManoeuvreRecords,
+    ) -> SignalReason {
+        let mut verdicts = Vec::new();
+        for line in avoidance.lines_left() {
+            let outcome = self.judged(context, &avoidance.shift(line), ManoeuvreKind::Avoidance);
+            records.add(context, outcome.section);
+            verdicts.push(outcome.verdict);
+        }
+        let signalled = verdicts.iter().find(|verdict| **verdict == ShiftVerdict::Signalled);
+        signalled.or(verdicts.first()).map_or(SignalReason::Idle, |verdict| SignalReason::Shift(*verdict))
     }
 }
 
@@ -91,9 +121,9 @@ fn signalled_while_waiting(context: &DecisionContext<'_>) -> bool {
     }
 }
 
-/// The first shift that is left, or the first one back if that is near.
+/// Upstream: the first shift that is left, or the first one back if that is near.
 fn target_line(context: &DecisionContext<'_>, avoidance: &Avoidance) -> Option<AvoidanceLine> {
-    let mut left = avoidance.lines.iter().filter(|line| line.line.end_index >= avoidance.ego_index);
+    let mut left = avoidance.lines_left();
     let first = left.next()?;
     let Some(back) = left.find(|line| line.shifts_left() != first.shifts_left()) else { return Some(*first) };
     let ego = context.ego().position;

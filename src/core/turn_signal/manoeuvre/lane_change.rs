@@ -1,10 +1,12 @@
 //! Lane changes (docs/spec/turn-signal-decider.md, "Lane change"). Upstream's has no start: it counts as begun from
 //! the first request (W9). Improved, it begins where the steering begins.
 
-use super::{ManoeuvreMemory, SignalReason, overwritten};
+use super::announced::ManoeuvreIdentity;
+use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
 use crate::core::map::geometry::path::Path;
 use crate::core::map::geometry::polyline::{at_arc, headed};
 use crate::core::map::geometry::{Point, Pose};
+use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::signal::Side;
@@ -39,22 +41,13 @@ pub enum LaneChangePhase {
     Unsignalled,
 }
 
-/// A lane change that came within range.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Announced {
-    side: Side,
-    /// Pose of the vehicle at that time.
-    from: Pose,
-}
-
 impl ManoeuvreMemory {
     pub(super) fn lane_change(
         &mut self,
         context: &DecisionContext<'_>,
         change: &LaneChange,
-        record: &mut Option<Section>,
+        records: &mut ManoeuvreRecords,
     ) -> SignalReason {
-        let signals_before = record.is_some_and(|record| record.turn.side().is_some());
         let last_of_path = change.previous_path.last().copied();
         let end = match change.phase {
             LaneChangePhase::Unsignalled => None,
@@ -66,37 +59,42 @@ impl ManoeuvreMemory {
         let waits = change.phase == LaneChangePhase::Waiting;
         let (start, required_end) = match (context.quirks.lane_changes_have_begun, change.start) {
             (false, Some(start)) => {
-                let Some(from) = self.announced(context, change, start) else {
+                let identity = ManoeuvreIdentity { kind: ManoeuvreKind::LaneChange, side: change.side, end };
+                let Some(from) = self.announced_from(context, identity, start) else {
                     return SignalReason::TooEarly;
                 };
                 let section =
                     Section::blinking(change.side, (from, end), (start, change.crossing.unwrap_or(end)));
-                *record = overwritten(context, *record, section);
+                records.add(context, section);
                 return SignalReason::OwnRule;
             }
-            _ if waits && signals_before => {
+            _ if waits && records.request_side() => {
                 let Some(start) = terminal_start(context, change) else { return SignalReason::Idle };
                 (start, end)
             }
             _ => (context.ego(), end),
         };
         let section = Section::blinking(change.side, (start, end), (start, required_end));
-        *record = overwritten(context, *record, section);
+        records.add(context, section);
         SignalReason::OwnRule
     }
 
-    /// Pose at which the announcement of this lane change began; `None` while it is too far ahead. Once
+    /// Pose at which the announcement of a lane change began; `None` while it is too far ahead. Once
     /// announced it stays so, however the vehicle slows down.
-    fn announced(&mut self, context: &DecisionContext<'_>, change: &LaneChange, start: Pose) -> Option<Pose> {
-        let same = self.lane_change.filter(|announced| announced.side == change.side);
-        if same.is_none() {
+    fn announced_from(
+        &mut self,
+        context: &DecisionContext<'_>,
+        identity: ManoeuvreIdentity,
+        start: Pose,
+    ) -> Option<Pose> {
+        let known = self.announced.from(identity);
+        known.or_else(|| {
             let ahead_m = context.path_frame.from_front_m(start);
-            let near = ahead_m <= context.parameters.prepare_m(context.speed_mps);
             // Already steering: the announcement begins where the lane change did.
             let from = if ahead_m > 0.0 { context.ego() } else { start };
-            self.lane_change = near.then_some(Announced { side: change.side, from });
-        }
-        self.lane_change.map(|announced| announced.from)
+            let is_near = ahead_m <= context.parameters.prepare_m(context.speed_mps);
+            is_near.then(|| self.announced.announce(identity, from)).map(|()| from)
+        })
     }
 }
 

@@ -1,9 +1,9 @@
 //! Pulling out from the roadside (docs/spec/turn-signal-decider.md, "Pull-out").
 
-use super::{ManoeuvreMemory, SignalReason, overwritten};
+use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
-use crate::core::turn_signal::chain::{join_present, pairwise_prior};
+use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftLine, ShiftedPath, judge};
@@ -35,7 +35,7 @@ impl ManoeuvreMemory {
         &mut self,
         context: &DecisionContext<'_>,
         pull_out: &PullOut,
-        record: &mut Option<Section>,
+        records: &mut ManoeuvreRecords,
     ) -> SignalReason {
         let Some(path) = &pull_out.path else { return SignalReason::Idle };
         let closest = context.road.closest(pull_out.lanes.iter().copied(), context.ego());
@@ -45,7 +45,7 @@ impl ManoeuvreMemory {
         }
         let line = path.line(pull_out.start, pull_out.end);
         if starts_on_centerline(context, pull_out, path, &line) {
-            return centerline_start(context, pull_out, path, record);
+            return centerline_start(context, pull_out, path, records);
         }
         let shift = Shift {
             path,
@@ -55,15 +55,16 @@ impl ManoeuvreMemory {
             kind: ShiftKind::PullOut,
             forward: pull_out.forward,
             stop_override: pull_out.standing_counts,
+            is_announced: false,
         };
-        let outcome = judge(context, &shift);
-        self.pull_out_ignored = outcome.ignore().then_some(lane);
-        let prior = |previous, new| pairwise_prior(&context.path_frame, previous, new);
-        *record = if context.quirks.empty_records_take_part {
-            prior(record.unwrap_or_default(), outcome.section)
+        let outcome = if context.quirks.ends_shifts_early {
+            let outcome = judge(context, &shift);
+            self.pull_out_ignored = outcome.ignore().then_some(lane);
+            outcome
         } else {
-            join_present(*record, Some(outcome.section), prior)
+            self.judged(context, &shift, ManoeuvreKind::PullOut)
         };
+        records.add_by_rule(context, outcome.section);
         SignalReason::Shift(outcome.verdict)
     }
 }
@@ -89,15 +90,15 @@ fn centerline_start(
     context: &DecisionContext<'_>,
     pull_out: &PullOut,
     path: &ShiftedPath,
-    record: &mut Option<Section>,
+    records: &mut ManoeuvreRecords,
 ) -> SignalReason {
     let side = context.parameters.centerline_start_side;
-    *record = if context.quirks.centerline_start_has_no_points {
-        Some(Section { turn: side.into(), ..record.unwrap_or_default() })
+    if context.quirks.centerline_start_has_no_points {
+        records.change_command(side.into());
     } else {
         let end = path.poses().get(path.nearest_index(pull_out.end.position)).copied().unwrap_or_default();
         let start = context.ego();
-        overwritten(context, *record, Section::blinking(side, (start, end), (start, end)))
-    };
+        records.add(context, Section::blinking(side, (start, end), (start, end)));
+    }
     SignalReason::OwnRule
 }

@@ -1,9 +1,11 @@
 //! Pulling over to the roadside (docs/spec/turn-signal-decider.md, "Pull-over"), with the signal given before the path
 //! is decided.
 
-use super::{ManoeuvreMemory, SignalReason, overwritten};
+use super::announced::ManoeuvreIdentity;
+use super::{ManoeuvreKind, ManoeuvreMemory, SignalReason};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
+use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
 use crate::core::turn_signal::shift::{Shift, ShiftKind, ShiftedPath, judge};
@@ -50,11 +52,11 @@ impl ManoeuvreMemory {
         &mut self,
         context: &DecisionContext<'_>,
         pull_over: &PullOver,
-        record: &mut Option<Section>,
+        records: &mut ManoeuvreRecords,
     ) -> SignalReason {
         match pull_over {
-            PullOver::Decided(decided) => self.decided(context, decided, record),
-            PullOver::Undecided(undecided) => self.undecided(context, undecided, record),
+            PullOver::Decided(decided) => self.decided(context, decided, records),
+            PullOver::Undecided(undecided) => self.undecided(context, undecided, records),
         }
     }
 
@@ -62,10 +64,10 @@ impl ManoeuvreMemory {
         &mut self,
         context: &DecisionContext<'_>,
         decided: &Decided,
-        record: &mut Option<Section>,
+        records: &mut ManoeuvreRecords,
     ) -> SignalReason {
         let Some(path) = &decided.path else {
-            *record = record.filter(|_| !context.quirks.empty_records_take_part);
+            records.lose(context);
             return SignalReason::Idle;
         };
         let closest = context.road.closest(decided.lanes.iter().copied(), context.ego());
@@ -81,10 +83,16 @@ impl ManoeuvreMemory {
             kind: ShiftKind::PullOver,
             forward: true,
             stop_override: decided.near_first_end,
+            is_announced: false,
         };
-        let outcome = judge(context, &shift);
-        self.pull_over_ignored = outcome.ignore().then_some(lane);
-        *record = overwritten(context, *record, outcome.section);
+        let outcome = if context.quirks.ends_shifts_early {
+            let outcome = judge(context, &shift);
+            self.pull_over_ignored = outcome.ignore().then_some(lane);
+            outcome
+        } else {
+            self.judged(context, &shift, ManoeuvreKind::PullOver)
+        };
+        records.add(context, outcome.section);
         SignalReason::Shift(outcome.verdict)
     }
 
@@ -92,7 +100,7 @@ impl ManoeuvreMemory {
         &mut self,
         context: &DecisionContext<'_>,
         undecided: &Undecided,
-        record: &mut Option<Section>,
+        records: &mut ManoeuvreRecords,
     ) -> SignalReason {
         if self.pre_signal.is_none() {
             self.pre_signal = undecided.deceleration.map(|pose| (pose, undecided.stop));
@@ -103,13 +111,20 @@ impl ManoeuvreMemory {
             return SignalReason::Idle;
         };
         let index = |pose: Pose| path.nearest_index(pose.position);
-        if index(context.ego()) < index(deceleration) {
-            return SignalReason::TooEarly;
-        }
         let Some(end) = path.poses().last().copied() else { return SignalReason::Idle };
         let side = context.parameters.parking_side;
+        let identity = ManoeuvreIdentity { kind: ManoeuvreKind::PullOver, side, end };
+        let is_announced = self.announced.from(identity).is_some();
+        let is_before = index(context.ego()) < index(deceleration);
+        if is_before && (context.quirks.ends_shifts_early || !is_announced) {
+            return SignalReason::TooEarly;
+        }
+        if !is_announced {
+            // Once its path is decided, it stays announced.
+            self.announced.announce(identity, context.ego());
+        }
         let section = Section::blinking(side, (deceleration, end), (stop.unwrap_or(deceleration), end));
-        *record = overwritten(context, *record, section);
+        records.add(context, section);
         SignalReason::OwnRule
     }
 }

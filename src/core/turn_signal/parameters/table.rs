@@ -16,9 +16,9 @@ pub struct Parameter {
 enum Slot {
     Number(Quantity, fn(&mut Parameters) -> &mut f64),
     Flag(fn(&mut Parameters) -> &mut bool),
-    /// Exactly `Left` or `Right`, anything else is not a signal.
+    /// `Left`, `Right`, or `None`.
     RoundaboutSide(fn(&mut Parameters) -> &mut Option<Side>),
-    /// `LEFT`, or anything else for right.
+    /// `LEFT` or `RIGHT`.
     StartSide(fn(&mut Parameters) -> &mut Side),
     /// `left_side` or `right_side`.
     ParkingSide(fn(&mut Parameters) -> &mut Side),
@@ -149,14 +149,21 @@ impl Parameter {
             }
             Slot::Flag(slot) => *slot(parameters) = value.parse().map_err(|_| "true or false")?,
             Slot::RoundaboutSide(slot) => {
+                // Upstream takes any other text for none, `left` included.
                 *slot(parameters) = match unquoted(value) {
                     "Left" => Some(Side::Left),
                     "Right" => Some(Side::Right),
-                    _ => None,
+                    "None" => None,
+                    _ => return Err("Left, Right or None, with a capital"),
                 };
             }
             Slot::StartSide(slot) => {
-                *slot(parameters) = if unquoted(value) == "LEFT" { Side::Left } else { Side::Right };
+                // Upstream takes any other text for right.
+                *slot(parameters) = match unquoted(value) {
+                    "LEFT" => Side::Left,
+                    "RIGHT" => Side::Right,
+                    _ => return Err("LEFT or RIGHT, in capitals"),
+                };
             }
             Slot::ParkingSide(slot) => {
                 *slot(parameters) = match unquoted(value) {
