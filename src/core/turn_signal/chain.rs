@@ -3,7 +3,7 @@
 
 use super::resolve::{Rules, Winner, prior};
 use super::section::Section;
-use super::signal::{Hazard, Signal};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::path::PathFrame;
 
 /// Upstream's *overwrite*: the new record, unless it starts after the previous one ends. An empty new
@@ -44,12 +44,12 @@ pub fn join_present(
     new: Option<Section>,
     join: impl FnOnce(Section, Section) -> Option<Section>,
 ) -> Option<Section> {
-    let hazard = [previous, new].iter().flatten().any(|record| record.hazard == Hazard::Enable);
-    let has_command = |record: &Section| record.turn != Signal::NoCommand;
+    let hazard = [previous, new].iter().flatten().any(|record| record.hazard == HazardCommand::Enable);
+    let has_command = |record: &Section| record.turn != TurnCommand::NoCommand;
     let chosen = match (previous.filter(has_command), new.filter(has_command)) {
         (Some(previous), Some(new)) => join(previous, new),
         (previous, new) => previous.or(new),
     };
     let chosen = chosen.or_else(|| [previous, new].into_iter().flatten().find(|_| hazard));
-    chosen.map(|record| if hazard { Section { hazard: Hazard::Enable, ..record } } else { record })
+    chosen.map(|record| if hazard { Section { hazard: HazardCommand::Enable, ..record } } else { record })
 }

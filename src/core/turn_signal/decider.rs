@@ -18,8 +18,8 @@ use super::roundabout::backward::backward_length_m;
 use super::roundabout::legs::{RoundaboutLegs, legs};
 use super::route::Route;
 use super::section::Section;
-use super::signal::{Hazard, Signal};
 use super::turn_lane::TurnLane;
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::{Path, PathFrame};
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
@@ -110,7 +110,7 @@ impl Decider {
             Err(finding) => {
                 findings.push(finding);
                 // NO_COMMAND switches nothing off: what is shown goes on without a gap when inputs are back.
-                return bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, findings);
+                return bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, findings);
             }
         };
         self.note_route(route, &mut findings);
@@ -149,10 +149,10 @@ impl Decider {
             _ if follows_path_generator => {
                 let (front_m, parameters) = (settings.vehicle.front_m(), &settings.parameters);
                 let (turn, tagged) =
-                    measured.as_ref().map_or((Signal::NoCommand, TaggedLanelet::None), |measured| {
+                    measured.as_ref().map_or((TurnCommand::NoCommand, TaggedLanelet::None), |measured| {
                         path_generator::decide((road, route), &measured.lanes, odometry, front_m, parameters)
                     });
-                bare(turn, Hazard::NoCommand, Basis::PathGenerator(tagged), Vec::new())
+                bare(turn, HazardCommand::NoCommand, Basis::PathGenerator(tagged), Vec::new())
             }
             Some(measured) => {
                 let context = on(&measured.path);
@@ -164,7 +164,7 @@ impl Decider {
             // Without a path of lanelets, the chain measures on the vehicle's own straight line.
             None => match own_line(odometry.pose) {
                 Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
-                None => bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, Vec::new()),
+                None => bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, Vec::new()),
             },
         };
         decision.findings = findings;
@@ -183,13 +183,13 @@ impl Decider {
         &mut self,
         context: &DecisionContext<'_>,
         manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
-        observed: impl FnOnce(Signal) -> Observed,
+        observed: impl FnOnce(TurnCommand) -> Observed,
     ) -> Decision {
         let (manoeuvre, remarks) = self.manoeuvres.chain(context, manoeuvres);
         if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
             return decision;
         }
-        let observed = observed(manoeuvre.map_or(Signal::NoCommand, |record| record.turn));
+        let observed = observed(manoeuvre.map_or(TurnCommand::NoCommand, |record| record.turn));
         let candidates = Candidates {
             intersection: self.intersection.section(context, &observed.turns),
             roundabout: self.roundabout.section(context, &observed.legs),
@@ -199,7 +199,7 @@ impl Decider {
         let shown = self.min_duration.show(resolution.signal(), self.settings.min_durations, context.now);
         Decision {
             turn: shown.signal,
-            hazard: Hazard::Disable,
+            hazard: HazardCommand::Disable,
             held: shown.held,
             intersection: turn_ahead(&candidates, &resolution),
             basis: Basis::Candidates(resolution),
@@ -219,14 +219,15 @@ impl Decider {
         if let Some(decision) = self.hazard(manoeuvre, &remarks, context.now) {
             return decision;
         }
-        let requested = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
+        let requested =
+            manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
         let shown = self.min_duration.show(requested, self.settings.min_durations, context.now);
         let basis = Basis::ManoeuvreAlone(requested);
         Decision {
             held: shown.held,
             next_deadline: shown.deadline,
             remarks,
-            ..bare(shown.signal, Hazard::Disable, basis, Vec::new())
+            ..bare(shown.signal, HazardCommand::Disable, basis, Vec::new())
         }
     }
 
@@ -237,9 +238,9 @@ impl Decider {
         remarks: &[ManoeuvreOutcome],
         now: MonoTime,
     ) -> Option<Decision> {
-        record.filter(|record| record.hazard == Hazard::Enable)?;
+        record.filter(|record| record.hazard == HazardCommand::Enable)?;
         self.min_duration.force_off(now);
-        let decision = bare(Signal::Disable, Hazard::Enable, Basis::Hazard, Vec::new());
+        let decision = bare(TurnCommand::Disable, HazardCommand::Enable, Basis::Hazard, Vec::new());
         Some(Decision { remarks: remarks.to_vec(), ..decision })
     }
 
@@ -294,7 +295,7 @@ impl Decider {
     }
 }
 
-fn bare(turn: Signal, hazard: Hazard, basis: Basis, findings: Vec<Finding>) -> Decision {
+fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<Finding>) -> Decision {
     Decision {
         turn,
         hazard,

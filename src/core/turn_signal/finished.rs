@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::resolve::{CandidateOutcome, Candidates, Resolution, Source};
 use super::section::Section;
-use super::signal::Signal;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
 
 /// The end of a record that moves farther than this belongs to another manoeuvre, metres.
@@ -19,7 +19,7 @@ pub struct FinishedMemory {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SignalledSection {
-    turn: Signal,
+    turn: TurnCommand,
     end: Pose,
     was_signalled: bool,
     is_finished: bool,

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::signal::Signal;
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::session::{
     Isolation, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
@@ -54,7 +54,7 @@ fn sender(domain_id: u16, name: &str, isolation: Isolation) -> RosSession {
 fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Duration> {
     let stamp = WallStamp::from_nanos(number);
     let sent = Instant::now();
-    session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Left, stamp }));
+    session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
     while sent.elapsed() < LIMIT {
         match inbox.try_take() {
             Some((_, Input::Command(CommandInput::Turn { stamp: arrived, .. }))) if arrived == stamp => {

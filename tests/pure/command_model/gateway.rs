@@ -8,9 +8,9 @@ use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::light_command::HazardCommand;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::planner_input::PlannerInput;
-use signal_gateway::core::turn_signal::signal::Hazard;
 
 use crate::pure::command_model::bench::{self, settings};
 use crate::support::clock::{MS, at_ms};
@@ -215,7 +215,7 @@ fn where_the_decider_is_the_source_it_alone_commands_the_turn_and_may_ask_for_ha
     assert_eq!(desk.asked(), "-");
     let value = |desk: &VirtualGateway, key| desk.value("turn_indicators_command", key);
     assert_eq!((value(&desk, "commands"), value(&desk, "no_command")), ("5".to_owned(), "5".to_owned()));
-    desk.handle(PlannerInput::HazardRequest(Hazard::Enable));
+    desk.handle(PlannerInput::HazardRequest(HazardCommand::Enable));
     desk.drive(200, 0, &[(mode, AUTONOMOUS)]);
     assert_eq!(desk.asked(), "hazard, any turn");
     // Off on the topic does not beat on of the decider, on of either is on.

@@ -4,13 +4,14 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::lane_network::TurnDirection;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::finished::FinishedMemory;
 use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules};
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::conflicts::cases;
 use super::drive::{Drive, turn, turn_of};
@@ -20,7 +21,7 @@ use super::line::{at, blinking, resolve_at};
 const FRONT_M: f64 = 2.0;
 
 /// A whole drive, with the memory of finished manoeuvres as the decider keeps it.
-fn signals(candidates: &Candidates) -> Vec<(f64, Signal)> {
+fn signals(candidates: &Candidates) -> Vec<(f64, TurnCommand)> {
     let mut memory = FinishedMemory::default();
     let step = |x: f64| {
         let finished = memory.finished(candidates);
@@ -77,20 +78,20 @@ fn another_manoeuvre_of_the_same_source_may_be_signalled() {
     let finished = memory.finished(&c2);
     assert_eq!(
         resolve_at(70.0, FRONT_M, &c2, &Rules { finished, ..Rules::default() }).signal(),
-        Signal::Disable
+        TurnCommand::Disable
     );
     let mut next = c2;
     next.intersection.as_mut().unwrap().desired_end = at(120.0);
     let finished = memory.finished(&next);
     assert_eq!(
         resolve_at(70.0, FRONT_M, &next, &Rules { finished, ..Rules::default() }).signal(),
-        Signal::Left
+        TurnCommand::Left
     );
 }
 
 #[test]
 fn a_signal_lasts_and_leaves_a_gap() {
-    use Signal::{Disable, Left, NoCommand, Right};
+    use TurnCommand::{Disable, Left, NoCommand, Right};
     let mut min_duration = MinDurationFilter::default();
     let time = MonoTime::from_millis;
     let (left, off) = (Some(Held::On(Side::Left)), Some(Held::Off));
@@ -121,14 +122,14 @@ fn a_signal_lasts_and_leaves_a_gap() {
     );
 }
 
-fn any_request() -> impl Strategy<Value = Signal> {
-    use Signal::{Disable, Left, NoCommand, Right};
+fn any_request() -> impl Strategy<Value = TurnCommand> {
+    use TurnCommand::{Disable, Left, NoCommand, Right};
     prop_oneof![Just(Disable), Just(NoCommand), Just(Left), Just(Right)]
 }
 
 /// Runs of one signal, each with its first and last instant.
-fn runs(shown: &[(u64, Signal)]) -> Vec<(Signal, u64, u64)> {
-    let mut runs: Vec<(Signal, u64, u64)> = Vec::new();
+fn runs(shown: &[(u64, TurnCommand)]) -> Vec<(TurnCommand, u64, u64)> {
+    let mut runs: Vec<(TurnCommand, u64, u64)> = Vec::new();
     for (ms, signal) in shown {
         match runs.last_mut() {
             Some((same, _, last)) if same.side() == signal.side() => *last = *ms,
@@ -171,7 +172,7 @@ proptest! {
 }
 
 /// A drive whose records come and go at random, through the whole decider.
-fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal)> {
+fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, TurnCommand)> {
     let mut drive = Drive::new(compat);
     let mut ms = 0;
     let mut shown = Vec::new();
@@ -196,7 +197,7 @@ proptest! {
     /// Where no signal returns and no front is exactly at a start, memory and resolver change nothing.
     #[test]
     fn without_a_return_the_default_is_upstream(candidates in any_candidates()) {
-        let upstream: Vec<(f64, Signal)> = (-40..=480)
+        let upstream: Vec<(f64, TurnCommand)> = (-40..=480)
             .map(|quarter| f64::from(quarter) / 4.0)
             .map(|x| (x, resolve_at(x, FRONT_M, &candidates, &Rules { start_belongs_to_before: true, ..Rules::default() })))
             .map(|(x, resolution)| (x, resolution.signal()))
