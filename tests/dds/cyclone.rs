@@ -55,7 +55,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
 
 /// Its peers may have given it up meanwhile, or it them.
 #[test]
-fn a_gateway_that_stood_still_joins_the_graph_anew() {
+fn a_gateway_that_was_stopped_joins_the_graph_again() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).start();

@@ -122,7 +122,7 @@ def main():
             if (int(frame_id, 16), is_extended) != (message.frame_id, message.is_extended_frame):
                 sys.exit(f"frame {number}: {frame_id} is not {name}")
             if data != bytes(made) or decoded != message.decode(bytes(made)):
-                sys.exit(f"frame {number}, {state}: {data.hex()} should be {made.hex()}; it says {decoded}")
+                sys.exit(f"frame {number}, {state}: {data.hex()} should be {made.hex()}; it decodes to {decoded}")
             seen[state] = seen.get(state, 0) + 1
     counts = " ".join(f"{state.replace(' ', '_')}: {count}" for state, count in sorted(seen.items()))
     print(f"{sum(seen.values())} frames, {counts}")

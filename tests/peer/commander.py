@@ -1,11 +1,11 @@
-"""An independent sender of commands (Cyclone DDS) for the tests: what Autoware asks of the vehicle.
+"""An independent sender of commands (Cyclone DDS) for the tests: the commands of Autoware to the vehicle.
 
 Usage: commander.py DOMAIN DURABILITY
 DURABILITY is volatile, or transient_local, which a reader of volatile data must take as well. Sends
 `turn`, `hazard` and `mode` reliably with depth 1, on Autoware's names of them. A line of standard input is
 
     TOPIC VALUE[,VALUE]... HZ   say these raw values in turn from now on, so many times a second, until…
-    TOPIC silent                … nothing more is said
+    TOPIC silent                … nothing more is sent
     TOPIC once VALUE            one message, between the others
     TOPIC stamps SECONDS        from now on stamps differ from the time of day by so much
 
@@ -49,7 +49,7 @@ def say(event, **fields):
 
 
 class Voice:
-    """One topic: what is said on it, and when next."""
+    """One topic: its message, and when it is sent next."""
 
     def __init__(self, participant, kind, durability):
         name, self.message = SAID[kind]
@@ -163,7 +163,7 @@ def main():
         say("done", line=line.strip())
     ended.set()
     worker.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, which announces to the network that it leaves.
 
 
 main()

@@ -87,9 +87,9 @@ def open_reader(participant, name, topic_name, durability):
 
 
 def main():
-    domain, *wanted = sys.argv[1:]
+    domain, *arguments = sys.argv[1:]
     participant = DomainParticipant(int(domain))
-    triples = zip(*[iter(wanted)] * 3)
+    triples = zip(*[iter(arguments)] * 3)
     readers = {
         triple[0].rpartition("=")[2]: open_reader(participant, *triple) for triple in triples
     }
@@ -100,7 +100,7 @@ def main():
     sys.stdin.read()
     ended.set()
     watcher.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, which announces to the network that it leaves.
 
 
 main()

@@ -73,9 +73,9 @@ def open_writer(participant, kind, topic_name, reliability, durability):
 
 
 def main():
-    domain, *wanted = sys.argv[1:]
+    domain, *arguments = sys.argv[1:]
     participant = DomainParticipant(int(domain))
-    topics = list(zip(*[iter(wanted)] * 4))
+    topics = list(zip(*[iter(arguments)] * 4))
     writers = [open_writer(participant, *topic) for topic in topics]
     say("ready")
     ended = threading.Event()
@@ -89,7 +89,7 @@ def main():
         say("wrote", before=before)
     ended.set()
     watcher.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, which announces to the network that it leaves.
 
 
 main()

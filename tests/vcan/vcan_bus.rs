@@ -326,7 +326,7 @@ fn wakeups() -> usize {
 }
 
 #[tokio::test]
-async fn the_task_ends_when_nobody_listens() {
+async fn the_task_ends_when_the_receiver_is_dropped() {
     let vcan = require!(Vcan::new("vcan-nobody"));
     let Inbox { inputs, task } = Inbox::of(&vcan, &[FIRST]).await;
     drop(inputs);

@@ -39,12 +39,12 @@ fn network_process(parent: u32) -> Option<u32> {
 
 /// Waits for another network process than `before`.
 fn next_network_process(parent: u32, before: Option<u32>) -> u32 {
-    let asked = Instant::now();
+    let start = Instant::now();
     loop {
         if let Some(process) = network_process(parent).filter(|process| Some(*process) != before) {
             return process;
         }
-        assert!(asked.elapsed() < PATIENCE, "no other network process is started");
+        assert!(start.elapsed() < PATIENCE, "no other network process is started");
         thread::sleep(Duration::from_millis(5));
     }
 }
@@ -79,15 +79,15 @@ fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_c
     early.next("a report", is_report(2, 1));
     let mut process = next_network_process(gateway.id(), None);
     for (count, name) in [(1, "-KILL"), (2, "-STOP"), (3, "-ABRT")] {
-        let asked = Instant::now();
+        let start = Instant::now();
         let mark = early.mark();
         signal(name, process);
         process = next_network_process(gateway.id(), Some(process));
-        let replaced = asked.elapsed();
+        let replaced = start.elapsed();
         let status =
             gateway.wait_until("another network side", |status| status["restarts"] == count && is_up(status));
         early.wait_for(mark, "the report again", is_report(2, 1));
-        println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", asked.elapsed());
+        println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", start.elapsed());
         let late = cyclone.reader(domain, &turn);
         late.next("the current report", is_report(2, 1));
     }
@@ -115,9 +115,9 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
             }
             target.send(&attack.packet(count));
             thread::sleep(Duration::from_millis(50));
-            let asked = Instant::now();
+            let start = Instant::now();
             gateway.status();
-            slowest = slowest.max(asked.elapsed());
+            slowest = slowest.max(start.elapsed());
         }
         let ended = Instant::now();
         gateway.wait_until("a network side", is_up);

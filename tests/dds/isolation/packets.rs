@@ -19,7 +19,7 @@ const PARTICIPANTS: u16 = 4;
 pub(super) enum Attack {
     /// A writer that claims to have sent 2⁶² samples.
     Heartbeat,
-    /// One that says 2⁶² of them are irrelevant.
+    /// One that declares 2⁶² of them irrelevant.
     Gap,
     /// A first fragment of a sample of almost 4 GiB.
     Fragment,
@@ -46,7 +46,7 @@ impl Attack {
     }
 }
 
-/// Announces the attacker's participant, which is said to listen on this port of the loopback.
+/// Announces the attacker's participant, with an alleged listener on this port of the loopback.
 pub(super) fn announcement(port: u16, count: u32) -> Vec<u8> {
     let locator =
         [&1_u32.to_le_bytes()[..], &u32::from(port).to_le_bytes(), &[0; 12], &[127, 0, 0, 1]].concat();

@@ -1,5 +1,5 @@
 //! The loop closed on virtual time: commands in, frames to a simulated vehicle, its lights, its report,
-//! and what the gateway says of its obedience.
+//! and the compliance that the gateway reports.
 
 use std::time::Duration;
 
@@ -50,7 +50,7 @@ fn shipped(name: &str, bus: &str, command: &str) -> Settings {
     MemoryFiles::new([("gateway.toml", text)]).or_disk().settings()
 }
 
-/// Gateway and vehicle on one wire, and Autoware, which says the same ten times a second.
+/// Gateway and vehicle on one wire, and Autoware, which repeats its command ten times a second.
 struct Loop {
     gateway: Gateway,
     vehicle: SimulatedVehicle,
@@ -64,7 +64,7 @@ struct Loop {
     turned: MonoTime,
     happened: Vec<(MonoTime, VehicleEvent)>,
     /// When, of which task.
-    said: Vec<(MonoTime, String, Level, String)>,
+    changes: Vec<(MonoTime, String, Level, String)>,
 }
 
 impl Loop {
@@ -80,7 +80,7 @@ impl Loop {
             reports: (None, None),
             turned: MonoTime::ZERO,
             happened: Vec::new(),
-            said: Vec::new(),
+            changes: Vec::new(),
         };
         desk.exchange();
         desk
@@ -91,7 +91,7 @@ impl Loop {
         Self::new(&shipped(name, bus, ""))
     }
 
-    /// Everything that is to be said at this instant, over and back until nobody has anything left.
+    /// Exchanges everything that is due at this instant, until neither side has anything left.
     fn exchange(&mut self) {
         let now = time(self.at);
         loop {
@@ -131,7 +131,7 @@ impl Loop {
                         for status in diagnostics.statuses.into_iter().filter(|s| s.name.contains("_command"))
                         {
                             let task = status.name.split(": ").nth(1).unwrap().to_owned();
-                            self.said.push((self.at, task, status.level, status.message));
+                            self.changes.push((self.at, task, status.level, status.message));
                         }
                     }
                     Output::Diagnostics { .. }
@@ -193,10 +193,10 @@ impl Loop {
         self.words[2] = Some(mode);
     }
 
-    /// What has been said of the turn command since a time, as news.
+    /// Changes of the turn command's status since a time.
     fn news_since(&self, since: MonoTime) -> Vec<(Level, &str)> {
         let news =
-            self.said.iter().filter(|(at, task, ..)| *at >= since && task == "turn_indicators_command");
+            self.changes.iter().filter(|(at, task, ..)| *at >= since && task == "turn_indicators_command");
         news.map(|(_, _, level, message)| (*level, message.as_str())).collect()
     }
 
@@ -210,7 +210,7 @@ impl Loop {
 }
 
 #[test]
-fn each_shipped_vehicle_obeys_and_its_report_proves_it() {
+fn each_shipped_vehicle_follows_commands_and_its_report_shows_it() {
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
@@ -230,7 +230,7 @@ fn each_shipped_vehicle_obeys_and_its_report_proves_it() {
             assert_eq!(car.reports, (Some(turn_report), Some(hazard_report)), "{name}");
         }
         let bad: Vec<_> = car
-            .said
+            .changes
             .iter()
             .filter(|(at, _, level, _)| *level != Level::Ok && *at > MonoTime::from_millis(1000))
             .collect();
@@ -245,14 +245,14 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
         car.mode(MANUAL);
         car.say(LEFT, HAZARD_ON, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
-        let asked = car.happened.iter().any(|(_, what)| {
+        let requested = car.happened.iter().any(|(_, what)| {
             matches!(
                 what,
                 VehicleEvent::Commanded { turn: Some(Turn::Left | Turn::Right), .. }
                     | VehicleEvent::Commanded { hazard: Some(true), .. }
             )
         });
-        assert!(!asked, "{name}");
+        assert!(!requested, "{name}");
         car.mode(VELOCITY_ONLY);
         car.say(LEFT, HAZARD_OFF, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
@@ -282,7 +282,7 @@ fn the_driver_is_left_alone_and_the_command_comes_back() {
 }
 
 #[test]
-fn a_vehicle_that_does_not_obey_or_lies_is_found_out() {
+fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
     let table = [
         (
             "fault ignore-commands",
@@ -304,7 +304,7 @@ fn a_vehicle_that_does_not_obey_or_lies_is_found_out() {
             car.ask(fault, 0);
             car.say(LEFT, HAZARD_OFF, 5000);
             let news = car.news_since(since);
-            let at = |wanted: (Level, &str)| news.iter().position(|news| *news == wanted);
+            let at = |expected: (Level, &str)| news.iter().position(|news| *news == expected);
             let (warned, failed) = (at((Level::Warn, warning)), at((Level::Error, error)));
             assert!(warned.is_some() && warned < failed, "{name} {fault}: {news:?}");
             let since = car.at;
@@ -328,14 +328,14 @@ fn commands_are_reported_in_time(commands: u64) {
         for (step, raw) in (0..commands).zip([LEFT, DISABLE, RIGHT, DISABLE].into_iter().cycle()) {
             // All phases come, in an order without pattern.
             car.pass(300 + step * 37 % 100);
-            let told = time(car.at);
+            let commanded = time(car.at);
             car.words[0] = Some(raw);
-            car.gateway.handle(bench::turn(raw, told.wall), told);
+            car.gateway.handle(bench::turn(raw, commanded.wall), commanded);
             car.exchange();
             car.pass(most_ms);
             let report = ["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"][usize::from(raw - 1)];
             assert_eq!(car.reports.0, Some(report), "{name}, step {step}");
-            spans.push(car.turned.since(told.mono).as_secs_f64() * 1000.0);
+            spans.push(car.turned.since(commanded.mono).as_secs_f64() * 1000.0);
         }
         spans.sort_by(f64::total_cmp);
         let at = |percent: usize| spans[(spans.len() - 1) * percent / 100];
@@ -391,7 +391,7 @@ fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
 }
 
 #[test]
-fn an_orderly_stop_leaves_the_lights_as_it_is_told_to() {
+fn an_orderly_stop_leaves_the_lights_as_configured() {
     for (on_shutdown, expected) in [("release", Off), ("off", Off), ("hazard", Both)] {
         let mut car = Loop::new(&shipped("pacmod", "pacmod", &format!("on_shutdown = \"{on_shutdown}\"")));
         car.mode(AUTONOMOUS);
@@ -448,7 +448,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// Whatever happened: once all is whole and the driver's hands are off, the lights are as commanded, and
-    /// all that the gateway says is that the vehicle obeys.
+    /// all statuses report that the vehicle complies.
     #[test]
     fn after_any_day_the_lights_are_as_commanded(index in 0_usize..3, day in days()) {
         let mut car = Loop::shipped(index);

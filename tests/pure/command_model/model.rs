@@ -1,4 +1,4 @@
-//! What must be asked of the vehicle, worked out anew each time from everything that has happened.
+//! The request to the vehicle, computed each time from the whole history.
 
 use signal_gateway::core::command::Turn;
 
@@ -50,8 +50,8 @@ pub(crate) struct Rules {
     pub(crate) on_hazard_timeout: Silence,
 }
 
-/// What is to be asked for: turn indicators and hazard lights.
-pub(crate) type Asked = (Option<Turn>, Option<bool>);
+/// The request: turn indicators and hazard lights.
+pub(crate) type Requested = (Option<Turn>, Option<bool>);
 
 /// Where one sender stands.
 enum Stand {
@@ -59,12 +59,12 @@ enum Stand {
     Wants(u8),
     /// It wants nothing.
     Nothing,
-    /// It is silent, and wanted this last.
+    /// It is silent, and this was its last request.
     Silent(u8),
 }
 
-/// What is to be asked for at `at`, after `history`.
-pub(crate) fn asked(rules: Rules, history: &[(u64, Event)], at: u64) -> Asked {
+/// The request at `at`, after `history`.
+pub(crate) fn requested(rules: Rules, history: &[(u64, Event)], at: u64) -> Requested {
     let turn = stand(history, at, rules.turn_ns, 3, None, |event| {
         if let Event::Turn(command) = event { Some(command) } else { None }
     });

@@ -62,7 +62,7 @@ fn a_lasting_disagreement_is_a_warning_that_names_both() {
 }
 
 #[test]
-fn a_fallback_stands_in_for_a_source_in_doubt() {
+fn a_fallback_replaces_an_unavailable_source() {
     for (fallback, outcome) in [(true, "ENABLE_LEFT"), (false, "stops")] {
         let mut car = car(&state_and_lamps(fallback));
         drive(&mut car, 0..2100, |_| 0, |_| DARK);

@@ -23,7 +23,7 @@ use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Topics};
 
-use crate::support::command_vehicle::{DBC, PROFILE, asks};
+use crate::support::command_vehicle::{DBC, PROFILE, request_text};
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Folder, Process};
@@ -88,16 +88,17 @@ impl Commander {
 
 /// The request of each frame since the mark.
 fn requests(recording: &Recording, mark: BusTime) -> Vec<&'static str> {
-    recording.since(mark, CMD).iter().map(|frame| asks(&frame.data)).collect()
+    recording.since(mark, CMD).iter().map(|frame| request_text(&frame.data)).collect()
 }
 
 /// Waits until the newest frame since the mark requests this.
 fn wait_for(recording: &Recording, mark: BusTime, request: &str) {
-    recording
-        .wait(mark, CMD, request, |frames| frames.last().is_some_and(|last| asks(&last.data) == request));
+    recording.wait(mark, CMD, request, |frames| {
+        frames.last().is_some_and(|last| request_text(&last.data) == request)
+    });
 }
 
-/// Counter without a gap and checksum right, from the first frame to the last. (`asks` has looked at all
+/// Counter without a gap and checksum right, from the first frame to the last. (`request_text` has looked at all
 /// other bits.)
 fn check_every_byte(recording: &Recording) {
     for (index, frame) in recording.since(BusTime::START, CMD).iter().enumerate() {

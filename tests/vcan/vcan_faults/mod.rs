@@ -164,7 +164,7 @@ impl Bench {
         std::mem::forget(reader);
     }
 
-    /// The controller leaves the bus: it says so once, and receives nothing.
+    /// The controller leaves the bus: it reports so once, and receives nothing.
     fn bus_off(&self) {
         self.unit.set(LEFT, Manner::Dead);
         let error = CanErrorFrame::new_error(0x40, &[0; 8]).unwrap();
