@@ -143,8 +143,7 @@ impl Survey {
         }
         if counts.backwards + counts.jumps > 0 {
             let (late, jumps) = (counts.backwards, counts.jumps);
-            report
-                .concern(&format!("{late} stamps run backwards, {jumps} times the recorder's clock jumped"));
+            report.concern(&format!("{late} stamps run backwards; jumps of the recorder's clock: {jumps}"));
         }
         if counts.records > 0 && counts.foreign == counts.records {
             report.concern("no frame was received on a configured interface: use --map INTERFACE=BUS");
@@ -169,10 +168,8 @@ impl Survey {
             let gap = survey.longest_gap.as_millis();
             report.line("message", &format!("{name} ({id}): {} frames, longest gap {gap} ms", survey.frames));
             if survey.too_long > 0 {
-                report.concern(&format!(
-                    "{name} was silent for longer than its limit {} times",
-                    survey.too_long
-                ));
+                let times = times_text(survey.too_long);
+                report.concern(&format!("{name} was silent for longer than its limit {times}"));
             }
             if let Some(counts) = checkers.integrity_counts(MessageIndex(index)) {
                 report_integrity(name, counts, report);
@@ -189,8 +186,9 @@ impl Survey {
                 let text: Vec<_> = texts.iter().map(|meaning| meaning.text.as_str()).collect();
                 let first = seconds_text(*first);
                 let line = format!(
-                    "{name} = {raw} (0x{raw:X}) {}: {count} times, first at {first}",
-                    text.join(", ")
+                    "{name} = {raw} (0x{raw:X}) {}: {}, first at {first}",
+                    text.join(", "),
+                    times_text(*count)
                 );
                 if texts.iter().all(|meaning| meaning.defined) {
                     report.line("value", &line);
@@ -222,8 +220,9 @@ impl Survey {
                 };
                 let total = seconds_text(MonoTime::ZERO.after(*total));
                 let text = format!(
-                    "{} {kind} {times} times, {total} in all, first at {}",
+                    "{} {kind} {}, {total} in all, first at {}",
                     task.name(),
+                    times_text(*times),
                     seconds_text(*first)
                 );
                 // Nothing is known before the first frame; that alone is not a concern.
@@ -250,6 +249,11 @@ fn report_integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let text = format!("{name}: {trusted} trusted, {rejected} rejected{why}, {lost} lost by the counter");
     if rejected > counts.initial { report.concern(&text) } else { report.line("", &text) }
+}
+
+/// A number of occurrences.
+fn times_text(count: u64) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 
 /// Seconds with three decimals.
@@ -293,7 +297,7 @@ mod tests {
     #[test]
     fn the_time_until_the_first_frame_counts_as_unknown() {
         let report = survey("(1.0) can0 111#00\n(1.3) can0 2A5#0000000000000000\n(1.4) can0 2A5#00\n");
-        assert!(report.text.contains("turn_indicators unknown 1 times, 0.300 s in all"), "{}", report.text);
+        assert!(report.text.contains("turn_indicators unknown once, 0.300 s in all"), "{}", report.text);
         assert!(report.text.contains("turn_indicators would be published for 0.100 s of 0.400 s"));
     }
 
@@ -328,10 +332,10 @@ mod tests {
     fn undefined_values_and_silences_are_warnings() {
         let report = survey("(1.0) can0 2A5#0000000000000000\n(2.0) can0 2A5#00000A0000000000\n");
         for concern in [
-            "! BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: 1 times, first at 1.000 s",
-            "! BCM_TurnIndicators was silent for longer than its limit 1 times",
+            "! BCM_TurnIndicators.TurnIndicatorState = 5 (0x5) turn UNDEFINED: once, first at 1.000 s",
+            "! BCM_TurnIndicators was silent for longer than its limit once",
             "! BCM_Hazard (2C1) was never received on can0",
-            "! turn_indicators invalid 1 times, 0.000 s in all, first at 1.000 s",
+            "! turn_indicators invalid once, 0.000 s in all, first at 1.000 s",
         ] {
             assert!(report.text.contains(concern), "{concern}\n{}", report.text);
         }
