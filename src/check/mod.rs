@@ -178,7 +178,9 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
 fn source_order<S>(subject: &str, sources: &Sources<S>, report: &mut Report) {
     if let [_, _, ..] = sources.list.as_slice() {
         let name = |named: &NamedSource<S>| {
-            format!("{}{}", named.name, if named.settings.fallback { " (fallback)" } else { "" })
+            let condition = if named.condition.is_some() { " (while its condition is on)" } else { "" };
+            let fallback = if named.settings.fallback { " (fallback)" } else { "" };
+            format!("{}{condition}{fallback}", named.name)
         };
         let names: Vec<_> = sources.list.iter().map(name).collect();
         let limit = sources.disagreement.as_millis();

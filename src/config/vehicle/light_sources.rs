@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::binder::Binder;
+use super::binder::{Binder, UNUSABLE};
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
-use crate::core::validation::table::FaultSignal;
+use crate::core::validation::table::{FaultSignal, Role};
 use crate::core::vehicle_lights::binding::{FaultBinding, NamedSource, OnFault, Sources, TurnSource};
 use crate::core::vehicle_lights::fusion::SourceSettings;
 
@@ -52,11 +52,17 @@ pub(super) fn sources<S>(
     for part in fields.tables("source") {
         let named = name(&part, &list);
         let settings = SourceSettings { fallback: part.flag("fallback").unwrap_or_default() };
+        let condition = part.table("when").map(|when| condition(binder, when));
         let source = source(binder, &part);
         part.done();
-        match (named, source) {
-            (Some(name), Some(source)) => list.push(NamedSource { name, settings, source }),
-            (None, _) | (_, None) => is_complete = false,
+        match (named, source, condition) {
+            (Some(name), Some(source), None) => {
+                list.push(NamedSource { name, settings, condition: None, source });
+            }
+            (Some(name), Some(source), Some(Some(condition))) => {
+                list.push(NamedSource { name, settings, condition: Some(condition), source });
+            }
+            (None, ..) | (_, None, _) | (_, _, Some(None)) => is_complete = false,
         }
     }
     if list.is_empty() && is_complete {
@@ -64,6 +70,14 @@ pub(super) fn sources<S>(
     }
     let disagreement = disagreement.unwrap_or(DISAGREEMENT.max(hold(&list)));
     is_complete.then_some(Sources { list, disagreement })
+}
+
+/// Reads the condition under which a source applies; `None` when a problem was noted.
+fn condition(binder: &mut Binder<'_>, fields: Fields<'_>) -> Option<Role<bool>> {
+    let remedy = "a condition needs signal, on and off, so that no value of the signal is guessed";
+    let role = binder.switch(&fields, ["on", "off"], UNUSABLE, remedy);
+    fields.done();
+    role
 }
 
 /// Reads the name of one of several sources.

@@ -77,6 +77,8 @@ pub(super) enum Subject {
     Stalk,
     Hazard,
     Button,
+    /// Condition under which a source applies, which is always on.
+    Condition,
     /// Defective bulbs of the sides that the name or text of the signal mentions.
     Fault {
         of: Sides,
@@ -91,7 +93,7 @@ impl Subject {
     /// True if the quality of the reports applies to it.
     fn has_quality(self) -> bool {
         match self {
-            Self::Fault { .. } | Self::Mode | Self::Driver { .. } => false,
+            Self::Condition | Self::Fault { .. } | Self::Mode | Self::Driver { .. } => false,
             Self::Turn
             | Self::Side { .. }
             | Self::Lamp { .. }
@@ -139,6 +141,7 @@ impl SignalContent {
             Subject::Stalk => SignalValue::Stalk(state.stalk),
             Subject::Hazard => SignalValue::On(hazard),
             Subject::Button => SignalValue::On(state.button),
+            Subject::Condition => SignalValue::On(true),
             Subject::Fault { of } => {
                 SignalValue::On(of.left && state.broken.left || of.right && state.broken.right)
             }

@@ -122,8 +122,10 @@ impl Draft<'_> {
         let table = &lights.table;
         for named in lights.turn.sources() {
             self.turn(table, &named.source)?;
+            self.condition(table, named.condition.as_ref())?;
         }
         for named in lights.hazard.sources() {
+            self.condition(table, named.condition.as_ref())?;
             match &named.source {
                 HazardSource::BothSides => {}
                 HazardSource::Signal { role, .. } => {
@@ -170,6 +172,12 @@ impl Draft<'_> {
             self.add(&command.table, &driver.role, subject, SignalValue::On)?;
         }
         Ok(())
+    }
+
+    /// Adds the condition of a source. Where sources exclude each other, the first of them applies.
+    fn condition(&mut self, table: &SignalTable, condition: Option<&Role<bool>>) -> Result<(), PlanError> {
+        let Some(role) = condition else { return Ok(()) };
+        self.add(table, role, Subject::Condition, SignalValue::On)
     }
 
     fn fault(&mut self, table: &SignalTable, fault: &FaultSignal) -> Result<(), PlanError> {

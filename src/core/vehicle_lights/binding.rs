@@ -76,8 +76,18 @@ pub struct NamedSource<S> {
     pub name: String,
     /// True if it is a fallback for others.
     pub settings: SourceSettings,
+    /// Signal that must be on for the source to apply, such as the flag of a bank of lamps; `None` = it
+    /// always applies.
+    pub condition: Option<Role<bool>>,
     /// Signals of the source.
     pub source: S,
+}
+
+impl<S> NamedSource<S> {
+    /// Signal of its condition; `None` without one.
+    pub fn condition_signal(&self) -> Option<SignalIndex> {
+        self.condition.as_ref().map(|role| role.signal)
+    }
 }
 
 impl<S> Sources<S> {
@@ -85,7 +95,7 @@ impl<S> Sources<S> {
     pub fn only(source: S) -> Self {
         let settings = SourceSettings::default();
         Self {
-            list: vec![NamedSource { name: String::new(), settings, source }],
+            list: vec![NamedSource { name: String::new(), settings, condition: None, source }],
             disagreement: Duration::ZERO,
         }
     }

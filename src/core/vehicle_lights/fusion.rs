@@ -3,7 +3,8 @@
 //! Sources are ordered by trust, as in the profile. The first one decides: its value is the state. When
 //! it is unavailable, the first fallback below it that has a value decides; without one there is no
 //! state. All other values are compared with the chosen one. Which values contradict each other is
-//! decided by a function, since a stalk cannot know of the hazard lights.
+//! decided by a function, since a stalk cannot know of the hazard lights. A source that does not apply at
+//! present, by its condition, neither decides nor contradicts.
 
 use std::time::Duration;
 
@@ -79,23 +80,25 @@ impl<T: Copy + PartialEq> Fusion<T> {
         Self { limit, agree, sources, chosen: None, now: MonoTime::ZERO }
     }
 
-    /// Takes the current state of every source in the order of the profile and ignores surplus ones.
-    /// `None` without any source. A `now` before the last one counts as the last one.
+    /// Takes the current state of every source in the order of the profile, `None` for one that does not
+    /// apply, and ignores surplus ones. `None` when no source applies. A `now` before the last one counts as
+    /// the last one.
     pub fn update<D>(
         &mut self,
-        states: impl IntoIterator<Item = Result<T, D>, IntoIter: Clone>,
+        states: impl IntoIterator<Item = Option<Result<T, D>>, IntoIter: Clone>,
         now: MonoTime,
     ) -> Option<Fused<T, D>> {
         self.now = self.now.max(now);
         let mut states = states.into_iter().take(self.sources.len());
-        let fused = self.choose(states.clone().enumerate());
+        let fused =
+            self.choose(states.clone().enumerate().filter_map(|(source, state)| Some((source, state?))));
         let chosen = fused.as_ref().and_then(|fused| Some((fused.source, *fused.state.as_ref().ok()?)));
         let same_source = chosen.map(|(source, _)| source) == self.chosen.map(|(source, _)| source);
         self.chosen = chosen;
         for source in &mut self.sources {
             let before = source.contradicts.filter(|_| same_source);
             source.contradicts = match (chosen, states.next()) {
-                (Some((_, state)), Some(Ok(value))) if !(self.agree)(state, value) => {
+                (Some((_, state)), Some(Some(Ok(value)))) if !(self.agree)(state, value) => {
                     Some((value, before.map_or(self.now, |(_, since)| since)))
                 }
                 _ => None,

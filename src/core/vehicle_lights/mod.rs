@@ -23,7 +23,7 @@ use crate::core::can::link::BusIndex;
 use crate::core::time::{MonoTime, Now, WallStamp};
 use crate::core::validation::observation::Observations;
 use crate::core::validation::table::{MessageIndex, SignalIndex};
-use binding::{HazardBinding, HazardSource, LightsBinding, TurnBinding, TurnSource};
+use binding::{HazardBinding, HazardSource, LightsBinding, NamedSource, TurnBinding, TurnSource};
 use output::VehicleLightsOutput;
 use report::{Publish, ReportFlow, Step};
 use sources::{LightsContext, SourceMemory};
@@ -149,20 +149,26 @@ fn published<T: Copy>(verdict: &Verdict<T>) -> Option<(T, WallStamp)> {
 
 /// Signals on which the state of a task depends, without fault signals.
 fn signals_of(binding: &LightsBinding, task: Task) -> Vec<SignalIndex> {
-    let turn = binding.turn.sources().iter().map(|named| &named.source);
+    let turn = binding.turn.sources().iter();
     if task == Task::TurnIndicators {
-        return turn.flat_map(TurnSource::signals).collect();
+        return turn.flat_map(turn_source_signals).collect();
     }
     let mut signals = Vec::new();
     for named in binding.hazard.sources() {
         match &named.source {
             HazardSource::BothSides => {
-                let sides = turn.clone().filter(|source| source.shows_both());
-                signals.extend(sides.flat_map(TurnSource::signals));
+                let sides = turn.clone().filter(|named| named.source.shows_both());
+                signals.extend(sides.flat_map(turn_source_signals));
             }
             HazardSource::Signal { role, .. } => signals.push(role.signal),
             HazardSource::Button { role, .. } => signals.push(role.signal),
         }
+        signals.extend(named.condition_signal());
     }
     signals
+}
+
+/// Signals of a turn source with that of its condition.
+fn turn_source_signals(named: &NamedSource<TurnSource>) -> impl Iterator<Item = SignalIndex> {
+    named.source.signals().chain(named.condition_signal())
 }

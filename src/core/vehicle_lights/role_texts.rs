@@ -1,6 +1,6 @@
 //! Texts for the meanings of raw values of the lights.
 
-use super::binding::{FaultBinding, HazardSource, LightsBinding, TurnSource};
+use super::binding::{FaultBinding, HazardSource, LightsBinding, NamedSource, TurnSource};
 use super::stalk::StalkPosition;
 use super::state::TurnCode;
 use crate::core::validation::display::{RoleTexts, ValueText, role_texts};
@@ -16,9 +16,11 @@ pub fn roles(binding: &LightsBinding) -> Vec<RoleTexts> {
     let mut roles = Vec::new();
     for named in binding.turn.sources() {
         turn_roles(&named.source, &mut roles);
+        roles.extend(condition_role(named));
     }
     for named in binding.hazard.sources() {
         roles.extend(hazard_role(&named.source));
+        roles.extend(condition_role(named));
     }
     for faults in [&binding.turn_faults, &binding.hazard_faults] {
         roles.extend(fault_roles(faults));
@@ -69,6 +71,12 @@ fn hazard_role(source: &HazardSource) -> Option<RoleTexts> {
         })),
         HazardSource::Button { role, .. } => Some(role_texts(role, "hazard button".into(), pressed)),
     }
+}
+
+fn condition_role<S>(named: &NamedSource<S>) -> Option<RoleTexts> {
+    let applies = |on| if on { "applies" } else { "does not apply" }.to_owned();
+    let role = named.condition.as_ref()?;
+    Some(role_texts(role, format!("source {}", named.name), applies))
 }
 
 fn fault_roles(faults: &FaultBinding) -> impl Iterator<Item = RoleTexts> {

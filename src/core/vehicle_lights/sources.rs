@@ -48,6 +48,14 @@ impl LightsContext<'_> {
         }
     }
 
+    /// The receive time of the condition's signal while a source applies; `None` without a condition.
+    fn judge_condition(self, condition: Option<&Role<bool>>) -> Result<Option<Received>, UnavailableReason> {
+        let Some(role) = condition else { return Ok(None) };
+        let (is_on, received) = self.judge(role)?;
+        let raw = self.observations.last(role.signal).map_or(0, |last| last.raw);
+        if is_on { Ok(Some(received)) } else { Err(UnavailableReason::NotSelected(role.signal, raw)) }
+    }
+
     /// Both sides of a pair, with the later receive time.
     fn judge_pair(self, pair: &SidePair) -> Judged<(bool, bool)> {
         match (self.judge(&pair.left), self.judge(&pair.right)) {
@@ -144,11 +152,11 @@ impl SourceMemory {
 
     /// Evaluates every source and fuses the states of each report.
     pub fn evaluate(&mut self, context: LightsContext<'_>) -> SourceStates {
-        let now = context.now.mono;
         let (turn, sides) = match &mut self.turn {
             Some(group) => {
-                let mut turn = group.evaluate(now, TurnCode::name, |reader| reader.evaluate(context));
-                turn.warnings.lamps = group.readers.iter().find_map(TurnReader::warning);
+                let mut turn = group.evaluate(context, TurnCode::name, TurnReader::evaluate);
+                turn.warnings.lamps =
+                    group.applicable().find_map(|(source, _)| group.readers[source].warning());
                 (turn, group.choose(|reader| reader.shows_both).0)
             }
             None if matches!(context.binding.turn, TurnBinding::NotFitted) => {
@@ -158,7 +166,9 @@ impl SourceMemory {
             None => (unbound(), unbound().state),
         };
         let hazard = match &mut self.hazard {
-            Some(group) => group.evaluate(now, HazardCode::name, |reader| reader.evaluate(context, sides)),
+            Some(group) => group.evaluate(context, HazardCode::name, |reader, context, applies| {
+                reader.evaluate(context, applies, sides)
+            }),
             None if matches!(context.binding.hazard, HazardBinding::NotFitted) => {
                 context.not_fitted(HAZARD_OFF)
             }
@@ -183,6 +193,7 @@ fn unbound<T>() -> FusedState<T> {
 #[derive(Debug, Clone)]
 struct SourceGroup<R, T> {
     readers: Vec<R>,
+    conditions: Vec<Option<Role<bool>>>,
     fusion: Fusion<T>,
     /// The last state of each source, kept so that an evaluation allocates nothing.
     states: Vec<Judged<T>>,
@@ -194,21 +205,32 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
         let settings = sources.list.iter().map(|named| named.settings);
         Some(Self {
             readers: sources.list.iter().map(|named| reader(&named.source)).collect(),
+            conditions: sources.list.iter().map(|named| named.condition.clone()).collect(),
             fusion: Fusion::new(settings, sources.disagreement, agree),
             states: vec![Err(UnavailableReason::Unbound); sources.list.len()],
         })
     }
 
+    /// Evaluates every source and fuses the states. `read` gets the reason for which a source must not be
+    /// read, since its condition is off or unknown.
     fn evaluate(
         &mut self,
-        now: MonoTime,
+        context: LightsContext<'_>,
         name: fn(T) -> &'static str,
-        mut read: impl FnMut(&mut R) -> Judged<T>,
+        mut read: impl FnMut(&mut R, LightsContext<'_>, Result<(), UnavailableReason>) -> Judged<T>,
     ) -> FusedState<T> {
-        for (reader, state) in self.readers.iter_mut().zip(&mut self.states) {
-            *state = read(reader);
+        for ((reader, condition), state) in
+            self.readers.iter_mut().zip(&self.conditions).zip(&mut self.states)
+        {
+            let applies = context.judge_condition(condition.as_ref());
+            let since = applies.ok().flatten();
+            let read = read(reader, context, applies.map(|_| ()));
+            *state =
+                read.map(|(value, received)| (value, since.map_or(received, |since| received.newest(since))));
         }
-        self.fusion.update(self.states.iter().map(|state| state.map(|(value, _)| value)), now);
+        let values =
+            self.states.iter().map(|state| applicable(*state).map(|state| state.map(|(value, _)| value)));
+        self.fusion.update(values, context.now.mono);
         let disagreement = self.fusion.disagreements().next();
         let disagreement =
             disagreement.map(|Disagreement { chosen, chosen_value, other, other_value, .. }| Contradiction {
@@ -218,20 +240,27 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
                 other_value: name(other_value),
             });
         let (state, source) = self.choose(|_| true);
-        let fallback = match self.states.first() {
-            Some(Err(reason)) if source > 0 => Some(Fallback { by: source, reason: *reason }),
+        let fallback = match self.applicable().next() {
+            Some((first, Err(reason))) if source > first => Some(Fallback { by: source, reason }),
             Some(_) | None => None,
         };
         FusedState { state, source, warnings: Warnings { lamps: None, fallback, disagreement } }
     }
 
-    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source.
+    /// The sources that apply, with their states.
+    fn applicable(&self) -> impl Iterator<Item = (usize, Judged<T>)> {
+        self.states.iter().enumerate().filter_map(|(source, state)| Some((source, applicable(*state)?)))
+    }
+
+    /// Fuses the sources for which `is_included` holds; returns the state and the deciding source. When none
+    /// of them applies, the first one gives the reason.
     fn choose(&self, is_included: impl Fn(&R) -> bool) -> (Judged<T>, usize) {
-        let states = self.states.iter().copied().enumerate();
-        let states = states.filter(|(source, _)| is_included(&self.readers[*source]));
+        let is_included = |source: usize| is_included(&self.readers[source]);
+        let states = self.applicable().filter(|(source, _)| is_included(*source));
         let values = states.map(|(source, state)| (source, state.map(|(value, _)| value)));
-        match self.fusion.choose(values) {
-            Some(fused) => (self.states[fused.source], fused.source),
+        let chosen = self.fusion.choose(values).map(|fused| fused.source);
+        match chosen.or_else(|| (0..self.states.len()).find(|source| is_included(*source))) {
+            Some(source) => (self.states[source], source),
             None => (Err(UnavailableReason::Unbound), 0),
         }
     }
@@ -239,6 +268,11 @@ impl<R, T: Copy + PartialEq> SourceGroup<R, T> {
     fn deadlines(&self, deadline: fn(&R) -> Option<MonoTime>) -> impl Iterator<Item = MonoTime> {
         self.readers.iter().filter_map(deadline).chain(self.fusion.next_deadline())
     }
+}
+
+/// The state of a source; `None` when the source does not apply.
+fn applicable<T>(state: Judged<T>) -> Option<Judged<T>> {
+    (!matches!(state, Err(UnavailableReason::NotSelected(..)))).then_some(state)
 }
 
 /// A turn source with its state machine.
@@ -271,17 +305,21 @@ impl TurnReader {
         Self { shows_both: source.shows_both(), kind }
     }
 
-    fn evaluate(&mut self, context: LightsContext<'_>) -> Judged<TurnCode> {
+    fn evaluate(
+        &mut self,
+        context: LightsContext<'_>,
+        applies: Result<(), UnavailableReason>,
+    ) -> Judged<TurnCode> {
         match &mut self.kind {
-            TurnKind::Enumerated(role) => context.judge(role),
+            TurnKind::Enumerated(role) => applies.and_then(|()| context.judge(role)),
             TurnKind::Pair(pair) => {
-                let sides = context.judge_pair(pair);
+                let sides = applies.and_then(|()| context.judge_pair(pair));
                 context
                     .pair_state(pair, sides.map(|(sides, received)| (TurnCode::from_sides(sides), received)))
             }
             TurnKind::Lamps(pair, lamp) => {
                 let watching = UnavailableReason::WatchingLamps([pair.left.signal, pair.right.signal]);
-                let lamps = context.judge_pair(pair);
+                let lamps = applies.and_then(|()| context.judge_pair(pair));
                 if matches!(lamps, Err(UnavailableReason::Absent(_, MissingReason::Link(_)))) {
                     lamp.forget();
                 }
@@ -290,7 +328,8 @@ impl TurnReader {
             }
             TurnKind::Stalk(role, stalk) => {
                 let settling = UnavailableReason::Settling(role.signal);
-                context.track(stalk.as_mut(), context.judge(role), settling)
+                let position = applies.and_then(|()| context.judge(role));
+                context.track(stalk.as_mut(), position, settling)
             }
         }
     }
@@ -337,14 +376,23 @@ impl HazardReader {
         }
     }
 
-    fn evaluate(&mut self, context: LightsContext<'_>, sides: Judged<TurnCode>) -> Judged<HazardCode> {
+    fn evaluate(
+        &mut self,
+        context: LightsContext<'_>,
+        applies: Result<(), UnavailableReason>,
+        sides: Judged<TurnCode>,
+    ) -> Judged<HazardCode> {
         let code = |active| HazardCode { active, reason: None };
         match self {
-            Self::BothSides => sides.map(|(sides, received)| (code(sides == TurnCode::Both), received)),
-            Self::Signal(role) => context.judge(role),
+            Self::BothSides => {
+                let (sides, received) = applies.and(sides)?;
+                Ok((code(sides == TurnCode::Both), received))
+            }
+            Self::Signal(role) => applies.and_then(|()| context.judge(role)),
             Self::Button(role, toggle) => {
                 let settling = UnavailableReason::Settling(role.signal);
-                let state = context.track(toggle, context.judge(role), settling);
+                let pressed = applies.and_then(|()| context.judge(role));
+                let state = context.track(toggle, pressed, settling);
                 state.map(|(on, received)| (code(on), received))
             }
         }

@@ -64,6 +64,8 @@ pub type Judged<T> = Result<(T, Received), UnavailableReason>;
 pub enum UnavailableReason {
     /// The profile binds no signal for the state.
     Unbound,
+    /// The condition of the source is off with this raw value, so that the source does not apply.
+    NotSelected(SignalIndex, i128),
     /// The signal has no valid value.
     Absent(SignalIndex, MissingReason),
     /// The signal reports "not available" with this raw value.
@@ -98,6 +100,7 @@ impl UnavailableReason {
             Self::Fault(..) => FaultKind::HardwareFault,
             Self::Undefined(..) | Self::BothOn(_) => FaultKind::Invalid,
             Self::Unbound
+            | Self::NotSelected(..)
             | Self::Absent(..)
             | Self::NotAvailable(..)
             | Self::WatchingLamps(_)

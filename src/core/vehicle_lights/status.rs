@@ -280,6 +280,9 @@ fn unavailable_text(binding: &LightsBinding, buses: &[Bus], reason: UnavailableR
     let name = |signal: SignalIndex| binding.table.signals[signal.0].name.as_str();
     match reason {
         UnavailableReason::Unbound => "unknown: the vehicle profile binds no signal for it".to_owned(),
+        UnavailableReason::NotSelected(signal, raw) => {
+            format!("unknown: no source applies while {} = {}", name(signal), raw_text(raw))
+        }
         UnavailableReason::Absent(signal, reason) => {
             format!("unknown: {}", missing_reason_text(&binding.table, buses, signal, reason))
         }

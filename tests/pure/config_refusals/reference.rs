@@ -61,6 +61,7 @@ BO_ 257 LAMPS: 4 X
  SG_ LEFT : 0|1@1+ (1,0) [0|1] \"\" X
  SG_ RIGHT : 1|1@1+ (1,0) [0|1] \"\" X
  SG_ BULB_FAULT : 2|1@1+ (1,0) [0|1] \"\" X
+ SG_ BANK : 3|1@1+ (1,0) [0|1] \"\" X
 BO_ 258 ENGINE_DATA: 4 X
 BO_ 260 TURN_CMD: 4 X
  SG_ ENABLE : 0|1@1+ (1,0) [0|1] \"\" X

@@ -84,6 +84,41 @@ fn stalks_and_buttons_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn conditions_that_make_no_sense_are_refused() {
+    let cases = r#"
+  right = [2]
++ when = { signal = "BLINK.LEFT", on = [1], off = [0] }
+> car.toml:12:1: turn.when: unknown key "when" without `kind`; valid keys: …
+  [turn]
++ [[turn.source]]
++ name = "a"
++ when = { signal = "BLINK.LEFT", on = [1] }
+> car.toml:10:8: turn.source[1].when: missing key: off; a condition needs signal, on and off, so that no value of the signal is guessed
+  [turn]
++ [[turn.source]]
++ name = "a"
++ when = { signal = "BLINK.LEFT", on = [1], off = [1] }
+> car.toml:10:50: turn.source[1].when.off[1]: 1 overlaps 1; give each raw value one meaning
+  [turn]
++ [[turn.source]]
++ name = "a"
++ when = { signal = "BLINK.LEFT", on = [2], off = [0] }
+> car.toml:10:39: turn.source[1].when.on[1]: LEFT cannot hold 2; its raw values are 0 to 1
+  [turn]
++ [[turn.source]]
++ name = "a"
++ when = { signal = "BLINK.FLAG", on = [1], off = [0] }
+> car.toml:10:19: turn.source[1].when.signal: BLINK has no signal FLAG; it has …
+  [turn]
++ [[turn.source]]
++ name = "a"
++ when = { signal = "BLINK.LEFT", on = [1], off = [0], left = [1] }
+> car.toml:10:54: turn.source[1].when.left: unknown key "left"; valid keys: signal, on, off, not_available, fault
+"#;
+    assert_refused(&sound(), "car.toml", cases);
+}
+
+#[test]
 fn sources_that_contradict_their_list_are_refused() {
     let cases = r#"
   right = [2]
@@ -96,7 +131,7 @@ fn sources_that_contradict_their_list_are_refused() {
 + [[turn.source]]
 + name = "a"
 + while_hazard = "keep"
-> car.toml:10:1: turn.source[1].while_hazard: unknown key "while_hazard" without `kind`; valid keys: name, fallback, kind, signal, off, left, right, both, not_available, fault
+> car.toml:10:1: turn.source[1].while_hazard: unknown key "while_hazard" without `kind`; valid keys: name, fallback, when, kind, signal, off, left, right, both, not_available, fault
   [turn]
 + [[turn.source]]
 + name = "a"

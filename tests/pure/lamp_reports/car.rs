@@ -19,12 +19,21 @@ BO_ 258 BODY: 1 X
 BO_ 259 PANEL: 1 X
  SG_ BUTTON : 0|2@1+ (1,0) [0|3] \"\" X
 BO_ 260 ALIVE: 1 X
+BO_ 261 BANKS: 1 X
+ SG_ LEFT : 0|1@1+ (1,0) [0|1] \"\" X
+ SG_ RIGHT : 2|1@1+ (1,0) [0|1] \"\" X
+ SG_ ALT_LEFT : 4|1@1+ (1,0) [0|1] \"\" X
+ SG_ ALT_RIGHT : 6|1@1+ (1,0) [0|1] \"\" X
+BO_ 262 FLAG: 1 X
+ SG_ ALT : 0|2@1+ (1,0) [0|3] \"\" X
 ";
 pub(crate) const LAMPS: u16 = 256;
 pub(crate) const STALK: u16 = 257;
 pub(crate) const BODY: u16 = 258;
 pub(crate) const PANEL: u16 = 259;
 pub(crate) const ALIVE: u16 = 260;
+pub(crate) const BANKS: u16 = 261;
+pub(crate) const FLAG: u16 = 262;
 
 pub(crate) const DARK: u8 = 0;
 pub(crate) const LEFT: u8 = 0b0001;

@@ -2,6 +2,7 @@
 //! gateway and a profile as an integrator writes it.
 
 pub(super) mod car;
+mod conditions;
 mod controls;
 mod lamps;
 mod refusals;

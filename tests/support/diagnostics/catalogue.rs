@@ -97,6 +97,11 @@ fn lights_messages() -> Vec<Message> {
         ),
         message(
             Error,
+            "unknown: no source applies while {signal} = {raw}",
+            "Give a source for this value in the profile (`when`).",
+        ),
+        message(
+            Error,
             "unknown: {signal} = {raw} means not available",
             "Wait; if it stays, the control unit does not know its own state.",
         ),

@@ -10,7 +10,7 @@ type State = Result<TurnCode, &'static str>;
 /// A fusion of three sources.
 struct Case {
     fallbacks: [bool; 3],
-    states: [State; 3],
+    states: [Option<State>; 3],
     state: State,
     source: usize,
 }
@@ -30,26 +30,36 @@ fn first_source_decides_unless_fallback_replaces_it() {
     const NONE: [bool; 3] = [false, false, false];
     const THIRD: [bool; 3] = [false, false, true];
     const FIRST: [bool; 3] = [true, false, false];
-    let case = |fallbacks, states, state, source| Case { fallbacks, states, state, source };
+    let case = |fallbacks, states: [State; 3], state, source| Case {
+        fallbacks,
+        states: states.map(Some),
+        state,
+        source,
+    };
+    let without_first = |case: Case| Case { states: [None, case.states[1], case.states[2]], ..case };
     for Case { fallbacks, states, state, source } in [
         case(NONE, [Ok(Left), Ok(Off), Err("z")], Ok(Left), 0),
         case(NONE, [Err("x"), Ok(Off), Ok(Right)], Err("x"), 0),
         case(THIRD, [Err("x"), Ok(Off), Ok(Right)], Ok(Right), 2),
         case(THIRD, [Err("x"), Err("y"), Err("z")], Err("x"), 0),
         case(FIRST, [Err("x"), Ok(Off), Err("z")], Err("x"), 0),
+        without_first(case(NONE, [Ok(Left), Ok(Off), Ok(Right)], Ok(Off), 1)),
+        without_first(case(THIRD, [Err("x"), Err("y"), Ok(Right)], Ok(Right), 2)),
+        without_first(case(NONE, [Ok(Left), Err("y"), Ok(Right)], Err("y"), 1)),
     ] {
         let fused = fusion(&fallbacks).update(states, at(0));
         assert_eq!(fused, Some(Fused { state, source }), "{fallbacks:?} {states:?}");
     }
     assert_eq!(fusion(&NONE).update::<()>([], at(0)), None, "without any state");
-    let surplus = fusion(&[]).update::<()>([Ok(Left)], at(0));
+    assert_eq!(fusion(&NONE).update::<()>([None; 3], at(0)), None, "no source applies");
+    let surplus = fusion(&[]).update::<()>([Some(Ok(Left))], at(0));
     assert_eq!(surplus, None, "an undeclared source");
 }
 
 #[test]
 fn contradiction_becomes_disagreement_after_limit() {
     let mut fusion = fusion(&[false, false, false]);
-    let states: [State; 3] = [Ok(Left), Ok(Left), Ok(Off)];
+    let states: [Option<State>; 3] = [Some(Ok(Left)), Some(Ok(Left)), Some(Ok(Off))];
     fusion.update(states, at(1000));
     let due = deadline_after(at(1000), LIMIT);
     assert_eq!(fusion.next_deadline(), Some(due));
@@ -59,21 +69,23 @@ fn contradiction_becomes_disagreement_after_limit() {
     let found = Disagreement { chosen: 0, chosen_value: Left, other: 2, other_value: Off, since: at(1000) };
     assert_eq!(fusion.disagreements().collect::<Vec<_>>(), [found]);
     assert_eq!(fusion.next_deadline(), None);
-    fusion.update::<()>([Ok(Left); 3], at(5000));
+    fusion.update::<()>([Some(Ok(Left)); 3], at(5000));
     assert_eq!(fusion.disagreements().count(), 0, "they agree again");
 }
 
 #[test]
 fn contradiction_lasts_over_changes_until_source_is_unavailable_or_replaced() {
-    let table: [(&str, [State; 2], usize); 4] = [
-        ("another contradiction", [Ok(Left), Ok(Right)], 1),
-        ("another value of the chosen source", [Ok(Right), Ok(Off)], 1),
-        ("an unavailable source", [Ok(Left), Err("y")], 0),
-        ("an unavailable chosen source", [Err("x"), Ok(Off)], 0),
+    let table: [(&str, [Option<State>; 2], usize); 6] = [
+        ("another contradiction", [Some(Ok(Left)), Some(Ok(Right))], 1),
+        ("another value of the chosen source", [Some(Ok(Right)), Some(Ok(Off))], 1),
+        ("an unavailable source", [Some(Ok(Left)), Some(Err("y"))], 0),
+        ("an unavailable chosen source", [Some(Err("x")), Some(Ok(Off))], 0),
+        ("a source that does not apply", [Some(Ok(Left)), None], 0),
+        ("a chosen source that does not apply", [None, Some(Ok(Off))], 0),
     ];
     for (name, then, disagreements) in table {
         let mut fusion = fusion(&[false, true]);
-        fusion.update::<&str>([Ok(Left), Ok(Off)], at(0));
+        fusion.update::<&str>([Some(Ok(Left)), Some(Ok(Off))], at(0));
         fusion.update(then, at(2000));
         fusion.update(then, at(4000));
         assert_eq!(fusion.disagreements().count(), disagreements, "{name}");
@@ -89,17 +101,21 @@ fn hazard_agrees_with_any_side_and_sides_contradict() {
     }
 }
 
-fn any_state() -> impl Strategy<Value = State> {
-    prop_oneof![
+fn any_state() -> impl Strategy<Value = Option<State>> {
+    let state = prop_oneof![
         2 => Just(Err("?")),
         5 => prop_oneof![3 => Just(Off), 2 => Just(Left), 1 => Just(Right), 1 => Just(Both)].prop_map(Ok),
-    ]
+    ];
+    prop::option::weighted(0.8, state)
 }
 
-fn model_choice(fallbacks: [bool; 4], states: [State; 4]) -> (usize, State) {
-    let fallback = (1..4).find(|source| fallbacks[*source] && states[*source].is_ok());
-    let source = if states[0].is_ok() { 0 } else { fallback.unwrap_or(0) };
-    (source, states[source])
+/// The deciding source and its state; `None` when no source applies.
+fn model_choice(fallbacks: [bool; 4], states: [Option<State>; 4]) -> Option<(usize, State)> {
+    let first = (0..4).find(|source| states[*source].is_some())?;
+    let is_ok = |source: &usize| states[*source].is_some_and(|state| state.is_ok());
+    let fallback = (first + 1..4).find(|source| fallbacks[*source] && is_ok(source));
+    let source = if is_ok(&first) { first } else { fallback.unwrap_or(first) };
+    Some((source, states[source]?))
 }
 
 proptest! {
@@ -109,18 +125,21 @@ proptest! {
         steps in prop::collection::vec((0..1500_u64, prop::option::weighted(0.4, [any_state(), any_state(), any_state(), any_state()])), 1..40),
     ) {
         let mut fusion = fusion(&fallbacks);
-        let mut history: Vec<(MonoTime, [State; 4])> = vec![];
+        let mut history: Vec<(MonoTime, [Option<State>; 4])> = vec![];
         let mut now = MonoTime::ZERO;
         for (step, states) in steps {
-            let states = states.or(history.last().map(|(_, states)| *states)).unwrap_or([Err("?"); 4]);
+            let states = states.or(history.last().map(|(_, states)| *states)).unwrap_or([Some(Err("?")); 4]);
             now = now.after(Duration::from_millis(step));
             history.push((now, states));
-            let (source, state) = model_choice(fallbacks, states);
-            prop_assert_eq!(fusion.update(states, now), Some(Fused { state, source }));
+            let choice = model_choice(fallbacks, states);
+            let expected = choice.map(|(source, state)| Fused { state, source });
+            prop_assert_eq!(fusion.update(states, now), expected);
 
-            let contradicts = |other: usize| move |(_, states): &&(MonoTime, [State; 4])| {
+            let contradicts = |other: usize| move |(_, states): &&(MonoTime, [Option<State>; 4])| {
                 match (model_choice(fallbacks, *states), states[other]) {
-                    ((chosen, Ok(one)), Ok(two)) => chosen == source && !turn_codes_agree(one, two),
+                    (Some((chosen, Ok(one))), Some(Ok(two))) => {
+                        Some(chosen) == choice.map(|(source, _)| source) && !turn_codes_agree(one, two)
+                    }
                     _ => false,
                 }
             };
@@ -132,8 +151,8 @@ proptest! {
             let found: Vec<_> = fusion.disagreements().map(|found| (found.other, found.since)).collect();
             prop_assert_eq!(&found, &lasting);
             for found in fusion.disagreements() {
-                prop_assert_eq!(Ok(found.chosen_value), states[found.chosen]);
-                prop_assert_eq!(Ok(found.other_value), states[found.other]);
+                prop_assert_eq!(Some(Ok(found.chosen_value)), states[found.chosen]);
+                prop_assert_eq!(Some(Ok(found.other_value)), states[found.other]);
             }
             let due = (0..4).filter_map(since).map(|since| deadline_after(since, LIMIT)).filter(|at| *at > now).min();
             prop_assert_eq!(fusion.next_deadline(), due, "exact");

@@ -55,6 +55,11 @@ fn sources(reported: &mut Reported) {
         desk.frame(PANEL, &[u8::from(at == 2_000)]);
     });
     desk.each_50_ms(1_000, |desk, _| desk.frame(PANEL, &[0]));
+    let profile = format!(
+        "[message.STALK]\ntimeout_ms = 500\n[message.PANEL]\ntimeout_ms = 500\n[turn]\n[[turn.source]]\n\
+         name = \"stalk\"\nwhen = {{ signal = \"PANEL.BUTTON\", on = [1], off = [0] }}\n{STALK_KEYS}{UNBOUND}"
+    );
+    Desk::vehicle("", &profile, DBC, reported).frame(PANEL, &[0]);
 }
 
 /// A state with a lamp fault beside it, and a hazard state with reasons.
