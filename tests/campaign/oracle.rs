@@ -160,7 +160,7 @@ impl<'a> Oracle<'a> {
         self.lamps = Lamps::default();
     }
 
-    /// A frame of the profile came. After a silence of the bus, event messages must come anew.
+    /// A frame of the profile came. After a silence of the bus, event messages must be received again.
     fn sign_of_life(&mut self, at: u64) {
         if self.last_life.is_some_and(|last| at - last > self.vehicle.alive_ns) {
             for (reception, message) in self.receptions.iter_mut().zip(&self.vehicle.messages) {

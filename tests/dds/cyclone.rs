@@ -16,7 +16,7 @@ fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &
 }
 
 #[test]
-fn reports_suit_both_kinds_of_readers_and_tell_their_qos() {
+fn reports_suit_both_kinds_of_readers_and_announce_their_qos() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).start();

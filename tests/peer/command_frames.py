@@ -3,7 +3,7 @@
 usage: command_frames.py VEHICLE DBC LOG
 
 LOG has lines `(SECONDS) INTERFACE ID#DATA STATE`: every frame of the vehicle's command message in the order
-of the bus, and what it should ask for. Each is decoded, and encoded from the signals that ask for its STATE,
+of the bus, and what it should request. Each is decoded, and encoded from the signals that request its STATE,
 the counter that its place in the log gives it and a checksum worked out here. Prints the number of frames and
 of each state; at the first frame that differs, what differs, and exits with 1.
 """

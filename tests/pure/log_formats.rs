@@ -218,7 +218,7 @@ fn what_python_can_writes_is_read_back() {
         let (source, written) = (Recording::read(&source), Recording::read(&written));
         assert_eq!((written.records.len(), written.log.bad_lines()), (2_000, 0), "{ending}");
         assert!(written.contents() == source.contents(), "{ending}: other frames");
-        // python-can counts from 0, these formats from 1. It does not tell on which bus an error was.
+        // python-can counts from 0, these formats from 1. It does not state on which bus an error was.
         for ((written, content), source) in
             written.names().into_iter().zip(written.contents()).zip(source.names())
         {

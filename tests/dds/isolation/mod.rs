@@ -1,4 +1,4 @@
-//! The network side as a process: attacked, killed, stopped; the gateway goes on and starts another.
+//! The network side as a process: attacked, killed, stopped; the gateway runs on and starts another.
 
 mod latency;
 mod packets;
@@ -180,7 +180,7 @@ pub(crate) fn mutated_packets(count: u32) {
 }
 
 #[test]
-fn the_daemon_tells_of_its_network_process_which_has_little_left() {
+fn the_daemon_reports_its_network_process_which_has_few_privileges_left() {
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));

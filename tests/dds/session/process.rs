@@ -56,7 +56,7 @@ fn session_process() {
     };
     let session = RosSession::start(settings).unwrap();
     let inbox = session.inbox();
-    thread::spawn(move || lights::tell_arrivals(&inbox));
+    thread::spawn(move || lights::print_arrivals(&inbox));
     println!("\n{}", json!({"event": "ready"}));
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         match line.as_str() {

@@ -94,7 +94,7 @@ impl Bench {
         given
     }
 
-    /// Lets time go by, and settles whenever the flow wants it.
+    /// Lets time go by, and settles at each deadline of the flow.
     pub(crate) fn pass_until(&mut self, until_ns: u64) {
         while let Some(at) = self.flow.next_deadline().map(MonoTime::as_nanos) {
             assert!(at > self.now_ns, "a deadline that does not move");

@@ -106,7 +106,7 @@ fn a_button_without_effect_is_given_up_and_reported() {
 }
 
 #[test]
-fn a_message_that_can_ask_for_nothing_is_sent_with_authority_only() {
+fn a_message_that_can_request_nothing_is_sent_with_authority_only() {
     let mut day = Day::new();
     let turns = |day: &Day| {
         let frames = day.bench.sent.iter().filter(|(_, frame)| frame.id() == CanId::Standard(306));

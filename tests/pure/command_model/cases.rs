@@ -1,5 +1,5 @@
 //! The cases of docs/spec/vehicle-interface.md, "Arbitration of commands",
-//! that need no bus, on a vehicle that obeys after 150 ms.
+//! that need no bus, on a vehicle that follows after 150 ms.
 
 use signal_gateway::config::gateway::command::CommandConfig;
 use signal_gateway::core::can::frame::{CanId, Frame};
@@ -108,7 +108,7 @@ const CASES: &[Case] = &[
     Case { id: "link down and up again", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(3)), (0, Do::Hazard(1)), (1000, Do::Link(LinkState::Missing)), (3000, Do::Link(LinkState::Up))],
         must: &[(1200, "right", (OK, ""), (OK, "")), (3500, "right", (OK, ""), (OK, ""))] },
-    Case { id: "the vehicle does not obey", section: "",
+    Case { id: "the vehicle does not follow", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Dead), (2000, Do::Turn(3))],
         must: &[(900, "left", (OK, ""), (OK, "")), (3400, "right", (OK, ""), (OK, "")),
                 (3700, "right", (WARN, "commanded right, but the vehicle still reports left"), (OK, "")),
@@ -178,7 +178,7 @@ const CASES: &[Case] = &[
         must: &[(1200, "-", (OK, ""), (OK, ""))] },
 ];
 
-/// A vehicle that does what frames with authority ask for, else what its driver wants.
+/// A vehicle that does what frames with authority request, else what its driver does.
 struct Vehicle {
     stalk: Turn,
     button: bool,
@@ -317,7 +317,7 @@ fn after_the_last_frame_there_is_none() {
 }
 
 #[test]
-fn a_dry_run_tells_everything_and_sends_nothing() {
+fn a_dry_run_shows_everything_and_sends_nothing() {
     let mut bench = Bench::new(config("control_mode_timeout_ms = 60000", PROFILE));
     bench.mode(1);
     bench.turn(2);

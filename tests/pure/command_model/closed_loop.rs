@@ -178,12 +178,12 @@ impl Loop {
         }
     }
 
-    fn say(&mut self, turn: u8, hazard: u8, ms: u64) {
+    fn command(&mut self, turn: u8, hazard: u8, ms: u64) {
         (self.words[0], self.words[1]) = (Some(turn), Some(hazard));
         self.pass(ms);
     }
 
-    fn ask(&mut self, text: &str, ms: u64) {
+    fn request(&mut self, text: &str, ms: u64) {
         let (_, request) = request::line(text).unwrap().unwrap();
         self.vehicle.request(request, self.at);
         self.pass(ms);
@@ -214,7 +214,7 @@ fn each_shipped_vehicle_follows_commands_and_its_report_shows_it() {
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
-        car.say(DISABLE, HAZARD_OFF, 1000);
+        car.command(DISABLE, HAZARD_OFF, 1000);
         let steps = [
             (LEFT, HAZARD_OFF, Left, "ENABLE_LEFT", "DISABLE"),
             (LEFT, HAZARD_ON, Both, "DISABLE", "ENABLE"),
@@ -224,7 +224,7 @@ fn each_shipped_vehicle_follows_commands_and_its_report_shows_it() {
             (DISABLE, HAZARD_ON, Both, "DISABLE", "ENABLE"),
         ];
         for (turn, hazard, code, turn_report, hazard_report) in steps {
-            car.say(turn, hazard, 5000);
+            car.command(turn, hazard, 5000);
             let who = if code == Off { Who::Nobody } else { Who::Command };
             assert_eq!(car.vehicle.lights(), (code, who), "{name}");
             assert_eq!(car.reports, (Some(turn_report), Some(hazard_report)), "{name}");
@@ -243,7 +243,7 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(MANUAL);
-        car.say(LEFT, HAZARD_ON, 5000);
+        car.command(LEFT, HAZARD_ON, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
         let requested = car.happened.iter().any(|(_, what)| {
             matches!(
@@ -254,9 +254,9 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
         });
         assert!(!requested, "{name}");
         car.mode(VELOCITY_ONLY);
-        car.say(LEFT, HAZARD_OFF, 5000);
+        car.command(LEFT, HAZARD_OFF, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
-        car.say(LEFT, HAZARD_ON, 5000);
+        car.command(LEFT, HAZARD_ON, 5000);
         assert_eq!(car.vehicle.lights(), (Both, Who::Command), "{name}");
     }
 }
@@ -265,19 +265,19 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
 fn the_driver_is_left_alone_and_the_command_comes_back() {
     let mut car = Loop::shipped(0);
     car.mode(AUTONOMOUS);
-    car.say(LEFT, HAZARD_OFF, 5000);
+    car.command(LEFT, HAZARD_OFF, 5000);
     let since = car.at;
-    car.ask("stalk right", 5000);
+    car.request("stalk right", 5000);
     assert_eq!(car.vehicle.lights(), (Right, Who::Driver));
     assert_eq!(car.news_since(since), [(Level::Warn, "commanded left, left to the driver: right")]);
     let since = car.at;
-    car.ask("stalk off", 5000);
+    car.request("stalk off", 5000);
     assert_eq!(car.vehicle.lights(), (Left, Who::Command));
     assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok);
     // A driver who switches the hazard lights on keeps them, whatever is commanded.
-    car.ask("hazard on", 5000);
+    car.request("hazard on", 5000);
     assert_eq!(car.vehicle.lights(), (Both, Who::Driver));
-    car.ask("hazard off", 5000);
+    car.request("hazard off", 5000);
     assert_eq!(car.vehicle.lights(), (Left, Who::Command));
 }
 
@@ -299,16 +299,16 @@ fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
         for (fault, warning, error) in table {
             let mut car = Loop::shipped(index);
             car.mode(AUTONOMOUS);
-            car.say(DISABLE, HAZARD_OFF, 2000);
+            car.command(DISABLE, HAZARD_OFF, 2000);
             let since = car.at;
-            car.ask(fault, 0);
-            car.say(LEFT, HAZARD_OFF, 5000);
+            car.request(fault, 0);
+            car.command(LEFT, HAZARD_OFF, 5000);
             let news = car.news_since(since);
             let at = |expected: (Level, &str)| news.iter().position(|news| *news == expected);
             let (warned, failed) = (at((Level::Warn, warning)), at((Level::Error, error)));
             assert!(warned.is_some() && warned < failed, "{name} {fault}: {news:?}");
             let since = car.at;
-            car.ask("clear", 5000);
+            car.request("clear", 5000);
             assert_eq!(car.reports.0, Some("ENABLE_LEFT"), "{name} {fault}");
             assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok, "{name} {fault}");
         }
@@ -323,7 +323,7 @@ fn commands_are_reported_in_time(commands: u64) {
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
-        car.say(DISABLE, HAZARD_OFF, 1000);
+        car.command(DISABLE, HAZARD_OFF, 1000);
         let mut spans = Vec::new();
         for (step, raw) in (0..commands).zip([LEFT, DISABLE, RIGHT, DISABLE].into_iter().cycle()) {
             // All phases come, in an order without pattern.
@@ -370,7 +370,7 @@ fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
     for (index, ((name, bus), period)) in SHIPPED.iter().zip([100, 50, 100]).enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
-        car.say(LEFT, HAZARD_OFF, 5000);
+        car.command(LEFT, HAZARD_OFF, 5000);
         let killed = car.at;
         car.gateway_lives = false;
         car.pass(1000);
@@ -395,7 +395,7 @@ fn an_orderly_stop_leaves_the_lights_as_configured() {
     for (on_shutdown, expected) in [("release", Off), ("off", Off), ("hazard", Both)] {
         let mut car = Loop::new(&shipped("pacmod", "pacmod", &format!("on_shutdown = \"{on_shutdown}\"")));
         car.mode(AUTONOMOUS);
-        car.say(LEFT, HAZARD_OFF, 5000);
+        car.command(LEFT, HAZARD_OFF, 5000);
         let stopped = car.at;
         car.gateway.handle(CommandInput::Stop, time(car.at));
         car.words = [None; 3];
@@ -430,11 +430,11 @@ fn a_stalk_and_a_button_that_spring_back_are_pressed_as_a_driver_would() {
         ("stalk off", "DISABLE"),
         ("tap right", "DISABLE"),
     ] {
-        car.ask(request, 3000);
+        car.request(request, 3000);
         assert_eq!(car.reports.0, Some(report), "{request}");
     }
     for (request, report) in [("hazard on", "ENABLE"), ("hazard on", "ENABLE"), ("hazard press", "DISABLE")] {
-        car.ask(request, 3000);
+        car.request(request, 3000);
         assert_eq!(car.reports.1, Some(report), "{request}");
     }
 }
@@ -455,34 +455,34 @@ proptest! {
         car.mode(AUTONOMOUS);
         for (what, ms) in day {
             match what {
-                0 => car.ask("stalk left", ms),
-                1 => car.ask("stalk right", ms),
-                2 => car.ask("stalk off", ms),
-                3 => car.ask("tap left", ms),
-                4 => car.ask("hazard press", ms),
-                5 => car.ask("fault drop 0.5", ms),
-                6 => car.ask("fault corrupt 0.5", ms),
-                7 => car.ask("fault freeze-counter", ms),
-                8 => car.ask("fault false-report right", ms),
-                9 => car.ask("fault ignore-commands", ms),
-                10 => car.ask("fault bus-off 0.7", ms),
-                11 => car.ask("fault report undefined", ms),
-                12 => car.ask("clear", ms),
+                0 => car.request("stalk left", ms),
+                1 => car.request("stalk right", ms),
+                2 => car.request("stalk off", ms),
+                3 => car.request("tap left", ms),
+                4 => car.request("hazard press", ms),
+                5 => car.request("fault drop 0.5", ms),
+                6 => car.request("fault corrupt 0.5", ms),
+                7 => car.request("fault freeze-counter", ms),
+                8 => car.request("fault false-report right", ms),
+                9 => car.request("fault ignore-commands", ms),
+                10 => car.request("fault bus-off 0.7", ms),
+                11 => car.request("fault report undefined", ms),
+                12 => car.request("clear", ms),
                 13 => { car.mode(MANUAL); car.pass(ms); }
                 14 => { car.mode(AUTONOMOUS); car.pass(ms); }
-                15 => car.say(LEFT, HAZARD_OFF, ms),
-                16 => car.say(RIGHT, HAZARD_ON, ms),
-                17 => car.say(DISABLE, HAZARD_OFF, ms),
-                18 => car.say(NONE, NONE, ms),
+                15 => car.command(LEFT, HAZARD_OFF, ms),
+                16 => car.command(RIGHT, HAZARD_ON, ms),
+                17 => car.command(DISABLE, HAZARD_OFF, ms),
+                18 => car.command(NONE, NONE, ms),
                 _ => { car.words = [None; 3]; car.pass(ms); }
             }
         }
         car.mode(AUTONOMOUS);
-        car.ask("clear", 0);
-        car.ask("stalk off", 0);
-        car.ask("hazard off", 0);
-        car.say(DISABLE, HAZARD_OFF, 8000);
-        car.say(LEFT, HAZARD_OFF, 8000);
+        car.request("clear", 0);
+        car.request("stalk off", 0);
+        car.request("hazard off", 0);
+        car.command(DISABLE, HAZARD_OFF, 8000);
+        car.command(LEFT, HAZARD_OFF, 8000);
         prop_assert_eq!(car.vehicle.lights(), (Left, Who::Command));
         prop_assert_eq!(car.reports, (Some("ENABLE_LEFT"), Some("DISABLE")));
         let worst = car.gateway.statuses(car.at).iter().filter(|s| s.name.contains("_command")).map(|s| s.level).max();

@@ -55,9 +55,9 @@ pub(crate) type Requested = (Option<Turn>, Option<bool>);
 
 /// Where one sender stands.
 enum Stand {
-    /// It wants this raw value.
-    Wants(u8),
-    /// It wants nothing.
+    /// It requests this raw value.
+    Requests(u8),
+    /// It requests nothing.
     Nothing,
     /// It is silent, and this was its last request.
     Silent(u8),
@@ -78,25 +78,25 @@ pub(crate) fn requested(rules: Rules, history: &[(u64, Event)], at: u64) -> Requ
     let mode = mode.filter(|(time, _)| at - time <= rules.mode_ns).map(|(_, raw)| raw);
     let (steering, others) = (matches!(mode, Some(1 | 2)), matches!(mode, Some(1..=3)));
 
-    let mut want_turn = match turn {
-        Stand::Wants(raw) => Some(side(raw)),
+    let mut requested_turn = match turn {
+        Stand::Requests(raw) => Some(side(raw)),
         Stand::Silent(raw) if rules.on_turn_timeout == Silence::Hold => Some(side(raw)),
         Stand::Silent(_) => Some(Turn::Off),
         Stand::Nothing => None,
     };
-    let mut want_hazard = match (&hazard, rules.on_hazard_timeout) {
-        (Stand::Wants(raw), _) | (Stand::Silent(raw), Silence::Hold) => Some(*raw == 2),
+    let mut requested_hazard = match (&hazard, rules.on_hazard_timeout) {
+        (Stand::Requests(raw), _) | (Stand::Silent(raw), Silence::Hold) => Some(*raw == 2),
         (Stand::Silent(_), Silence::Off) => Some(false),
         (Stand::Silent(_), Silence::Hazard) => Some(true),
         (Stand::Nothing, _) => None,
     };
     if matches!(turn, Stand::Silent(_)) && rules.on_turn_timeout == Silence::Hazard {
-        want_hazard = Some(true);
+        requested_hazard = Some(true);
     }
-    if want_hazard == Some(true) && others {
-        want_turn = want_turn.map(|_| Turn::Off);
+    if requested_hazard == Some(true) && others {
+        requested_turn = requested_turn.map(|_| Turn::Off);
     }
-    (want_turn.filter(|_| steering), want_hazard.filter(|_| others))
+    (requested_turn.filter(|_| steering), requested_hazard.filter(|_| others))
 }
 
 fn side(raw: u8) -> Turn {
@@ -151,7 +151,7 @@ fn stand(
     }
     let requested = taken.iter().rev().find(|(_, raw)| *raw > 0);
     match (requested, taken.last()) {
-        (Some((time, raw)), _) if at - time <= limit => Stand::Wants(*raw),
+        (Some((time, raw)), _) if at - time <= limit => Stand::Requests(*raw),
         (_, Some((received, raw))) if *raw > 0 && at - received > limit => Stand::Silent(*raw),
         _ => Stand::Nothing,
     }

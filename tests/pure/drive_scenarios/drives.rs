@@ -204,7 +204,7 @@ fn the_path_generator_differs_from_both_others() {
 }
 
 #[test]
-fn by_default_no_signal_is_too_short_and_a_gap_lies_between_two() {
+fn by_default_no_signal_is_too_short_and_a_gap_separates_two() {
     let min_durations = MinDurations::READABLE;
     let after = |from: f64, to: f64| Duration::from_secs_f64(to - from + 1e-6);
     for (name, Scenario { improved, .. }) in &*SCENARIOS {

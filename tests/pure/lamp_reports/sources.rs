@@ -79,7 +79,7 @@ fn a_fallback_replaces_an_unavailable_source() {
 }
 
 #[test]
-fn lamps_below_a_stalk_tell_of_hazard() {
+fn lamps_below_a_stalk_show_hazard() {
     let lamps = lamp_keys("hazard", "period_ms = 50");
     let mut car = car(&format!(
         "[message.LAMPS]\ntimeout_ms = 500\n[message.STALK]\ntimeout_ms = 500\n[turn]\n\

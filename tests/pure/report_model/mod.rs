@@ -89,7 +89,7 @@ impl Trial {
         trial
     }
 
-    /// Time goes by; whenever the gateway wants to be called, it is.
+    /// Time goes by; the gateway is called at each of its deadlines.
     fn pass(&mut self, pause_ns: u64) -> Result<(), TestCaseError> {
         let until = self.now_ns + pause_ns;
         loop {

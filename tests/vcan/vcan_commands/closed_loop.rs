@@ -1,5 +1,5 @@
 //! The whole loop in real time: an independent Autoware drives, the gateway decides and commands, the
-//! simulated vehicle obeys on a real interface, and its report comes back to Autoware.
+//! simulated vehicle follows on a real interface, and its report comes back to Autoware.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -75,7 +75,10 @@ fn drive_all(cyclone: &Cyclone, vcan: &Vcan, drives: &[Drive]) {
     for drive_case in drives {
         drive(cyclone, vcan, *drive_case, &mut spans);
     }
-    assert!(spans.0["decision to report"].len() >= 2 * drives.len(), "a signal goes on and off at least");
+    assert!(
+        spans.0["decision to report"].len() >= 2 * drives.len(),
+        "a signal is switched on and off at least"
+    );
     spans.print();
 }
 
@@ -121,7 +124,7 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
     assert_eq!(values(&reported), values(&decided), "{name}: what is reported is what was decided");
     let lights: Vec<_> = lights(&seen_by_vehicle);
     let expected: Vec<_> = decided.iter().map(|change| word(change.value)).collect();
-    assert_eq!(lights, expected, "{name}: the vehicle obeys the commands and nobody else");
+    assert_eq!(lights, expected, "{name}: the vehicle follows the commands only");
     let mut before = Duration::ZERO;
     for (change, report) in decided.iter().zip(&reported) {
         // The message received first need not be the first: on a busy machine the peer loses some.
@@ -157,7 +160,7 @@ struct Received {
     arrived: Duration,
 }
 
-/// From the first message that wants a light.
+/// From the first message that requests a light.
 fn changes(received: &Value) -> Vec<Received> {
     let nanos = |value: &Value| Duration::from_nanos(value.as_u64().unwrap());
     let mut all: Vec<_> = received

@@ -1,4 +1,4 @@
-//! The gateway is killed in the middle of a turn and started anew, as its service does: its effects on the bus and
+//! The gateway is killed in the middle of a turn and restarted, as its service does: its effects on the bus and
 //! the vehicle, printed as a table.
 
 use std::time::Duration;
@@ -122,7 +122,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
             |frames: &[RecordedFrame]| frames.iter().map(|frame| counter(&frame.data)).collect::<Vec<_>>();
         let from_0 = |count: usize| (0..=15).cycle().take(count).collect::<Vec<u8>>();
         assert_eq!(counted(before), from_0(before.len()), "before");
-        assert_eq!(counted(&after), from_0(after.len()), "the counter begins anew");
+        assert_eq!(counted(&after), from_0(after.len()), "the counter restarts");
     }
     let state = |lights: &str, who: &str| (lights.to_owned(), who.to_owned());
     assert_eq!(states, [state("off", "nobody"), state("left", "command")], "what the lamps did");

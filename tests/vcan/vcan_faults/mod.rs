@@ -72,7 +72,7 @@ impl Bench {
     }
 
     /// Lets a fault happen while the indicators are left; before it ends they are right. `noticed` is what the
-    /// gateway must say of the turn indicators meanwhile; `None` where reports go on, or it cannot say anything.
+    /// gateway must report of the turn indicators meanwhile; `None` where reports go on, or it cannot report anything.
     fn try_out(&self, name: &str, noticed: Option<&str>, begin: &dyn Fn(), end: &dyn Fn()) -> Row {
         self.unit.set(LEFT, Manner::Sound);
         let start = self.reader.mark();
@@ -238,7 +238,7 @@ fn try_all(bench: &Bench) {
         row("3 s flood with the message's identifier", None, &|| bench.flood(TURN), &|| {}),
         row("folder of the black box is a file", Some("invalid"), &|| bench.spoil_black_box(), &|| {}),
         row("started with a blocked standard error", None, &|| bench.start_with_blocked_log(), &|| {}),
-        row("SIGKILL, started anew after 3 s", None, &|| drop(gateway.take()), &start),
+        row("SIGKILL, restarted after 3 s", None, &|| drop(gateway.take()), &start),
         row("SIGKILL of the network process", None, &|| bench.kill_network_process(), &|| {}),
         row("a second DDS reader is killed", None, &|| join().kill(), &|| {}),
     ];
