@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use city::City;
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
 use signal_gateway::core::map::lane_network::LaneNetwork;
@@ -24,7 +25,7 @@ use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::route::{Route, Segment};
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 /// Crossings on a side: about 500, 5,000 and 50,000 lanelets, and 1, 10 and 100 MB of text.
 const SIDES: [usize; 3] = [6, 18, 56];
@@ -160,7 +161,7 @@ impl<'a> Drive<'a> {
                         lane_driving: true,
                     };
                     let decision = decider.decide(&inputs, now);
-                    signalled += usize::from(matches!(decision.turn, Signal::Left | Signal::Right));
+                    signalled += usize::from(matches!(decision.turn, TurnCommand::Left | TurnCommand::Right));
                 }
             });
             assert!(signalled > self.poses.len() / 4, "{signalled}: the drive has turns");

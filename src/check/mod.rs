@@ -165,7 +165,7 @@ fn hazard_sources(hazard: &HazardBinding, report: &mut Report) {
             return report.line("hazard", "no hazard lights fitted: always DISABLE");
         }
         HazardBinding::Unbound => {
-            let text = "bound to no signal: never published, diagnostics say unknown";
+            let text = "not bound to a signal: never published, unknown in the diagnostics";
             return report.line("hazard", text);
         }
         HazardBinding::From(sources) => sources,

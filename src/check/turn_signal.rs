@@ -13,7 +13,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         (false, _) => "neither enabled nor shadow: does not run".to_owned(),
         (true, Role::Command) => "enabled: commands are published".to_owned(),
         (true, Role::Shadow { tolerance }) => {
-            format!("shadow: nothing is published, may differ for {} ms", tolerance.as_millis())
+            format!("shadow: nothing is published; decisions may differ for {} ms", tolerance.as_millis())
         }
     };
     report.line("decider", &role);
@@ -38,7 +38,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     report.line(
         "",
         &format!(
-            "a cycle each {} ms; too old after: odometry {}, planned path {}, manoeuvres {}, scenario {}, hazard \
+            "one cycle every {} ms; too old after: odometry {}, planned path {}, manoeuvres {}, scenario {}, hazard \
              request {} ms",
             ms(flow.period),
             ms(limits.odometry),
@@ -59,7 +59,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         (&decider.inputs.scenario, "scenario"),
         (&decider.inputs.hazard_request, "hazard request"),
     ] {
-        let name = if name.is_empty() { "nothing" } else { name };
+        let name = if name.is_empty() { "no topic" } else { name };
         report.line("", &format!("{what} from {name}"));
     }
     let modules = decider.inputs.planning_factors.len();
@@ -100,15 +100,15 @@ mod tests {
         let settings = load(&Texts(text), Path::new("gateway.toml"), &Overrides::default()).unwrap();
         let text = super::super::binding(&settings).text;
         for part in [
-            "decider    shadow: nothing is published, may differ for 500 ms\n",
+            "decider    shadow: nothing is published; decisions may differ for 500 ms\n",
             "compat upstream, rules DE (StVO",
             "front bumper 3.79 m before the rear axle",
-            "a cycle each 100 ms; too old after: odometry 500,",
+            "one cycle every 100 ms; too old after: odometry 500,",
             "turn_signal_search_time = 2.5\n",
             "turn_signal_roundabout_on_entry = None\n",
             "turn_signal_roundabout_on_exit = Right\n",
             "odometry from /localization/kinematic_state\n",
-            "scenario from nothing\n",
+            "scenario from no topic\n",
             "planning factors of 8 of 8 modules\n",
         ] {
             assert!(text.contains(part), "{part}\n{text}");

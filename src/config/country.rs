@@ -11,7 +11,7 @@ use super::reading::problem::Problem;
 use super::reading::toml_text::from_toml;
 use crate::core::turn_signal::country::Country;
 use crate::core::turn_signal::parameters::{Parameter, ParameterError, Parameters};
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// An example of a file of rules, which shows every key.
 const SEE: &str = "config/countries/JP.toml";

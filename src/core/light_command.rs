@@ -81,6 +81,15 @@ impl fmt::Display for HazardCommand {
     }
 }
 
+impl<T: fmt::Display> fmt::Display for EnumOrUnknown<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Known(value) => value.fmt(f),
+            Self::Unknown(number) => number.fmt(f),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

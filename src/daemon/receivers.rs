@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn batches_come_through_and_without_a_bus_nothing_comes() {
+    async fn batches_are_received_and_without_a_bus_nothing_is() {
         let (mut receivers, sender) = receivers();
         let link = CanInput::Link { bus: BusIndex(0), state: LinkState::Up };
         sender.send(vec![link]).await.unwrap();

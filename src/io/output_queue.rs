@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn reader_that_does_not_read_holds_nobody_up_and_its_losses_are_counted() {
+    fn reader_that_does_not_read_delays_nothing_and_its_losses_are_counted() {
         let (mut reader, writer) = io::pipe().unwrap();
         let queue = OutputQueue::start("test", &writer).unwrap();
         let line = [&[b'x'; 1023][..], b"\n"].concat();

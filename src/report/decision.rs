@@ -113,6 +113,7 @@ pub fn reasons(decision: &Decision) -> impl Iterator<Item = String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::light_command::{HazardCommand, TurnCommand};
     use crate::core::map::geometry::Pose;
     use crate::core::map::geometry::path::{NearestLimits, Path, PathFrame};
     use crate::core::turn_signal::manoeuvre::{ManoeuvreKind, SignalReason};
@@ -121,12 +122,12 @@ mod tests {
     use crate::core::turn_signal::resolve::{Candidates, Rules, resolve};
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
-    use crate::core::turn_signal::signal::{Hazard, Side, Signal};
+    use crate::core::turn_signal::side::Side;
 
     fn decision(basis: Basis) -> Decision {
         Decision {
-            turn: Signal::Left,
-            hazard: Hazard::Disable,
+            turn: TurnCommand::Left,
+            hazard: HazardCommand::Disable,
             basis,
             held: None,
             intersection: None,
@@ -178,7 +179,7 @@ mod tests {
         for (basis, name) in [
             (Basis::NoInputs, "no_inputs"),
             (Basis::Hazard, "hazard"),
-            (Basis::ManoeuvreAlone(Signal::Left), "manoeuvres"),
+            (Basis::ManoeuvreAlone(TurnCommand::Left), "manoeuvres"),
             (Basis::PathGenerator(TaggedLanelet::Own(7)), "path_generator"),
         ] {
             let fields = fields(&decision(basis));

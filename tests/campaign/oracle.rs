@@ -1,6 +1,6 @@
 //! What may be published, by docs/spec/vehicle-interface.md and the profile alone.
 //!
-//! The oracle is given every line of a recording, and says at any instant what each report must be. It shares no
+//! The oracle is given every line of a recording, and gives each report that is due at any instant. It shares no
 //! code with the gateway.
 
 use super::recording::{BUS, Content, Line};
@@ -45,7 +45,7 @@ struct Reception {
     counter: Option<(i64, u64)>,
     /// Whether any intact frame has come since the start.
     was_intact: bool,
-    /// Whether the counter broke, or was silent, so that one frame in sequence is still wanted.
+    /// Whether the counter broke, or was silent, so that one frame in sequence is still missing.
     is_broken: bool,
 }
 
@@ -160,7 +160,7 @@ impl<'a> Oracle<'a> {
         self.lamps = Lamps::default();
     }
 
-    /// A frame of the profile came. After a silence of the bus, event messages must come anew.
+    /// A frame of the profile came. After a silence of the bus, event messages must be received again.
     fn sign_of_life(&mut self, at: u64) {
         if self.last_life.is_some_and(|last| at - last > self.vehicle.alive_ns) {
             for (reception, message) in self.receptions.iter_mut().zip(&self.vehicle.messages) {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use signal_gateway::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
@@ -12,7 +13,6 @@ use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
 use signal_gateway::core::turn_signal::route::Segment;
-use signal_gateway::core::turn_signal::signal::Hazard;
 
 use super::session::{Gateway, KINDS, Role};
 use crate::support::json_process::{JsonProcess, Mark};
@@ -61,9 +61,9 @@ fn expected() -> [Value; 12] {
         planner(PlannerInput::Factors { topic: FactorTopic::GoalPlanner, factors: [factor].into() }),
         planner(PlannerInput::OperationMode(mode)),
         planner(PlannerInput::LaneDriving(true)),
-        planner(PlannerInput::HazardRequest(Hazard::Enable)),
-        planner(PlannerInput::OwnTurnCommand(3)),
-        planner(PlannerInput::OwnHazardCommand(1)),
+        planner(PlannerInput::HazardRequest(HazardCommand::Enable)),
+        planner(PlannerInput::OwnTurnCommand(EnumOrUnknown::Known(TurnCommand::Right))),
+        planner(PlannerInput::OwnHazardCommand(EnumOrUnknown::Known(HazardCommand::Disable))),
         json!({"turn": 9, "sec": 7}),
         json!({"hazard": 2, "sec": 7}),
         json!({"mode": 4, "sec": 7}),

@@ -16,7 +16,7 @@ fn reader(cyclone: &Cyclone, domain: u16, kind: &str, topic: &str, durability: &
 }
 
 #[test]
-fn reports_suit_both_kinds_of_readers_and_tell_their_qos() {
+fn reports_suit_both_kinds_of_readers_and_announce_their_qos() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).start();
@@ -55,7 +55,7 @@ fn volatile_reports_hand_nothing_to_late_joiners_and_still_reach_them_afterwards
 
 /// Its peers may have given it up meanwhile, or it them.
 #[test]
-fn a_gateway_that_stood_still_joins_the_graph_anew() {
+fn a_gateway_that_was_stopped_joins_the_graph_again() {
     let cyclone = require!(Cyclone::with_defaults());
     let domain = domain();
     let gateway = Role::new(domain).start();

@@ -191,7 +191,7 @@ def open_reader(participant, name, topic):
     return DataReader(participant, Topic(participant, f"rt{topic}", message, qos=qos), qos=qos)
 
 
-def listen(readers, received, ended):
+def receive(readers, received, ended):
     while not ended.is_set():
         for name, reader in readers.items():
             for sample in reader.take(N=100):
@@ -235,7 +235,7 @@ def main():
         "the gateways",
     )
     ended = threading.Event()
-    listener = threading.Thread(target=listen, args=[readers, received, ended], daemon=True)
+    listener = threading.Thread(target=receive, args=[readers, received, ended], daemon=True)
     listener.start()
     wait_until(
         lambda: all(any(command for _, command, _ in commands) for commands in received.values()),

@@ -1,4 +1,4 @@
-"""What Autoware says to the gateway and hears from it, as Cyclone DDS wants it described."""
+"""Messages between Autoware and the gateway, as types of Cyclone DDS."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -187,7 +187,7 @@ class ControlMode(IdlStruct, typename="autoware_vehicle_msgs::msg::dds_::Control
     mode: uint8
 
 
-# What is told of one thing; the tests know the same.
+# Contents of the test messages; the tests have the same.
 HEADER = Header(Time(7, 1), "map")
 POSE = Pose(Vector(1.0, 2.0, 3.0), Quaternion(0.0, 0.0, 1.0, 0.0))
 COVARIANCE = [float(number) for number in range(36)]

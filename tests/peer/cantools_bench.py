@@ -3,7 +3,7 @@
 usage: cantools_bench.py SECONDS DBC FRAME...
 
 FRAME is ID#DATA in hex, 11-bit ids. Prints the time of one decoded frame in nanoseconds that a tenth of many
-rounds stay below: raw values, no scaling and no names, which is the least that cantools can be asked for.
+rounds stay below: raw values, no scaling and no names, the least work that cantools can do.
 """
 
 import sys

@@ -3,7 +3,7 @@
 usage: command_frames.py VEHICLE DBC LOG
 
 LOG has lines `(SECONDS) INTERFACE ID#DATA STATE`: every frame of the vehicle's command message in the order
-of the bus, and what it should ask for. Each is decoded, and encoded from the signals that ask for its STATE,
+of the bus, and what it should request. Each is decoded, and encoded from the signals that request its STATE,
 the counter that its place in the log gives it and a checksum worked out here. Prints the number of frames and
 of each state; at the first frame that differs, what differs, and exits with 1.
 """
@@ -122,7 +122,7 @@ def main():
             if (int(frame_id, 16), is_extended) != (message.frame_id, message.is_extended_frame):
                 sys.exit(f"frame {number}: {frame_id} is not {name}")
             if data != bytes(made) or decoded != message.decode(bytes(made)):
-                sys.exit(f"frame {number}, {state}: {data.hex()} should be {made.hex()}; it says {decoded}")
+                sys.exit(f"frame {number}, {state}: {data.hex()} should be {made.hex()}; it decodes to {decoded}")
             seen[state] = seen.get(state, 0) + 1
     counts = " ".join(f"{state.replace(' ', '_')}: {count}" for state, count in sorted(seen.items()))
     print(f"{sum(seen.values())} frames, {counts}")

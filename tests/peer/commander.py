@@ -1,11 +1,11 @@
-"""An independent sender of commands (Cyclone DDS) for the tests: what Autoware asks of the vehicle.
+"""An independent sender of commands (Cyclone DDS) for the tests: the commands of Autoware to the vehicle.
 
 Usage: commander.py DOMAIN DURABILITY
 DURABILITY is volatile, or transient_local, which a reader of volatile data must take as well. Sends
 `turn`, `hazard` and `mode` reliably with depth 1, on Autoware's names of them. A line of standard input is
 
-    TOPIC VALUE[,VALUE]... HZ   say these raw values in turn from now on, so many times a second, until…
-    TOPIC silent                … nothing more is said
+    TOPIC VALUE[,VALUE]... HZ   send these raw values in turn from now on, so many times a second, until…
+    TOPIC silent                … nothing more is sent
     TOPIC once VALUE            one message, between the others
     TOPIC stamps SECONDS        from now on stamps differ from the time of day by so much
 
@@ -30,7 +30,7 @@ from cyclonedds.util import duration
 from autoware_messages import ControlMode, HazardCommand, TurnCommand
 from messages import DiagnosticArray, Hazard, Time, Turn
 
-SAID = {
+SENT_TYPES = {
     "turn": ("rt/control/command/turn_indicators_cmd", TurnCommand),
     "hazard": ("rt/control/command/hazard_lights_cmd", HazardCommand),
     "mode": ("rt/vehicle/status/control_mode", ControlMode),
@@ -42,17 +42,17 @@ REPORTED = {
 TASKS = ("turn_indicators_command", "hazard_lights_command", "command_transmission")
 
 
-def say(event, **fields):
-    # In one piece: two threads speak.
+def emit(event, **fields):
+    # In one piece: two threads print.
     sys.stdout.write(json.dumps({"event": event, **fields}, default=list) + "\n")
     sys.stdout.flush()
 
 
-class Voice:
-    """One topic: what is said on it, and when next."""
+class TopicSender:
+    """One topic: its message, and when it is sent next."""
 
     def __init__(self, participant, kind, durability):
-        name, self.message = SAID[kind]
+        name, self.message = SENT_TYPES[kind]
         qos = quality(durability)
         self.writer = DataWriter(participant, Topic(participant, name, self.message, qos=qos), qos=qos)
         self.kind = kind
@@ -74,7 +74,7 @@ class Voice:
             self.period = 1.0 / float(words[1])
             self.due = now
 
-    def speak(self, now):
+    def send_due(self, now):
         if self.due is not None and now >= self.due:
             self.send(self.values[0])
             self.values.append(self.values.pop(0))
@@ -85,11 +85,11 @@ class Voice:
         stamp = time.time_ns() + int(self.stamps * 1e9)
         self.writer.write(self.message(Time(*divmod(stamp, 1_000_000_000)), value))
 
-    def look(self):
+    def poll_matches(self):
         matched = bool(self.writer.get_matched_subscriptions())
         if matched != self.matched:
             self.matched = matched
-            say("matched" if matched else "unmatched", topic=self.kind)
+            emit("matched" if matched else "unmatched", topic=self.kind)
 
 
 def quality(durability):
@@ -109,13 +109,13 @@ def open_reader(participant, name, message, depth):
     return DataReader(participant, Topic(participant, name, message, qos=qos), qos=qos)
 
 
-def tell(kind, samples, shown):
+def emit_samples(kind, samples, shown):
     for sample in samples:
         if not sample.sample_info.valid_data:
             continue
         if kind != "diagnostics":
             if shown.get(kind) != sample.report:
-                say("report", topic=kind, report=sample.report)
+                emit("report", topic=kind, report=sample.report)
             shown[kind] = sample.report
             continue
         for status in sample.status:
@@ -123,47 +123,47 @@ def tell(kind, samples, shown):
             if task in TASKS:
                 values = {value.key: value.value for value in status.values}
                 level = status.level if isinstance(status.level, int) else status.level[0]
-                say("status", task=task, level=level, message=status.message, values=values)
+                emit("status", task=task, level=level, message=status.message, values=values)
 
 
-def speak_and_listen(voices, readers, lock, ended):
+def run_topics(senders, readers, lock, ended):
     shown = {}
     rounds = 0
     while not ended.is_set():
         with lock:
             now = time.monotonic()
-            for voice in voices.values():
-                voice.speak(now)
-            due = [voice.due for voice in voices.values() if voice.due is not None]
-        # Looking is dear on a slow machine; speaking must be on time.
+            for sender in senders.values():
+                sender.send_due(now)
+            due = [sender.due for sender in senders.values() if sender.due is not None]
+        # Polling is dear on a slow machine; sending must be on time.
         rounds += 1
         if rounds % 5 == 0 or not due:
-            for voice in voices.values():
-                voice.look()
+            for sender in senders.values():
+                sender.poll_matches()
             for kind, reader in readers.items():
-                tell(kind, reader.take(N=100), shown)
+                emit_samples(kind, reader.take(N=100), shown)
         ended.wait(min([0.02, *(max(0.0, at - time.monotonic()) for at in due)]))
 
 
 def main():
     participant = DomainParticipant(int(sys.argv[1]))
-    voices = {kind: Voice(participant, kind, sys.argv[2]) for kind in SAID}
+    senders = {kind: TopicSender(participant, kind, sys.argv[2]) for kind in SENT_TYPES}
     readers = {kind: open_reader(participant, *topic, 1) for kind, topic in REPORTED.items()}
     readers["diagnostics"] = open_reader(participant, "rt/diagnostics", DiagnosticArray, 20)
-    say("ready")
+    emit("ready")
     lock, ended = threading.Lock(), threading.Event()
-    worker = threading.Thread(target=speak_and_listen, args=[voices, readers, lock, ended])
+    worker = threading.Thread(target=run_topics, args=[senders, readers, lock, ended])
     worker.start()
     for line in sys.stdin:
         with lock:
             now = time.monotonic()
             for command in line.split(";"):
                 topic, *words = command.split()
-                voices[topic].command(words, now)
-        say("done", line=line.strip())
+                senders[topic].command(words, now)
+        emit("done", line=line.strip())
     ended.set()
     worker.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, which announces to the network that it leaves.
 
 
 main()

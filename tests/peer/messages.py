@@ -1,4 +1,4 @@
-"""The messages of the tests, as Cyclone DDS wants them described."""
+"""The messages of the tests, as types of Cyclone DDS."""
 
 from dataclasses import dataclass
 

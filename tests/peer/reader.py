@@ -26,8 +26,8 @@ from cyclonedds.util import duration
 from messages import TYPES, graph_type
 
 
-def say(event, **fields):
-    # In one piece: two threads may speak.
+def emit(event, **fields):
+    # In one piece: two threads may print.
     sys.stdout.write(json.dumps({"event": event, "at": time.monotonic(), **fields}, default=list) + "\n")
     sys.stdout.flush()
 
@@ -42,23 +42,23 @@ def watch(readers, ended):
     matched = {kind: {} for kind in readers}
     while not ended.is_set():
         for kind, reader in readers.items():
-            look(kind, reader, matched[kind])
+            poll_matches(kind, reader, matched[kind])
         time.sleep(0.005)
 
 
-def look(kind, reader, matched):
+def poll_matches(kind, reader, matched):
     handles = set(reader.get_matched_publications())
     for handle in handles - matched.keys():
         endpoint = reader.get_matched_publication_data(handle)
         if endpoint is not None:
             matched[handle] = offered(endpoint)
-            say("matched", kind=kind, **matched[handle])
+            emit("matched", kind=kind, **matched[handle])
     for handle in matched.keys() - handles:
-        say("unmatched", kind=kind, **matched.pop(handle))
+        emit("unmatched", kind=kind, **matched.pop(handle))
     for sample in reader.take(N=100):
         if sample.sample_info.valid_data:
             sent = sample.sample_info.source_timestamp
-            say("sample", kind=kind, sent=sent, data=shown(sample))
+            emit("sample", kind=kind, sent=sent, data=shown(sample))
 
 
 def shown(sample):
@@ -87,20 +87,20 @@ def open_reader(participant, name, topic_name, durability):
 
 
 def main():
-    domain, *wanted = sys.argv[1:]
+    domain, *arguments = sys.argv[1:]
     participant = DomainParticipant(int(domain))
-    triples = zip(*[iter(wanted)] * 3)
+    triples = zip(*[iter(arguments)] * 3)
     readers = {
         triple[0].rpartition("=")[2]: open_reader(participant, *triple) for triple in triples
     }
-    say("ready")
+    emit("ready")
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[readers, ended])
     watcher.start()
     sys.stdin.read()
     ended.set()
     watcher.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, which announces to the network that it leaves.
 
 
 main()

@@ -23,8 +23,8 @@ from cyclonedds.util import duration
 from messages import TYPES, Element, Group, GroupArray, Text, Time
 
 
-def say(event, **fields):
-    # In one piece: two threads may speak.
+def emit(event, **fields):
+    # In one piece: two threads may print.
     sys.stdout.write(json.dumps({"event": event, "at": time.time(), **fields}) + "\n")
     sys.stdout.flush()
 
@@ -50,9 +50,9 @@ def watch(writers, ended):
         for number, writer in enumerate(writers):
             now = set(writer.get_matched_subscriptions())
             for _ in now - matched[number]:
-                say("matched", topic=number)
+                emit("matched", topic=number)
             for _ in matched[number] - now:
-                say("unmatched", topic=number)
+                emit("unmatched", topic=number)
             matched[number] = now
         time.sleep(0.005)
 
@@ -73,11 +73,11 @@ def open_writer(participant, kind, topic_name, reliability, durability):
 
 
 def main():
-    domain, *wanted = sys.argv[1:]
+    domain, *arguments = sys.argv[1:]
     participant = DomainParticipant(int(domain))
-    topics = list(zip(*[iter(wanted)] * 4))
+    topics = list(zip(*[iter(arguments)] * 4))
     writers = [open_writer(participant, *topic) for topic in topics]
-    say("ready")
+    emit("ready")
     ended = threading.Event()
     watcher = threading.Thread(target=watch, args=[writers, ended])
     watcher.start()
@@ -86,10 +86,10 @@ def main():
         sample = message(topics[int(number)][0], text)
         before = time.time()
         writers[int(number)].write(sample)
-        say("wrote", before=before)
+        emit("wrote", before=before)
     ended.set()
     watcher.join()
-    # Returning frees the participant, and that says goodbye to the network.
+    # Returning frees the participant, which announces to the network that it leaves.
 
 
 main()

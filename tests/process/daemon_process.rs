@@ -149,7 +149,7 @@ fn a_second_process_that_would_command_on_the_same_interface_is_refused_with_the
 }
 
 #[test]
-fn black_box_that_cannot_be_written_is_told_and_the_gateway_goes_on() {
+fn black_box_that_cannot_be_written_is_reported_and_the_gateway_runs_on() {
     let keys = |folder: &str| format!("[black_box]\nfolder = \"{folder}\"\n[ros]\nenabled = false\n");
     for (place, why) in
         [("gateway.toml", "File exists"), ("gateway.toml/box", "Not a directory"), ("/proc/box", "")]

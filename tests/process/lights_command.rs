@@ -282,7 +282,7 @@ fn a_scenario_that_fails_ends_with_5() {
     let unknown = Bench::of_phases(&[("p1", 3.0, "\"99\" = \"green\"")], "");
     let output = unknown.run(&["--compat", "upstream"]);
     assert_eq!(output.status.code(), Some(5));
-    assert!(String::from_utf8(output.stdout).unwrap().contains("cannot go on: 99 is neither"));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("cannot continue: 99 is neither"));
 }
 
 #[test]

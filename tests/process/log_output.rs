@@ -1,4 +1,4 @@
-//! A log that nobody takes, and one that floods: the gateway goes on, and obeys.
+//! A log that nobody reads, and one that floods: the gateway runs on, and follows its signals.
 
 use std::fs::File;
 use std::io::{self, Read as _, Write as _};

@@ -55,7 +55,7 @@ fn the_unit_keeps_what_the_gateway_lives_on() {
 }
 
 #[test]
-fn a_shipped_binary_that_panics_or_overflows_ends_and_is_started_anew() {
+fn a_shipped_binary_that_panics_or_overflows_ends_and_is_restarted() {
     let manifest: toml::Table = include_str!("../../Cargo.toml").parse().unwrap();
     let release = &manifest["profile"]["release"];
     let (panic, overflow_checks) = (release["panic"].as_str(), release["overflow-checks"].as_bool());

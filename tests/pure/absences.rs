@@ -58,7 +58,7 @@ off = [0]
 
 /// One message in frames of the wrong format among right ones, then in wrong ones only.
 #[test]
-fn a_frame_of_the_other_format_than_that_of_the_message_is_not_believed() {
+fn a_frame_of_another_format_than_its_message_is_rejected() {
     let attribute = |name: &str| {
         format!(
             "BO_ 512 TURN: 8 X\n SG_ CODE : 0|2@1+ (1,0) [0|3] \"\" X\n\

@@ -115,7 +115,7 @@ fn a_sleeping_bus_is_one_finding_however_long_it_sleeps_and_returns_cleanly() {
 }
 
 #[test]
-fn a_message_that_stays_away_after_the_bus_woke_up_is_still_missed() {
+fn a_message_missing_after_the_bus_woke_up_is_still_reported_missing() {
     let mut desk = gateway_on_bus(true);
     desk.send_all(1000);
     desk.pass(10_000);
@@ -197,7 +197,7 @@ fn a_bus_that_may_not_sleep_or_dies_is_silent_and_not_asleep() {
 }
 
 #[test]
-fn bus_off_is_the_cause_that_is_named_and_says_how_it_ends() {
+fn bus_off_is_named_as_the_cause_with_how_it_ends() {
     for (restart_ms, how) in [
         (Some(0), "receives nothing, needs a manual restart: ip link set can0 type can restart"),
         (Some(100), "receives nothing, restarts by itself after 100 ms"),
@@ -248,7 +248,7 @@ fn a_changed_restart_time_is_news_while_the_controller_is_bus_off() {
 }
 
 #[test]
-fn a_controller_that_flaps_is_told_once() {
+fn a_controller_that_flaps_is_reported_once() {
     let mut desk = gateway_on_bus(false);
     desk.send_all(500);
     desk.changes.clear();
@@ -264,7 +264,7 @@ fn a_controller_that_flaps_is_told_once() {
 }
 
 #[test]
-fn a_storm_of_bus_errors_is_counted_and_told_once() {
+fn a_storm_of_bus_errors_is_counted_and_reported_once() {
     let mut desk = gateway_on_bus(false);
     desk.send_all(500);
     desk.changes.clear();

@@ -97,7 +97,7 @@ fn real_recordings_are_read_whole() {
     let folder = require!(shared_data()).join("can-logs");
     for (file, expected, interfaces) in [
         ("eld-gt350-2reverselog.trc", (3_740, 0, 2.5), &["can0"][..]),
-        // NOTES.md says 39,476 and 152 identifiers: it leaves out the 70 frames of one byte.
+        // NOTES.md has 39,476 and 152 identifiers: it leaves out the 70 frames of one byte.
         ("hyundai-kona-ev-2019-pcan-ccan-power-cycle.csv.gz", (39_546, 0, 10.8), &["can0", "can1"]),
         ("volvo-s60-2002-key-steering.csv", (21_437, 0, 17.6), &["can1", "can0"]),
         ("ford-mustang-s550.txt.gz", (87_212, 0, 70.4), &["can0"]),
@@ -165,7 +165,7 @@ fn hyundai(recording: &Path, interface: &str) -> Replay {
 }
 
 #[test]
-fn mf4_is_refused_with_a_way_out() {
+fn mf4_is_refused_with_an_alternative() {
     let folder = require!(shared_data()).join("can-logs");
     let error = Log::open(&folder.join("css-truck-j1939-00000001.MF4")).unwrap_err();
     assert_eq!(error.kind(), std::io::ErrorKind::Unsupported);
@@ -219,7 +219,7 @@ fn what_python_can_writes_is_read_back() {
         let (source, written) = (Recording::read(&source), Recording::read(&written));
         assert_eq!((written.records.len(), written.log.bad_lines()), (2_000, 0), "{ending}");
         assert!(written.contents() == source.contents(), "{ending}: other frames");
-        // python-can counts from 0, these formats from 1. It does not tell on which bus an error was.
+        // python-can counts from 0, these formats from 1. It does not state on which bus an error was.
         for ((written, content), source) in
             written.names().into_iter().zip(written.contents()).zip(source.names())
         {

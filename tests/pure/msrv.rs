@@ -9,7 +9,7 @@ use std::process::Command;
 type Version = (u32, u32, u32);
 
 #[test]
-fn no_dependency_asks_for_a_newer_compiler_than_this_crate_does() {
+fn no_dependency_requires_a_newer_compiler_than_this_crate() {
     let ours = version(env!("CARGO_PKG_RUST_VERSION"));
     let packages = locked_packages();
     let newer: Vec<String> = packages

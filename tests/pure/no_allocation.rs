@@ -247,7 +247,7 @@ fn ten_thousand_lights_that_do_not_change_are_sent_without_allocating() {
     let now = |mono| Now { mono, wall: WallStamp::default() };
     let mut gateway = Gateway::new(settings, LinkState::Up, now(MonoTime::ZERO));
     let mut due = MonoTime::ZERO;
-    // Two seconds, and on until the diagnostics are refreshed, which is news and wants memory.
+    // Two seconds, and on until the diagnostics are refreshed, which allocates.
     let mut refreshed = false;
     while due < MonoTime::from_millis(2_000) || !refreshed {
         due = gateway.next_deadline();

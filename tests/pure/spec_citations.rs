@@ -1,5 +1,5 @@
 //! Comments cite the specifications by file and section title, on one line, so that whoever reads them
-//! can open what they cite: `docs/spec/<file>.md, "<title>" and "<title>"`. Numbers of sections say nothing
+//! can open what they cite: `docs/spec/<file>.md, "<title>" and "<title>"`. Numbers of sections mean nothing
 //! and go stale.
 
 use std::collections::{BTreeMap, BTreeSet};

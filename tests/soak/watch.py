@@ -1,4 +1,4 @@
-"""Reads the gateway's reports and diagnostics for a while and tells what was lost.
+"""Reads the gateway's reports and diagnostics for a while and prints what was lost.
 
 Usage: watch.py DOMAIN SECONDS
 Reports come every 100 ms and at each change: each pause of more than 500 ms is a loss, after the first report. So is a

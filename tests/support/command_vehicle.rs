@@ -81,7 +81,7 @@ BO_ 306 TURN_ONLY: 1 X
 "#;
 
 /// The request of a frame of `CMD`, decoded by hand: `-` = it has no authority.
-pub(crate) fn asks(data: &[u8]) -> &'static str {
+pub(crate) fn request_text(data: &[u8]) -> &'static str {
     assert_eq!((data[0] & 0xFE, data[2], data[6] >> 4), (0xFC, 0xFF, 0xF), "background and constants");
     match (data[0] & 1, data[1] & 7, data[1] >> 4 & 3) {
         (0, 7, 3) => "-",

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 use signal_gateway::config::drive::ExpectedDecision;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
@@ -12,7 +13,7 @@ use signal_gateway::core::turn_signal::manoeuvre::avoidance::AvoidanceLine;
 use signal_gateway::core::turn_signal::manoeuvre::pull_over::{PullOver, Undecided};
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, Odometry};
 use signal_gateway::core::turn_signal::shift::ShiftedPath;
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::Run;
 use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
 
@@ -37,7 +38,7 @@ pub(crate) struct Step {
     pub(crate) at_m: f64,
     pub(crate) speed_mps: f64,
     /// The decider's commands.
-    pub(crate) decided: [(Signal, Hazard); 2],
+    pub(crate) decided: [(TurnCommand, HazardCommand); 2],
     /// The decisions that the scenario expects.
     pub(crate) expected: [Vec<ExpectedDecision>; 2],
 }

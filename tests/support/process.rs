@@ -143,7 +143,7 @@ impl Process {
         let (log, timeout) =
             self.log.1.wait_timeout_while(self.log.0.lock().unwrap(), DEADLINE, lacks).unwrap();
         drop(log);
-        assert!(!timeout.timed_out(), "the log did not say {part:?} {count} times");
+        assert!(!timeout.timed_out(), "the log did not contain {part:?} {count} times");
     }
 
     /// The id of the process.

@@ -25,7 +25,7 @@ const PARTICIPANTS: u16 = 4;
 pub(crate) enum Attack {
     /// A writer that claims to have sent 2⁶² samples.
     Heartbeat,
-    /// One that says 2⁶² of them are irrelevant.
+    /// One that declares 2⁶² of them irrelevant.
     Gap,
     /// A first fragment of a sample of almost 4 GiB.
     Fragment,

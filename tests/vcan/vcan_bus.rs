@@ -157,7 +157,7 @@ async fn the_kernel_hides_other_ids_other_lengths_of_id_and_remote_requests() {
 }
 
 #[tokio::test]
-async fn without_ids_only_error_frames_come_with_all_they_say() {
+async fn without_ids_only_error_frames_are_received_with_their_contents() {
     let vcan = require!(Vcan::new("vcan-error"));
     let mut inbox = Inbox::of(&vcan, &[]).await;
     let (bus_off_and_controller, data) = (0x44, [0, 0x20, 0, 0, 0, 0, 255, 9]);
@@ -326,7 +326,7 @@ fn wakeups() -> usize {
 }
 
 #[tokio::test]
-async fn the_task_ends_when_nobody_listens() {
+async fn the_task_ends_when_the_receiver_is_dropped() {
     let vcan = require!(Vcan::new("vcan-nobody"));
     let Inbox { inputs, task } = Inbox::of(&vcan, &[FIRST]).await;
     drop(inputs);

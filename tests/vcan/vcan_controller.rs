@@ -147,7 +147,7 @@ from = "unbound"
 "#;
 
 #[tokio::test]
-async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
+async fn a_controller_that_goes_to_bus_off_and_back_is_reported_state_by_state() {
     let adapter = require!(Adapter::plug_in());
     let interface = adapter.name.clone();
     let mut desk = Desk::open(&interface, 65_536);
@@ -196,7 +196,7 @@ async fn a_controller_on_its_way_to_bus_off_and_back_is_told_state_by_state() {
 }
 
 #[tokio::test]
-async fn the_kernel_is_asked_for_a_state_that_no_error_frame_announced() {
+async fn the_kernel_is_polled_for_a_state_that_no_error_frame_announced() {
     let adapter = require!(Adapter::plug_in());
     let can = adapter.interface();
     adapter.send_lines("sp130020\r"); // before anybody listens

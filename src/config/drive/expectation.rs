@@ -7,9 +7,9 @@ use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
 use crate::core::light_command::Numbered;
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::{Case, Source};
-use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// A condition that must hold for a while.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,9 +50,9 @@ pub enum IntervalUnit {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ExpectedDecision {
     /// Command of the turn indicators.
-    pub command: Option<Signal>,
+    pub command: Option<TurnCommand>,
     /// Command of the hazard lights.
-    pub hazard: Option<Hazard>,
+    pub hazard: Option<HazardCommand>,
     /// Source that wins; `Some(None)` = none.
     pub winner: Option<Option<Source>>,
     /// Branch of the pairwise rule that decided last.
@@ -96,8 +96,8 @@ fn expectation(fields: Fields<'_>) -> Option<Expectation> {
     let compats = compats(&fields);
     let interval = interval(&fields);
     let decision = ExpectedDecision {
-        command: named(&fields, "command", Signal::ALL),
-        hazard: named(&fields, "hazard", Hazard::ALL),
+        command: named(&fields, "command", TurnCommand::ALL),
+        hazard: named(&fields, "hazard", HazardCommand::ALL),
         winner: fields.keyword("winner", WINNERS),
         case: named(&fields, "case", &Case::ALL),
         finding: fields.string("finding").map(|given| given.text),

@@ -5,7 +5,7 @@ use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::SourceLocation;
 use crate::core::map::lane_network::LaneId;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// A manoeuvre as it is written.
 #[derive(Debug, Clone, PartialEq)]

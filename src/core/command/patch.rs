@@ -22,7 +22,7 @@ pub enum PatchError {
         highest: i128,
     },
     /// A signal that a multiplexor takes out of some frames.
-    #[error("a command signal is in every frame, this one is multiplexed")]
+    #[error("a command signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
     /// A bit that another signal sets as well.
     #[error("its bits are set by another signal as well")]

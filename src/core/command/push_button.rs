@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_pressed_until_the_report_shows_it_and_then_no_more() {
+    fn it_is_pressed_until_the_report_shows_it_and_then_released() {
         assert_eq!(presses(true, Some(100)), [0]);
         assert_eq!(presses(true, Some(950)), [0]);
         assert_eq!(presses(false, Some(100)), [0; 0]);

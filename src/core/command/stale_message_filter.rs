@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_from_before_the_start_is_rejected_and_a_sender_that_goes_on_is_accepted() {
+    fn a_message_from_before_the_start_is_rejected_and_a_sender_that_continues_is_accepted() {
         assert_eq!(rejected(&[(10, -1), (110, 100)]), [true, false]);
         assert_eq!(rejected(&[(10, 5)]), [false], "sent since the start");
         assert_eq!(rejected(&[(10, 90_000)]), [false], "a clock that is ahead");

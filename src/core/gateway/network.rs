@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_is_told_while_it_lasts_and_for_a_minute() {
+    fn a_failure_is_reported_while_it_lasts_and_for_a_minute() {
         let failed = |state: &mut NetworkState| state.last_failure = Some(NetworkFailure::OutOfMemory);
         assert_eq!(headline(|_| ()), (Level::Ok, "joined".to_owned()));
         let down = headline(|state| {

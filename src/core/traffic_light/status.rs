@@ -60,7 +60,7 @@ impl TrafficLights {
             Some(ScenarioOutcome::Success) => (Level::Ok, "ended in success".to_owned()),
             Some(ScenarioOutcome::Stopped) => (Level::Ok, "ended".to_owned()),
             Some(ScenarioOutcome::Failure) => (Level::Warn, "ended in failure".to_owned()),
-            Some(ScenarioOutcome::Fault(refusal)) => (Level::Error, format!("cannot go on: {refusal}")),
+            Some(ScenarioOutcome::Fault(refusal)) => (Level::Error, format!("cannot continue: {refusal}")),
         };
         let mut values = vec![("controllers", scenario.controllers.len().to_string())];
         for (index, controller) in scenario.controllers.iter().enumerate().take(MAX_LISTED) {

@@ -18,8 +18,8 @@ use super::roundabout::backward::backward_length_m;
 use super::roundabout::legs::{RoundaboutLegs, legs};
 use super::route::Route;
 use super::section::Section;
-use super::signal::{Hazard, Signal};
 use super::turn_lane::TurnLane;
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::{Path, PathFrame};
 use crate::core::map::lane_network::{LaneId, LaneNetwork};
@@ -110,7 +110,7 @@ impl Decider {
             Err(finding) => {
                 findings.push(finding);
                 // NO_COMMAND switches nothing off: what is shown goes on without a gap when inputs are back.
-                return bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, findings);
+                return bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, findings);
             }
         };
         self.note_route(route, &mut findings);
@@ -149,10 +149,10 @@ impl Decider {
             _ if follows_path_generator => {
                 let (front_m, parameters) = (settings.vehicle.front_m(), &settings.parameters);
                 let (turn, tagged) =
-                    measured.as_ref().map_or((Signal::NoCommand, TaggedLanelet::None), |measured| {
+                    measured.as_ref().map_or((TurnCommand::NoCommand, TaggedLanelet::None), |measured| {
                         path_generator::decide((road, route), &measured.lanes, odometry, front_m, parameters)
                     });
-                bare(turn, Hazard::NoCommand, Basis::PathGenerator(tagged), Vec::new())
+                bare(turn, HazardCommand::NoCommand, Basis::PathGenerator(tagged), Vec::new())
             }
             Some(measured) => {
                 let context = on(&measured.path);
@@ -164,7 +164,7 @@ impl Decider {
             // Without a path of lanelets, the chain measures on the vehicle's own straight line.
             None => match own_line(odometry.pose) {
                 Some(line) => self.decide_by_manoeuvre(&on(&line), manoeuvres),
-                None => bare(Signal::NoCommand, Hazard::NoCommand, Basis::NoInputs, Vec::new()),
+                None => bare(TurnCommand::NoCommand, HazardCommand::NoCommand, Basis::NoInputs, Vec::new()),
             },
         };
         decision.findings = findings;
@@ -183,7 +183,7 @@ impl Decider {
         &mut self,
         context: &DecisionContext<'_>,
         manoeuvres: impl IntoIterator<Item = &'a Manoeuvre>,
-        observed: impl FnOnce(Signal) -> Observed,
+        observed: impl FnOnce(TurnCommand) -> Observed,
     ) -> Decision {
         let (records, remarks) = self.manoeuvres.chain(context, manoeuvres);
         if let Some(decision) = self.hazard(&records, &remarks, context.now) {
@@ -203,7 +203,7 @@ impl Decider {
         self.note_finished(context, &candidates, &records, &resolution, shown.signal);
         Decision {
             turn: shown.signal,
-            hazard: Hazard::Disable,
+            hazard: HazardCommand::Disable,
             held: shown.held,
             intersection: turn_ahead(&candidates, &resolution),
             basis: Basis::Candidates(resolution),
@@ -231,7 +231,7 @@ impl Decider {
             held: shown.held,
             next_deadline: shown.deadline,
             remarks,
-            ..bare(shown.signal, Hazard::Disable, basis, Vec::new())
+            ..bare(shown.signal, HazardCommand::Disable, basis, Vec::new())
         }
     }
 
@@ -244,7 +244,7 @@ impl Decider {
     ) -> Option<Decision> {
         records.iter().find(|record| record.hazard == Hazard::Enable)?;
         self.min_duration.force_off(now);
-        let decision = bare(Signal::Disable, Hazard::Enable, Basis::Hazard, Vec::new());
+        let decision = bare(TurnCommand::Disable, HazardCommand::Enable, Basis::Hazard, Vec::new());
         Some(Decision { remarks: remarks.to_vec(), ..decision })
     }
 

@@ -8,16 +8,16 @@ use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use super::min_duration::Held;
 use super::path_generator::TaggedLanelet;
 use super::resolve::{Case, EvaluatedCandidate, Resolution, Source};
-use super::signal::{Hazard, Signal};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::MonoTime;
 
 /// The commands of one cycle with their reasons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     /// The command of the turn indicators.
-    pub turn: Signal,
+    pub turn: TurnCommand,
     /// The command of the hazard lights.
-    pub hazard: Hazard,
+    pub hazard: HazardCommand,
     /// The ground on which it was decided.
     pub basis: Basis,
     /// The minimum duration that keeps the turn command from what the basis gives.
@@ -40,7 +40,7 @@ pub enum Basis {
     /// A manoeuvre requests the hazard lights.
     Hazard,
     /// Without a path to measure on, the manoeuvres' own command.
-    ManoeuvreAlone(Signal),
+    ManoeuvreAlone(TurnCommand),
     /// The rule of the path generator, by this lanelet.
     PathGenerator(TaggedLanelet),
     /// The candidates were evaluated.

@@ -4,7 +4,7 @@
 use super::manoeuvre::announced::SAME_END_M;
 use super::resolve::Source;
 use super::section::Section;
-use super::signal::Signal;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 

@@ -17,8 +17,8 @@ use super::inputs::{Finding, Inputs, Timed};
 use super::output::TurnSignalOutput;
 use super::planner_input::{PlannerInput, PlannerRoute};
 use super::route::{Route, RouteError};
-use super::signal::Hazard;
 use crate::core::diagnostics::{Level, Status};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::time::{MonoTime, Now};
 use latest_inputs::LatestInputs;
@@ -66,8 +66,8 @@ pub struct TurnSignalFlow {
     changes: u64,
     decision: Option<Arc<Decision>>,
     headline: Option<Headline>,
-    turn_comparison: ShadowComparison,
-    hazard_comparison: ShadowComparison,
+    turn_comparison: ShadowComparison<TurnCommand>,
+    hazard_comparison: ShadowComparison<HazardCommand>,
     last_summary: Option<(Level, String)>,
     ready: VecDeque<TurnSignalOutput>,
 }
@@ -214,27 +214,31 @@ impl TurnSignalFlow {
     /// On when the planner or the system requests them
     /// (docs/spec/turn-signal-decider.md, "Hazard lights"). A request that is too old
     /// does not count as off.
-    fn joined_hazard(&self, planner: Hazard, now: MonoTime, findings: &mut Vec<Finding>) -> Hazard {
+    fn joined_hazard(
+        &self,
+        planner: HazardCommand,
+        now: MonoTime,
+        findings: &mut Vec<Finding>,
+    ) -> HazardCommand {
         let Some(request) = self.latest.hazard_request else { return planner };
         let age = now.since(request.at);
         if age > self.settings.decider.age_limits.hazard_request {
             findings.push(Finding::OldHazardRequest { age });
-            return if planner == Hazard::Enable { planner } else { Hazard::NoCommand };
+            return if planner == HazardCommand::Enable { planner } else { HazardCommand::NoCommand };
         }
-        if request.value == Hazard::Enable { Hazard::Enable } else { planner }
+        if request.value == HazardCommand::Enable { HazardCommand::Enable } else { planner }
     }
 
     fn compare(&mut self, decision: &Decision, tolerance: Duration, now: MonoTime) {
         let limit = self.settings.decider.age_limits.own_command;
-        let fresh =
-            |own: Option<Timed<u8>>| own.filter(|own| now.since(own.at) <= limit).map(|own| own.value);
         // Upstream publishes nothing when it knows nothing; NO_COMMAND of the path generator is a decision.
-        let decides = decision.turn as u8 != 0
-            || decision.hazard as u8 != 0
+        let decides = decision.turn != TurnCommand::NoCommand
+            || decision.hazard != HazardCommand::NoCommand
             || matches!(decision.basis, Basis::PathGenerator(_));
-        let turn = fresh(self.latest.own_turn).filter(|_| decides);
-        let hazard = fresh(self.latest.own_hazard).filter(|_| decides);
-        self.turn_comparison.compare(decision.turn as u8, turn, tolerance, now);
-        self.hazard_comparison.compare(decision.hazard as u8, hazard, tolerance, now);
+        let counts = |at: MonoTime| decides && now.since(at) <= limit;
+        let turn = self.latest.own_turn.filter(|own| counts(own.at)).map(|own| own.value);
+        let hazard = self.latest.own_hazard.filter(|own| counts(own.at)).map(|own| own.value);
+        self.turn_comparison.compare(decision.turn, turn, tolerance, now);
+        self.hazard_comparison.compare(decision.hazard, hazard, tolerance, now);
     }
 }

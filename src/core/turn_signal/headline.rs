@@ -2,23 +2,23 @@
 
 use std::mem::{Discriminant, discriminant};
 
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::turn_signal::decision::{Basis, Decision};
 use crate::core::turn_signal::inputs::Finding;
 use crate::core::turn_signal::manoeuvre::ManoeuvreOutcome;
 use crate::core::turn_signal::min_duration::Held;
 use crate::core::turn_signal::path_generator::TaggedLanelet;
 use crate::core::turn_signal::resolve::{CandidateOutcome, Case, EvaluatedCandidate};
-use crate::core::turn_signal::signal::{Hazard, Signal};
 
 /// A decision without its distances and ages.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Headline {
-    turn: Signal,
-    hazard: Hazard,
+    turn: TurnCommand,
+    hazard: HazardCommand,
     basis: Discriminant<Basis>,
     case: Option<Case>,
     /// The command and the outcome of each candidate.
-    candidates: Vec<(Signal, CandidateOutcome)>,
+    candidates: Vec<(TurnCommand, CandidateOutcome)>,
     /// The lanelet by which the path generator decided.
     tagged: Option<TaggedLanelet>,
     held: Option<Held>,

@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use super::decision_context::DecisionContext;
 use super::section::Section;
-use super::signal::{Side, Signal};
+use super::side::Side;
 use super::turn_lane::TurnLane;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 use crate::core::map::lane_network::{LaneId, TurnDirection};
@@ -35,7 +36,7 @@ struct Announced {
 
 /// The turns on the distance path, in order. `lanes` are the ids of the path; `manoeuvre` is the command
 /// of the planner's manoeuvres, for the stop rule.
-pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: Signal) -> Vec<TurnLane> {
+pub fn turns(context: &DecisionContext<'_>, lanes: &[LaneId], manoeuvre: TurnCommand) -> Vec<TurnLane> {
     let threshold_deg = context.parameters.intersection_angle_threshold_deg;
     let all = context.quirks.has_stop_rule
         && manoeuvre.side().is_some_and(|side| stop_rule::stands_at_turn(context, lanes, side));

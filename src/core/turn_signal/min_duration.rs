@@ -4,7 +4,8 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::signal::{Side, Signal};
+use super::side::Side;
+use crate::core::light_command::TurnCommand;
 use crate::core::time::MonoTime;
 
 /// Minimum durations of signals.
@@ -38,7 +39,7 @@ impl fmt::Display for Held {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shown {
     /// The command to send.
-    pub signal: Signal,
+    pub signal: TurnCommand,
     /// The minimum duration that holds it; `None` = it is the requested one.
     pub held: Option<Held>,
     /// The next instant at which it may change by itself.
@@ -87,7 +88,7 @@ impl MinDurationFilter {
         let ended = self.off_since.filter(|since| now.since(*since) < min_durations.minimum_gap);
         if let Some(since) = ended.filter(|_| !is_urgent) {
             let deadline = Some(since.after(min_durations.minimum_gap));
-            return Shown { signal: Signal::Disable, held: Some(Held::Off), deadline };
+            return Shown { signal: TurnCommand::Disable, held: Some(Held::Off), deadline };
         }
         self.on = Some((side, now));
         Shown { signal: requested, held: None, deadline: None }

@@ -25,5 +25,5 @@ pub mod roundabout;
 pub mod route;
 pub mod section;
 pub mod shift;
-pub mod signal;
+pub mod side;
 pub mod turn_lane;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::decision::Decision;
-use super::signal::{Hazard, Signal};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::WallStamp;
 
 /// A command to publish, or a decision to report.
@@ -12,14 +12,14 @@ pub enum TurnSignalOutput {
     /// Publish `TurnIndicatorsCommand`.
     TurnCommand {
         /// The command of the turn indicators.
-        command: Signal,
+        command: TurnCommand,
         /// Time of the decision.
         stamp: WallStamp,
     },
     /// Publish `HazardLightsCommand`.
     HazardCommand {
         /// The command of the hazard lights.
-        command: Hazard,
+        command: HazardCommand,
         /// Time of the decision.
         stamp: WallStamp,
     },

@@ -5,7 +5,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::signal::Side;
+use super::side::Side;
 use crate::core::map::geometry::path::NearestLimits;
 
 mod table;

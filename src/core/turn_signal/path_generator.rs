@@ -7,7 +7,7 @@ use std::fmt;
 use super::parameters::Parameters;
 use super::planner_input::Odometry;
 use super::route::Route;
-use super::signal::Signal;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::polyline::nearest;
 use crate::core::map::geometry::required_end::first_aligned;
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
@@ -35,45 +35,48 @@ pub fn decide(
     odometry: Odometry,
     front_m: f64,
     parameters: &Parameters,
-) -> (Signal, TaggedLanelet) {
+) -> (TurnCommand, TaggedLanelet) {
     let mut met = BTreeSet::new();
     let mut ahead = lanes
         .iter()
         .filter(|id| met.insert(**id) && route.next(road, **id).is_some())
         .filter_map(|id| road.lane(*id))
         .skip_while(|lane| !lane.contains(odometry.pose.position));
-    let Some(own) = ahead.next() else { return (Signal::NoCommand, TaggedLanelet::None) };
+    let Some(own) = ahead.next() else { return (TurnCommand::NoCommand, TaggedLanelet::None) };
     let along_m = nearest(&own.centerline, odometry.pose.position).map_or(0.0, |nearest| nearest.arc_m);
     let own_command = command(own);
-    if own_command != Signal::NoCommand && along_m <= aligned_start_m(own, parameters) {
+    if own_command != TurnCommand::NoCommand && along_m <= aligned_start_m(own, parameters) {
         return (own_command, TaggedLanelet::Own(own.id));
     }
     let mut gap_m = own.length_m() - along_m - front_m;
     for lane in ahead {
         let command = command(lane);
-        if command != Signal::NoCommand {
+        if command != TurnCommand::NoCommand {
             let search_m = lane
                 .turn_signal_distance_m
                 .unwrap_or_else(|| parameters.intersection_search_m(odometry.speed_mps));
             return if gap_m > search_m {
-                (Signal::NoCommand, TaggedLanelet::TooFar(lane.id))
+                (TurnCommand::NoCommand, TaggedLanelet::TooFar(lane.id))
             } else {
                 (command, TaggedLanelet::Ahead(lane.id))
             };
         }
         gap_m += lane.length_m();
     }
-    let tagged =
-        if own_command == Signal::NoCommand { TaggedLanelet::None } else { TaggedLanelet::PastEnd(own.id) };
+    let tagged = if own_command == TurnCommand::NoCommand {
+        TaggedLanelet::None
+    } else {
+        TaggedLanelet::PastEnd(own.id)
+    };
     (own_command, tagged)
 }
 
-fn command(lane: &Lane) -> Signal {
+fn command(lane: &Lane) -> TurnCommand {
     match lane.turn_direction {
-        TurnDirection::None => Signal::NoCommand,
-        TurnDirection::Straight => Signal::Disable,
-        TurnDirection::Left => Signal::Left,
-        TurnDirection::Right => Signal::Right,
+        TurnDirection::None => TurnCommand::NoCommand,
+        TurnDirection::Straight => TurnCommand::Disable,
+        TurnDirection::Left => TurnCommand::Left,
+        TurnDirection::Right => TurnCommand::Right,
     }
 }
 

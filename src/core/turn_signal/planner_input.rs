@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::route::Segment;
-use super::signal::Hazard;
+use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::time::WallStamp;
@@ -36,11 +36,11 @@ pub enum PlannerInput {
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.
     LaneDriving(bool),
     /// `HazardLightsCommand` of the system: its request.
-    HazardRequest(Hazard),
+    HazardRequest(HazardCommand),
     /// `TurnIndicatorsCommand` of Autoware's own decider, as sent.
-    OwnTurnCommand(u8),
+    OwnTurnCommand(EnumOrUnknown<TurnCommand>),
     /// `HazardLightsCommand` of Autoware's own decider, as sent.
-    OwnHazardCommand(u8),
+    OwnHazardCommand(EnumOrUnknown<HazardCommand>),
 }
 
 /// Pose and speed of the vehicle.

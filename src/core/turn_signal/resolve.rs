@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use super::section::{Distances, Section};
-use super::signal::{Side, Signal};
+use super::side::Side;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
 /// The source of a record, in the order that settles equal starts.
@@ -139,7 +140,7 @@ pub struct EvaluatedCandidate {
     /// The source of its record.
     pub source: Source,
     /// The command it requests.
-    pub turn: Signal,
+    pub turn: TurnCommand,
     /// Distances to its four points; `None` without a record.
     pub distances: Option<Distances>,
     /// The outcome of the comparison.
@@ -166,8 +167,8 @@ impl Contender {
 
 impl Resolution {
     /// Left, right, or off.
-    pub fn signal(&self) -> Signal {
-        self.winner.map_or(Signal::Disable, |winner| winner.side.into())
+    pub fn signal(&self) -> TurnCommand {
+        self.winner.map_or(TurnCommand::Disable, |winner| winner.side.into())
     }
 }
 
@@ -244,7 +245,7 @@ fn evaluate(
     let Some(record) = record else {
         return EvaluatedCandidate {
             source,
-            turn: Signal::NoCommand,
+            turn: TurnCommand::NoCommand,
             distances: None,
             outcome: CandidateOutcome::Absent,
         };

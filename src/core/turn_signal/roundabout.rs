@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use super::decision_context::DecisionContext;
 use super::intersection::next_in_queue;
 use super::section::Section;
-use super::signal::{Side, Signal};
+use super::side::Side;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 
@@ -104,7 +105,7 @@ impl RoundaboutMemory {
             None => Some(exit.start).filter(|start| path_frame.from_front_m(*start) < 0.0)?,
         };
         let start = *self.exits.entry(lane.id).or_insert(start);
-        Some(lane.section(side.map_or(Signal::Disable, Signal::from), start))
+        Some(lane.section(side.map_or(TurnCommand::Disable, TurnCommand::from), start))
     }
 }
 

@@ -1,7 +1,8 @@
 //! A section record: the signal of one manoeuvre and the stretch it is for
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
-use super::signal::{Hazard, Side, Signal};
+use super::side::Side;
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
 
@@ -10,9 +11,9 @@ use crate::core::map::geometry::path::PathFrame;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Section {
     /// The turn command it requests.
-    pub turn: Signal,
+    pub turn: TurnCommand,
     /// The hazard command it requests.
-    pub hazard: Hazard,
+    pub hazard: HazardCommand,
     /// Start of the stretch in which it may be signalled.
     pub desired_start: Pose,
     /// End of that stretch.
@@ -42,7 +43,7 @@ impl Section {
     pub fn blinking(side: Side, desired: (Pose, Pose), required: (Pose, Pose)) -> Self {
         Self {
             turn: side.into(),
-            hazard: Hazard::NoCommand,
+            hazard: HazardCommand::NoCommand,
             desired_start: desired.0,
             desired_end: desired.1,
             required_start: required.0,

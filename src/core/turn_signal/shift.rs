@@ -4,7 +4,8 @@ use std::fmt;
 
 use super::decision_context::DecisionContext;
 use super::section::Section;
-use super::signal::{Hazard, Side, Signal};
+use super::side::Side;
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::path::{Path, PathError};
 use crate::core::map::geometry::polyline::{arc_lengths_m, nearest_index};
 use crate::core::map::geometry::{Point, Pose};
@@ -217,8 +218,8 @@ pub fn judge(context: &DecisionContext<'_>, shift: &Shift<'_>) -> ShiftOutcome {
 /// Step 0: hazard lights from the start of the route to here.
 pub(super) fn backwards(context: &DecisionContext<'_>) -> Section {
     Section {
-        turn: Signal::NoCommand,
-        hazard: Hazard::Enable,
+        turn: TurnCommand::NoCommand,
+        hazard: HazardCommand::Enable,
         desired_start: context.route.start(),
         required_start: context.route.start(),
         desired_end: context.ego(),

@@ -1,7 +1,7 @@
 //! A stretch of road with a turn signal of its own, reduced to what is measured.
 
 use super::section::Section;
-use super::signal::{Hazard, Signal};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::polyline::{back_pose, front_pose, without_near_earlier};
 use crate::core::map::geometry::required_end::required_end;
 use crate::core::map::geometry::{Point, Pose};
@@ -53,19 +53,19 @@ impl TurnLane {
     }
 
     /// The command of an intersection here: DISABLE where it does not turn.
-    pub fn signal(&self) -> Signal {
+    pub fn signal(&self) -> TurnCommand {
         match self.direction {
-            TurnDirection::Left => Signal::Left,
-            TurnDirection::Right => Signal::Right,
-            TurnDirection::None | TurnDirection::Straight => Signal::Disable,
+            TurnDirection::Left => TurnCommand::Left,
+            TurnDirection::Right => TurnCommand::Right,
+            TurnDirection::None | TurnDirection::Straight => TurnCommand::Disable,
         }
     }
 
     /// Its record, with the desired section up to its end.
-    pub fn section(&self, turn: Signal, desired_start: Pose) -> Section {
+    pub fn section(&self, turn: TurnCommand, desired_start: Pose) -> Section {
         Section {
             turn,
-            hazard: Hazard::NoCommand,
+            hazard: HazardCommand::NoCommand,
             desired_start,
             desired_end: self.back,
             required_start: self.front,

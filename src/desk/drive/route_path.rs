@@ -10,7 +10,7 @@ use crate::core::map::geometry::polyline::{arc_lengths_m, at_arc, nearest};
 use crate::core::map::geometry::{Point, Pose, cross};
 use crate::core::map::lane_network::{Lane, LaneId, LaneNetwork};
 use crate::core::turn_signal::route::Segment;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// Length of a lane change without a position of its own, metres, if there is room.
 const LANE_CHANGE_M: f64 = 50.0;

@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_missing_interface_is_reported_at_the_start_and_waited_for_until_nobody_listens() {
+    async fn a_missing_interface_is_reported_at_the_start_and_awaited_until_the_receiver_is_dropped() {
         let (sender, mut inputs) = channel(8);
         let task = tokio::spawn(receive(settings("no-such-can"), sender));
         let missing = CanInput::Link { bus: BusIndex(2), state: LinkState::Missing };

@@ -97,7 +97,7 @@ fn what_an_interrupted_write_left_is_removed_at_start() {
 }
 
 #[test]
-fn removed_folder_is_made_again_and_the_counter_goes_on() {
+fn removed_folder_is_made_again_and_the_counter_continues() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("a/box");
     let recorder = start(&folder, 5);
@@ -109,7 +109,7 @@ fn removed_folder_is_made_again_and_the_counter_goes_on() {
 }
 
 #[test]
-fn folder_that_is_a_file_is_told_and_used_once_it_is_a_folder() {
+fn folder_that_is_a_file_is_reported_and_used_once_it_is_a_folder() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("box");
     fs::write(&folder, "").unwrap();

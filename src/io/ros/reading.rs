@@ -71,10 +71,12 @@ pub fn read(
             }
         }
         SubscriptionKind::OwnTurnCommand => {
-            Input::Planner(PlannerInput::OwnTurnCommand(bytes.whole::<TurnIndicatorsCommand>()?.command))
+            let command = bytes.whole::<TurnIndicatorsCommand>()?.command.into();
+            Input::Planner(PlannerInput::OwnTurnCommand(command))
         }
         SubscriptionKind::OwnHazardCommand => {
-            Input::Planner(PlannerInput::OwnHazardCommand(bytes.whole::<HazardLightsCommand>()?.command))
+            let command = bytes.whole::<HazardLightsCommand>()?.command.into();
+            Input::Planner(PlannerInput::OwnHazardCommand(command))
         }
         SubscriptionKind::TurnCommand => {
             let message: TurnIndicatorsCommand = bytes.whole()?;

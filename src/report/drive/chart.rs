@@ -3,10 +3,10 @@
 
 use super::Snapshot;
 use crate::config::drive::{DriveFile, Expectation, IntervalUnit, PlanKind, PlannedShift};
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::lane_network::TurnDirection;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::Source;
-use crate::core::turn_signal::signal::{Hazard, Signal};
 use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
 
 /// Records whose ends are nearer than this are one, metres; starts may move on.
@@ -67,7 +67,7 @@ impl<'a> DriveChart<'a> {
             let front_at = |distance_m: f64| at_m + front_m + distance_m;
             run.add_record(Record {
                 source: evaluated.source,
-                indicator: indicator_of(evaluated.turn, Hazard::Disable),
+                indicator: indicator_of(evaluated.turn, HazardCommand::Disable),
                 desired: (front_at(distances.desired_start_m), at_m + distances.desired_end_m),
                 required: (front_at(distances.required_start_m), at_m + distances.required_end_m),
             });
@@ -217,13 +217,13 @@ impl Driven {
     }
 }
 
-const fn indicator_of(turn: Signal, hazard: Hazard) -> IndicatorState {
+const fn indicator_of(turn: TurnCommand, hazard: HazardCommand) -> IndicatorState {
     match (turn, hazard) {
-        (_, Hazard::Enable) => IndicatorState::Hazard,
-        (Signal::Left, _) => IndicatorState::Left,
-        (Signal::Right, _) => IndicatorState::Right,
-        (Signal::Disable, _) => IndicatorState::Off,
-        (Signal::NoCommand, _) => IndicatorState::Nothing,
+        (_, HazardCommand::Enable) => IndicatorState::Hazard,
+        (TurnCommand::Left, _) => IndicatorState::Left,
+        (TurnCommand::Right, _) => IndicatorState::Right,
+        (TurnCommand::Disable, _) => IndicatorState::Off,
+        (TurnCommand::NoCommand, _) => IndicatorState::Nothing,
     }
 }
 

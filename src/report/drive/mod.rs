@@ -9,12 +9,12 @@ use serde_json::{Value, json};
 use super::decision;
 use super::{Form, joined};
 use crate::config::drive::Expectation;
+use crate::core::light_command::HazardCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::headline::Headline;
-use crate::core::turn_signal::signal::Hazard;
 
 /// The decision at one cycle of a drive.
 #[derive(Debug, Clone, Copy)]
@@ -113,8 +113,8 @@ impl DriveWriter {
 fn text(snapshot: &Snapshot<'_>) -> String {
     let Snapshot { at_s, at_m, speed_mps, decision, .. } = snapshot;
     let command = match decision.hazard {
-        Hazard::Enable => format!("{} + hazard", decision.turn),
-        Hazard::Disable | Hazard::NoCommand => decision.turn.to_string(),
+        HazardCommand::Enable => format!("{} + hazard", decision.turn),
+        HazardCommand::Disable | HazardCommand::NoCommand => decision.turn.to_string(),
     };
     let basis = decision::basis(decision);
     let first = format!("{at_s:>9.3}  {at_m:>9.2}  {speed_mps:>8.2}  {command:<10}  {basis}");

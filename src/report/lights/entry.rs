@@ -50,7 +50,7 @@ pub(super) fn entry(event: &ScenarioEvent, scenario: &Scenario) -> Entry {
                 ScenarioOutcome::Failure => ("failure", "failure".to_owned(), None),
                 ScenarioOutcome::Stopped => ("stopped", "stopped by its stop trigger".to_owned(), None),
                 ScenarioOutcome::Fault(refusal) => {
-                    ("fault", format!("cannot go on: {refusal}"), Some(refusal.to_string()))
+                    ("fault", format!("cannot continue: {refusal}"), Some(refusal.to_string()))
                 }
             };
             Entry::new("end", text, json!({ "what": "end", "verdict": name, "reason": reason }))

@@ -11,9 +11,9 @@ use std::sync::Mutex;
 use serde_json::Value;
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
-use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, Reader};
@@ -104,13 +104,13 @@ const DEVIATIONS: &[Deviation] = &[
     },
 ];
 
-const TURN: Kind<Signal> = Kind {
+const TURN: Kind<TurnCommand> = Kind {
     name: "turn",
     decided: |step, mode| step.decided[mode].0,
     expected: |expected| expected.command,
     number: |command| command as u8,
 };
-const HAZARD: Kind<Hazard> = Kind {
+const HAZARD: Kind<HazardCommand> = Kind {
     name: "hazard",
     decided: |step, mode| step.decided[mode].1,
     expected: |expected| expected.hazard,
@@ -334,7 +334,7 @@ fn the_systems_hazard_request_is_joined_with_the_planners() {
     script.add("hazard_request", |index, _| Some(if is_requested(index) { 2 } else { 1 }));
     let mut steps = script.steps.clone();
     for (index, step) in steps.iter_mut().enumerate() {
-        step.decided[0].1 = if is_requested(index) { Hazard::Enable } else { Hazard::Disable };
+        step.decided[0].1 = if is_requested(index) { HazardCommand::Enable } else { HazardCommand::Disable };
     }
     let topics = ["turn=/planning/turn_indicators_cmd", "hazard=/planning/hazard_lights_cmd"];
     let report = undisturbed("the system's request", || {
@@ -360,7 +360,7 @@ fn a_shadow_publishes_nothing_and_reports_its_agreement() {
     let reader = Reader::start(&bench.cyclone, bench.domain, &[DIAGNOSTICS, ENDPOINTS]);
     let mut script = Script::new(&simulation);
     script.add("own_turn", |index, step| {
-        Some(if (50..70).contains(&index) { Signal::Right as u8 } else { step.decided[0].0 as u8 })
+        Some(if (50..70).contains(&index) { TurnCommand::Right as u8 } else { step.decided[0].0 as u8 })
     });
     script.add("own_hazard", |_, step| Some(step.decided[0].1 as u8));
     bench.drive(&script, 1, Pace::Paced, &[]);

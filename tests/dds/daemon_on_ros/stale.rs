@@ -57,7 +57,7 @@ fn red_ahead(counter: u8) -> String {
 }
 
 #[test]
-fn a_state_that_a_v2x_unit_keeps_sending_over_can_stays_and_goes_when_it_is_silent() {
+fn a_state_that_a_v2x_unit_keeps_sending_stays_and_is_removed_when_it_falls_silent() {
     let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/config/vehicles/v2x_unit.toml");
     let folder = folder(&format!(
         "profile = \"{profile}\"\n[ros]\nenabled = false\n[can.v2x]\ninterface = \"can0\"\n\

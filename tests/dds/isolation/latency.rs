@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use signal_gateway::core::command::input::CommandInput;
 use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::signal::Signal;
 use signal_gateway::io::ros::inbox::Inbox;
 use signal_gateway::io::ros::session::{
     Isolation, RosSession, RosSettings, Subscription, SubscriptionKind, Topics,
@@ -17,7 +17,7 @@ use signal_gateway::io::ros::session::{
 use crate::support::json_process::PATIENCE;
 use crate::support::peer::domain;
 
-/// Messages on each way.
+/// Messages in each direction.
 const COUNT: i64 = 2_000;
 /// How long one may take, or is lost.
 const LIMIT: Duration = Duration::from_secs(5);
@@ -50,11 +50,11 @@ fn sender(domain_id: u16, name: &str, isolation: Isolation) -> RosSession {
     session(domain_id, name, isolation, topics, &[])
 }
 
-/// The time until a command of this number has come through, asked for with hardly a pause.
+/// The time until a command of this number has been received, polled with hardly a pause.
 fn travel(session: &RosSession, inbox: &Inbox, number: i64) -> Option<Duration> {
     let stamp = WallStamp::from_nanos(number);
     let sent = Instant::now();
-    session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Left, stamp }));
+    session.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
     while sent.elapsed() < LIMIT {
         match inbox.try_take() {
             Some((_, Input::Command(CommandInput::Turn { stamp: arrived, .. }))) if arrived == stamp => {
@@ -73,7 +73,7 @@ fn percentiles(mut times: Vec<Duration>) -> (Duration, Duration) {
     (at(50), at(99))
 }
 
-/// A command goes from one session to another, whose network side is a thread in both cases. The two ways take turns,
+/// A command goes from one session to another, whose network side is a thread in both cases. The two kinds take turns,
 /// so that whatever else the machine does troubles both.
 #[test]
 fn the_boundary_of_the_process_adds_little_to_a_message() {

@@ -1,4 +1,4 @@
-//! The network side as a process: attacked, killed, stopped; the gateway goes on and starts another.
+//! The network side as a process: attacked, killed, stopped; the gateway runs on and starts another.
 
 mod busy;
 mod latency;
@@ -38,12 +38,12 @@ fn network_process(parent: u32) -> Option<u32> {
 
 /// Waits for another network process than `before`.
 fn next_network_process(parent: u32, before: Option<u32>) -> u32 {
-    let asked = Instant::now();
+    let start = Instant::now();
     loop {
         if let Some(process) = network_process(parent).filter(|process| Some(*process) != before) {
             return process;
         }
-        assert!(asked.elapsed() < PATIENCE, "no other network process is started");
+        assert!(start.elapsed() < PATIENCE, "no other network process is started");
         thread::sleep(Duration::from_millis(5));
     }
 }
@@ -78,15 +78,15 @@ fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_c
     early.next("a report", is_report(2, 1));
     let mut process = next_network_process(gateway.id(), None);
     for (count, name) in [(1, "-KILL"), (2, "-STOP"), (3, "-ABRT")] {
-        let asked = Instant::now();
+        let start = Instant::now();
         let mark = early.mark();
         signal(name, process);
         process = next_network_process(gateway.id(), Some(process));
-        let replaced = asked.elapsed();
+        let replaced = start.elapsed();
         let status =
             gateway.wait_until("another network side", |status| status["restarts"] == count && is_up(status));
         early.wait_for(mark, "the report again", is_report(2, 1));
-        println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", asked.elapsed());
+        println!("{name}: replaced after {replaced:?}, report back after {:?}: {status}", start.elapsed());
         let late = cyclone.reader(domain, &turn);
         late.next("the current report", is_report(2, 1));
     }
@@ -114,9 +114,9 @@ fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
             }
             target.send(&attack.packet(count));
             thread::sleep(Duration::from_millis(50));
-            let asked = Instant::now();
+            let start = Instant::now();
             gateway.status();
-            slowest = slowest.max(asked.elapsed());
+            slowest = slowest.max(start.elapsed());
         }
         let ended = Instant::now();
         gateway.wait_until("a network side", is_up);
@@ -167,7 +167,7 @@ fn mutated_packets(count: u32) {
 }
 
 #[test]
-fn the_daemon_tells_of_its_network_process_which_has_little_left() {
+fn the_daemon_reports_its_network_process_which_has_few_privileges_left() {
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();
     let folder = Folder::with_demo_vehicle("sg-none0", &ros_in(domain));

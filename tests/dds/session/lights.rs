@@ -122,7 +122,7 @@ fn content(topic: &str, count: i64) -> (LightsTopic, Content) {
 }
 
 /// Prints each arrival, with the time of day.
-pub(crate) fn tell_arrivals(inbox: &Inbox) {
+pub(crate) fn print_arrivals(inbox: &Inbox) {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {
         while let Some((subscription, input)) = inbox.take().await {

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use signal_gateway::core::diagnostics::{Diagnostics, Level, Status};
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::core::vehicle_lights::output::VehicleLightsOutput;
 use signal_gateway::core::vehicle_lights::report::Step;
 use signal_gateway::core::vehicle_lights::verdict::{HazardLights, TurnIndicators};
@@ -56,7 +56,7 @@ fn session_process() {
     };
     let session = RosSession::start(settings).unwrap();
     let inbox = session.inbox();
-    thread::spawn(move || lights::tell_arrivals(&inbox));
+    thread::spawn(move || lights::print_arrivals(&inbox));
     println!("\n{}", json!({"event": "ready"}));
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         match line.as_str() {
@@ -111,23 +111,27 @@ fn output(command: &str) -> Output {
         ("hazard", "withdraw") => hazard(Step::Withdraw),
         ("hazard", "on") => hazard(Step::Publish(HazardLights::Enable, stamp())),
         ("command", "left") => {
-            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Left, stamp: stamp() })
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp: stamp() })
         }
         ("command", "right") => {
-            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Right, stamp: stamp() })
+            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Right, stamp: stamp() })
         }
-        ("command", "disable") => {
-            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::Disable, stamp: stamp() })
-        }
-        ("command", "none") => {
-            Output::TurnSignal(TurnSignalOutput::TurnCommand { command: Signal::NoCommand, stamp: stamp() })
-        }
-        ("command", "hazard") => {
-            Output::TurnSignal(TurnSignalOutput::HazardCommand { command: Hazard::Enable, stamp: stamp() })
-        }
-        ("command", "no_hazard") => {
-            Output::TurnSignal(TurnSignalOutput::HazardCommand { command: Hazard::Disable, stamp: stamp() })
-        }
+        ("command", "disable") => Output::TurnSignal(TurnSignalOutput::TurnCommand {
+            command: TurnCommand::Disable,
+            stamp: stamp(),
+        }),
+        ("command", "none") => Output::TurnSignal(TurnSignalOutput::TurnCommand {
+            command: TurnCommand::NoCommand,
+            stamp: stamp(),
+        }),
+        ("command", "hazard") => Output::TurnSignal(TurnSignalOutput::HazardCommand {
+            command: HazardCommand::Enable,
+            stamp: stamp(),
+        }),
+        ("command", "no_hazard") => Output::TurnSignal(TurnSignalOutput::HazardCommand {
+            command: HazardCommand::Disable,
+            stamp: stamp(),
+        }),
         ("diagnostics", text) => {
             let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
             let status = |level, message: &str, values| Status {

@@ -16,7 +16,7 @@ use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 
 use crate::support::clock::at_ns;
-use crate::support::command_vehicle::{DBC, asks, next_origin, next_sample};
+use crate::support::command_vehicle::{DBC, next_origin, next_sample, request_text};
 use crate::support::files::MemoryFiles;
 use crate::support::two_lanes;
 
@@ -95,7 +95,7 @@ impl Bench {
         given
     }
 
-    /// Lets time go by, and settles whenever the flow wants it.
+    /// Lets time go by, and settles at each deadline of the flow.
     pub(crate) fn pass_until(&mut self, until_ns: u64) {
         while let Some(at) = self.flow.next_deadline().map(MonoTime::as_nanos) {
             assert!(at > self.now_ns, "a deadline that does not move");
@@ -128,9 +128,9 @@ impl Bench {
         self.flow.handle_report(reported);
     }
 
-    /// What the newest frame asks for.
-    pub(crate) fn asked(&self) -> &'static str {
-        self.sent.last().map_or("no frame", |(_, frame)| asks(frame.data()))
+    /// The request of the newest frame.
+    pub(crate) fn requested(&self) -> &'static str {
+        self.sent.last().map_or("no frame", |(_, frame)| request_text(frame.data()))
     }
 
     /// A key of a task's status, by the position of the task.
@@ -140,7 +140,7 @@ impl Bench {
     }
 
     /// Level and message of each task, in order.
-    pub(crate) fn said(&self) -> Vec<(Level, String)> {
+    pub(crate) fn status_texts(&self) -> Vec<(Level, String)> {
         let statuses = self.flow.statuses("gateway", &self.buses, self.now().mono);
         statuses.into_iter().map(|status| (status.level, status.message)).collect()
     }

@@ -1,4 +1,4 @@
-//! A vehicle with a hazard button that springs back and a turn message without any way to ask for nothing.
+//! A vehicle with a hazard button that springs back and a turn message that cannot express that nothing is requested.
 
 use signal_gateway::core::can::frame::CanId;
 use signal_gateway::core::command::{Reported, Turn};
@@ -65,7 +65,7 @@ impl Day {
 }
 
 #[test]
-fn a_button_is_pressed_once_for_each_wish_and_never_against_the_driver() {
+fn a_button_is_pressed_once_for_each_request_and_never_against_the_driver() {
     let mut day = Day::new();
     day.run(0, 1_000, 1);
     assert!(day.presses.is_empty(), "off is off already");
@@ -82,12 +82,12 @@ fn a_button_is_pressed_once_for_each_wish_and_never_against_the_driver() {
     day.toggles.push(5_500);
     day.run(5_000, 9_000, 1);
     assert_eq!((day.presses.len(), day.lit), (2, true));
-    let (level, message) = day.bench.said()[1].clone();
+    let (level, message) = day.bench.status_texts()[1].clone();
     assert_eq!((level, message.as_str()), (Level::Warn, "commanded off, left to the driver: on"));
 }
 
 #[test]
-fn a_wish_shorter_than_the_report_takes_leaves_no_lights_on() {
+fn a_request_shorter_than_the_reports_delay_leaves_no_lights_on() {
     let mut day = Day::new();
     day.run(0, 1_000, 1);
     day.run(1_000, 1_100, 2);
@@ -121,7 +121,7 @@ fn a_button_that_does_nothing_is_given_up_and_told() {
 }
 
 #[test]
-fn a_message_that_can_ask_for_nothing_is_sent_with_authority_only() {
+fn a_message_that_can_request_nothing_is_sent_with_authority_only() {
     let mut day = Day::new();
     let turns = |day: &Day| {
         let frames = day.bench.sent.iter().filter(|(_, frame)| frame.id() == CanId::Standard(306));

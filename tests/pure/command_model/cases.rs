@@ -1,5 +1,5 @@
 //! The cases of docs/spec/vehicle-interface.md, "Arbitration of commands",
-//! that need no bus, on a vehicle that obeys after 150 ms.
+//! that need no bus, on a vehicle that follows after 150 ms.
 
 use signal_gateway::config::gateway::command::CommandConfig;
 use signal_gateway::core::can::frame::{CanId, Frame};
@@ -10,7 +10,7 @@ use signal_gateway::core::diagnostics::Level;
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::{MS, at_ms};
-use crate::support::command_vehicle::{PROFILE, asks};
+use crate::support::command_vehicle::{PROFILE, request_text};
 
 /// The senders' rhythm.
 const CYCLE_MS: u64 = 100;
@@ -39,9 +39,9 @@ enum Do {
     Stop,
 }
 
-/// What must hold at a time: what was asked for last, and a part of what turn and hazard status say.
-type Must = (u64, &'static str, Said, Said);
-type Said = (Level, &'static str);
+/// What must hold at a time: the last request, and a part of the texts of turn and hazard status.
+type Must = (u64, &'static str, ExpectedStatus, ExpectedStatus);
+type ExpectedStatus = (Level, &'static str);
 
 struct Case {
     id: &'static str,
@@ -108,7 +108,7 @@ const CASES: &[Case] = &[
     Case { id: "link down and up again", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(3)), (0, Do::Hazard(1)), (1000, Do::Link(LinkState::Missing)), (3000, Do::Link(LinkState::Up))],
         must: &[(1200, "right", (OK, ""), (OK, "")), (3500, "right", (OK, ""), (OK, ""))] },
-    Case { id: "the vehicle does not obey", section: "",
+    Case { id: "the vehicle does not follow", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Dead), (2000, Do::Turn(3))],
         must: &[(900, "left", (OK, ""), (OK, "")), (3400, "right", (OK, ""), (OK, "")),
                 (3700, "right", (WARN, "commanded right, but the vehicle still reports left"), (OK, "")),
@@ -149,14 +149,14 @@ const CASES: &[Case] = &[
                 (1200, Do::Hazard(2)), (1300, Do::Hazard(1)), (3000, Do::HazardButton(true))],
         must: &[(1290, "hazard", (OK, ""), (OK, "on")), (1360, "off", (OK, ""), (OK, "off, as commanded")),
                 (1500, "off", (OK, ""), (OK, "off, as commanded")), (3500, "off, any hazard", (OK, ""), (WARN, "left to the driver: on"))] },
-    Case { id: "the driver's stalk before any wish for a side", section: "",
+    Case { id: "the driver's stalk before any request for a side", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Stalk(Turn::Left)), (0, Do::Turn(1)), (0, Do::Hazard(1)), (3000, Do::Stalk(Turn::Off))],
         must: &[(1000, "any turn", (WARN, "commanded off, left to the driver: left"), (OK, "off")), (4000, "off", (OK, "off"), (OK, "off"))] },
     Case { id: "the driver indicates to the other side, and stops", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (3000, Do::Stalk(Turn::Right)), (6000, Do::Stalk(Turn::Off))],
         must: &[(2900, "left", (OK, ""), (OK, "")), (4000, "any turn", (WARN, "commanded left, left to the driver: right"), (OK, "")),
                 (5900, "any turn", (WARN, "left to the driver"), (OK, "")), (7000, "left", (OK, "left"), (OK, ""))] },
-    Case { id: "the vehicle says that the driver has taken over", section: "",
+    Case { id: "the vehicle signals that the driver has taken over", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Override(true)), (2000, Do::Override(false))],
         must: &[(1200, "any turn", (WARN, "left to the driver"), (OK, "")), (2300, "left", (OK, ""), (OK, ""))] },
     Case { id: "the driver's hazard lights are not switched off", section: "",
@@ -178,7 +178,7 @@ const CASES: &[Case] = &[
         must: &[(1200, "-", (OK, ""), (OK, ""))] },
 ];
 
-/// A vehicle that does what frames with authority ask for, else what its driver wants.
+/// A vehicle that does what frames with authority request, else what its driver does.
 struct Vehicle {
     stalk: Turn,
     button: bool,
@@ -188,7 +188,7 @@ struct Vehicle {
 }
 
 impl Vehicle {
-    /// What it reports now: what was asked `LAG_MS` ago. The stalk beats a side, and the button an "off".
+    /// Its report now: the request of `LAG_MS` ago. The stalk beats a side, and the button an "off".
     fn report(&self, bench: &Bench, ms: u64) -> Reported {
         if !self.reports {
             return Reported::default();
@@ -197,9 +197,9 @@ impl Vehicle {
             return frozen;
         }
         let seen = bench.sent.iter().rev().find(|(at, _)| at / MS + LAG_MS <= ms);
-        let asked = seen.map_or("-", |(_, frame)| asks(frame.data()));
-        let hazard = asked.starts_with("hazard") || self.button;
-        let side = match asked.split(',').next() {
+        let requested = seen.map_or("-", |(_, frame)| request_text(frame.data()));
+        let hazard = requested.starts_with("hazard") || self.button;
+        let side = match requested.split(',').next() {
             Some("left") => Turn::Left,
             Some("right") => Turn::Right,
             _ => Turn::Off,
@@ -258,13 +258,15 @@ fn play(case: &Case) -> Vec<String> {
         bench.report(report);
         bench.settle();
         for (_, wire, turn, hazard) in case.must.iter().filter(|must| must.0 == ms) {
-            let said = bench.said();
-            let fits = |index: usize, must: &Said| said[index].0 == must.0 && said[index].1.contains(must.1);
-            if bench.asked() != *wire || !fits(0, turn) || !fits(1, hazard) {
+            let statuses = bench.status_texts();
+            let fits = |index: usize, must: &ExpectedStatus| {
+                statuses[index].0 == must.0 && statuses[index].1.contains(must.1)
+            };
+            if bench.requested() != *wire || !fits(0, turn) || !fits(1, hazard) {
                 wrong.push(format!(
-                    "{} at {ms}: {} {said:?}, not {wire} {turn:?} {hazard:?}",
+                    "{} at {ms}: {} {statuses:?}, not {wire} {turn:?} {hazard:?}",
                     case.id,
-                    bench.asked()
+                    bench.requested()
                 ));
             }
         }
@@ -289,7 +291,7 @@ fn while_the_link_is_down_nothing_is_sent_and_it_is_an_error() {
     let before = bench.sent.len();
     bench.pass_until(900 * MS);
     assert_eq!(bench.sent.len(), before);
-    assert_eq!(bench.said()[2], (Level::Error, "nothing can be sent on body".to_owned()));
+    assert_eq!(bench.status_texts()[2], (Level::Error, "nothing can be sent on body".to_owned()));
     bench.buses[0].set_link(LinkState::Up);
     bench.settle();
     assert_eq!(bench.sent.len(), before + 1, "the present state goes out at once");
@@ -310,39 +312,39 @@ fn after_the_last_frame_there_is_none() {
     let left = bench.sent.len();
     bench.pass_until(900 * MS);
     assert!(bench.flow.is_finished());
-    assert_eq!((bench.sent.len(), bench.asked()), (left, "off"));
+    assert_eq!((bench.sent.len(), bench.requested()), (left, "off"));
     assert!(bench.flow.next_deadline().is_none_or(|at| at > bench.now().mono));
 }
 
 #[test]
-fn a_dry_run_tells_everything_and_sends_nothing() {
+fn a_dry_run_shows_everything_and_sends_nothing() {
     let mut bench = Bench::new(config("control_mode_timeout_ms = 60000", PROFILE));
     bench.mode(1);
     bench.turn(2);
     bench.settle();
     bench.pass_until(5_000 * MS);
     assert!(bench.sent.is_empty());
-    assert_eq!(asks(bench.would_send[0].data()), "left, any hazard");
+    assert_eq!(request_text(bench.would_send[0].data()), "left, any hazard");
     assert!(bench.would_send.len() > 40);
-    assert!(bench.said()[0].1.contains("timed out"), "{:?}", bench.said());
+    assert!(bench.status_texts()[0].1.contains("timed out"), "{:?}", bench.status_texts());
     let frame = bench.would_send[3];
     let now = bench.now();
-    let heard = bench.flow.classify_frame(BusIndex(0), &frame, now);
-    assert_eq!(heard, signal_gateway::core::command::sender::FrameOrigin::Foreign, "it cannot be ours");
+    let origin = bench.flow.classify_frame(BusIndex(0), &frame, now);
+    assert_eq!(origin, signal_gateway::core::command::sender::FrameOrigin::Foreign, "it cannot be ours");
 }
 
 #[test]
 fn the_control_mode_may_come_from_a_signal() {
     let mut bench = Bench::new(config("tx = \"on\"\ncontrol_mode = \"signal\"", PROFILE));
     bench.report(Reported { turn: Some(Turn::Off), hazard: Some(false) });
-    let mut asked = Vec::new();
+    let mut requested = Vec::new();
     // MANUAL, AUTONOMOUS, VELOCITY_ONLY, a value without meaning, then silence.
     for (step, mode) in [Some(0), Some(1), Some(2), Some(3), None].into_iter().enumerate() {
         for cycle in 0..5 {
             bench.pass_until((u64::try_from(step).unwrap() * 500 + cycle * 100) * MS);
             bench.turn(2);
             bench.hazard(1);
-            bench.mode(1); // the topic is not asked
+            bench.mode(1); // the topic is not read
             if let Some(mode) = mode {
                 let frame = Frame::classic(CanId::Standard(560), &[mode << 5, 0, 0, 0]).unwrap();
                 let now = bench.now();
@@ -352,17 +354,17 @@ fn the_control_mode_may_come_from_a_signal() {
             bench.settle();
         }
         bench.pass_until((u64::try_from(step).unwrap() * 500 + 490) * MS);
-        asked.push((bench.asked(), bench.said()[2].clone()));
+        requested.push((bench.requested(), bench.status_texts()[2].clone()));
     }
-    let said = |level, text: &str| (level, text.to_owned());
-    let unknown = said(Level::Warn, "control mode unknown: nothing is requested of the vehicle");
+    let status = |level, text: &str| (level, text.to_owned());
+    let unknown = status(Level::Warn, "control mode unknown: nothing is requested of the vehicle");
     assert_eq!(
-        asked,
+        requested,
         [
-            ("-", said(Level::Ok, "control mode MANUAL")),
-            ("left", said(Level::Ok, "control mode AUTONOMOUS")),
-            ("any turn", said(Level::Ok, "control mode AUTONOMOUS_VELOCITY_ONLY")),
-            ("-", said(Level::Error, "undefined control mode 3")),
+            ("-", status(Level::Ok, "control mode MANUAL")),
+            ("left", status(Level::Ok, "control mode AUTONOMOUS")),
+            ("any turn", status(Level::Ok, "control mode AUTONOMOUS_VELOCITY_ONLY")),
+            ("-", status(Level::Error, "undefined control mode 3")),
             ("-", unknown),
         ]
     );
@@ -383,7 +385,7 @@ fn statuses_show_requests_reasons_and_the_control_mode() {
     assert_eq!(value(2, "control_mode"), "AUTONOMOUS_VELOCITY_ONLY");
 }
 
-/// The vehicle of the cases, but one signal asks for everything. It can ask for nothing by `none` alone.
+/// The vehicle of the cases, but one signal requests everything. It can request nothing by `none` alone.
 fn one_signal(none: &str) -> CommandConfig {
     let part = "turn.off = { TURN_ONLY_REQ = 0 }\nturn.left = { TURN_ONLY_REQ = 1 }\n\
                 turn.right = { TURN_ONLY_REQ = 2 }\nturn.hazard = { TURN_ONLY_REQ = 3 }\n";
@@ -394,7 +396,7 @@ fn one_signal(none: &str) -> CommandConfig {
 }
 
 #[test]
-fn without_a_report_a_side_that_was_asked_for_is_ended() {
+fn without_a_report_a_side_that_was_requested_is_ended() {
     let mut bench = Bench::new(one_signal(""));
     bench.mode(1);
     let mut wire = Vec::new();
@@ -409,10 +411,10 @@ fn without_a_report_a_side_that_was_asked_for_is_ended() {
 }
 
 #[test]
-fn a_side_does_not_end_the_drivers_hazard_lights_where_one_signal_asks_for_both() {
+fn a_side_does_not_end_the_drivers_hazard_lights_where_one_signal_requests_both() {
     let mut bench = Bench::new(one_signal("turn.none = { TURN_ONLY_REQ = 0 }\n"));
     let mut wire = Vec::new();
-    // Left is wanted throughout; the driver presses the button twice, then hazard lights are commanded.
+    // Left is commanded throughout; the driver presses the button twice, then hazard lights are commanded.
     for (hazard_command, reported) in
         [(1, false), (1, true), (0, true), (1, false), (2, false), (2, true), (1, true)]
     {
@@ -447,7 +449,7 @@ fn frames_keep_their_distance_from_when_they_really_went_out() {
 }
 
 #[test]
-fn a_driver_who_has_taken_over_has_it_until_the_vehicle_says_otherwise() {
+fn a_driver_override_lasts_until_the_vehicle_signals_its_end() {
     let mut bench = Bench::new(config("tx = \"on\"", PROFILE));
     let mut wire = Vec::new();
     for sign in [Some(0), Some(1), None, Some(0)] {
@@ -463,7 +465,7 @@ fn a_driver_who_has_taken_over_has_it_until_the_vehicle_says_otherwise() {
             }
             bench.settle();
         }
-        wire.push(bench.asked());
+        wire.push(bench.requested());
     }
     assert_eq!(wire, ["left, any hazard", "-", "-", "left, any hazard"]);
 }

@@ -10,7 +10,7 @@ use signal_gateway::core::time::WallStamp;
 
 use crate::pure::command_model::bench::{Bench, config};
 use crate::support::clock::MS;
-use crate::support::command_vehicle::{PROFILE, asks};
+use crate::support::command_vehicle::{PROFILE, request_text};
 
 /// The senders' rhythm, and the period of the frames.
 const CYCLE_MS: u64 = 100;
@@ -98,10 +98,10 @@ impl Clocks {
         self.bench.clock_ahead_ns = ahead_ms * 1_000_000;
     }
 
-    /// What the frames asked for from a time to another, ms, both included.
-    fn asked(&self, from_ms: u64, to_ms: u64) -> Vec<&'static str> {
+    /// Requests of the frames between two times, ms, both included.
+    fn requested(&self, from_ms: u64, to_ms: u64) -> Vec<&'static str> {
         let frames = self.bench.sent.iter().filter(|(at, _)| (from_ms * MS..=to_ms * MS).contains(at));
-        frames.map(|(_, frame)| asks(frame.data())).collect()
+        frames.map(|(_, frame)| request_text(frame.data())).collect()
     }
 }
 
@@ -124,14 +124,14 @@ fn hazard_lights_on_are_on_the_bus_within_one_cycle_and_left_stays_left_whatever
         }
         clocks.bench.pass_until(END_MS * MS);
         // The first message of a sender whose clock is behind may be an old one that was kept.
-        let steady = clocks.asked(2 * CYCLE_MS, ON_FROM_MS - 1);
-        assert!(steady.iter().all(|asked| *asked == "left"), "{id}: {steady:?}");
+        let steady = clocks.requested(2 * CYCLE_MS, ON_FROM_MS - 1);
+        assert!(steady.iter().all(|requested| *requested == "left"), "{id}: {steady:?}");
         for ms in (ON_FROM_MS..END_MS).step_by(100) {
-            let cycle = clocks.asked(ms, ms + CYCLE_MS);
+            let cycle = clocks.requested(ms, ms + CYCLE_MS);
             assert!(cycle.contains(&"hazard"), "{id} at {ms} ms: {cycle:?}");
         }
-        let lit = clocks.asked(ON_FROM_MS + CYCLE_MS, END_MS);
-        assert!(has_rival || lit.iter().all(|asked| *asked == "hazard"), "{id}: {lit:?}");
+        let lit = clocks.requested(ON_FROM_MS + CYCLE_MS, END_MS);
+        assert!(has_rival || lit.iter().all(|requested| *requested == "hazard"), "{id}: {lit:?}");
     }
 }
 
@@ -189,8 +189,8 @@ proptest! {
         let is_followed = |at: u64| off.iter().any(|off| (at..=at + 10).contains(off));
         for at in on.into_iter().filter(|at| *at >= begun && !is_followed(*at)) {
             // They may have been on before.
-            let before = clocks.asked(0, at).last().copied();
-            let cycle = clocks.asked(at, at + CYCLE_MS);
+            let before = clocks.requested(0, at).last().copied();
+            let cycle = clocks.requested(at, at + CYCLE_MS);
             prop_assert!(before == Some("hazard") || cycle.contains(&"hazard"), "{at} ms: {cycle:?}");
         }
     }

@@ -1,5 +1,5 @@
 //! The loop closed on virtual time: commands in, frames to a simulated vehicle, its lights, its report,
-//! and what the gateway says of its obedience.
+//! and the compliance that the gateway reports.
 
 use std::time::Duration;
 
@@ -50,7 +50,7 @@ fn shipped(name: &str, bus: &str, command: &str) -> Settings {
     MemoryFiles::new([("gateway.toml", text)]).or_disk().settings()
 }
 
-/// Gateway and vehicle on one wire, and Autoware, which says the same ten times a second.
+/// Gateway and vehicle on one wire, and Autoware, which repeats its command ten times a second.
 struct Loop {
     gateway: Gateway,
     vehicle: SimulatedVehicle,
@@ -64,7 +64,7 @@ struct Loop {
     turned: MonoTime,
     happened: Vec<(MonoTime, VehicleEvent)>,
     /// When, of which task.
-    said: Vec<(MonoTime, String, Level, String)>,
+    changes: Vec<(MonoTime, String, Level, String)>,
 }
 
 impl Loop {
@@ -80,7 +80,7 @@ impl Loop {
             reports: (None, None),
             turned: MonoTime::ZERO,
             happened: Vec::new(),
-            said: Vec::new(),
+            changes: Vec::new(),
         };
         desk.exchange();
         desk
@@ -91,7 +91,7 @@ impl Loop {
         Self::new(&shipped(name, bus, ""))
     }
 
-    /// Everything that is to be said at this instant, over and back until nobody has anything left.
+    /// Exchanges everything that is due at this instant, until neither side has anything left.
     fn exchange(&mut self) {
         let now = time(self.at);
         loop {
@@ -131,7 +131,7 @@ impl Loop {
                         for status in diagnostics.statuses.into_iter().filter(|s| s.name.contains("_command"))
                         {
                             let task = status.name.split(": ").nth(1).unwrap().to_owned();
-                            self.said.push((self.at, task, status.level, status.message));
+                            self.changes.push((self.at, task, status.level, status.message));
                         }
                     }
                     Output::Diagnostics { .. }
@@ -178,12 +178,12 @@ impl Loop {
         }
     }
 
-    fn say(&mut self, turn: u8, hazard: u8, ms: u64) {
+    fn command(&mut self, turn: u8, hazard: u8, ms: u64) {
         (self.words[0], self.words[1]) = (Some(turn), Some(hazard));
         self.pass(ms);
     }
 
-    fn ask(&mut self, text: &str, ms: u64) {
+    fn request(&mut self, text: &str, ms: u64) {
         let (_, request) = request::line(text).unwrap().unwrap();
         self.vehicle.request(request, self.at);
         self.pass(ms);
@@ -193,10 +193,10 @@ impl Loop {
         self.words[2] = Some(mode);
     }
 
-    /// What has been said of the turn command since a time, as news.
+    /// Changes of the turn command's status since a time.
     fn news_since(&self, since: MonoTime) -> Vec<(Level, &str)> {
         let news =
-            self.said.iter().filter(|(at, task, ..)| *at >= since && task == "turn_indicators_command");
+            self.changes.iter().filter(|(at, task, ..)| *at >= since && task == "turn_indicators_command");
         news.map(|(_, _, level, message)| (*level, message.as_str())).collect()
     }
 
@@ -210,11 +210,11 @@ impl Loop {
 }
 
 #[test]
-fn each_shipped_vehicle_obeys_and_its_report_proves_it() {
+fn each_shipped_vehicle_follows_commands_and_its_report_shows_it() {
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
-        car.say(DISABLE, HAZARD_OFF, 1000);
+        car.command(DISABLE, HAZARD_OFF, 1000);
         let steps = [
             (LEFT, HAZARD_OFF, Left, "ENABLE_LEFT", "DISABLE"),
             (LEFT, HAZARD_ON, Both, "DISABLE", "ENABLE"),
@@ -224,13 +224,13 @@ fn each_shipped_vehicle_obeys_and_its_report_proves_it() {
             (DISABLE, HAZARD_ON, Both, "DISABLE", "ENABLE"),
         ];
         for (turn, hazard, code, turn_report, hazard_report) in steps {
-            car.say(turn, hazard, 5000);
+            car.command(turn, hazard, 5000);
             let who = if code == Off { Who::Nobody } else { Who::Command };
             assert_eq!(car.vehicle.lights(), (code, who), "{name}");
             assert_eq!(car.reports, (Some(turn_report), Some(hazard_report)), "{name}");
         }
         let bad: Vec<_> = car
-            .said
+            .changes
             .iter()
             .filter(|(at, _, level, _)| *level != Level::Ok && *at > MonoTime::from_millis(1000))
             .collect();
@@ -243,20 +243,20 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(MANUAL);
-        car.say(LEFT, HAZARD_ON, 5000);
+        car.command(LEFT, HAZARD_ON, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
-        let asked = car.happened.iter().any(|(_, what)| {
+        let requested = car.happened.iter().any(|(_, what)| {
             matches!(
                 what,
                 VehicleEvent::Commanded { turn: Some(Turn::Left | Turn::Right), .. }
                     | VehicleEvent::Commanded { hazard: Some(true), .. }
             )
         });
-        assert!(!asked, "{name}");
+        assert!(!requested, "{name}");
         car.mode(VELOCITY_ONLY);
-        car.say(LEFT, HAZARD_OFF, 5000);
+        car.command(LEFT, HAZARD_OFF, 5000);
         assert_eq!(car.vehicle.lights(), (Off, Who::Nobody), "{name}");
-        car.say(LEFT, HAZARD_ON, 5000);
+        car.command(LEFT, HAZARD_ON, 5000);
         assert_eq!(car.vehicle.lights(), (Both, Who::Command), "{name}");
     }
 }
@@ -265,24 +265,24 @@ fn in_manual_mode_nothing_reaches_the_lights_and_with_velocity_only_the_hazard_l
 fn the_driver_is_left_alone_and_the_command_comes_back() {
     let mut car = Loop::shipped(0);
     car.mode(AUTONOMOUS);
-    car.say(LEFT, HAZARD_OFF, 5000);
+    car.command(LEFT, HAZARD_OFF, 5000);
     let since = car.at;
-    car.ask("stalk right", 5000);
+    car.request("stalk right", 5000);
     assert_eq!(car.vehicle.lights(), (Right, Who::Driver));
     assert_eq!(car.news_since(since), [(Level::Warn, "commanded left, left to the driver: right")]);
     let since = car.at;
-    car.ask("stalk off", 5000);
+    car.request("stalk off", 5000);
     assert_eq!(car.vehicle.lights(), (Left, Who::Command));
     assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok);
     // A driver who switches the hazard lights on keeps them, whatever is commanded.
-    car.ask("hazard on", 5000);
+    car.request("hazard on", 5000);
     assert_eq!(car.vehicle.lights(), (Both, Who::Driver));
-    car.ask("hazard off", 5000);
+    car.request("hazard off", 5000);
     assert_eq!(car.vehicle.lights(), (Left, Who::Command));
 }
 
 #[test]
-fn a_vehicle_that_does_not_obey_or_lies_is_found_out() {
+fn a_vehicle_that_ignores_commands_or_reports_falsely_is_detected() {
     let table = [
         (
             "fault ignore-commands",
@@ -299,16 +299,16 @@ fn a_vehicle_that_does_not_obey_or_lies_is_found_out() {
         for (fault, warning, error) in table {
             let mut car = Loop::shipped(index);
             car.mode(AUTONOMOUS);
-            car.say(DISABLE, HAZARD_OFF, 2000);
+            car.command(DISABLE, HAZARD_OFF, 2000);
             let since = car.at;
-            car.ask(fault, 0);
-            car.say(LEFT, HAZARD_OFF, 5000);
+            car.request(fault, 0);
+            car.command(LEFT, HAZARD_OFF, 5000);
             let news = car.news_since(since);
-            let at = |wanted: (Level, &str)| news.iter().position(|news| *news == wanted);
+            let at = |expected: (Level, &str)| news.iter().position(|news| *news == expected);
             let (warned, failed) = (at((Level::Warn, warning)), at((Level::Error, error)));
             assert!(warned.is_some() && warned < failed, "{name} {fault}: {news:?}");
             let since = car.at;
-            car.ask("clear", 5000);
+            car.request("clear", 5000);
             assert_eq!(car.reports.0, Some("ENABLE_LEFT"), "{name} {fault}");
             assert_eq!(car.news_since(since).last().unwrap().0, Level::Ok, "{name} {fault}");
         }
@@ -323,19 +323,19 @@ fn commands_are_reported_in_time(commands: u64) {
     for (index, (name, _)) in SHIPPED.iter().enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
-        car.say(DISABLE, HAZARD_OFF, 1000);
+        car.command(DISABLE, HAZARD_OFF, 1000);
         let mut spans = Vec::new();
         for (step, raw) in (0..commands).zip([LEFT, DISABLE, RIGHT, DISABLE].into_iter().cycle()) {
             // All phases come, in an order without pattern.
             car.pass(300 + step * 37 % 100);
-            let told = time(car.at);
+            let commanded = time(car.at);
             car.words[0] = Some(raw);
-            car.gateway.handle(bench::turn(raw, told.wall), told);
+            car.gateway.handle(bench::turn(raw, commanded.wall), commanded);
             car.exchange();
             car.pass(most_ms);
             let report = ["DISABLE", "ENABLE_LEFT", "ENABLE_RIGHT"][usize::from(raw - 1)];
             assert_eq!(car.reports.0, Some(report), "{name}, step {step}");
-            spans.push(car.turned.since(told.mono).as_secs_f64() * 1000.0);
+            spans.push(car.turned.since(commanded.mono).as_secs_f64() * 1000.0);
         }
         spans.sort_by(f64::total_cmp);
         let at = |percent: usize| spans[(spans.len() - 1) * percent / 100];
@@ -370,7 +370,7 @@ fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
     for (index, ((name, bus), period)) in SHIPPED.iter().zip([100, 50, 100]).enumerate() {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
-        car.say(LEFT, HAZARD_OFF, 5000);
+        car.command(LEFT, HAZARD_OFF, 5000);
         let killed = car.at;
         car.gateway_lives = false;
         car.pass(1000);
@@ -391,11 +391,11 @@ fn a_killed_gateway_ends_the_command_and_the_next_one_begins_it_again() {
 }
 
 #[test]
-fn an_orderly_stop_leaves_the_lights_as_it_is_told_to() {
+fn an_orderly_stop_leaves_the_lights_as_configured() {
     for (on_shutdown, expected) in [("release", Off), ("off", Off), ("hazard", Both)] {
         let mut car = Loop::new(&shipped("pacmod", "pacmod", &format!("on_shutdown = \"{on_shutdown}\"")));
         car.mode(AUTONOMOUS);
-        car.say(LEFT, HAZARD_OFF, 5000);
+        car.command(LEFT, HAZARD_OFF, 5000);
         let stopped = car.at;
         car.gateway.handle(CommandInput::Stop, time(car.at));
         car.words = [None; 3];
@@ -430,11 +430,11 @@ fn a_stalk_and_a_button_that_spring_back_are_pressed_as_a_driver_would() {
         ("stalk off", "DISABLE"),
         ("tap right", "DISABLE"),
     ] {
-        car.ask(request, 3000);
+        car.request(request, 3000);
         assert_eq!(car.reports.0, Some(report), "{request}");
     }
     for (request, report) in [("hazard on", "ENABLE"), ("hazard on", "ENABLE"), ("hazard press", "DISABLE")] {
-        car.ask(request, 3000);
+        car.request(request, 3000);
         assert_eq!(car.reports.1, Some(report), "{request}");
     }
 }
@@ -448,41 +448,41 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// Whatever happened: once all is whole and the driver's hands are off, the lights are as commanded, and
-    /// all that the gateway says is that the vehicle obeys.
+    /// all statuses report that the vehicle complies.
     #[test]
     fn after_any_day_the_lights_are_as_commanded(index in 0_usize..3, day in days()) {
         let mut car = Loop::shipped(index);
         car.mode(AUTONOMOUS);
         for (what, ms) in day {
             match what {
-                0 => car.ask("stalk left", ms),
-                1 => car.ask("stalk right", ms),
-                2 => car.ask("stalk off", ms),
-                3 => car.ask("tap left", ms),
-                4 => car.ask("hazard press", ms),
-                5 => car.ask("fault drop 0.5", ms),
-                6 => car.ask("fault corrupt 0.5", ms),
-                7 => car.ask("fault freeze-counter", ms),
-                8 => car.ask("fault false-report right", ms),
-                9 => car.ask("fault ignore-commands", ms),
-                10 => car.ask("fault bus-off 0.7", ms),
-                11 => car.ask("fault report undefined", ms),
-                12 => car.ask("clear", ms),
+                0 => car.request("stalk left", ms),
+                1 => car.request("stalk right", ms),
+                2 => car.request("stalk off", ms),
+                3 => car.request("tap left", ms),
+                4 => car.request("hazard press", ms),
+                5 => car.request("fault drop 0.5", ms),
+                6 => car.request("fault corrupt 0.5", ms),
+                7 => car.request("fault freeze-counter", ms),
+                8 => car.request("fault false-report right", ms),
+                9 => car.request("fault ignore-commands", ms),
+                10 => car.request("fault bus-off 0.7", ms),
+                11 => car.request("fault report undefined", ms),
+                12 => car.request("clear", ms),
                 13 => { car.mode(MANUAL); car.pass(ms); }
                 14 => { car.mode(AUTONOMOUS); car.pass(ms); }
-                15 => car.say(LEFT, HAZARD_OFF, ms),
-                16 => car.say(RIGHT, HAZARD_ON, ms),
-                17 => car.say(DISABLE, HAZARD_OFF, ms),
-                18 => car.say(NONE, NONE, ms),
+                15 => car.command(LEFT, HAZARD_OFF, ms),
+                16 => car.command(RIGHT, HAZARD_ON, ms),
+                17 => car.command(DISABLE, HAZARD_OFF, ms),
+                18 => car.command(NONE, NONE, ms),
                 _ => { car.words = [None; 3]; car.pass(ms); }
             }
         }
         car.mode(AUTONOMOUS);
-        car.ask("clear", 0);
-        car.ask("stalk off", 0);
-        car.ask("hazard off", 0);
-        car.say(DISABLE, HAZARD_OFF, 8000);
-        car.say(LEFT, HAZARD_OFF, 8000);
+        car.request("clear", 0);
+        car.request("stalk off", 0);
+        car.request("hazard off", 0);
+        car.command(DISABLE, HAZARD_OFF, 8000);
+        car.command(LEFT, HAZARD_OFF, 8000);
         prop_assert_eq!(car.vehicle.lights(), (Left, Who::Command));
         prop_assert_eq!(car.reports, (Some("ENABLE_LEFT"), Some("DISABLE")));
         let worst = car.gateway.statuses(car.at).iter().filter(|s| s.name.contains("_command")).map(|s| s.level).max();

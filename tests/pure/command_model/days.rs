@@ -1,4 +1,4 @@
-//! Random days: the flow asks for what the model says, and the laws of sending hold for every frame.
+//! Random days: the flow requests the same as the model, and the rules of sending hold for every frame.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestCaseError};
@@ -12,9 +12,9 @@ use signal_gateway::core::command::sender::SendFailure;
 use signal_gateway::core::time::{MonoTime, WallStamp};
 
 use crate::pure::command_model::bench::{Bench, config, mode};
-use crate::pure::command_model::model::{Asked, Command, Event, Rules, Silence, asked};
+use crate::pure::command_model::model::{Command, Event, Requested, Rules, Silence, requested};
 use crate::support::clock::MS;
-use crate::support::command_vehicle::{PROFILE, asks};
+use crate::support::command_vehicle::{PROFILE, request_text};
 
 const PERIOD_NS: u64 = 100 * MS;
 const MIN_GAP_NS: u64 = 10 * MS;
@@ -76,8 +76,8 @@ fn section(rules: Rules) -> String {
     )
 }
 
-/// What a frame says for this.
-fn words((turn, hazard): Asked) -> &'static str {
+/// The text of a frame with this request.
+fn words((turn, hazard): Requested) -> &'static str {
     match (turn, hazard) {
         (None, None) => "-",
         (_, Some(true)) if turn.is_some() => "hazard",
@@ -100,9 +100,9 @@ struct Day {
     full: bool,
     /// Frames that were really sent.
     wire: Vec<(u64, Frame)>,
-    /// Whether hazard lights were ever asked for.
-    hazard_asked: bool,
-    /// Since when hazard lights are asked for without a break.
+    /// True if hazard lights were ever requested.
+    hazard_requested: bool,
+    /// Time since which hazard lights are requested without a break.
     hazard_since: Option<u64>,
 }
 
@@ -110,31 +110,31 @@ impl Day {
     fn check(&mut self) -> Result<(), TestCaseError> {
         let given = self.bench.settle();
         let at = self.bench.now_ns;
-        let wanted = asked(self.rules, &self.history, at);
+        let expected = requested(self.rules, &self.history, at);
         let request = self.bench.flow.decision().request;
         let reported = self.history.iter().any(|(_, event)| matches!(event, Event::Report(..)));
-        // The driver may take from what is wanted, but nothing else, and never an "on" of the hazard lights.
-        self.hazard_asked |= wanted.1 == Some(true);
+        // The driver may take from what is requested, but nothing else, and never an "on" of the hazard lights.
+        self.hazard_requested |= expected.1 == Some(true);
         if !reported {
             // Without a report only what was switched on is switched off.
-            let hazard = wanted.1.filter(|on| *on || self.hazard_asked);
-            prop_assert_eq!((request.turn, request.hazard), (wanted.0, hazard), "at {} ms", at / MS);
+            let hazard = expected.1.filter(|on| *on || self.hazard_requested);
+            prop_assert_eq!((request.turn, request.hazard), (expected.0, hazard), "at {} ms", at / MS);
         }
         let hazard_shown =
             self.history.iter().rev().find_map(|(_, event)| {
                 if let Event::Report(_, hazard) = event { Some(*hazard) } else { None }
             });
         let is_known_off = hazard_shown == Some(Some(false));
-        prop_assert!(request.hazard != Some(false) || is_known_off || self.hazard_asked, "the driver's");
-        prop_assert!(request.turn == wanted.0 || request.turn.is_none());
-        prop_assert!(request.hazard == wanted.1 || (request.hazard.is_none() && wanted.1 == Some(false)));
+        prop_assert!(request.hazard != Some(false) || is_known_off || self.hazard_requested, "the driver's");
+        prop_assert!(request.turn == expected.0 || request.turn.is_none());
+        prop_assert!(request.hazard == expected.1 || (request.hazard.is_none() && expected.1 == Some(false)));
         self.hazard_since =
-            if wanted.1 == Some(true) && self.up { self.hazard_since.or(Some(at)) } else { None };
+            if expected.1 == Some(true) && self.up { self.hazard_since.or(Some(at)) } else { None };
         prop_assert!(given.len() <= 1 && (self.up || given.is_empty()));
         for frame in given {
             prop_assert_eq!(frame.bus(), BusIndex(0));
             prop_assert_eq!(frame.frame().id(), CanId::Standard(304), "only what is in the allow-list");
-            prop_assert_eq!(asks(frame.frame().data()), words((request.turn, request.hazard)));
+            prop_assert_eq!(request_text(frame.frame().data()), words((request.turn, request.hazard)));
             if std::mem::take(&mut self.full) {
                 self.bench.take(CommandInput::SendFailed { frame, failure: SendFailure::QueueFull });
             } else {
@@ -142,8 +142,12 @@ impl Day {
             }
         }
         if let Some(since) = self.hazard_since.filter(|since| at - since > PERIOD_NS) {
-            let last = self.wire.last().map(|(_, frame)| asks(frame.data()));
-            prop_assert!(last.is_some_and(|asked| asked.starts_with("hazard")), "since {}", since / MS);
+            let last = self.wire.last().map(|(_, frame)| request_text(frame.data()));
+            prop_assert!(
+                last.is_some_and(|requested| requested.starts_with("hazard")),
+                "since {}",
+                since / MS
+            );
         }
         Ok(())
     }
@@ -155,7 +159,8 @@ impl Day {
             let due = self.bench.flow.next_deadline().map(MonoTime::as_nanos);
             prop_assert!(due.is_none_or(|due| due > at), "a deadline that does not move");
             let next = due.unwrap_or(u64::MAX).min(until);
-            let same = asked(self.rules, &self.history, at) == asked(self.rules, &self.history, next - 1);
+            let same =
+                requested(self.rules, &self.history, at) == requested(self.rules, &self.history, next - 1);
             prop_assert!(same, "nothing changes before the deadline");
             self.bench.now_ns = next;
             if due.is_none_or(|due| due > until) {
@@ -202,7 +207,7 @@ proptest! {
     #![proptest_config(Config { cases: 200, failure_persistence: None, ..Config::default() })]
 
     #[test]
-    fn the_flow_asks_for_what_the_model_says(
+    fn the_flow_requests_what_the_model_requests(
         rules in any_rules(),
         events in proptest::collection::vec((1..260_000_000_u64, any_event()), 1..80),
         reports: bool,
@@ -215,7 +220,7 @@ proptest! {
             up: true,
             full: false,
             wire: Vec::new(),
-            hazard_asked: false,
+            hazard_requested: false,
             hazard_since: None,
         };
         day.check()?;

@@ -8,14 +8,14 @@ use signal_gateway::core::command::output::CommandOutput;
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::Gateway;
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::light_command::HazardCommand;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::planner_input::PlannerInput;
-use signal_gateway::core::turn_signal::signal::Hazard;
 
 use crate::pure::command_model::bench::{self, settings};
 use crate::pure::turn_signal_cases::bench::route;
 use crate::support::clock::{MS, at_ms};
-use crate::support::command_vehicle::{PROFILE, asks};
+use crate::support::command_vehicle::{PROFILE, request_text};
 use crate::support::virtual_gateway::VirtualGateway;
 
 const BUS: BusIndex = BusIndex(0);
@@ -46,7 +46,7 @@ impl VirtualGateway {
         }
     }
 
-    /// When, what, and whether it said something new.
+    /// Time and frame, and whether its contents are new.
     fn sent(&self) -> Vec<(u64, Frame, bool)> {
         let sent = self.select(|output| {
             if let Output::Command(CommandOutput::Transmit { frame, is_news }) = output {
@@ -70,11 +70,11 @@ impl VirtualGateway {
         frames.into_iter().map(|(_, frame)| frame).collect()
     }
 
-    fn asked(&self) -> &'static str {
-        self.sent().last().map_or("no frame", |(_, frame, _)| asks(frame.data()))
+    fn requested(&self) -> &'static str {
+        self.sent().last().map_or("no frame", |(_, frame, _)| request_text(frame.data()))
     }
 
-    /// What was said of a task as news.
+    /// Changes of the status of a task.
     fn news(&self, task: &str) -> Vec<(Level, &str)> {
         self.changes_of(task).map(|change| (change.level, change.message.as_str())).collect()
     }
@@ -106,11 +106,11 @@ fn what_is_received_for_commands_passes_the_kernels_filters() {
 fn a_command_is_a_frame_at_once_and_the_report_proves_it() {
     let mut desk = live("");
     desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, 1), (hazard, 1)]);
-    assert_eq!(desk.asked(), "off");
+    assert_eq!(desk.requested(), "off");
     let before = desk.sent().len();
     desk.handle(turn(LEFT));
     let (at, _, is_news) = desk.sent()[before];
-    assert_eq!((desk.asked(), at, is_news), ("left", 500, true));
+    assert_eq!((desk.requested(), at, is_news), ("left", 500, true));
     let words: &[CommandValue] = &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)];
     desk.drive(200, 0, words);
     desk.drive(1_000, 1, words);
@@ -119,28 +119,31 @@ fn a_command_is_a_frame_at_once_and_the_report_proves_it() {
     // The lamps go out though left is commanded: both values, as soon as each limit is over.
     let dark = desk.now.mono;
     desk.drive(4_000, 0, words);
-    let said = desk.changes_of("turn_indicators_command").filter(|change| change.at > dark);
+    let changes = desk.changes_of("turn_indicators_command").filter(|change| change.at > dark);
     let after = |at: MonoTime| at.since(dark).as_nanos().div_ceil(MS.into());
-    let said: Vec<_> = said.map(|change| (after(change.at), change.level, change.message.as_str())).collect();
+    let changes: Vec<_> =
+        changes.map(|change| (after(change.at), change.level, change.message.as_str())).collect();
     let late = (1_501, Level::Warn, "commanded left, but the vehicle still reports off");
     let never = (3_001, Level::Error, "commanded left, but the vehicle reports off");
-    assert_eq!(said, [late, never]);
+    assert_eq!(changes, [late, never]);
 }
 
 #[test]
 fn in_manual_mode_and_on_a_lost_link_nothing_has_authority() {
     let mut desk = live("");
     desk.drive(500, 0, &[(mode, MANUAL), (turn, LEFT), (hazard, ON)]);
-    assert!(desk.sent().len() > 4 && desk.sent().iter().all(|(_, frame, _)| asks(frame.data()) == "-"));
+    assert!(
+        desk.sent().len() > 4 && desk.sent().iter().all(|(_, frame, _)| request_text(frame.data()) == "-")
+    );
     desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, ON)]);
-    assert_eq!(desk.asked(), "hazard");
+    assert_eq!(desk.requested(), "hazard");
     let before = desk.sent().len();
     desk.handle(CanInput::Link { bus: BUS, state: LinkState::Down });
     desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, ON)]);
     assert_eq!(desk.sent().len(), before);
     assert!(desk.news("command_transmission").contains(&(Level::Error, "nothing can be sent on body")));
     desk.handle(CanInput::Link { bus: BUS, state: LinkState::Up });
-    assert_eq!((desk.sent().len(), desk.asked()), (before + 1, "hazard"), "at once");
+    assert_eq!((desk.sent().len(), desk.requested()), (before + 1, "hazard"), "at once");
 }
 
 #[test]
@@ -182,7 +185,7 @@ fn a_stop_is_one_last_frame_with_the_state_for_it() {
         assert!(!desk.gateway.is_finished());
         desk.handle(CommandInput::Stop);
         desk.drive(500, 1, words);
-        assert_eq!((desk.sent().len(), desk.asked()), (before + 1, last), "{on_shutdown}");
+        assert_eq!((desk.sent().len(), desk.requested()), (before + 1, last), "{on_shutdown}");
         assert!(desk.gateway.is_finished());
     }
     let mut without = settings("", PROFILE).gateway;
@@ -191,41 +194,41 @@ fn a_stop_is_one_last_frame_with_the_state_for_it() {
 }
 
 #[test]
-fn a_dry_run_tells_and_sends_nothing_whatever_the_configuration_says() {
-    let wanted = settings("tx = \"on\"", PROFILE).gateway;
-    for dry in [settings("", PROFILE).gateway, wanted.clone().dry()] {
+fn a_dry_run_shows_frames_and_sends_none_whatever_the_configuration() {
+    let live = settings("tx = \"on\"", PROFILE).gateway;
+    for dry in [settings("", PROFILE).gateway, live.clone().dry()] {
         let mut desk = VirtualGateway::new(dry);
         desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)]);
         assert!(desk.sent().is_empty());
-        let told: Vec<_> = desk.would_send().into_iter().filter(|(_, is_news)| *is_news).collect();
-        let told: Vec<_> = told.iter().map(|(frame, _)| asks(frame.data())).collect();
-        assert_eq!(told.last(), Some(&"left"));
-        assert!(desk.would_send().len() > told.len());
+        let shown: Vec<_> = desk.would_send().into_iter().filter(|(_, is_news)| *is_news).collect();
+        let shown: Vec<_> = shown.iter().map(|(frame, _)| request_text(frame.data())).collect();
+        assert_eq!(shown.last(), Some(&"left"));
+        assert!(desk.would_send().len() > shown.len());
     }
-    let mut live = VirtualGateway::new(wanted);
+    let mut live = VirtualGateway::new(live);
     live.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT), (hazard, 1)]);
     assert!(live.would_send().is_empty() && !live.sent().is_empty());
 }
 
 #[test]
-fn where_the_decider_is_the_source_it_alone_commands_the_turn_and_may_ask_for_hazard_lights() {
+fn where_the_decider_is_the_source_it_alone_commands_the_turn_and_may_request_hazard_lights() {
     let keys = "tx = \"on\"\nsource = \"decider\"\n[turn_signal]\nenabled = true\nmap = \"map.osm\"";
     let mut desk = VirtualGateway::new(settings(keys, PROFILE).gateway);
-    // It has no inputs, so it says NO_COMMAND ten times a second; the topic is not listened to.
+    // It has no inputs, so it commands NO_COMMAND ten times a second; the topic is not read.
     desk.drive(500, 0, &[(mode, AUTONOMOUS), (turn, LEFT)]);
-    assert_eq!(desk.asked(), "-");
+    assert_eq!(desk.requested(), "-");
     let value = |desk: &VirtualGateway, key| desk.value("turn_indicators_command", key);
     assert_eq!((value(&desk, "commands"), value(&desk, "no_command")), ("5".to_owned(), "5".to_owned()));
-    desk.handle(PlannerInput::HazardRequest(Hazard::Enable));
+    desk.handle(PlannerInput::HazardRequest(HazardCommand::Enable));
     desk.drive(200, 0, &[(mode, AUTONOMOUS)]);
-    assert_eq!(desk.asked(), "hazard, any turn");
+    assert_eq!(desk.requested(), "hazard, any turn");
     // Off on the topic does not beat on of the decider, on of either is on.
     desk.drive(200, 0, &[(mode, AUTONOMOUS), (hazard, 1)]);
-    assert_eq!(desk.asked(), "hazard, any turn");
+    assert_eq!(desk.requested(), "hazard, any turn");
     desk.drive(2_500, 0, &[(mode, AUTONOMOUS), (hazard, 1)]);
-    assert_eq!(desk.asked(), "any turn");
+    assert_eq!(desk.requested(), "any turn");
     desk.drive(200, 0, &[(mode, AUTONOMOUS), (hazard, ON)]);
-    assert_eq!(desk.asked(), "hazard, any turn");
+    assert_eq!(desk.requested(), "hazard, any turn");
 }
 
 /// Twenty metres before a turn to the left; then nothing of the localisation for longer than its limit, but for

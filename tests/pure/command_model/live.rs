@@ -12,7 +12,7 @@ use signal_gateway::daemon::live::Live;
 
 use crate::pure::command_model::bench::{mode, settings, turn};
 use crate::support::clock::at_ms;
-use crate::support::command_vehicle::{PROFILE, asks};
+use crate::support::command_vehicle::{PROFILE, request_text};
 
 /// Frames given out while the vehicle's report is read 7 ms late, and commands come in between.
 fn frames(until_ms: u64, full: std::ops::Range<u64>) -> Vec<(u64, Frame)> {
@@ -76,7 +76,7 @@ fn what_could_not_be_sent_is_sent_again_with_the_same_counter() {
 #[test]
 fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
     let mut live = Live::new(settings("tx = \"on\"", PROFILE).gateway, &[LinkState::Up], at_ms(0));
-    let (mut asked, mut shown) = (Vec::new(), Vec::new());
+    let (mut requested, mut shown) = (Vec::new(), Vec::new());
     for ms in 0..6_000 {
         let ahead_ns = if ms < 2_050 { 0 } else { -2_000_000_000 };
         let wall = WallStamp::from_nanos(at_ms(ms).wall.as_nanos() + ahead_ns);
@@ -88,7 +88,7 @@ fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
         live.settle_commands(read);
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
-                asked.push(asks(frame.frame().data()));
+                requested.push(request_text(frame.frame().data()));
             } else if let Output::Diagnostics { diagnostics, .. } = output
                 && !diagnostics.refresh
             {
@@ -98,8 +98,8 @@ fn a_step_of_the_wall_clock_is_shown_and_changes_no_frame() {
             }
         }
     }
-    asked.dedup();
-    assert_eq!(asked, ["-", "left, any hazard"]);
+    requested.dedup();
+    assert_eq!(requested, ["-", "left, any hazard"]);
     assert_eq!(shown, [(2_050, "the wall clock has stepped by -2.000 s".to_owned())]);
 }
 

@@ -1,4 +1,4 @@
-//! What must be asked of the vehicle, worked out anew each time from everything that has happened.
+//! The request to the vehicle, computed each time from the whole history.
 
 use signal_gateway::core::command::Turn;
 
@@ -50,21 +50,21 @@ pub(crate) struct Rules {
     pub(crate) on_hazard_timeout: Silence,
 }
 
-/// What is to be asked for: turn indicators and hazard lights.
-pub(crate) type Asked = (Option<Turn>, Option<bool>);
+/// The request: turn indicators and hazard lights.
+pub(crate) type Requested = (Option<Turn>, Option<bool>);
 
 /// Where one sender stands.
 enum Stand {
-    /// It wants this raw value.
-    Wants(u8),
-    /// It wants nothing.
+    /// It requests this raw value.
+    Requests(u8),
+    /// It requests nothing.
     Nothing,
-    /// It is silent, and wanted this last.
+    /// It is silent, and this was its last request.
     Silent(u8),
 }
 
-/// What is to be asked for at `at`, after `history`.
-pub(crate) fn asked(rules: Rules, history: &[(u64, Event)], at: u64) -> Asked {
+/// The request at `at`, after `history`.
+pub(crate) fn requested(rules: Rules, history: &[(u64, Event)], at: u64) -> Requested {
     let turn = stand(history, at, rules.turn_ns, 3, None, |event| {
         if let Event::Turn(command) = event { Some(command) } else { None }
     });
@@ -78,25 +78,25 @@ pub(crate) fn asked(rules: Rules, history: &[(u64, Event)], at: u64) -> Asked {
     let mode = mode.filter(|(time, _)| at - time <= rules.mode_ns).map(|(_, raw)| raw);
     let (steering, others) = (matches!(mode, Some(1 | 2)), matches!(mode, Some(1..=3)));
 
-    let mut want_turn = match turn {
-        Stand::Wants(raw) => Some(side(raw)),
+    let mut requested_turn = match turn {
+        Stand::Requests(raw) => Some(side(raw)),
         Stand::Silent(raw) if rules.on_turn_timeout == Silence::Hold => Some(side(raw)),
         Stand::Silent(_) => Some(Turn::Off),
         Stand::Nothing => None,
     };
-    let mut want_hazard = match (&hazard, rules.on_hazard_timeout) {
-        (Stand::Wants(raw), _) | (Stand::Silent(raw), Silence::Hold) => Some(*raw == 2),
+    let mut requested_hazard = match (&hazard, rules.on_hazard_timeout) {
+        (Stand::Requests(raw), _) | (Stand::Silent(raw), Silence::Hold) => Some(*raw == 2),
         (Stand::Silent(_), Silence::Off) => Some(false),
         (Stand::Silent(_), Silence::Hazard) => Some(true),
         (Stand::Nothing, _) => None,
     };
     if matches!(turn, Stand::Silent(_)) && rules.on_turn_timeout == Silence::Hazard {
-        want_hazard = Some(true);
+        requested_hazard = Some(true);
     }
-    if want_hazard == Some(true) && others {
-        want_turn = want_turn.map(|_| Turn::Off);
+    if requested_hazard == Some(true) && others {
+        requested_turn = requested_turn.map(|_| Turn::Off);
     }
-    (want_turn.filter(|_| steering), want_hazard.filter(|_| others))
+    (requested_turn.filter(|_| steering), requested_hazard.filter(|_| others))
 }
 
 fn side(raw: u8) -> Turn {
@@ -151,7 +151,7 @@ fn stand(
     }
     let requested = taken.iter().rev().find(|(_, raw)| *raw > 0);
     match (requested, taken.last()) {
-        (Some((time, raw)), _) if at - time <= limit => Stand::Wants(*raw),
+        (Some((time, raw)), _) if at - time <= limit => Stand::Requests(*raw),
         (_, Some((received, raw))) if *raw > 0 && at - received > limit => Stand::Silent(*raw),
         _ => Stand::Nothing,
     }

@@ -71,17 +71,17 @@ fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
             }
         }
         if ms == 1_050 {
-            assert_eq!(bench.said()[2], (Level::Warn, "frames are delayed".to_owned()));
+            assert_eq!(bench.status_texts()[2], (Level::Warn, "frames are delayed".to_owned()));
         }
         if ms == 1_170 {
-            assert_eq!(bench.said()[2], (Level::Error, "frames cannot be sent".to_owned()));
+            assert_eq!(bench.status_texts()[2], (Level::Error, "frames cannot be sent".to_owned()));
         }
     }
     // Not as many as the counter has values.
     assert_eq!(failed, 14, "every 10 ms, not faster");
     assert!(wire.windows(2).all(|pair| pair[1].1 == (pair[0].1 + 1) % 16), "{wire:?}");
     assert!(wire.iter().any(|(ms, _)| (1_180..1_200).contains(ms)), "at once when there is room");
-    assert_eq!(bench.said()[2].0, Level::Ok);
+    assert_eq!(bench.status_texts()[2].0, Level::Ok);
     let (_, counts) = bench.flow.send_counts().next().unwrap();
     assert_eq!((counts.queue_full, counts.refused, counts.sent), (7, 7, u64::try_from(wire.len()).unwrap()));
 }
@@ -102,9 +102,9 @@ fn own_frames_are_known_again_and_others_with_our_identifier_are_an_error() {
     let same_number = Frame::classic(CanId::Extended(304), own.data()).unwrap();
     assert_eq!(hear(&mut bench, 0, &same_number), FrameOrigin::Vehicle);
     bench.settle();
-    assert_eq!(bench.said()[2], (Level::Error, "conflicting sender of CMD".to_owned()));
+    assert_eq!(bench.status_texts()[2], (Level::Error, "conflicting sender of CMD".to_owned()));
     bench.pass_until(1_100 * MS);
-    assert_ne!(bench.said()[2].1, "conflicting sender of CMD");
+    assert_ne!(bench.status_texts()[2].1, "conflicting sender of CMD");
 }
 
 /// Profile, demand, message, and its bytes by public facts; the last frame of three, so the counter is 2.

@@ -72,7 +72,7 @@ fn command_messages_are_checked_against_the_dbc() {
 > car.toml:11:51: command.message[1].counter.increments_on: the counter of a command counts every frame; remove `increments_on`
 - checksum = { kind = "sum8", signal = "CMD_SUM" }
 + checksum = { kind = "sum8", signal = "CMD_COUNT" }
-> car.toml:12:38: command.message[1].checksum.signal: the checksum has 8 bits, its signal 4; bind the signal that holds the checksum
+> car.toml:12:38: command.message[1].checksum.signal: the checksum has 8 bits, but its signal has 4; bind the signal that holds the checksum
 "#;
     assert_refused(&with("car.toml", HERE, COMMAND), "car.toml", cases);
 }

@@ -42,11 +42,11 @@ fn signals_that_cannot_hold_the_checksum_are_refused() {
 + checksum = { kind = "j1850", signal = "CRCS" }
 > car.toml:6:39: message.BLINK.checksum.signal: BLINK has no signal CRCS; it has TURN, HAZARD, LEFT, RIGHT, TILT, COUNT, CRC, NIBBLE, PAGE, PAGED
 + checksum = { kind = "j1850", signal = "NIBBLE" }
-> car.toml:6:39: message.BLINK.checksum.signal: the checksum has 8 bits, its signal 4; bind the signal that holds the checksum
+> car.toml:6:39: message.BLINK.checksum.signal: the checksum has 8 bits, but its signal has 4; bind the signal that holds the checksum
 + checksum = { kind = "honda", signal = "TILT" }
-> car.toml:6:39: message.BLINK.checksum.signal: a checksum signal is unsigned; bind the signal that holds the checksum
+> car.toml:6:39: message.BLINK.checksum.signal: a checksum signal must be unsigned; bind the signal that holds the checksum
 + checksum = { kind = "honda", signal = "PAGED" }
-> car.toml:6:39: message.BLINK.checksum.signal: a checksum signal is in every frame, this one is multiplexed; bind the signal that holds the checksum
+> car.toml:6:39: message.BLINK.checksum.signal: a checksum signal must be in every frame, but this one is multiplexed; bind the signal that holds the checksum
 "#;
     assert_refused(&sound(), "car.toml", cases);
 }
@@ -55,15 +55,15 @@ fn signals_that_cannot_hold_the_checksum_are_refused() {
 fn counters_that_cannot_run_are_refused() {
     let cases = r#"
 + counter = { signal = "COUNT", first = 2, last = 2 }
-> car.toml:6:11: message.BLINK.counter: the counter runs from 2 to 2: it needs two values at least; see [message.*] counter in config/gateway.toml
+> car.toml:6:11: message.BLINK.counter: the counter runs from 2 to 2, but needs at least two values; see [message.*] counter in config/gateway.toml
 + counter = { signal = "COUNT", max_step = 4 }
-> car.toml:6:11: message.BLINK.counter: the largest step is 4: 1 to 3 with this range; see [message.*] counter in config/gateway.toml
+> car.toml:6:11: message.BLINK.counter: the largest step is 4, but this range allows 1 to 3; see [message.*] counter in config/gateway.toml
 + counter = { signal = "COUNT", max_step = 0 }
-> car.toml:6:11: message.BLINK.counter: the largest step is 0: 1 to 3 with this range; see [message.*] counter in config/gateway.toml
+> car.toml:6:11: message.BLINK.counter: the largest step is 0, but this range allows 1 to 3; see [message.*] counter in config/gateway.toml
 + counter = { signal = "COUNT", last = 14 }
-> car.toml:6:11: message.BLINK.counter: the counter's signal holds 0 to 3 only; see [message.*] counter in config/gateway.toml
+> car.toml:6:11: message.BLINK.counter: the counter's signal holds only 0 to 3; see [message.*] counter in config/gateway.toml
 + counter = { signal = "PAGED" }
-> car.toml:6:11: message.BLINK.counter: a counter signal is in every frame, this one is multiplexed; see [message.*] counter in config/gateway.toml
+> car.toml:6:11: message.BLINK.counter: a counter signal must be in every frame, but this one is multiplexed; see [message.*] counter in config/gateway.toml
 + counter = { signal = "COUNTS" }
 > car.toml:6:22: message.BLINK.counter.signal: BLINK has no signal COUNTS; it has TURN, HAZARD, LEFT, RIGHT, TILT, COUNT, CRC, NIBBLE, PAGE, PAGED
 "#;
@@ -83,11 +83,11 @@ fn e2e_protection_that_does_not_fit_is_refused() {
 + e2e = { profile = "2" }
 > car.toml:6:7: message.BLINK.e2e: missing key: data_ids; see [message.*] e2e in config/gateway.toml
 + e2e = { profile = "1A", data_id = 1, offset = 3 }
-> car.toml:6:7: message.BLINK.e2e: the header takes bytes 3 to 4, the message has 4 bytes; see [message.*] e2e in config/gateway.toml
+> car.toml:6:7: message.BLINK.e2e: the header takes bytes 3 to 4, but the message has 4 bytes; see [message.*] e2e in config/gateway.toml
 + e2e = { profile = "4", data_id = 1 }
-> car.toml:6:7: message.BLINK.e2e: the header takes bytes 0 to 11, the message has 4 bytes; see [message.*] e2e in config/gateway.toml
+> car.toml:6:7: message.BLINK.e2e: the header takes bytes 0 to 11, but the message has 4 bytes; see [message.*] e2e in config/gateway.toml
 + e2e = { profile = "1A", data_id = 1, max_step = 15 }
-> car.toml:6:7: message.BLINK.e2e: the largest step is 15: 1 to 14 with this range; see [message.*] e2e in config/gateway.toml
+> car.toml:6:7: message.BLINK.e2e: the largest step is 15, but this range allows 1 to 14; see [message.*] e2e in config/gateway.toml
 + e2e = { profile = "5", data_id = 0x10000 }
 > car.toml:6:34: message.BLINK.e2e.data_id: 65536 is out of range; give 0 to 65535
 + e2e = { profile = "2", data_ids = [0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15], data_id = 1, offset = 0 }

@@ -3,7 +3,7 @@
 use signal_gateway::config::Problem;
 use signal_gateway::config::Settings;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
-use signal_gateway::core::turn_signal::signal::Side;
+use signal_gateway::core::turn_signal::side::Side;
 
 use crate::pure::config_refusals::{HERE, assert_refused, load_texts, with};
 

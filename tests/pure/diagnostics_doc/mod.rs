@@ -65,7 +65,7 @@ impl Reported {
 }
 
 #[test]
-fn everything_listed_is_said_by_some_gateway() {
+fn every_listed_entry_is_reported_by_some_gateway() {
     let mut reported = Reported::default();
     drives::drive_all(&mut reported);
     let mut missing = Vec::new();

@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use signal_gateway::config::drive::{DriveFile, read};
 use signal_gateway::config::files::Disk;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{Improved, PathGenerator, Upstream};
 use signal_gateway::core::turn_signal::decision::Basis;
 use signal_gateway::core::turn_signal::min_duration::MinDurations;
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::Run;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 use signal_gateway::desk::drive::verdict::Verdicts;
@@ -23,8 +24,8 @@ use super::coverage::{CONFLICTS, MANOEUVRES, ONLY_A_GAP, WEAKNESSES};
 struct Shown {
     at_s: f64,
     at_m: f64,
-    turn: Signal,
-    hazard: Hazard,
+    turn: TurnCommand,
+    hazard: HazardCommand,
     /// Candidates were evaluated; otherwise a signal may be switched off early.
     has_candidates: bool,
     /// The winner is in its required section, which comes before minimum durations.
@@ -106,7 +107,7 @@ fn scenario(name: &str) -> Scenario {
 }
 
 impl Driven {
-    fn commands(&self) -> Vec<(Signal, Hazard)> {
+    fn commands(&self) -> Vec<(TurnCommand, HazardCommand)> {
         self.shown.iter().map(|shown| (shown.turn, shown.hazard)).collect()
     }
 
@@ -200,7 +201,10 @@ fn the_path_generator_differs_from_both_others() {
         for other in [upstream, improved] {
             assert_ne!(path_generator.commands(), other.commands(), "{stories}\nother:{}", other.story());
         }
-        assert!(path_generator.shown.iter().all(|shown| shown.hazard == Hazard::NoCommand), "{stories}");
+        assert!(
+            path_generator.shown.iter().all(|shown| shown.hazard == HazardCommand::NoCommand),
+            "{stories}"
+        );
         differing += 1;
     }
     assert!(differing >= 3, "{differing} drives are for the path generator");

@@ -88,7 +88,7 @@ fn a_full_press_ends_after_its_longest_time() {
 }
 
 #[test]
-fn a_silent_stalk_is_unknown_and_then_observed_anew() {
+fn a_silent_stalk_is_unknown_and_then_observed_again() {
     let mut car = stalk_car("");
     press(&mut car, LEFT_FULL, 5000, 6000);
     car.frames(STALK, 50, 7000..12_000, |_| IDLE);

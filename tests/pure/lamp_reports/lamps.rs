@@ -156,7 +156,7 @@ fn both_lamps_are_invalid_where_the_vehicle_never_shows_them() {
 }
 
 #[test]
-fn a_doubled_rate_is_a_warning_and_the_report_goes_on() {
+fn a_doubled_rate_is_a_warning_and_the_report_continues() {
     let mut car = observed();
     car.frames(LAMPS, 50, 2000..6000, |ms| if flash(ms, 2000, 350, 50) { LEFT } else { DARK });
     let text = "bulb failure: LAMPS.LEFT flashes too fast";

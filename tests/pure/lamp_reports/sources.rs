@@ -62,7 +62,7 @@ fn a_lasting_disagreement_is_a_warning_that_names_both() {
 }
 
 #[test]
-fn a_fallback_stands_in_for_a_source_in_doubt() {
+fn a_fallback_replaces_an_unavailable_source() {
     for (fallback, outcome) in [(true, "ENABLE_LEFT"), (false, "stops")] {
         let mut car = car(&state_and_lamps(fallback));
         drive(&mut car, 0..2100, |_| 0, |_| DARK);
@@ -79,7 +79,7 @@ fn a_fallback_stands_in_for_a_source_in_doubt() {
 }
 
 #[test]
-fn lamps_below_a_stalk_tell_of_hazard() {
+fn lamps_below_a_stalk_show_hazard() {
     let lamps = lamp_keys("hazard", "period_ms = 50");
     let mut car = car(&format!(
         "[message.LAMPS]\ntimeout_ms = 500\n[message.STALK]\ntimeout_ms = 500\n[turn]\n\

@@ -29,7 +29,7 @@ use model::{Expected, FaultKind, judge, may_be_asleep};
 /// Refresh of all statuses, as the generated configuration leaves it.
 const REFRESH_NS: u64 = 250_000_000;
 
-fn the_gateway_says_what_the_model_says_over(days: u32) {
+fn the_gateway_reports_what_the_model_reports_over(days: u32) {
     let day = proptest::collection::vec((1..260_000_000_u64, any_event()), 1..90);
     for_all(days, (any_car(), day), |(car, day)| {
         let mut trial = Trial::new(car);
@@ -42,18 +42,18 @@ fn the_gateway_says_what_the_model_says_over(days: u32) {
 }
 
 #[test]
-fn the_gateway_says_what_the_model_says() {
-    the_gateway_says_what_the_model_says_over(120);
+fn the_gateway_reports_what_the_model_reports() {
+    the_gateway_reports_what_the_model_reports_over(120);
 }
 
 mod slow {
     #[test]
-    fn the_gateway_says_what_the_model_says() {
-        super::the_gateway_says_what_the_model_says_over(600);
+    fn the_gateway_reports_what_the_model_reports() {
+        super::the_gateway_reports_what_the_model_reports_over(600);
     }
 }
 
-/// A gateway, the history it was given, and what it said so far.
+/// A gateway, the history it was given, and its reports so far.
 struct Trial {
     car: Car,
     gateway: Gateway,
@@ -89,7 +89,7 @@ impl Trial {
         trial
     }
 
-    /// Time goes by; whenever the gateway wants to be called, it is.
+    /// Time goes by; the gateway is called at each of its deadlines.
     fn pass(&mut self, pause_ns: u64) -> Result<(), TestCaseError> {
         let until = self.now_ns + pause_ns;
         loop {

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use signal_gateway::core::diagnostics::Level;
+use signal_gateway::core::light_command::{EnumOrUnknown, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, FactorTopic, Odometry, OperationMode, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
-use signal_gateway::core::turn_signal::signal::Signal;
 
 use super::bench::{announcing, decider, factor, path, route};
 use super::drive::segments;
@@ -59,7 +59,7 @@ fn spoilt_path() -> Vec<PathPoint> {
 fn every_bad_input_has_a_finding_and_invents_no_signal() {
     use FactorTopic::{LaneChangeLeft, StaticObstacleAvoidance};
     use Level::{Error, Ok, Warn};
-    use Signal::{Disable, Left, NoCommand};
+    use TurnCommand::{Disable, Left, NoCommand};
     let mode = OperationMode { mode: 77, is_autoware_control_enabled: false, is_in_transition: true };
     for (name, bad, turn, level, finding) in [
         ("empty route", Bad::PlannerInput(route(2, &[])), NoCommand, Error, "the route has no lanelet"),
@@ -125,7 +125,13 @@ fn every_bad_input_has_a_finding_and_invents_no_signal() {
             "avoidance without a planned path",
         ),
         ("unknown mode", Bad::PlannerInput(PlannerInput::OperationMode(mode)), Left, Ok, "none"),
-        ("own command", Bad::PlannerInput(PlannerInput::OwnTurnCommand(200)), Left, Ok, "none"),
+        (
+            "own command",
+            Bad::PlannerInput(PlannerInput::OwnTurnCommand(EnumOrUnknown::Unknown(200))),
+            Left,
+            Ok,
+            "none",
+        ),
     ] {
         let mut bench = announcing();
         let before = bench.now.wall;
@@ -180,10 +186,10 @@ fn a_scenario_no_longer_received_ends_the_signal() {
     let mut bench = announcing();
     bench.handle(PlannerInput::LaneDriving(true));
     bench.stay(36.0, 5.0, 1_000);
-    assert_eq!(bench.turn(), Some(Signal::Left));
+    assert_eq!(bench.turn(), Some(TurnCommand::Left));
     bench.stay(36.0, 5.0, 300);
     let status = bench.status("turn_signal_decider");
-    assert_eq!((bench.turn(), status.level), (Some(Signal::NoCommand), Level::Error));
+    assert_eq!((bench.turn(), status.level), (Some(TurnCommand::NoCommand), Level::Error));
     assert_eq!(status.message, "NO_COMMAND: the scenario is too old");
 }
 
@@ -238,7 +244,7 @@ fn any_input() -> impl Strategy<Value = PlannerInput> {
         2 => paths,
         3 => factors,
         1 => any::<bool>().prop_map(PlannerInput::LaneDriving),
-        1 => any::<u8>().prop_map(PlannerInput::OwnTurnCommand),
+        1 => any::<u8>().prop_map(|number| PlannerInput::OwnTurnCommand(number.into())),
     ]
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use signal_gateway::core::gateway::event::{Input, Output};
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::time::{MonoTime, WallStamp};
 use signal_gateway::core::turn_signal::decision::Decision;
@@ -12,7 +13,6 @@ use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::planner_input::{
     ControlPoint, Odometry, PathPoint, PlannerInput, PlannerRoute, PlanningFactor,
 };
-use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 
 use super::drive::segments;
 use crate::support::clock::{at, at_ms, millis};
@@ -50,7 +50,7 @@ impl VirtualGateway {
     }
 
     /// The turn commands, each with the time it was sent at, ms.
-    pub(crate) fn turn_commands(&self) -> Vec<(u64, Signal)> {
+    pub(crate) fn turn_commands(&self) -> Vec<(u64, TurnCommand)> {
         self.stamped(|output| {
             let Output::TurnSignal(TurnSignalOutput::TurnCommand { command, stamp }) = output else {
                 return None;
@@ -59,7 +59,7 @@ impl VirtualGateway {
         })
     }
 
-    pub(crate) fn hazard_commands(&self) -> Vec<(u64, Hazard)> {
+    pub(crate) fn hazard_commands(&self) -> Vec<(u64, HazardCommand)> {
         self.stamped(|output| {
             let Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) = output else {
                 return None;
@@ -75,11 +75,11 @@ impl VirtualGateway {
         })
     }
 
-    pub(crate) fn turn(&self) -> Option<Signal> {
+    pub(crate) fn turn(&self) -> Option<TurnCommand> {
         self.turn_commands().last().map(|(_, turn)| *turn)
     }
 
-    pub(crate) fn hazard(&self) -> Option<Hazard> {
+    pub(crate) fn hazard(&self) -> Option<HazardCommand> {
         self.hazard_commands().last().map(|(_, hazard)| *hazard)
     }
 
@@ -137,7 +137,7 @@ pub(crate) fn announcing() -> VirtualGateway {
     let mut bench = decider("enabled = true");
     bench.handle(route(1, &[1, 2, 3]));
     bench.stay(36.0, 5.0, 2_000);
-    assert_eq!(bench.turn(), Some(Signal::Left));
+    assert_eq!(bench.turn(), Some(TurnCommand::Left));
     bench
 }
 

@@ -1,19 +1,20 @@
 //! docs/spec/turn-signal-decider.md, "Joining records": the record of a manoeuvre joined with that of the one before it.
 
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::path::PathFrame;
 use signal_gateway::core::turn_signal::chain::{overwrite, pairwise_prior};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::line::{FRONT_M, NEAREST, at, line, record};
 
 fn hazard() -> Section {
-    Section { hazard: Hazard::Enable, ..Section::default() }
+    Section { hazard: HazardCommand::Enable, ..Section::default() }
 }
 
 /// The same points without a command.
 fn silenced(record: Section) -> Section {
-    Section { turn: Signal::NoCommand, ..record }
+    Section { turn: TurnCommand::NoCommand, ..record }
 }
 
 #[test]
@@ -22,7 +23,7 @@ fn overwrite_takes_the_new_record_unless_it_starts_later() {
     let path_frame = PathFrame::new(&path, at(30.0), FRONT_M, NEAREST);
     let previous = record(Side::Left, [0.0, 60.0], [20.0, 50.0]);
     let right = |start: f64| record(Side::Right, [start, 100.0], [start, 100.0]);
-    let none = Section { turn: Signal::NoCommand, ..right(-5.0) };
+    let none = Section { turn: TurnCommand::NoCommand, ..right(-5.0) };
     for (what, previous, new, expected) in [
         ("desired start beyond the end", previous, right(80.0), previous),
         ("desired start at the end", previous, right(60.0), right(60.0)),
@@ -30,7 +31,7 @@ fn overwrite_takes_the_new_record_unless_it_starts_later() {
         ("a record without a command", previous, none, none),
         ("without a command, but beyond the end", previous, silenced(right(61.0)), previous),
         ("previous without a command", silenced(previous), right(80.0), right(80.0)),
-        ("previous off", Section { turn: Signal::Disable, ..previous }, right(80.0), right(80.0)),
+        ("previous off", Section { turn: TurnCommand::Disable, ..previous }, right(80.0), right(80.0)),
         ("hazard lights", hazard(), right(80.0), right(80.0)),
     ] {
         assert_eq!(overwrite(&path_frame, previous, new), expected, "{what}");

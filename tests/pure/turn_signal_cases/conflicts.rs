@@ -1,10 +1,10 @@
 //! docs/spec/turn-signal-decider.md, "Conflict patterns": conflicts of two and three records over a whole drive,
 //! improved and as upstream.
 
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Case, Rules, Source};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::Side::{self, Left, Right};
-use signal_gateway::core::turn_signal::signal::Signal;
+use signal_gateway::core::turn_signal::side::Side::{self, Left, Right};
 
 use super::line::{record, resolve_at};
 
@@ -30,11 +30,11 @@ const fn after(side: Side, from: f64, to: f64) -> Stretch {
     (side, from, false, to, true)
 }
 
-fn expected_at(stretches: &[Stretch], x: f64) -> Signal {
+fn expected_at(stretches: &[Stretch], x: f64) -> TurnCommand {
     let within = |(_, from, with_from, to, with_to): &&Stretch| {
         (x > *from || *with_from && x == *from) && (x < *to || *with_to && x == *to)
     };
-    stretches.iter().find(within).map_or(Signal::Disable, |(side, ..)| (*side).into())
+    stretches.iter().find(within).map_or(TurnCommand::Disable, |(side, ..)| (*side).into())
 }
 
 fn check(id: &str, candidates: &Candidates, stretches: &[Stretch], rules: &Rules) {

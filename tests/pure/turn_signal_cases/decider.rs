@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::path::PathError;
 use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork};
@@ -17,7 +18,7 @@ use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::resolve::Source;
 use signal_gateway::core::turn_signal::route::Route;
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::report::decision::reasons;
 
 use super::drive::{inputs, lane_change, route_from, straight_lane};
@@ -58,7 +59,7 @@ fn two_turns_of_a_map() {
             turn_at(52.4, 101.3, -0.4, 3.0),
             turn_at(55.1, 98.4, -1.2, 3.0),
         ];
-        use Signal::{Disable, Left, Right};
+        use TurnCommand::{Disable, Left, Right};
         assert_eq!(&turns[..4], [Disable, Right, Right, Right], "{compat:?}");
         let changed = [turns[4], turn_at(55.46, 95.0, -1.57, 3.0)];
         let expected = if compat == Upstream { [Left, Left] } else { [Disable, Left] };
@@ -93,7 +94,11 @@ fn the_distance_path_follows_the_route() {
 }
 
 fn assert_no_inputs(decision: &Decision, finding: Finding) {
-    assert_eq!((decision.turn, decision.hazard), (Signal::NoCommand, Hazard::NoCommand), "{decision:?}");
+    assert_eq!(
+        (decision.turn, decision.hazard),
+        (TurnCommand::NoCommand, HazardCommand::NoCommand),
+        "{decision:?}"
+    );
     assert_eq!((&decision.basis, &decision.findings[..]), (&Basis::NoInputs, &[finding][..]));
 }
 
@@ -108,7 +113,7 @@ fn without_what_is_indispensable_there_is_no_command() {
     let ahead = now.after(old);
     for compat in [Upstream, Improved] {
         let decide = |inputs: &Inputs<'_>| decider(compat).decide(inputs, now);
-        assert_eq!(decide(&whole).turn, Signal::Right);
+        assert_eq!(decide(&whole).turn, TurnCommand::Right);
         assert_no_inputs(&decide(&Inputs { odometry: None, ..whole }), Finding::NoOdometry);
         assert_no_inputs(&decide(&Inputs { road: None, ..whole }), Finding::NoRoad);
         assert_no_inputs(&decide(&Inputs { route: None, ..whole }), Finding::NoRoute);
@@ -127,7 +132,7 @@ fn without_what_is_indispensable_there_is_no_command() {
             }
         }
         let limit = MonoTime::from_millis(49_500);
-        assert_eq!(with(Timed { at: limit, ..fresh }).turn, Signal::Right, "as old as the limit");
+        assert_eq!(with(Timed { at: limit, ..fresh }).turn, TurnCommand::Right, "as old as the limit");
     }
 }
 
@@ -139,8 +144,8 @@ fn the_next_deadline_is_when_an_input_turns_old() {
     let due = decider.decide(&inputs(fresh, &road, &route), START).next_deadline.unwrap();
     assert_eq!(due, START.after(Duration::from_nanos(500_000_001)));
     let just_before = START.after(Duration::from_millis(500));
-    assert_eq!(decider.decide(&inputs(fresh, &road, &route), just_before).turn, Signal::Right);
-    assert_eq!(decider.decide(&inputs(fresh, &road, &route), due).turn, Signal::NoCommand);
+    assert_eq!(decider.decide(&inputs(fresh, &road, &route), just_before).turn, TurnCommand::Right);
+    assert_eq!(decider.decide(&inputs(fresh, &road, &route), due).turn, TurnCommand::NoCommand);
 }
 
 /// The minimum gap would follow on an end: off, though the turn goes on.
@@ -173,16 +178,16 @@ fn with_an_empty_path_or_a_map_without_lanes_the_manoeuvres_decide_alone() {
         let whole =
             Inputs { planned_path: Some(Timed { at: START, value: 0 }), ..inputs(fresh, &road, &route) };
         let got = decider(compat).decide(&whole, START);
-        assert_eq!((got.turn, got.hazard), (Signal::NoCommand, Hazard::Disable), "{compat:?}");
+        assert_eq!((got.turn, got.hazard), (TurnCommand::NoCommand, HazardCommand::Disable), "{compat:?}");
         assert_eq!(got.findings, [Finding::EmptyPlannedPath]);
         let got = decider(compat).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
-        assert_eq!((got.turn, got.basis), (Signal::Left, Basis::ManoeuvreAlone(Signal::Left)));
+        assert_eq!((got.turn, got.basis), (TurnCommand::Left, Basis::ManoeuvreAlone(TurnCommand::Left)));
         let got = decider(compat).decide(&inputs(fresh, &empty, &route), START);
-        assert_eq!((got.turn, &got.findings[..]), (Signal::NoCommand, &[Finding::NoLaneAround][..]));
+        assert_eq!((got.turn, &got.findings[..]), (TurnCommand::NoCommand, &[Finding::NoLaneAround][..]));
         let pointless = LaneNetwork::new([Lane { id: 500, ..Lane::default() }], Vec::new());
         let got = decider(compat).decide(&inputs(fresh, &pointless, &route), START);
         assert_eq!(got.findings, [Finding::NoDistancePath(PathError::TooShort)]);
-        assert_eq!(got.turn, Signal::NoCommand);
+        assert_eq!(got.turn, TurnCommand::NoCommand);
         let crooked = Lane { id: 500, centerline: vec![Point::new(f64::NAN, 0.0); 3], ..Lane::default() };
         let got =
             decider(compat).decide(&inputs(fresh, &LaneNetwork::new([crooked], Vec::new()), &route), START);
@@ -201,13 +206,13 @@ fn old_manoeuvres_are_left_out_and_bad_ones_not_signalled() {
         decider(compat).decide(&Inputs { manoeuvres: &manoeuvres, ..inputs(fresh, &road, &route) }, START)
     };
     for compat in [Upstream, Improved] {
-        assert_eq!(decide(compat, 49_000, at(60.0)).turn, Signal::Left);
+        assert_eq!(decide(compat, 49_000, at(60.0)).turn, TurnCommand::Left);
         let old = decide(compat, 48_999, at(60.0));
         let age = Duration::from_millis(1001);
-        assert_eq!(old.turn, Signal::Disable);
+        assert_eq!(old.turn, TurnCommand::Disable);
         assert_eq!(old.findings, [Finding::OldManoeuvre { kind: ManoeuvreKind::LaneChange, age }]);
         let bad = decide(compat, 50_000, Pose::new(f64::NAN, 0.0, 0.0));
-        assert_eq!(bad.turn, Signal::Disable);
+        assert_eq!(bad.turn, TurnCommand::Disable);
         let is_reason = |reason: String| reason.starts_with("manoeuvre: a point of it is not a number");
         assert!(reasons(&bad).any(is_reason), "{bad:?}");
     }
@@ -221,7 +226,7 @@ fn a_new_route_clears_what_was_remembered_by_default() {
         decider.decide(&inputs(odometry(45.0, 101.5, 0.0, 3.0, START), &road, &one), START);
         let later = START.after(Duration::from_millis(100));
         let got = decider.decide(&inputs(odometry(46.0, 101.5, 0.0, 3.0, later), &road, &other), later);
-        assert_eq!((got.turn, &got.findings[..]), (Signal::Right, &[Finding::NewRoute][..]));
+        assert_eq!((got.turn, &got.findings[..]), (TurnCommand::Right, &[Finding::NewRoute][..]));
         let Basis::Candidates(resolution) = got.basis else { panic!("W8 {compat:?}") };
         // Begun a metre ago, or here: the front is 3.79 m ahead.
         let start_m = resolution.winner.unwrap().distances.desired_start_m;
@@ -237,12 +242,12 @@ fn a_clock_that_goes_back_is_a_finding_and_restarts_durations() {
         let now = MonoTime::from_millis(millis);
         decider.decide(&inputs(odometry(x, 101.5, 0.0, 3.0, now), &road, &route), now)
     };
-    assert_eq!(at(50_000, 45.0).turn, Signal::Right);
+    assert_eq!(at(50_000, 45.0).turn, TurnCommand::Right);
     let back = at(10_000, 45.1);
     assert_eq!(back.findings, [Finding::TimeWentBack { by: Duration::from_secs(40) }]);
-    assert_eq!(back.turn, Signal::Right);
+    assert_eq!(back.turn, TurnCommand::Right);
     assert!(at(10_100, 45.2).findings.is_empty());
-    assert_eq!(at(90_000_000, 45.3).turn, Signal::Right, "a jump ahead with a fresh pose is harmless");
+    assert_eq!(at(90_000_000, 45.3).turn, TurnCommand::Right, "a jump ahead with a fresh pose is harmless");
 }
 
 #[test]
@@ -253,7 +258,7 @@ fn a_decision_has_its_reasons() {
     let got = decider(Upstream).decide(&Inputs { manoeuvres: &manoeuvres, ..whole }, START);
     assert_eq!(
         (got.turn, got.winner(), got.case().is_some()),
-        (Signal::Right, Some(Source::Intersection), true)
+        (TurnCommand::Right, Some(Source::Intersection), true)
     );
     let reasons: Vec<_> = reasons(&got).collect();
     let expected = [
@@ -289,7 +294,7 @@ proptest! {
             if let Basis::Candidates(resolution) = &got.basis {
                 prop_assert!(got.turn.side().is_none() || got.held.is_some() || resolution.winner.is_some());
             } else {
-                prop_assert_eq!(got.turn, Signal::NoCommand);
+                prop_assert_eq!(got.turn, TurnCommand::NoCommand);
             }
         }
     }

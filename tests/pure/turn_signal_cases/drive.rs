@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::path::{Path, PathFrame};
 use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::map::lane_network::{Lane, LaneId, LaneNetwork, TurnDirection};
@@ -19,7 +20,7 @@ use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::route::{Route, Segment};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::core::turn_signal::turn_lane::TurnLane;
 
 use super::line::{NEAREST, at, line};
@@ -90,9 +91,9 @@ pub(crate) fn turn(id: i64, direction: TurnDirection, from: f64, to: f64, requir
 /// A turn where a record lies.
 pub(crate) fn turn_of(record: &Section, id: i64) -> TurnLane {
     let direction = match record.turn {
-        Signal::Left => TurnDirection::Left,
-        Signal::Right => TurnDirection::Right,
-        Signal::Disable | Signal::NoCommand => TurnDirection::Straight,
+        TurnCommand::Left => TurnDirection::Left,
+        TurnCommand::Right => TurnDirection::Right,
+        TurnCommand::Disable | TurnCommand::NoCommand => TurnDirection::Straight,
     };
     let x = |pose: Pose| pose.position.x_m;
     turn(id, direction, x(record.required_start), x(record.desired_end), x(record.required_end))
@@ -179,7 +180,7 @@ impl Drive {
         xs: impl IntoIterator<Item = f64>,
         speed_mps: f64,
         manoeuvres: impl Fn(f64) -> Vec<Manoeuvre>,
-    ) -> Vec<(f64, Signal)> {
+    ) -> Vec<(f64, TurnCommand)> {
         let mut before: Option<f64> = None;
         let mut signals = Vec::new();
         for x in xs {

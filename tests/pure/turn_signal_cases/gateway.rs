@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use signal_gateway::core::diagnostics::Level;
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
 use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput, PlanningFactor};
-use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::io::ros::topics::Topics;
 use signal_gateway::report::gateway::JsonTimeline;
 
@@ -30,17 +30,21 @@ fn a_turn_is_commanded_from_announcement_to_end_and_each_change_reported_once() 
         bench.pass_without_end(50);
         commands.extend(bench.turn_commands()[before..].iter().map(|(_, turn)| (x_m, *turn)));
     }
-    let left: Vec<f64> = commands.iter().filter(|(_, turn)| *turn == Signal::Left).map(|(x, _)| *x).collect();
+    let left: Vec<f64> =
+        commands.iter().filter(|(_, turn)| *turn == TurnCommand::Left).map(|(x, _)| *x).collect();
     let (first, last) = (left[0], *left.last().unwrap());
     assert!((11.21..11.75).contains(&first) && (79.5..=80.0).contains(&last), "{first} {last}");
-    assert!(commands.iter().all(|(_, turn)| matches!(turn, Signal::Left | Signal::Disable)));
+    assert!(commands.iter().all(|(_, turn)| matches!(turn, TurnCommand::Left | TurnCommand::Disable)));
     let times: Vec<u64> = bench.turn_commands().iter().map(|(ms, _)| *ms).collect();
     let period = u64::try_from(PERIOD.as_millis()).unwrap();
     assert!(times.windows(2).all(|pair| pair[1] - pair[0] == period), "{times:?}");
     assert_eq!(bench.hazard_commands().len(), bench.turn_commands().len());
     let decided: Vec<_> = bench.decisions().iter().map(|(_, decision)| decision.turn).collect();
     // Without odometry, before, during and after the turn.
-    assert_eq!(decided, [Signal::NoCommand, Signal::Disable, Signal::Left, Signal::Disable]);
+    assert_eq!(
+        decided,
+        [TurnCommand::NoCommand, TurnCommand::Disable, TurnCommand::Left, TurnCommand::Disable]
+    );
     let messages: Vec<_> = bench.changes.iter().map(|change| change.message.as_str()).collect();
     for text in ["DISABLE: nothing to signal", "LEFT: intersection"] {
         assert!(messages.contains(&text), "{messages:?}");
@@ -99,7 +103,7 @@ fn diagnostics_name_winner_rule_distances_and_losers() {
 /// The requests of planner and system, and the command.
 #[test]
 fn hazard_requests_are_joined() {
-    use Hazard::{Disable, Enable, NoCommand};
+    use HazardCommand::{Disable, Enable, NoCommand};
     for (backing, request, age_ms, joined) in [
         (false, None, 0, Disable),
         (false, Some(Disable), 0, Disable),
@@ -120,7 +124,7 @@ fn hazard_requests_are_joined() {
         bench.handle(PlannerInput::Factors { topic, factors: factors(1, !backing, 36.0, 46.0) });
         bench.stay(36.0, 5.0, 200);
         assert_eq!(bench.hazard(), Some(joined), "{backing} {request:?} {age_ms}");
-        let turn = if backing { Signal::Disable } else { Signal::Left };
+        let turn = if backing { TurnCommand::Disable } else { TurnCommand::Left };
         assert_eq!(bench.turn(), Some(turn));
         let status = bench.status("turn_signal_decider");
         assert_eq!(status.level == Level::Warn, age_ms > 0, "{status:?}");
@@ -130,12 +134,15 @@ fn hazard_requests_are_joined() {
 #[test]
 fn without_odometry_only_a_request_for_hazard_lights_is_passed_on() {
     let mut bench = decider("enabled = true");
-    bench.handle(PlannerInput::HazardRequest(Hazard::Disable));
+    bench.handle(PlannerInput::HazardRequest(HazardCommand::Disable));
     bench.pass_without_end(200);
-    assert_eq!((bench.turn(), bench.hazard()), (Some(Signal::NoCommand), Some(Hazard::NoCommand)));
-    bench.handle(PlannerInput::HazardRequest(Hazard::Enable));
+    assert_eq!(
+        (bench.turn(), bench.hazard()),
+        (Some(TurnCommand::NoCommand), Some(HazardCommand::NoCommand))
+    );
+    bench.handle(PlannerInput::HazardRequest(HazardCommand::Enable));
     bench.pass_without_end(200);
-    assert_eq!((bench.turn(), bench.hazard()), (Some(Signal::NoCommand), Some(Hazard::Enable)));
+    assert_eq!((bench.turn(), bench.hazard()), (Some(TurnCommand::NoCommand), Some(HazardCommand::Enable)));
 }
 
 #[test]
@@ -145,7 +152,7 @@ fn a_shadow_compares_and_is_silent() {
     let mut stay = |own: Option<u8>, ms: u64| {
         for _ in 0..ms / 100 {
             if let Some(own) = own {
-                bench.handle(PlannerInput::OwnTurnCommand(own));
+                bench.handle(PlannerInput::OwnTurnCommand(own.into()));
             }
             bench.odometry(36.0, 5.0);
             bench.pass_without_end(100);

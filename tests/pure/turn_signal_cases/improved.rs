@@ -41,7 +41,7 @@ fn resolve_and_note(
 }
 
 /// A whole drive, with the memory of finished manoeuvres as the decider keeps it.
-fn signals(candidates: &Candidates) -> Vec<(f64, Signal)> {
+fn signals(candidates: &Candidates) -> Vec<(f64, TurnCommand)> {
     let mut memory = FinishedMemory::default();
     let step = |x: f64| (x, resolve_and_note(&mut memory, x, candidates, true).signal());
     (-40..=480).map(|quarter| f64::from(quarter) / 4.0).map(step).collect()
@@ -100,7 +100,7 @@ fn another_manoeuvre_of_the_same_source_may_be_signalled() {
 
 #[test]
 fn a_signal_lasts_and_leaves_a_gap() {
-    use Signal::{Disable, Left, NoCommand, Right};
+    use TurnCommand::{Disable, Left, NoCommand, Right};
     let mut min_duration = MinDurationFilter::default();
     let time = MonoTime::from_millis;
     let (left, off) = (Some(Held::On(Side::Left)), Some(Held::Off));
@@ -157,8 +157,8 @@ fn any_request() -> impl Strategy<Value = Signal> {
 }
 
 /// Runs of one signal, each with its first and last instant.
-fn runs(shown: &[(u64, Signal)]) -> Vec<(Signal, u64, u64)> {
-    let mut runs: Vec<(Signal, u64, u64)> = Vec::new();
+fn runs(shown: &[(u64, TurnCommand)]) -> Vec<(TurnCommand, u64, u64)> {
+    let mut runs: Vec<(TurnCommand, u64, u64)> = Vec::new();
     for (ms, signal) in shown {
         match runs.last_mut() {
             Some((same, _, last)) if same.side() == signal.side() => *last = *ms,
@@ -228,7 +228,7 @@ proptest! {
     /// Where no signal returns and no front is exactly at a start, memory and resolver change nothing.
     #[test]
     fn without_a_return_the_default_is_upstream(candidates in any_candidates()) {
-        let upstream: Vec<(f64, Signal)> = (-40..=480)
+        let upstream: Vec<(f64, TurnCommand)> = (-40..=480)
             .map(|quarter| f64::from(quarter) / 4.0)
             .map(|x| (x, resolve_at(x, FRONT_M, &candidates, &Rules { start_belongs_to_before: true, ..Rules::default() })))
             .map(|(x, resolution)| (x, resolution.signal()))

@@ -1,12 +1,13 @@
 //! Laws for any records at any position: symmetries of the resolver, and of measuring.
 
 use proptest::prelude::*;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
 use signal_gateway::core::map::geometry::polyline::nearest;
 use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules, Source, resolve};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::line::{at, line, resolve_at};
 
@@ -16,15 +17,19 @@ fn any_position() -> impl Strategy<Value = f64> {
 }
 
 pub(crate) fn any_record() -> impl Strategy<Value = Section> {
-    let side =
-        prop_oneof![Just(Signal::Left), Just(Signal::Right), Just(Signal::Disable), Just(Signal::NoCommand)];
+    let side = prop_oneof![
+        Just(TurnCommand::Left),
+        Just(TurnCommand::Right),
+        Just(TurnCommand::Disable),
+        Just(TurnCommand::NoCommand)
+    ];
     (side, [any_position(), any_position(), any_position(), any_position()]).prop_map(
         |(turn, mut positions)| {
             positions.sort_by(f64::total_cmp);
             let [desired_start, required_start, required_end, desired_end] = positions.map(at);
             Section {
                 turn,
-                hazard: Hazard::NoCommand,
+                hazard: HazardCommand::NoCommand,
                 desired_start,
                 desired_end,
                 required_start,
@@ -61,7 +66,7 @@ fn with_poses(record: Section, change: impl Fn(Pose) -> Pose) -> Section {
     }
 }
 
-fn other_side(turn: Signal) -> Signal {
+fn other_side(turn: TurnCommand) -> TurnCommand {
     turn.side().map_or(turn, |side| side.opposite().into())
 }
 
@@ -116,7 +121,7 @@ proptest! {
             prop_assert_eq!(valid, competed, "{:?}", evaluated);
         }
         if got.winner.is_none() {
-            prop_assert_eq!(got.signal(), Signal::Disable);
+            prop_assert_eq!(got.signal(), TurnCommand::Disable);
         }
     }
 
@@ -159,7 +164,7 @@ proptest! {
             record
         };
         let got = resolve_at(x, 2.0, &mapped(&candidates, spoil), &Rules::default());
-        prop_assert_eq!(got.signal(), Signal::Disable);
+        prop_assert_eq!(got.signal(), TurnCommand::Disable);
     }
 
     /// Compared with the nearest point among all pieces.

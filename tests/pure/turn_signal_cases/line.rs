@@ -2,11 +2,12 @@
 
 use std::sync::OnceLock;
 
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::geometry::path::{NearestLimits, Path, PathFrame};
 use signal_gateway::core::turn_signal::resolve::{Candidates, Resolution, Rules, resolve};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 /// The front of the sample vehicle, metres before its rear axle.
 pub(crate) const FRONT_M: f64 = 3.79;
@@ -37,8 +38,10 @@ pub(crate) fn resolve_at(x_m: f64, front_m: f64, candidates: &Candidates, rules:
 }
 
 /// Intervals of one signal: it, first and last sample.
-pub(crate) fn intervals(samples: impl IntoIterator<Item = (f64, Signal)>) -> Vec<(Signal, f64, f64)> {
-    let mut runs: Vec<(Signal, f64, f64)> = Vec::new();
+pub(crate) fn intervals(
+    samples: impl IntoIterator<Item = (f64, TurnCommand)>,
+) -> Vec<(TurnCommand, f64, f64)> {
+    let mut runs: Vec<(TurnCommand, f64, f64)> = Vec::new();
     for (x, signal) in samples {
         match runs.last_mut() {
             Some((same, _, last)) if *same == signal => *last = x,
@@ -49,8 +52,8 @@ pub(crate) fn intervals(samples: impl IntoIterator<Item = (f64, Signal)>) -> Vec
 }
 
 /// Intervals that blink.
-pub(crate) fn blinking(samples: impl IntoIterator<Item = (f64, Signal)>) -> Vec<(Side, f64, f64)> {
-    let sided = |(signal, from, to): (Signal, f64, f64)| Some((signal.side()?, from, to));
+pub(crate) fn blinking(samples: impl IntoIterator<Item = (f64, TurnCommand)>) -> Vec<(Side, f64, f64)> {
+    let sided = |(signal, from, to): (TurnCommand, f64, f64)| Some((signal.side()?, from, to));
     intervals(samples).into_iter().filter_map(sided).collect()
 }
 

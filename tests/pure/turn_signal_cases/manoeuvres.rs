@@ -1,5 +1,6 @@
 //! L1 to L3, P-2 to P-5 and combinations of manoeuvres with turns: whole drives with manoeuvres of the planner.
 
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::lane_network::{LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
@@ -13,8 +14,8 @@ use signal_gateway::core::turn_signal::manoeuvre::pull_over::{Decided, PullOver,
 use signal_gateway::core::turn_signal::parameters::CandidatePolicy;
 use signal_gateway::core::turn_signal::resolve::{Case, Source};
 use signal_gateway::core::turn_signal::shift::ShiftedPath;
-use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
+use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 use super::drive::{self, Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};
@@ -88,7 +89,7 @@ fn improved_a_lane_change_begins_where_the_steering_begins() {
     let change = [lane_change(Left, Some(60.0), 90.0)];
     let turns = [(20.0, 10.0), (30.0, 10.0), (40.0, 1.0), (50.0, 0.0)]
         .map(|(x, speed)| drive.step(x, speed, &change).turn);
-    use Signal::{Disable, Left as L};
+    use TurnCommand::{Disable, Left as L};
     assert_eq!(turns, [Disable, L, L, L], "announced, it stays so while slowing down");
 }
 
@@ -197,7 +198,7 @@ fn p3_pulling_over_and_standing() {
             ("standing", 88.0, 0.0, 2.0, true),
         ] {
             let turn = Drive::new(compat).step(x, speed, &[pull_over(lateral)]).turn;
-            assert_eq!(turn == Signal::Left, on, "P-3 {what} {compat:?}: {turn}");
+            assert_eq!(turn == TurnCommand::Left, on, "P-3 {what} {compat:?}: {turn}");
         }
         let mut drive = Drive::new(compat).at_once();
         assert_eq!(drive.step(88.0, 5.0, &[pull_over(2.2)]).turn, Signal::Disable);
@@ -214,7 +215,11 @@ fn p4_backing_out_is_hazard_lights_on_any_map() {
     for compat in [Upstream, Improved] {
         let mut drive = wide(compat);
         let decision = drive.step(55.0, -1.0, &[pull_out(false)]);
-        assert_eq!((decision.turn, decision.hazard), (Signal::Disable, Hazard::Enable), "P-4 {compat:?}");
+        assert_eq!(
+            (decision.turn, decision.hazard),
+            (TurnCommand::Disable, HazardCommand::Enable),
+            "P-4 {compat:?}"
+        );
         let next = drive.step(56.0, 1.0, &[]);
         assert_eq!(drive.announced_m(&next, 56.0), Some(56.0), "memories stand still meanwhile");
     }
@@ -254,8 +259,8 @@ fn p5_the_signal_before_a_pull_over_is_decided() {
 #[test]
 fn an_empty_record_erases_a_signal_upstream_and_not_by_default() {
     for (compat, late, side_shift, hazard) in [
-        (Upstream, Signal::Disable, Signal::Disable, Hazard::Disable),
-        (Improved, Signal::Left, Signal::Left, Hazard::Enable),
+        (Upstream, TurnCommand::Disable, TurnCommand::Disable, HazardCommand::Disable),
+        (Improved, TurnCommand::Left, TurnCommand::Left, HazardCommand::Enable),
     ] {
         let change = || lane_change(Left, None, 120.0);
         let mut drive = Drive::new(compat).at_once();
@@ -306,15 +311,15 @@ fn avoiding_out_and_back() {
         drive.decider = decider;
         decision.turn
     };
-    assert_eq!(turn_at(60.0, |_| {}), Signal::Left, "out");
-    assert_eq!(turn_at(75.0, |_| {}), Signal::Left, "the shift back is 25 m off, more than 3 s");
-    assert_eq!(turn_at(77.0, |_| {}), Signal::Right, "it is 23 m off");
-    assert_eq!(turn_at(120.0, |_| {}), Signal::Right, "back");
-    assert_eq!(turn_at(129.0, |_| {}), Signal::Disable, "0.05 m are left of it");
-    assert_eq!(turn_at(131.0, |_| {}), Signal::Disable, "past both");
-    assert_eq!(turn_at(60.0, |a| a.deviation_m = 1.01), Signal::Disable, "beside its path");
-    assert_eq!(turn_at(60.0, |a| a.deviation_m = -1.0), Signal::Left);
-    assert_eq!(turn_at(60.0, |a| a.approved = false), Signal::Disable, "waiting for approval");
+    assert_eq!(turn_at(60.0, |_| {}), TurnCommand::Left, "out");
+    assert_eq!(turn_at(75.0, |_| {}), TurnCommand::Left, "the shift back is 25 m off, more than 3 s");
+    assert_eq!(turn_at(77.0, |_| {}), TurnCommand::Right, "it is 23 m off");
+    assert_eq!(turn_at(120.0, |_| {}), TurnCommand::Right, "back");
+    assert_eq!(turn_at(129.0, |_| {}), TurnCommand::Disable, "0.05 m are left of it");
+    assert_eq!(turn_at(131.0, |_| {}), TurnCommand::Disable, "past both");
+    assert_eq!(turn_at(60.0, |a| a.deviation_m = 1.01), TurnCommand::Disable, "beside its path");
+    assert_eq!(turn_at(60.0, |a| a.deviation_m = -1.0), TurnCommand::Left);
+    assert_eq!(turn_at(60.0, |a| a.approved = false), TurnCommand::Disable, "waiting for approval");
 }
 
 #[test]
@@ -331,7 +336,7 @@ fn candidates_are_signalled_by_policy() {
         let mut drive = Drive::new(Upstream);
         drive.parameters.avoidance_candidate = policy;
         let got = drive.step(42.0, speed, &[waiting(42.0)]).turn;
-        assert_eq!(got == Signal::Right, on, "{policy} at {speed} m/s");
+        assert_eq!(got == TurnCommand::Right, on, "{policy} at {speed} m/s");
     }
 }
 
@@ -348,5 +353,5 @@ fn an_ignored_shift_stays_so_until_the_module_is_gone() {
         drive.step(50.0, 8.0, &[]).turn,
         drive.step(51.0, 8.0, &[avoidance(Right, 50, 80, 51.0)]).turn,
     ];
-    assert_eq!(turns, [Signal::Disable, Signal::Disable, Signal::Disable, Signal::Right]);
+    assert_eq!(turns, [TurnCommand::Disable, TurnCommand::Disable, TurnCommand::Disable, TurnCommand::Right]);
 }

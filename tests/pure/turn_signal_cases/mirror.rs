@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
 use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
@@ -15,7 +16,7 @@ use signal_gateway::core::turn_signal::manoeuvre::avoidance::{Avoidance, Avoidan
 use signal_gateway::core::turn_signal::manoeuvre::lane_change::LaneChange;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
 use signal_gateway::core::turn_signal::shift::{ShiftLine, ShiftedPath};
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::drive::{inputs, lane_change, route_from};
 use super::path_generator::{ROUTE, consecutive_turn};
@@ -115,7 +116,7 @@ impl Drive {
         Some((to_m, at))
     }
 
-    fn commands(&self, compat: DeciderCompat, speeds_mps: &[f64], events: &Events) -> Vec<Signal> {
+    fn commands(&self, compat: DeciderCompat, speeds_mps: &[f64], events: &Events) -> Vec<TurnCommand> {
         let road = consecutive_turn();
         let lanes = ROUTE.map(|id| road.lane(id).unwrap().clone());
         let road = if self.is_mirrored {
@@ -152,7 +153,7 @@ fn centerline() -> Vec<Pose> {
     headed(&centerlines.collect::<Vec<_>>())
 }
 
-fn other(signal: Signal) -> Signal {
+fn other(signal: TurnCommand) -> TurnCommand {
     signal.side().map_or(signal, |side| side.opposite().into())
 }
 
@@ -175,7 +176,7 @@ proptest! {
         let [plain, mirror] = [false, true].map(|is_mirrored| Drive { centerline: centerline(), is_mirrored });
         for compat in [Upstream, Improved] {
             let signals = plain.commands(compat, &speeds_mps, &events);
-            let mirrored: Vec<Signal> =
+            let mirrored: Vec<TurnCommand> =
                 mirror.commands(compat, &speeds_mps, &events).into_iter().map(other).collect();
             prop_assert_eq!(&signals, &mirrored, "{:?}", compat);
             prop_assert!(signals.iter().any(|signal| signal.side().is_some()), "the first turn at least");

@@ -1,5 +1,6 @@
 //! P1 to P7: the smaller decider of upstream's path generator, on two turns of a test map.
 
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed, length_m};
 use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
@@ -12,7 +13,7 @@ use signal_gateway::core::turn_signal::manoeuvre::Manoeuvre;
 use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::path_generator::TaggedLanelet;
 use signal_gateway::core::turn_signal::planner_input::Odometry;
-use signal_gateway::core::turn_signal::signal::{Hazard, Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::drive::{inputs, lane_change, route_from};
 
@@ -78,16 +79,16 @@ fn every_listed_position_gives_its_command_by_its_lanelet() {
     let deployed = Parameters::DEPLOYED;
     let narrow = Parameters { intersection_search_distance_m: 0.0, ..Parameters::DEPLOYED };
     for (id, position, speed_mps, parameters, command, tagged) in [
-        ("P1", (500, 40.0), 0.0, &deployed, Signal::NoCommand, TooFar(501)),
-        ("P3", (500, 40.0), 3.5, &deployed, Signal::Right, Ahead(501)),
-        ("P5", (501, 1.0), 0.0, &deployed, Signal::Left, Ahead(497)),
-        ("P7", (497, 1.0), 0.0, &deployed, Signal::Left, PastEnd(497)),
-        ("standing within the search distance", (500, 33.0), 0.0, &deployed, Signal::Right, Ahead(501)),
-        ("standing just outside", (500, 34.0), 0.0, &deployed, Signal::NoCommand, TooFar(501)),
-        ("before the required end", (501, 5.0), 0.0, &deployed, Signal::Right, Own(501)),
-        ("on the last lanelet of the route", (494, 10.0), 0.0, &deployed, Signal::NoCommand, None),
-        ("0.6 m before the next turn", (501, 1.0), 0.0, &narrow, Signal::NoCommand, TooFar(497)),
-        ("the turn is behind the front already", (489, 3.4), 0.0, &narrow, Signal::Left, Ahead(497)),
+        ("P1", (500, 40.0), 0.0, &deployed, TurnCommand::NoCommand, TooFar(501)),
+        ("P3", (500, 40.0), 3.5, &deployed, TurnCommand::Right, Ahead(501)),
+        ("P5", (501, 1.0), 0.0, &deployed, TurnCommand::Left, Ahead(497)),
+        ("P7", (497, 1.0), 0.0, &deployed, TurnCommand::Left, PastEnd(497)),
+        ("standing within the search distance", (500, 33.0), 0.0, &deployed, TurnCommand::Right, Ahead(501)),
+        ("standing just outside", (500, 34.0), 0.0, &deployed, TurnCommand::NoCommand, TooFar(501)),
+        ("before the required end", (501, 5.0), 0.0, &deployed, TurnCommand::Right, Own(501)),
+        ("on the last lanelet of the route", (494, 10.0), 0.0, &deployed, TurnCommand::NoCommand, None),
+        ("0.6 m before the next turn", (501, 1.0), 0.0, &narrow, TurnCommand::NoCommand, TooFar(497)),
+        ("the turn is behind the front already", (489, 3.4), 0.0, &narrow, TurnCommand::Left, Ahead(497)),
     ] {
         let (road, route) = (consecutive_turn(), route_from(1, Pose::default(), &ROUTE));
         let settings = Settings::deployed(DeciderCompat::PathGenerator);
@@ -100,10 +101,13 @@ fn every_listed_position_gives_its_command_by_its_lanelet() {
         let inputs = Inputs { manoeuvres: &manoeuvres, ..inputs(odometry, &road, &route) };
         let empty = Inputs { planned_path: Some(Timed { at: now, value: 0 }), ..inputs };
         let empty = decider.decide(&empty, now);
-        assert_eq!((empty.turn, &empty.findings[..]), (Signal::NoCommand, &[Finding::EmptyPlannedPath][..]));
+        assert_eq!(
+            (empty.turn, &empty.findings[..]),
+            (TurnCommand::NoCommand, &[Finding::EmptyPlannedPath][..])
+        );
         for now in [now, MonoTime::from_millis(200)] {
             let decision = decider.decide(&inputs, now);
-            assert_eq!((decision.turn, decision.hazard), (command, Hazard::NoCommand), "{id}");
+            assert_eq!((decision.turn, decision.hazard), (command, HazardCommand::NoCommand), "{id}");
             assert_eq!(decision.basis, Basis::PathGenerator(tagged), "{id}");
             assert_eq!((decision.held, &decision.remarks[..]), (Option::None, &[][..]), "{id}");
         }
@@ -121,6 +125,6 @@ fn commands_follow_each_other_at_once() {
         let odometry = Timed { at: now, value: odometry(&road, position, 0.0) };
         decider.decide(&inputs(odometry, &road, &route), now).turn
     });
-    use Signal::{Left, NoCommand, Right};
+    use TurnCommand::{Left, NoCommand, Right};
     assert_eq!(commands, [NoCommand, Right, Right, Left, Left, NoCommand]);
 }

@@ -7,7 +7,7 @@ use signal_gateway::core::turn_signal::parameters::Parameters;
 use signal_gateway::core::turn_signal::roundabout::RoundaboutMemory;
 use signal_gateway::core::turn_signal::roundabout::backward::backward_length_m;
 use signal_gateway::core::turn_signal::roundabout::legs::{RoundaboutLegs, legs};
-use signal_gateway::core::turn_signal::signal::Side::{self, Left, Right};
+use signal_gateway::core::turn_signal::side::Side::{self, Left, Right};
 
 use super::drive::{Drive, straight_lane};
 use super::line::{at, blinking, samples};

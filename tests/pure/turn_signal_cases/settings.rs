@@ -7,7 +7,7 @@ use signal_gateway::config::files::Disk;
 use signal_gateway::core::turn_signal::parameters::{
     CandidatePolicy, PARAMETERS, ParameterError, Parameters,
 };
-use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
+use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 /// The fourteen documented parameters: name, a value, what it makes of the defaults.
 type Row = (&'static str, &'static str, fn(&mut Parameters));

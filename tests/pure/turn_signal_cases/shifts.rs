@@ -1,5 +1,6 @@
 //! docs/spec/turn-signal-decider.md, "Shift rule": the rule for all that moves sideways, step by step; S1 to S11; P-1.
 
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, Roadside};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::Upstream;
@@ -10,7 +11,6 @@ use signal_gateway::core::turn_signal::shift::ShiftVerdict::{
 use signal_gateway::core::turn_signal::shift::{
     Shift, ShiftKind, ShiftLine, ShiftOutcome, ShiftVerdict, ShiftedPath, judge,
 };
-use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 
 use super::drive::{Drive, straight_lane};
 
@@ -94,7 +94,7 @@ impl Judged {
         judge(&drive.context(self.ego, self.speed_mps), &shift)
     }
 
-    fn verdict(&self) -> (ShiftVerdict, Signal) {
+    fn verdict(&self) -> (ShiftVerdict, TurnCommand) {
         let outcome = self.outcome();
         (outcome.verdict, outcome.section.turn)
     }
@@ -102,7 +102,7 @@ impl Judged {
 
 #[test]
 fn the_listed_positions_give_the_listed_records() {
-    use Signal::{Left, NoCommand, Right};
+    use TurnCommand::{Left, NoCommand, Right};
     let cases = [
         // what, outcome, command, D and R start, ignored
         ("out 22.2", outgoing(22.2, 8.0, 0.0), TooEarly, NoCommand, None),
@@ -134,7 +134,7 @@ fn the_listed_positions_give_the_listed_records() {
 
 #[test]
 fn s1_to_s11() {
-    use Signal::{Left, NoCommand, Right};
+    use TurnCommand::{Left, NoCommand, Right};
     let at_48 = || outgoing(48.0, 8.0, 0.0);
     let hatched = Roadside { hatched: true, lane: false };
     let narrow = |judged: Judged| Judged { half_width_m: 1.0, ..judged };
@@ -183,11 +183,11 @@ fn hatched_markings_forbid_by_class_and_side() {
 #[test]
 fn p1_pulling_out_ends_near_the_far_bound() {
     for (y, verdict, turn) in [
-        (2.0, Signalled, Signal::Right),
-        (0.499, Signalled, Signal::Right),
-        (0.497, NearBound, Signal::NoCommand),
-        (0.2, NearBound, Signal::NoCommand),
-        (0.09, NearlyDone, Signal::NoCommand),
+        (2.0, Signalled, TurnCommand::Right),
+        (0.499, Signalled, TurnCommand::Right),
+        (0.497, NearBound, TurnCommand::NoCommand),
+        (0.2, NearBound, TurnCommand::NoCommand),
+        (0.09, NearlyDone, TurnCommand::NoCommand),
     ] {
         let judged = Judged {
             shift: (2.0, 0.0),
@@ -207,7 +207,7 @@ fn p1_pulling_out_ends_near_the_far_bound() {
 #[test]
 fn backwards_is_hazard_lights_and_lines_off_the_path_are_nothing() {
     let back = Judged { forward: false, ..outgoing(48.0, -1.0, 0.0) }.outcome();
-    assert_eq!((back.section.turn, back.section.hazard), (Signal::NoCommand, Hazard::Enable));
+    assert_eq!((back.section.turn, back.section.hazard), (TurnCommand::NoCommand, HazardCommand::Enable));
     assert_eq!(back.section.required_start, Pose::new(-50.0, 0.0, 0.0), "the start of the route");
     let drive = Drive::new(Upstream);
     let path = ramp(50, 80, 0.0, 1.5);
@@ -233,6 +233,6 @@ fn offsets_that_are_not_numbers_are_not_signalled() {
         Judged { shift: (0.0, 1.5), current_m: f64::NAN, ..outgoing(48.0, 8.0, 0.0) },
         Judged { current_m: f64::INFINITY, shift: (0.0, 0.1), ..outgoing(48.0, 8.0, 0.0) },
     ] {
-        assert_eq!(judged.verdict().1, Signal::NoCommand);
+        assert_eq!(judged.verdict().1, TurnCommand::NoCommand);
     }
 }

@@ -1,9 +1,10 @@
 //! U01 to U69: three ready-made records, one position each; and the positions between them.
 
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::path::{NearestLimits, PathFrame};
 use signal_gateway::core::turn_signal::resolve::{Candidates, Rules, resolve};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::line::{at, line, record};
 
@@ -23,7 +24,7 @@ fn set(number: u32) -> Candidates {
     Candidates { intersection, roundabout, manoeuvre }
 }
 
-fn signal_at(candidates: &Candidates, x_m: f64) -> Signal {
+fn signal_at(candidates: &Candidates, x_m: f64) -> TurnCommand {
     let path = line(0, 69);
     let limits = NearestLimits { distance_m: 5.0, yaw_rad: std::f64::consts::FRAC_PI_3 };
     let path_frame = PathFrame::new(&path, at(x_m), 1.0, limits);
@@ -32,7 +33,7 @@ fn signal_at(candidates: &Candidates, x_m: f64) -> Signal {
 
 #[test]
 fn every_listed_position_gives_its_command() {
-    use Signal::{Disable, Left, Right};
+    use TurnCommand::{Disable, Left, Right};
     let cases = [
         ("U01", 1, 4.9, Left),
         ("U03", 1, 34.99, Left),
@@ -84,7 +85,7 @@ fn every_listed_position_gives_its_command() {
 fn a_record_that_is_not_there_is_as_good_as_an_empty_one() {
     for number in 1..=6 {
         let with_empty = set(number);
-        let present = |record: Option<Section>| record.filter(|record| record.turn != Signal::NoCommand);
+        let present = |record: Option<Section>| record.filter(|record| record.turn != TurnCommand::NoCommand);
         let without = Candidates {
             intersection: present(with_empty.intersection),
             roundabout: present(with_empty.roundabout),
@@ -99,7 +100,7 @@ fn a_record_that_is_not_there_is_as_good_as_an_empty_one() {
 /// Drawn between the listed positions: where each set changes over, from the rule itself.
 #[test]
 fn changeovers_lie_where_sections_begin_and_end() {
-    use Signal::{Disable, Left, Right};
+    use TurnCommand::{Disable, Left, Right};
     for (number, x_m, expected) in [
         (1, 48.0, Left),
         (1, 70.0, Right),

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::lane_network::{Lane, LaneNetwork, TurnDirection};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::{self, Improved, Upstream};
 use signal_gateway::core::turn_signal::intersection::turns;
-use signal_gateway::core::turn_signal::signal::Side::{Left, Right};
-use signal_gateway::core::turn_signal::signal::Signal;
+use signal_gateway::core::turn_signal::side::Side::{Left, Right};
 
 use super::drive::{Drive, straight_lane, turn};
 use super::line::{at, blinking, samples};
@@ -38,7 +38,7 @@ fn i1_one_left_lanelet() {
 
 #[test]
 fn i2_slowing_down_drops_the_signal_upstream_and_not_by_default() {
-    use Signal::{Disable, Left};
+    use TurnCommand::{Disable, Left};
     let (mut upstream, mut improved) = (with_left_turn(Upstream), with_left_turn(Improved));
     for (x, speed, upstream_turn, improved_turn) in [
         (36.0, 10.0, Disable, Disable),
@@ -65,16 +65,20 @@ fn i2_slowing_down_drops_the_signal_upstream_and_not_by_default() {
 #[test]
 fn a_long_stop_out_of_range_ends_the_announcement_until_the_turn_is_in_range_again() {
     let mut drive = with_left_turn(Improved);
-    assert_eq!(drive.step(37.0, 10.0, &[]).turn, Signal::Left);
+    assert_eq!(drive.step(37.0, 10.0, &[]).turn, TurnCommand::Left);
     for second in 0..=40 {
         drive.wait(Duration::from_secs(1));
         let turn = drive.step(50.0, 0.0, &[]).turn;
-        let expected = if second <= 20 { Signal::Left } else { Signal::Disable };
+        let expected = if second <= 20 { TurnCommand::Left } else { TurnCommand::Disable };
         assert_eq!(turn, expected, "after {second} s");
     }
     drive.wait(Duration::from_secs(1));
     let again = drive.step(50.0, 8.0, &[]);
-    assert_eq!((again.turn, drive.announced_m(&again, 50.0)), (Signal::Left, Some(50.0)), "in range again");
+    assert_eq!(
+        (again.turn, drive.announced_m(&again, 50.0)),
+        (TurnCommand::Left, Some(50.0)),
+        "in range again"
+    );
 }
 
 #[test]
@@ -118,7 +122,7 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
         LaneNetwork::new([before, lane(2, 100.0, 108.0, vec![3]), lane(3, 108.0, 116.0, vec![])], Vec::new())
     };
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Upstream);
-    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
+    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], TurnCommand::NoCommand);
     assert_eq!(got.iter().map(|turn| turn.id).collect::<Vec<_>>(), [2, 3]);
     drive.observed.turns = vec![
         turn(2, TurnDirection::Left, 100.0, 108.0, 105.0),
@@ -134,7 +138,7 @@ fn i5_split_turns_are_two_upstream_and_one_by_default() {
     assert_eq!(blinking(drive.through(samples(106.0, 130.0, 1.0), 10.0, none)), [(Left, 106.0, 116.0)]);
 
     let mut drive = Drive::on(lanes(), &[1, 2, 3], Improved);
-    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], Signal::NoCommand);
+    let got = turns(&drive.context(at(0.0), 10.0), &[1, 2, 3], TurnCommand::NoCommand);
     let [joined] = got.as_slice() else { panic!("not joined: {got:?}") };
     assert_eq!((joined.id, joined.front, joined.back), (2, at(100.0), at(116.0)));
     drive.observed.turns = got;
@@ -161,7 +165,7 @@ fn turns_to_different_sides_or_apart_are_not_joined() {
             Vec::new(),
         );
         let drive = Drive::on(road, &[2, 3, 4], Improved);
-        let got = turns(&drive.context(at(90.0), 10.0), &[2, 3, 4], Signal::NoCommand);
+        let got = turns(&drive.context(at(90.0), 10.0), &[2, 3, 4], TurnCommand::NoCommand);
         assert_eq!(got.len(), count, "{what}");
     }
 }
@@ -177,7 +181,7 @@ fn i6_the_stop_rule_queues_plain_lanelets() {
         let drive = Drive::on(road(), &[1, 2], compat);
         turns(&drive.context(at(x), speed), &[1, 2], manoeuvre).iter().map(|turn| turn.id).collect::<Vec<_>>()
     };
-    use Signal::{Left, NoCommand, Right};
+    use TurnCommand::{Left, NoCommand, Right};
     for (what, got, expected) in [
         ("8 m left", ids(Upstream, 92.0, 0.0, Left), vec![1, 2]),
         ("12 m left", ids(Upstream, 88.0, 0.0, Left), vec![2]),

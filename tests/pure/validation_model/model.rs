@@ -10,7 +10,7 @@ struct Received {
     /// Its counter, if it is whole.
     counter: Option<u8>,
     value: u8,
-    /// True if everything starts anew with it.
+    /// True if everything restarts with it.
     fresh: bool,
     trusted: bool,
     /// True if the message as a whole is not valid after it.

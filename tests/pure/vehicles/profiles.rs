@@ -350,7 +350,7 @@ fn every_shipped_profile_is_tried_off_left_and_right() {
 }
 
 #[test]
-fn labelled_frames_of_real_vehicles_give_what_their_labels_say() {
+fn labelled_frames_of_real_vehicles_give_their_labels() {
     let folder = require!(shared_data());
     for (profile, file, id, labels) in [
         (

@@ -156,7 +156,7 @@ fn a_running_counter_is_valid_from_its_second_frame_on_and_across_its_wrap() {
 }
 
 #[test]
-fn a_counter_that_stands_still_or_goes_back_is_rejected() {
+fn a_counter_that_repeats_or_decreases_is_rejected() {
     for (name, text, values, _) in PROTECTED {
         let at = |count| protect(&frame(text), count);
         assert_eq!(turn_after(&mut fresh(name), 10, &[at(2), at(2), at(2)]), None, "{name}");

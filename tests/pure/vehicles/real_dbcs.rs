@@ -102,7 +102,7 @@ fn every_profile_has_a_public_twin_or_a_reason() {
 }
 
 #[test]
-fn our_signals_lie_in_the_bits_of_the_public_files() {
+fn our_signals_have_the_bits_of_the_public_files() {
     let folder = require!(shared_data());
     for (profile, twin, differing) in &TWINS {
         let (ours, theirs) = (ours(profile), theirs(&folder, twin));

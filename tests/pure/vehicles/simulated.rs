@@ -91,7 +91,7 @@ fn a_tap_flashes_three_times() {
 }
 
 #[test]
-fn reports_end_when_nothing_that_can_be_used_comes() {
+fn reports_end_when_nothing_usable_is_received() {
     let table = [
         ("pacmod", "fault report not_available", "not available"),
         ("pacmod", "fault report fault", "fault"),
@@ -122,7 +122,7 @@ fn reports_end_when_nothing_that_can_be_used_comes() {
 }
 
 #[test]
-fn some_lost_frames_change_nothing_and_contents_that_stand_still_are_believed() {
+fn some_lost_frames_change_nothing_and_constant_contents_are_accepted() {
     let quiet = play("pacmod", "5 stalk left\n10 fault drop 0.3\n20 stalk off", 30);
     assert_eq!(quiet.turn.len(), 3, "{:?}", quiet.turn);
     assert!((20_000..21_500).contains(&quiet.turn[2].0), "{:?}", quiet.turn);

@@ -200,14 +200,18 @@ fn a_status_that_is_not_good_takes_the_states_with_it() {
     }
     assert_eq!(bench.settle(1501), ["-34806", "-34807"], "the radio's status is stale");
     let mut bench = Bench::started(RED);
-    assert_eq!(bench.frame(10, &RED.replace("28|1@1=1", "28|1@1=0")), ["-35101"], "its own frame says so");
+    assert_eq!(bench.frame(10, &RED.replace("28|1@1=1", "28|1@1=0")), ["-35101"], "by its own frame");
 }
 
 #[test]
-fn a_cycling_message_tells_of_each_group_with_its_confidence() {
+fn a_cycling_message_carries_each_group_with_its_confidence() {
     let mut bench = Bench::started(RED);
     assert_eq!(bench.frame(50, GREEN), ["35102 green solidOn left at 0.5"]);
-    assert_eq!(bench.frame(100, &RED.replace("32|7@1=100", "32|7@1=127")), [""; 0], "not told: full");
+    assert_eq!(
+        bench.frame(100, &RED.replace("32|7@1=100", "32|7@1=127")),
+        [""; 0],
+        "confidence not stated: full"
+    );
     assert_eq!(bench.frame(150, &RED.replace("32|7@1=100", "32|7@1=101")), ["-35101"]);
     assert_eq!(bench.finding(35101), "35101: V2X_SPAT.CONFIDENCE = 101 (0x65) is not a defined value");
     assert_eq!(bench.frame(200, &RED.replace("1201", "1202")), ["35201 red solidOn circle"]);
@@ -237,13 +241,13 @@ fn every_state_of_the_standard_is_read() {
         let bench = Bench::started(&GREEN.replace("24|4@1=6", &format!("24|4@1={raw}")));
         let valid_states: Vec<_> =
             bench.reception.valid_states().map(|(_, state)| state.bulbs.to_string()).collect();
-        let wanted: Vec<_> = (!state.is_empty()).then(|| state.to_owned()).into_iter().collect();
-        assert_eq!(valid_states, wanted, "{raw}");
+        let expected: Vec<_> = (!state.is_empty()).then(|| state.to_owned()).into_iter().collect();
+        assert_eq!(valid_states, expected, "{raw}");
     }
 }
 
 #[test]
-fn a_group_that_is_not_told_of_again_is_removed_while_the_message_goes_on() {
+fn a_group_that_is_not_received_again_is_removed_while_the_message_continues() {
     let mut bench = Bench::started(RED);
     let mut removed = Vec::new();
     for ms in (50..=2050).step_by(50) {
@@ -251,8 +255,8 @@ fn a_group_that_is_not_told_of_again_is_removed_while_the_message_goes_on() {
             removed.push((ms, change));
         }
     }
-    let wanted = [(50, "35102 green solidOn left at 0.5"), (2050, "-35101")];
-    assert_eq!(removed, wanted.map(|(ms, change)| (ms, change.to_owned())));
+    let expected = [(50, "35102 green solidOn left at 0.5"), (2050, "-35101")];
+    assert_eq!(removed, expected.map(|(ms, change)| (ms, change.to_owned())));
     assert_eq!(bench.finding(35101), "35101: not received again");
     let status = bench.reception.status("gw", &bench.buses, at_ms(2050).mono);
     assert!(!status.message.contains("35101"), "out of range is as it should be: {}", status.message);
@@ -271,7 +275,7 @@ fn the_limit_of_a_group_is_a_deadline_too() {
 }
 
 #[test]
-fn a_message_that_broke_off_brings_only_what_it_tells_anew() {
+fn a_message_that_broke_off_updates_only_what_it_carries_again() {
     let mut bench = Bench::started(RED);
     // Its limit is 250 ms, that of a group 2 s.
     assert_eq!(bench.settle(260), ["-35101"]);

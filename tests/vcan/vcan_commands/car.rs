@@ -1,4 +1,4 @@
-//! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which obeys, has a driver,
+//! The vehicle on the bus: `signal-gateway vehicle` in a process of its own, which follows commands, has a driver,
 //! and reports its lights.
 
 use std::process::Command;

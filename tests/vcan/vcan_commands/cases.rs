@@ -133,7 +133,7 @@ const CASES: [Case; 11] = [
     ("value 7: ignored, diagnostic error, lamps untouched", undefined_value),
     ("stamps 11 days ahead and behind: followed", stamps_ahead_and_behind),
     ("AUTONOMOUS_STEER_ONLY: as AUTONOMOUS", steer_only),
-    ("AUTONOMOUS_VELOCITY_ONLY: hazard obeyed, turn ignored", velocity_only),
+    ("AUTONOMOUS_VELOCITY_ONLY: hazard carried out, turn ignored", velocity_only),
     ("undefined control mode: nothing requested, diagnostic error", undefined_mode),
     ("control mode silent for the limit: nothing requested, diagnostic", silent_mode),
     ("command topics silent for the limit: defined lamp state, diagnostic", silent_commands),

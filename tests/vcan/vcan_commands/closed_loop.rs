@@ -1,5 +1,5 @@
 //! The whole loop in real time: an independent Autoware drives, the gateway decides and commands, the
-//! simulated vehicle obeys on a real interface, and its report comes back to Autoware.
+//! simulated vehicle follows on a real interface, and its report comes back to Autoware.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ fn shown(frame: &RecordedFrame) -> i64 {
 }
 
 #[test]
-fn what_is_decided_is_commanded_obeyed_and_reported() {
+fn each_decision_is_commanded_carried_out_and_reported() {
     let cyclone = require!(Cyclone::on_loopback());
     let vcan = require!(Vcan::new("vcan-loop"));
     drive_all(&cyclone, &vcan, &[CROSSING]);
@@ -62,7 +62,7 @@ mod slow {
     ];
 
     #[test]
-    fn what_is_decided_on_all_drives_is_commanded_obeyed_and_reported() {
+    fn each_decision_of_all_drives_is_commanded_carried_out_and_reported() {
         let cyclone = require!(Cyclone::on_loopback());
         let vcan = require!(Vcan::new("vcan-loops"));
         drive_all(&cyclone, &vcan, &DRIVES);
@@ -72,10 +72,13 @@ mod slow {
 /// Drives them one after the other.
 fn drive_all(cyclone: &Cyclone, vcan: &Vcan, drives: &[Drive]) {
     let mut spans = Spans::default();
-    for way in drives {
-        drive(cyclone, vcan, *way, &mut spans);
+    for drive_case in drives {
+        drive(cyclone, vcan, *drive_case, &mut spans);
     }
-    assert!(spans.0["decision to report"].len() >= 2 * drives.len(), "a signal goes on and off at least");
+    assert!(
+        spans.0["decision to report"].len() >= 2 * drives.len(),
+        "a signal is switched on and off at least"
+    );
     spans.print();
 }
 
@@ -120,8 +123,8 @@ fn drive(cyclone: &Cyclone, vcan: &Vcan, (name, until_m): Drive, spans: &mut Spa
         (bus.since(BusTime::START, PACMOD.command), bus.since(BusTime::START, PACMOD.report));
     assert_eq!(values(&reported), values(&decided), "{name}: what is reported is what was decided");
     let lights: Vec<_> = lights(&seen_by_vehicle);
-    let wanted: Vec<_> = decided.iter().map(|change| word(change.value)).collect();
-    assert_eq!(lights, wanted, "{name}: the vehicle obeys the commands and nobody else");
+    let expected: Vec<_> = decided.iter().map(|change| word(change.value)).collect();
+    assert_eq!(lights, expected, "{name}: the vehicle follows the commands only");
     let mut before = Duration::ZERO;
     for (change, report) in decided.iter().zip(&reported) {
         // The message received first need not be the first: on a busy machine the peer loses some.
@@ -149,7 +152,7 @@ fn file(name: &str) -> DriveFile {
     read(&Disk, &folder.join(name).with_extension("toml")).unwrap_or_else(|refused| panic!("{refused}"))
 }
 
-/// A message that says something else than the one before; times of day.
+/// A message with another content than the one before; times of day.
 #[derive(Debug)]
 struct Received {
     stamp: Duration,
@@ -157,7 +160,7 @@ struct Received {
     arrived: Duration,
 }
 
-/// From the first message that wants a light.
+/// From the first message that requests a light.
 fn changes(received: &Value) -> Vec<Received> {
     let nanos = |value: &Value| Duration::from_nanos(value.as_u64().unwrap());
     let mut all: Vec<_> = received
@@ -184,7 +187,7 @@ fn word(value: i64) -> &'static str {
     WORDS.iter().find(|(known, _)| *known == value).map_or("?", |(_, word)| word)
 }
 
-/// What the vehicle's lights did, one after the other, and that nobody but the commands wanted it.
+/// What the vehicle's lights did, one after the other, and that only the commands caused it.
 fn lights(path: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(path).unwrap();
     let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());

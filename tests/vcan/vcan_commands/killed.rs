@@ -1,4 +1,4 @@
-//! The gateway is killed in the middle of a turn and started anew, as its service does: its effects on the bus and
+//! The gateway is killed in the middle of a turn and restarted, as its service does: its effects on the bus and
 //! the vehicle, printed as a table.
 
 use std::time::Duration;
@@ -15,7 +15,7 @@ use crate::support::process::{self, Process};
 use crate::support::vcan::Vcan;
 
 #[test]
-fn killed_in_a_turn_it_is_silent_then_asks_for_nothing_then_for_the_turn_again() {
+fn killed_in_a_turn_it_is_silent_then_requests_nothing_then_the_turn_again() {
     let vcan = require!(Vcan::new("vcan-kill"));
     kill_once(&NEW_EAGLE, &vcan, &require!(Cyclone::on_loopback()));
 }
@@ -24,7 +24,7 @@ mod slow {
     use super::{Cyclone, PACMOD, Vcan, kill_once, require};
 
     #[test]
-    fn killed_in_a_turn_with_the_other_vehicle_it_is_silent_then_asks_for_nothing_then_for_the_turn_again() {
+    fn killed_in_a_turn_with_the_other_vehicle_it_is_silent_then_requests_nothing_then_the_turn_again() {
         let vcan = require!(Vcan::new("vcan-kills"));
         kill_once(&PACMOD, &vcan, &require!(Cyclone::on_loopback()));
     }
@@ -56,10 +56,10 @@ fn a_command_that_its_sender_keeps_is_not_carried_out_by_a_gateway_that_starts_l
     assert_eq!(PACMOD.runs(&frames), ["none"]);
     let mark = BusTime::now();
     commander.send("turn 2 10");
-    let asks_left = |frames: &[&RecordedFrame]| {
+    let requests_left = |frames: &[&RecordedFrame]| {
         frames.last().is_some_and(|frame| (PACMOD.request)(&frame.data) == "left")
     };
-    recording.wait(mark, PACMOD.command, "the turn", asks_left);
+    recording.wait(mark, PACMOD.command, "the turn", requests_left);
 }
 
 fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
@@ -80,10 +80,10 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
     let before = BusTime::now();
     std::thread::sleep(pause_of_the_service());
     let mut gateway = Process::run(&folder);
-    let asks_left = |frames: &[&RecordedFrame]| {
+    let requests_left = |frames: &[&RecordedFrame]| {
         frames.last().is_some_and(|frame| (vehicle.request)(&frame.data) == "left")
     };
-    recording.wait(before, vehicle.command, "the turn", asks_left);
+    recording.wait(before, vehicle.command, "the turn", requests_left);
     let states = car.wait_for_lights(lights, "left", "command");
     let dark = car.seconds_of_lights(lights);
     gateway.stop("TERM");
@@ -122,7 +122,7 @@ fn kill_once(vehicle: &Vehicle, vcan: &Vcan, cyclone: &Cyclone) {
             |frames: &[RecordedFrame]| frames.iter().map(|frame| counter(&frame.data)).collect::<Vec<_>>();
         let from_0 = |count: usize| (0..=15).cycle().take(count).collect::<Vec<u8>>();
         assert_eq!(counted(before), from_0(before.len()), "before");
-        assert_eq!(counted(&after), from_0(after.len()), "the counter begins anew");
+        assert_eq!(counted(&after), from_0(after.len()), "the counter restarts");
     }
     let state = |lights: &str, who: &str| (lights.to_owned(), who.to_owned());
     assert_eq!(states, [state("off", "nobody"), state("left", "command")], "what the lamps did");

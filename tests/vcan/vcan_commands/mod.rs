@@ -18,12 +18,12 @@ mod rhythm;
 mod vehicles;
 
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::turn_signal::signal::{Hazard, Signal};
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Topics};
 
-use crate::support::command_vehicle::{DBC, PROFILE, asks};
+use crate::support::command_vehicle::{DBC, PROFILE, request_text};
 use crate::support::peer::domain;
 use crate::support::prerequisite::require;
 use crate::support::process::{self, Folder, Process};
@@ -74,7 +74,7 @@ impl Commander {
     }
 
     /// Sends it again and again, as command topics require, until `done`.
-    fn send_until(&self, turn: Signal, hazard: Hazard, done: impl Fn() -> bool) {
+    fn send_until(&self, turn: TurnCommand, hazard: HazardCommand, done: impl Fn() -> bool) {
         let start = std::time::Instant::now();
         while !done() {
             assert!(start.elapsed() < process::DEADLINE, "{turn} {hazard} never came through");
@@ -88,16 +88,17 @@ impl Commander {
 
 /// The request of each frame since the mark.
 fn requests(recording: &Recording, mark: BusTime) -> Vec<&'static str> {
-    recording.since(mark, CMD).iter().map(|frame| asks(&frame.data)).collect()
+    recording.since(mark, CMD).iter().map(|frame| request_text(&frame.data)).collect()
 }
 
 /// Waits until the newest frame since the mark requests this.
 fn wait_for(recording: &Recording, mark: BusTime, request: &str) {
-    recording
-        .wait(mark, CMD, request, |frames| frames.last().is_some_and(|last| asks(&last.data) == request));
+    recording.wait(mark, CMD, request, |frames| {
+        frames.last().is_some_and(|last| request_text(&last.data) == request)
+    });
 }
 
-/// Counter without a gap and checksum right, from the first frame to the last. (`asks` has looked at all
+/// Counter without a gap and checksum right, from the first frame to the last. (`request_text` has looked at all
 /// other bits.)
 fn check_every_byte(recording: &Recording) {
     for (index, frame) in recording.since(BusTime::START, CMD).iter().enumerate() {
@@ -126,17 +127,17 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     };
     // In manual mode frames go out, and no command gives them authority.
     wait_for(&recording, BusTime::START, "-");
-    autoware.send_until(Signal::Left, Hazard::Enable, || recording.count(CMD) > 20);
+    autoware.send_until(TurnCommand::Left, HazardCommand::Enable, || recording.count(CMD) > 20);
     assert!(requests(&recording, BusTime::START).iter().all(|request| *request == "-"));
     vehicle.set(STATE, AUTONOMOUS);
-    command(Signal::Left, Hazard::Disable, "left");
+    command(TurnCommand::Left, HazardCommand::Disable, "left");
     vehicle.set(STATE, AUTONOMOUS_LEFT);
     gateway.wait_for_log("turn_indicators: ENABLE_LEFT");
-    command(Signal::Left, Hazard::Enable, "hazard");
-    command(Signal::Left, Hazard::Disable, "left");
-    command(Signal::Right, Hazard::Disable, "right");
+    command(TurnCommand::Left, HazardCommand::Enable, "hazard");
+    command(TurnCommand::Left, HazardCommand::Disable, "left");
+    command(TurnCommand::Right, HazardCommand::Disable, "right");
     vehicle.set(STATE, VELOCITY_ONLY);
-    command(Signal::Right, Hazard::Enable, "hazard, any turn");
+    command(TurnCommand::Right, HazardCommand::Enable, "hazard, any turn");
     // A link that was down: the present state again, with the next counter.
     vcan.bring_down();
     gateway.wait_for_log("nothing can be sent on body");
@@ -144,7 +145,7 @@ fn commands_become_frames_within_the_control_mode_and_a_stop_has_its_last_one() 
     vcan.bring_up();
     wait_for(&recording, mark, "hazard, any turn");
     vehicle.set(STATE, AUTONOMOUS);
-    command(Signal::Left, Hazard::Disable, "left");
+    command(TurnCommand::Left, HazardCommand::Disable, "left");
 
     let mark = BusTime::now();
     println!("SIGTERM: {:?}", gateway.stop("TERM"));
@@ -166,7 +167,7 @@ fn a_dry_run_is_reported_and_leaves_the_bus_alone_and_a_conflicting_sender_is_fo
         let autoware = Commander::start(domain);
         let mut gateway = Process::run(&folder);
         let would = || gateway.log().iter().filter(|line| line.contains("would send 130#")).count();
-        autoware.send_until(Signal::Left, Hazard::Disable, || would() >= 2);
+        autoware.send_until(TurnCommand::Left, HazardCommand::Disable, || would() >= 2);
         gateway.stop("TERM");
         recording.finish();
         assert_eq!(recording.count(CMD), 0);

@@ -12,7 +12,7 @@ use crate::support::slcan::Adapter;
 const SLOWLY_AGAIN: (&str, &str) = ("period_ms = 50", "period_ms = 50\nmin_send_interval_ms = 50");
 
 #[test]
-fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_counter_goes_on() {
+fn a_full_queue_delays_the_same_frame_with_a_warning_then_an_error_and_the_counter_continues() {
     let adapter = require!(Adapter::plug_in());
     let cyclone = require!(Cyclone::on_loopback());
     let domain = domain();

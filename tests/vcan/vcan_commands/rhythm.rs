@@ -52,7 +52,7 @@ fn measure(vcan: &Vcan, (vehicle, name, change, count): Measurement) {
     recording.finish();
     let frames = recording.since(BusTime::START, vehicle.command);
     assert_eq!(vehicle.runs(&frames), [vehicle.nothing]);
-    // The last one says goodbye, out of the rhythm.
+    // The last one announces the end, outside the period.
     measured(name, &frames[..frames.len() - 1]);
 }
 

@@ -72,7 +72,7 @@ impl Bench {
     }
 
     /// Lets a fault happen while the indicators are left; before it ends they are right. `noticed` is what the
-    /// gateway must say of the turn indicators meanwhile; `None` where reports go on, or it cannot say anything.
+    /// gateway must report of the turn indicators meanwhile; `None` where reports go on, or it cannot report anything.
     fn try_out(&self, name: &str, noticed: Option<&str>, begin: &dyn Fn(), end: &dyn Fn()) -> Row {
         self.unit.set(LEFT, Manner::Sound);
         let start = self.reader.mark();
@@ -164,7 +164,7 @@ impl Bench {
         std::mem::forget(reader);
     }
 
-    /// The controller leaves the bus: it says so once, and receives nothing.
+    /// The controller leaves the bus: it reports so once, and receives nothing.
     fn bus_off(&self) {
         self.unit.set(LEFT, Manner::Dead);
         let error = CanErrorFrame::new_error(0x40, &[0; 8]).unwrap();
@@ -238,7 +238,7 @@ fn try_all(bench: &Bench) {
         row("3 s flood with the message's identifier", None, &|| bench.flood(TURN), &|| {}),
         row("folder of the black box is a file", Some("invalid"), &|| bench.spoil_black_box(), &|| {}),
         row("started with a blocked standard error", None, &|| bench.start_with_blocked_log(), &|| {}),
-        row("SIGKILL, started anew after 3 s", None, &|| drop(gateway.take()), &start),
+        row("SIGKILL, restarted after 3 s", None, &|| drop(gateway.take()), &start),
         row("SIGKILL of the network process", None, &|| bench.kill_network_process(), &|| {}),
         row("a second DDS reader is killed", None, &|| join().kill(), &|| {}),
     ];

@@ -37,10 +37,10 @@ fn a_recording_of_a_fault_replays_to_the_same_decisions_byte_for_byte() {
         .output()
         .unwrap();
     let replayed = String::from_utf8(replay.stdout).unwrap();
-    // What the replay says before its first input, the gateway said at its start: before the recording
+    // The output of the replay before its first input is that of the gateway at its start: before the recording
     // begins, or at its very beginning when the first frame was there already.
-    let said_at_start = if decisions.lines().next() == replayed.lines().next() { 0 } else { 3 };
-    let settled: String = replayed.lines().skip(said_at_start).map(|line| format!("{line}\n")).collect();
+    let lines_at_start = if decisions.lines().next() == replayed.lines().next() { 0 } else { 3 };
+    let settled: String = replayed.lines().skip(lines_at_start).map(|line| format!("{line}\n")).collect();
     let differing = settled.lines().zip(decisions.lines()).find(|(replayed, recorded)| replayed != recorded);
     let log = std::fs::read_to_string(log).unwrap();
     assert_eq!(differing, None, "replayed, recorded\n{settled}\n{decisions}\n{log}");
@@ -110,7 +110,7 @@ fn folder_removed_while_running_is_made_again() {
 }
 
 #[test]
-fn read_only_folder_is_told_and_used_once_it_can_be_written() {
+fn read_only_folder_is_reported_and_used_once_it_can_be_written() {
     let mut tmpfs = None;
     let mut drive = require!(Drive::start("vcan18", 1, |folder| tmpfs = Some(Tmpfs::new(folder, "ro"))));
     let tmpfs = require!(tmpfs.unwrap());

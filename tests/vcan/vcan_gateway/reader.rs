@@ -21,7 +21,7 @@ impl Reader {
         )
     }
 
-    /// Kills the reader without a chance to say goodbye.
+    /// Kills the reader before it can announce that it leaves.
     pub(crate) fn kill(self) {
         self.0.kill();
     }

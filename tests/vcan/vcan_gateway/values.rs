@@ -87,7 +87,7 @@ fn cansend(vcan: &Vcan, id: u32, data: [u8; 8]) -> Window {
 }
 
 #[test]
-fn a_drive_played_by_canplayer_comes_out_as_it_was() {
+fn a_drive_played_by_canplayer_gives_the_same_reports() {
     let bench = require!(Bench::new("vcan-play", ""));
     require!(can_utils());
     // The vehicle as it is shipped, on a bus as busy as a real one.

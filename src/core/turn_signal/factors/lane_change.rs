@@ -7,7 +7,7 @@ use super::{Behavior, FactorContext, Interval};
 use crate::core::turn_signal::inputs::FactorFlaw;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::planner_input::{FactorTopic, PlanningFactor};
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// The lane change of a factor. `refuse` takes the reason when there is none.
 pub(super) fn sideways(

@@ -11,7 +11,7 @@ use crate::core::turn_signal::manoeuvre::avoidance::Avoidance;
 use crate::core::turn_signal::manoeuvre::lane_change::{LaneChange, LaneChangePhase};
 use crate::core::turn_signal::manoeuvre::pull_over::PullOver;
 use crate::core::turn_signal::route::Segment;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// A straight lane of 3.5 m.
 fn lane(id: i64, from_m: f64, to_m: f64, y_m: f64, followers: &[i64]) -> Lane {

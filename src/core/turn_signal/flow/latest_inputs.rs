@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use crate::core::time::{MonoTime, WallStamp};
 use crate::core::turn_signal::factors::Factors;
 use crate::core::turn_signal::inputs::{Finding, Timed};
 use crate::core::turn_signal::planner_input::Odometry;
 use crate::core::turn_signal::planner_input::{OperationMode, PathPoint, PlannerInput};
-use crate::core::turn_signal::signal::Hazard;
 
 /// The latest inputs of the decider, but for the route.
 #[derive(Debug, Clone, Default)]
@@ -19,9 +19,9 @@ pub(super) struct LatestInputs {
     pub(super) factors: Factors,
     pub(super) operation_mode: Option<OperationMode>,
     lane_driving: Option<Timed<bool>>,
-    pub(super) hazard_request: Option<Timed<Hazard>>,
-    pub(super) own_turn: Option<Timed<u8>>,
-    pub(super) own_hazard: Option<Timed<u8>>,
+    pub(super) hazard_request: Option<Timed<HazardCommand>>,
+    pub(super) own_turn: Option<Timed<EnumOrUnknown<TurnCommand>>>,
+    pub(super) own_hazard: Option<Timed<EnumOrUnknown<HazardCommand>>>,
 }
 
 impl LatestInputs {

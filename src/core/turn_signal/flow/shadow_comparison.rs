@@ -2,22 +2,23 @@
 
 use std::time::Duration;
 
+use crate::core::light_command::EnumOrUnknown;
 use crate::core::time::MonoTime;
 
-/// Two commands that differ, numbers as in the messages.
+/// Two commands that differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Disagreement {
-    pub(super) ours: u8,
-    pub(super) autoware: u8,
+pub(super) struct Disagreement<T> {
+    pub(super) ours: T,
+    pub(super) autoware: EnumOrUnknown<T>,
     /// When they began to differ, from whatever they were.
     pub(super) since: MonoTime,
     /// It has lasted longer than is tolerated.
-    pub(super) counts: bool,
+    counts: bool,
 }
 
 /// Counts of the cycles compared so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct ShadowComparison {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct ShadowComparison<T> {
     /// Cycles with the same command.
     pub(super) agreed: u64,
     /// Cycles with different ones, but not for longer than is tolerated.
@@ -26,16 +27,29 @@ pub(super) struct ShadowComparison {
     pub(super) disagreed: u64,
     /// Cycles without two commands to compare.
     pub(super) skipped: u64,
-    pub(super) present: Option<Disagreement>,
+    pub(super) present: Option<Disagreement<T>>,
 }
 
-impl ShadowComparison {
+impl<T> Default for ShadowComparison<T> {
+    /// Nothing has been compared.
+    fn default() -> Self {
+        Self { agreed: 0, tolerated: 0, disagreed: 0, skipped: 0, present: None }
+    }
+}
+
+impl<T: Copy + PartialEq> ShadowComparison<T> {
     /// Compares the commands of one cycle.
-    pub(super) fn compare(&mut self, ours: u8, autoware: Option<u8>, tolerance: Duration, now: MonoTime) {
+    pub(super) fn compare(
+        &mut self,
+        ours: T,
+        autoware: Option<EnumOrUnknown<T>>,
+        tolerance: Duration,
+        now: MonoTime,
+    ) {
         let before = self.present.take();
         match autoware {
             None => self.skipped += 1,
-            Some(autoware) if autoware == ours => self.agreed += 1,
+            Some(autoware) if autoware == EnumOrUnknown::Known(ours) => self.agreed += 1,
             Some(autoware) => {
                 let since = before.map_or(now, |before| before.since);
                 let counts = now.since(since) > tolerance;
@@ -43,6 +57,11 @@ impl ShadowComparison {
                 self.present = Some(Disagreement { ours, autoware, since, counts });
             }
         }
+    }
+
+    /// True if the commands differ for longer than is tolerated.
+    pub(super) fn differs(&self) -> bool {
+        self.present.is_some_and(|present| present.counts)
     }
 
     /// Share of the compared cycles without a disagreement that counts, percent; `None` when nothing
@@ -58,23 +77,25 @@ impl ShadowComparison {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::light_command::TurnCommand::{self, Disable, Left, Right};
 
     #[test]
     fn differences_count_once_they_last() {
         let mut shadow_comparison = ShadowComparison::default();
-        let mut at = |ms: u64, ours, autoware| {
+        let mut at = |ms: u64, ours, autoware: Option<TurnCommand>| {
+            let autoware = autoware.map(EnumOrUnknown::Known);
             shadow_comparison.compare(ours, autoware, Duration::from_millis(200), MonoTime::from_millis(ms));
             shadow_comparison
         };
-        assert_eq!(at(0, 1, None).percent(), None);
-        at(100, 1, Some(1));
-        at(200, 2, Some(1));
-        assert_eq!(at(400, 2, Some(1)).tolerated, 2, "as long as tolerated");
-        let late = at(500, 3, Some(1));
+        assert_eq!(at(0, Disable, None).percent(), None);
+        at(100, Disable, Some(Disable));
+        at(200, Left, Some(Disable));
+        assert_eq!(at(400, Left, Some(Disable)).tolerated, 2, "as long as tolerated");
+        let late = at(500, Right, Some(Disable));
         assert_eq!((late.disagreed, late.present.unwrap().since), (1, MonoTime::from_millis(200)));
         assert_eq!(late.percent(), Some(75.0));
-        let alike = at(600, 3, Some(3));
+        let alike = at(600, Right, Some(Right));
         assert_eq!((alike.agreed, alike.present, alike.skipped), (2, None, 1));
-        assert!(!at(700, 3, Some(1)).present.unwrap().counts, "begins anew");
+        assert!(!at(700, Right, Some(Disable)).present.unwrap().counts, "begins anew");
     }
 }

@@ -1,6 +1,8 @@
 //! Diagnostics of the decider: command, winner and rule, distances, the outcome of each other candidate, findings,
 //! agreement with Autoware.
 
+use std::fmt;
+
 use super::shadow_comparison::{Disagreement, ShadowComparison};
 use super::{Role, TurnSignalFlow};
 use crate::core::diagnostics::Level;
@@ -10,9 +12,6 @@ use crate::core::turn_signal::inputs::Impact;
 use crate::core::turn_signal::resolve::Resolution;
 
 type Value = (&'static str, String);
-
-const TURNS: [&str; 4] = ["NO_COMMAND", "DISABLE", "LEFT", "RIGHT"];
-const HAZARDS: [&str; 3] = ["NO_COMMAND", "DISABLE", "ENABLE"];
 
 impl TurnSignalFlow {
     /// Level and message: the worst finding, else the command and its source.
@@ -29,10 +28,7 @@ impl TurnSignalFlow {
                 text = worst.situation();
             }
         }
-        let differs = |shadow_comparison: &ShadowComparison| {
-            shadow_comparison.present.is_some_and(|present| present.counts)
-        };
-        if level == Level::Ok && (differs(&self.turn_comparison) || differs(&self.hazard_comparison)) {
+        if level == Level::Ok && (self.turn_comparison.differs() || self.hazard_comparison.differs()) {
             (level, text) = (Level::Warn, "Autoware commands something else".to_owned());
         }
         (level, format!("{}: {text}", decision.turn))
@@ -63,22 +59,10 @@ impl TurnSignalFlow {
         values.push(("cycles", self.cycles.to_string()));
         values.push(("changes", self.changes.to_string()));
         if matches!(self.settings.role, Role::Shadow { .. }) {
-            shadow_comparison(
-                &self.turn_comparison,
-                ["turn_agreement_percent", "turn_disagreement"],
-                &TURNS,
-                now,
-                &mut values,
-            );
-            counts(&self.turn_comparison, "turn_compared", &mut values);
-            shadow_comparison(
-                &self.hazard_comparison,
-                ["hazard_agreement_percent", "hazard_disagreement"],
-                &HAZARDS,
-                now,
-                &mut values,
-            );
-            counts(&self.hazard_comparison, "hazard_compared", &mut values);
+            let keys = ["turn_agreement_percent", "turn_disagreement", "turn_compared"];
+            compared(&self.turn_comparison, keys, now, &mut values);
+            let keys = ["hazard_agreement_percent", "hazard_disagreement", "hazard_compared"];
+            compared(&self.hazard_comparison, keys, now, &mut values);
         }
         values
     }
@@ -146,26 +130,19 @@ fn list(items: &[impl ToString]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-fn shadow_comparison(
-    shadow_comparison: &ShadowComparison,
-    [share, present]: [&'static str; 2],
-    names: &[&str],
+fn compared<T: Copy + PartialEq + fmt::Display>(
+    comparison: &ShadowComparison<T>,
+    [share, present, counts]: [&'static str; 3],
     now: MonoTime,
     values: &mut Vec<Value>,
 ) {
-    let percent = shadow_comparison.percent();
+    let percent = comparison.percent();
     values.push((share, percent.map_or("nothing compared".to_owned(), |percent| format!("{percent:.2}"))));
-    let named =
-        |number: u8| names.get(usize::from(number)).map_or(number.to_string(), |name| (*name).to_owned());
-    let text = shadow_comparison.present.map(|Disagreement { ours, autoware, since, .. }| {
-        let ms = now.since(since).as_millis();
-        format!("{} here, {} of Autoware, for {ms} ms", named(ours), named(autoware))
+    let text = comparison.present.as_ref().map(|Disagreement { ours, autoware, since, .. }| {
+        format!("{ours} here, {autoware} of Autoware, for {} ms", now.since(*since).as_millis())
     });
     values.push((present, text.unwrap_or("none".to_owned())));
-}
-
-fn counts(shadow_comparison: &ShadowComparison, key: &'static str, values: &mut Vec<Value>) {
-    let ShadowComparison { agreed, tolerated, disagreed, skipped, .. } = shadow_comparison;
+    let ShadowComparison { agreed, tolerated, disagreed, skipped, .. } = comparison;
     let text = format!("{agreed} alike, {tolerated} tolerated, {disagreed} different, {skipped} skipped");
-    values.push((key, text));
+    values.push((counts, text));
 }

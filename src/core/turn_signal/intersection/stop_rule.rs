@@ -5,7 +5,7 @@
 use crate::core::map::geometry::polyline::nearest;
 use crate::core::map::lane_network::{Lane, LaneId, TurnDirection};
 use crate::core::turn_signal::decision_context::DecisionContext;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// The vehicle stands near or inside a turn to this side.
 pub(super) fn stands_at_turn(context: &DecisionContext<'_>, lanes: &[LaneId], side: Side) -> bool {

@@ -9,7 +9,7 @@ use crate::core::map::geometry::{Point, Pose};
 use crate::core::turn_signal::chain::ManoeuvreRecords;
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::section::Section;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// A lane change, requested or running.
 #[derive(Debug, Clone, PartialEq)]

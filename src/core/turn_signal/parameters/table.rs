@@ -1,7 +1,7 @@
 //! The table of parameters: names, what they take, where it goes.
 
 use super::{CandidatePolicy, Parameters};
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// One parameter: its names and what it takes.
 pub struct Parameter {

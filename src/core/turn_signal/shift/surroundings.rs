@@ -7,7 +7,7 @@ use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::{Lane, LaneId};
 use crate::core::turn_signal::decision_context::DecisionContext;
 use crate::core::turn_signal::parameters::Vehicle;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// The shift leads over, or back from, a side with nothing but a hatched marking.
 pub(super) fn hatched_forbids(lane: &Lane, offsets: Offsets, threshold_m: f64) -> bool {

@@ -32,7 +32,7 @@ pub struct CounterRule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CounterError {
     /// The range has fewer than two values.
-    #[error("the counter runs from {first} to {last}: it needs two values at least")]
+    #[error("the counter runs from {first} to {last}, but needs at least two values")]
     Range {
         /// First value of the counter.
         first: u32,
@@ -40,7 +40,7 @@ pub enum CounterError {
         last: u32,
     },
     /// The largest step is 0, or so large that a step back looks the same.
-    #[error("the largest step is {max_step}: 1 to {most} with this range")]
+    #[error("the largest step is {max_step}, but this range allows 1 to {most}")]
     Step {
         /// Largest step requested.
         max_step: u32,
@@ -48,7 +48,7 @@ pub enum CounterError {
         most: u32,
     },
     /// The signal cannot hold all values of the range.
-    #[error("the counter's signal holds {lowest} to {highest} only")]
+    #[error("the counter's signal holds only {lowest} to {highest}")]
     Signal {
         /// Lowest raw value of the signal.
         lowest: i128,
@@ -56,7 +56,7 @@ pub enum CounterError {
         highest: i128,
     },
     /// A multiplexor removes the signal from some frames.
-    #[error("a counter signal is in every frame, this one is multiplexed")]
+    #[error("a counter signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
 }
 

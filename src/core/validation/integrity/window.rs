@@ -64,7 +64,7 @@ pub enum WindowError {
     #[error("the window of the valid state must be the longest")]
     ValidNotLongest,
     /// More results are required than the window holds.
-    #[error("of {size} results, {min_ok} good ones and {max_error} errors cannot be required")]
+    #[error("a window of {size} results cannot hold {min_ok} good ones and {max_error} errors")]
     TooMany {
         /// Number of results in the window.
         size: u8,

@@ -11,10 +11,10 @@ use super::*;
 use crate::core::command::input::CommandInput;
 use crate::core::command::origin::{CommandOrigin, SampleId, WriterId};
 use crate::core::gateway::event::Input;
+use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry as plane;
 use crate::core::turn_signal::planner_input::{self, FactorTopic, OperationMode, PlannerInput, PlannerRoute};
 use crate::core::turn_signal::route::Segment;
-use crate::core::turn_signal::signal::{Hazard, Signal};
 use crate::io::ros::reading::{self, Endian, Unreadable};
 use crate::io::ros::topics::SubscriptionKind as Kind;
 
@@ -277,11 +277,18 @@ fn the_scenario_has_its_bytes_and_only_lane_driving_is_lane_driving() {
 
 #[test]
 fn every_command_has_its_bytes() {
-    let turns = [(Signal::NoCommand, 0), (Signal::Disable, 1), (Signal::Left, 2), (Signal::Right, 3)];
+    let turns = [
+        (TurnCommand::NoCommand, 0),
+        (TurnCommand::Disable, 1),
+        (TurnCommand::Left, 2),
+        (TurnCommand::Right, 3),
+    ];
     for (command, byte) in turns {
         assert_eq!(cdr(&TurnIndicatorsCommand::new(command, STAMP)), with_stamp(&[byte]));
     }
-    for (command, byte) in [(Hazard::NoCommand, 0), (Hazard::Disable, 1), (Hazard::Enable, 2)] {
+    for (command, byte) in
+        [(HazardCommand::NoCommand, 0), (HazardCommand::Disable, 1), (HazardCommand::Enable, 2)]
+    {
         assert_eq!(cdr(&HazardLightsCommand::new(command, STAMP)), with_stamp(&[byte]));
         assert_eq!(input(Kind::HazardRequest, &with_stamp(&[byte])), PlannerInput::HazardRequest(command));
     }
@@ -302,8 +309,14 @@ fn commands_and_modes_are_handed_on_as_sent() {
         assert_eq!(cdr(&ControlModeReport { stamp: STAMP.into(), mode: raw }), bytes);
         let mode = CommandInput::ControlMode { sample, mode: raw.into(), stamp };
         assert_eq!(decoded(Kind::ControlMode), Ok(mode.into()));
-        assert_eq!(decoded(Kind::OwnTurnCommand), Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw))));
-        assert_eq!(decoded(Kind::OwnHazardCommand), Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw))));
+        assert_eq!(
+            decoded(Kind::OwnTurnCommand),
+            Ok(Input::Planner(PlannerInput::OwnTurnCommand(raw.into())))
+        );
+        assert_eq!(
+            decoded(Kind::OwnHazardCommand),
+            Ok(Input::Planner(PlannerInput::OwnHazardCommand(raw.into())))
+        );
     }
 }
 

@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn an_echo_that_comes_after_its_answer_is_no_second_one() {
+    fn an_echo_after_its_answer_is_not_counted_again() {
         let late = |tenth| if tenth == 7 { SignsOfLife { echo: Some(1), ..SILENCE } } else { SILENCE };
         assert_eq!(answer(false, true, late).map(|answer| answer.has_echo), Some(false));
     }

@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn time_in_which_nobody_looked_is_not_its_silence() {
+    fn time_in_which_nobody_polled_is_not_its_silence() {
         let start = Instant::now();
         let mut liveness = Liveness::new(start);
         liveness.joined();

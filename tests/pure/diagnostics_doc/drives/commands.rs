@@ -1,4 +1,4 @@
-//! Commands that are obeyed, refused, silent, or the driver's; and frames that are not sent.
+//! Commands that are carried out, refused, silent, or the driver's; and frames that are not sent.
 
 use std::cell::Cell;
 use std::time::Duration;

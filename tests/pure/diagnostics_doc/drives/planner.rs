@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use signal_gateway::config::drive;
 use signal_gateway::config::files::Disk;
+use signal_gateway::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::turn_signal::planner_input::{
     FactorTopic, Odometry, PlannerInput, PlannerRoute, PlanningFactor,
 };
 use signal_gateway::core::turn_signal::route::Segment;
-use signal_gateway::core::turn_signal::signal::Hazard;
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
 use super::{Desk, Reported};
@@ -102,7 +102,7 @@ fn inputs(reported: &mut Reported) {
     desk.input(PlannerInput::LaneDriving(true));
     stay(&mut desk, 36.0, 1_500);
     let mut desk = routed("enabled = true", desk.reported);
-    desk.input(PlannerInput::HazardRequest(Hazard::Disable));
+    desk.input(PlannerInput::HazardRequest(HazardCommand::Disable));
     stay(&mut desk, 36.0, 1_500);
 }
 
@@ -144,7 +144,7 @@ fn routes(reported: &mut Reported) {
 fn shadow(reported: &mut Reported) {
     let mut desk = routed("shadow = true\nshadow_tolerance_ms = 300", reported);
     for _ in 0..20 {
-        desk.input(PlannerInput::OwnTurnCommand(1));
+        desk.input(PlannerInput::OwnTurnCommand(EnumOrUnknown::Known(TurnCommand::Disable)));
         stay(&mut desk, 36.0, 50);
     }
 }

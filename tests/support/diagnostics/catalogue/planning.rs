@@ -166,7 +166,7 @@ pub(super) fn scenario() -> Task {
             message(Ok, "ended", NOTHING),
             message(Ok, "ended in success", NOTHING),
             message(Warn, "ended in failure", "Read in the log which condition failed it."),
-            message(Error, "cannot go on: {reason}", "Correct the scenario."),
+            message(Error, "cannot continue: {reason}", "Correct the scenario."),
         ],
         keys: vec![
             key("controllers", "-", "Controllers of the scenario."),

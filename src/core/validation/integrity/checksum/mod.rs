@@ -48,7 +48,7 @@ pub struct Checksum {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ChecksumError {
     /// The signal is wider or narrower than the result of the rule.
-    #[error("the checksum has {rule} bits, its signal {signal}")]
+    #[error("the checksum has {rule} bits, but its signal has {signal}")]
     Width {
         /// Width of the result in bits.
         rule: u32,
@@ -56,13 +56,13 @@ pub enum ChecksumError {
         signal: u32,
     },
     /// The signal is signed.
-    #[error("a checksum signal is unsigned")]
+    #[error("a checksum signal must be unsigned")]
     Signed,
     /// A multiplexor removes the signal from some frames.
-    #[error("a checksum signal is in every frame, this one is multiplexed")]
+    #[error("a checksum signal must be in every frame, but this one is multiplexed")]
     Multiplexed,
     /// The signal shares a byte with others, but the rule skips whole bytes.
-    #[error("this checksum fills whole bytes, its signal does not")]
+    #[error("this checksum fills whole bytes, but its signal does not")]
     NotWholeBytes,
 }
 

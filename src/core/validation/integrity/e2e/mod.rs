@@ -29,7 +29,7 @@ pub struct E2e {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum E2eError {
     /// The header reaches beyond the end of the message.
-    #[error("the header takes bytes {offset} to {last}, the message has {length} bytes")]
+    #[error("the header takes bytes {offset} to {last}, but the message has {length} bytes")]
     Header {
         /// First byte of the header.
         offset: usize,
@@ -39,7 +39,7 @@ pub enum E2eError {
         length: usize,
     },
     /// A message longer than a CAN FD frame.
-    #[error("a frame has 64 bytes at most, the message {0}")]
+    #[error("a frame has at most 64 bytes, but the message has {0}")]
     Length(usize),
     /// A Data ID of more than 12 bits, of which four are sent and eight enter the CRC.
     #[error("in low-nibble mode the Data ID is 0x000 to 0xFFF, not 0x{0:X}")]

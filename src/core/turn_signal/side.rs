@@ -1,8 +1,8 @@
-//! Commands and sides (docs/spec/turn-signal-decider.md, "Commands").
+//! The sides of the vehicle, and the commands that turn them on (docs/spec/turn-signal-decider.md, "Commands").
 
 use std::fmt;
 
-pub use crate::core::light_command::{HazardCommand as Hazard, TurnCommand as Signal};
+use crate::core::light_command::TurnCommand;
 
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -13,7 +13,7 @@ pub enum Side {
     Right,
 }
 
-impl Signal {
+impl TurnCommand {
     /// The side that blinks, if one does.
     pub const fn side(self) -> Option<Side> {
         match self {
@@ -34,7 +34,7 @@ impl Side {
     }
 }
 
-impl From<Side> for Signal {
+impl From<Side> for TurnCommand {
     fn from(side: Side) -> Self {
         match side {
             Side::Left => Self::Left,
@@ -45,6 +45,6 @@ impl From<Side> for Signal {
 
 impl fmt::Display for Side {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Signal::from(*self).fmt(f)
+        TurnCommand::from(*self).fmt(f)
     }
 }
