@@ -88,6 +88,8 @@ fn spawn(program: &Path, socket: UnixStream) -> io::Result<Child> {
         .current_dir("/")
         .stdin(OwnedFd::from(socket))
         .stdout(Stdio::null())
+        // Signals of a terminal are for the gateway, which tells the other side to leave.
+        .process_group(0)
         .spawn()
 }
 
