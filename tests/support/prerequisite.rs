@@ -16,6 +16,8 @@ pub(crate) enum Prerequisite {
     PeerPython,
     /// A C++ compiler and the headers of Fast DDS 2.
     FastDds,
+    /// `idlc` and the headers of the Cyclone DDS of the system.
+    CycloneDds,
     /// Root and iproute2, to make network namespaces.
     NetworkNamespaces,
     /// Recordings and DBC files of real vehicles, which are not the project's to publish.
@@ -34,6 +36,7 @@ impl Prerequisite {
             Self::CanUtils => "can-utils",
             Self::PeerPython => "peer-python",
             Self::FastDds => "fast-dds",
+            Self::CycloneDds => "cyclone-dds",
             Self::NetworkNamespaces => "network-namespaces",
             Self::SharedData => "shared-data",
             Self::Tmpfs => "tmpfs",
