@@ -11,6 +11,7 @@ mod dds {
     mod delivery;
     mod fast_dds;
     mod incoming;
+    mod installed_cyclone;
     mod isolation;
     mod network;
     mod outage;

@@ -2,6 +2,7 @@
 
 use super::Report;
 use crate::config::Settings;
+use crate::config::gateway::SourceKind;
 use crate::core::command::message::CommandMessage;
 use crate::core::command::settings::{CommandSource, ModeFrom, Transmit};
 
@@ -14,9 +15,10 @@ pub(super) fn commands(settings: &Settings, report: &mut Report) {
     let Some(command) = &settings.command else {
         return report.line("commands", "the profile describes them; without [command] nothing is sent");
     };
-    let sent = match command.settings.transmit {
-        Transmit::Off => "dry run, nothing is sent",
-        Transmit::On => "frames are sent",
+    let sent = match (command.settings.transmit, settings.source) {
+        (Transmit::Off, _) => "dry run, nothing is sent",
+        (Transmit::On, SourceKind::Recording) => "dry run with a recording, nothing is sent",
+        (Transmit::On, SourceKind::Socketcan) => "frames are sent",
     };
     let source = match command.settings.source {
         CommandSource::Topic => &command.topics.turn_indicators_cmd,

@@ -9,6 +9,7 @@ mod turn_signal;
 use std::fmt::Write as _;
 
 use crate::config::Settings;
+use crate::config::gateway::{SourceKind, Stamps};
 use crate::core::dbc::model::Severity;
 use crate::core::validation::integrity::MessageIntegrity;
 use crate::core::validation::table::Timing;
@@ -103,7 +104,18 @@ pub fn binding(settings: &Settings) -> Report {
 /// Notes for an integrator on a configuration that is accepted.
 pub fn notes(settings: &Settings) -> Vec<String> {
     let missed = missed_flashes(&settings.gateway.lights);
-    missed.into_iter().chain(traffic_lights::notes(settings)).collect()
+    missed.into_iter().chain(traffic_lights::notes(settings)).chain(old_stamps(settings)).collect()
+}
+
+/// Published stamps of the past: Autoware's aggregator of diagnostics, among others, takes them for stale.
+fn old_stamps(settings: &Settings) -> Option<String> {
+    let is_published = settings.ros.enabled && settings.source == SourceKind::Recording;
+    let stamps = settings.recording.as_ref().filter(|_| is_published)?.stamps;
+    (stamps == Stamps::Recorded).then(|| {
+        "[recording] stamps = \"recorded\": readers that compare stamps with the present, as Autoware's diagnostics do, \
+         take all messages for stale; stamps = \"now\" are current"
+            .to_owned()
+    })
 }
 
 fn missed_flashes(lights: &LightsBinding) -> Vec<String> {

@@ -372,11 +372,6 @@ fn report_integrity(name: &str, counts: IntegrityCounts, report: &mut Report) {
     if rejected > counts.initial { report.concern(&text) } else { report.line("", &text) }
 }
 
-/// A number of occurrences.
-fn times_text(count: u64) -> String {
-    if count == 1 { "once".to_owned() } else { format!("{count} times") }
-}
-
 /// Seconds with three decimals.
 fn seconds_text(at: MonoTime) -> String {
     let millis = at.as_nanos() / 1_000_000;

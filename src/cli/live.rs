@@ -21,7 +21,7 @@ Examples:
   RUST_LOG=debug signal-gateway run --config config/gateway.toml
 
 On a terminal the last line shows the live state; elsewhere all that happens at one moment is one log record.
-SIGTERM and SIGINT end it.";
+SIGTERM, SIGINT, SIGQUIT and a closed terminal end it in order.";
 
 pub(super) const DEMO_HELP: &str = "\
 Examples:

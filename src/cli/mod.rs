@@ -120,10 +120,12 @@ pub fn main() -> ExitCode {
         Err(failure) => {
             say(&format!("signal-gateway: {failure}"));
             ExitCode::from(match failure {
-                // ROS_DOMAIN_ID is a setting too, though it is in the environment.
+                // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
                 | Failure::Daemon(DaemonError::Publisher(
-                    PublisherError::DomainId(_) | PublisherError::NotBuilt,
+                    PublisherError::DomainId(_)
+                    | PublisherError::DiscoveryRange(_)
+                    | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,

@@ -11,6 +11,7 @@ use super::live::IsolationArgs;
 use super::{Failure, say, start_log};
 use crate::check::bad_lines_text;
 use crate::config::Settings;
+use crate::config::gateway::Stamps;
 use crate::core::gateway::event::Output;
 use crate::core::time::MonoTime;
 use crate::daemon::publisher::topics;
@@ -32,7 +33,7 @@ With --json every published message is one line
   {\"t\": seconds, \"topic\": name, \"data\": {message fields}}
 and /diagnostics is a line whenever a status changes, holding the statuses that changed.
 t is virtual time since the first frame of the recording; stamps are those of the recording
-(with --ros, as set by [recording] stamps).";
+(with --ros the present, unless [recording] stamps = \"recorded\").";
 
 #[derive(Debug, Args)]
 pub(super) struct ReplayArgs {
@@ -132,8 +133,8 @@ fn replay_in_time(
 ) -> Result<ExitCode, Failure> {
     settings.ros.enabled = args.ros;
     settings.ros.isolated = !args.isolation.no_isolation;
-    let configured = settings.recording.as_ref().filter(|_| args.ros);
-    let stamps = configured.map(|recording| recording.stamps).unwrap_or_default();
+    let configured = settings.recording.as_ref().map(|recording| recording.stamps);
+    let stamps = if args.ros { configured.unwrap_or_default() } else { Stamps::Recorded };
     let playback = Playback { speed: args.speed.unwrap_or(1.0), repeat: false, stamps, stay: false };
     let view = View::new(Style::choose(Style::StatusLine, Style::Lines), settings.vehicle.clone())?;
     let reopen = || Log::open(path);

@@ -1,8 +1,10 @@
 //! Destinations of the outputs, and the duties of a process to its supervisor.
 
-use std::future::pending;
-use std::io;
+use std::future::{pending, poll_fn};
+use std::io::{self, IsTerminal as _};
+use std::pin::pin;
 use std::sync::Arc;
+use std::task::Poll;
 use std::time::{Duration, Instant};
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -51,6 +53,8 @@ pub(super) struct GatewayIo {
     given_out: Vec<Status>,
     /// When they are to be looked at again.
     next_look: Instant,
+    /// The first error of a destination that was not taken yet.
+    failure: Option<DaemonError>,
 }
 
 impl GatewayIo {
@@ -77,6 +81,7 @@ impl GatewayIo {
             node: None,
             given_out: Vec::new(),
             next_look: Instant::now(),
+            failure: None,
         })
     }
 
@@ -93,16 +98,11 @@ impl GatewayIo {
     }
 
     /// Takes the steps that are due and hands on what they give, frames to the vehicle over `transmitters`, one
-    /// for each bus.
-    pub(super) fn emit_live(
-        &mut self,
-        live: &mut Live,
-        transmitters: &[Transmitter],
-        clock: &Clock,
-    ) -> Result<(), DaemonError> {
+    /// for each bus. An error of a destination ends nothing: see [`Self::take_failure`].
+    pub(super) fn emit_live(&mut self, live: &mut Live, transmitters: &[Transmitter], clock: &Clock) {
         let (read, started) = (clock.now(), live.now());
         // The outputs from before the first step belong to the start.
-        self.emit_and_send(live, transmitters, clock, read, started)?;
+        self.emit_and_send(live, transmitters, clock, read, started);
         while let Some(at) = live.step(read.mono, |input, at| {
             if let (Some(faults), Input::Can(input)) = (&mut self.faults, input) {
                 faults.keep(*input, at);
@@ -111,15 +111,15 @@ impl GatewayIo {
             if let Some(faults) = &mut self.faults {
                 faults.save_if_over(at);
             }
-            self.emit_and_send(live, transmitters, clock, read, at)?;
+            self.emit_and_send(live, transmitters, clock, read, at);
         }
         // All that was due at `read` is decided: what is held now is current.
         for output in self.late_reports.take() {
             self.publisher.send(&Output::VehicleLights(output));
         }
         live.settle_commands(read);
-        self.emit_and_send(live, transmitters, clock, read, read)?;
-        self.tell_of_process(read)
+        self.emit_and_send(live, transmitters, clock, read, read);
+        self.announce_process(read);
     }
 
     /// When [`emit_live`](Self::emit_live) is to be called at the latest, to look at the process itself.
@@ -128,20 +128,20 @@ impl GatewayIo {
     }
 
     /// Gives out the statuses of the process itself whose level or message has changed.
-    fn tell_of_process(&mut self, now: Now) -> Result<(), DaemonError> {
+    fn announce_process(&mut self, now: Now) {
         let at = Instant::now();
         if at < self.next_look {
-            return Ok(());
+            return;
         }
         self.next_look = at + LOOK_INTERVAL;
         let statuses = self.process_statuses();
         let changed = changed(&statuses, &self.given_out);
         self.given_out = statuses;
         if changed.is_empty() {
-            return Ok(());
+            return;
         }
         let diagnostics = Diagnostics { statuses: changed, refresh: false };
-        self.hand_on(&Output::Diagnostics { diagnostics, stamp: now.wall }, now, Duration::ZERO)
+        self.hand_on(&Output::Diagnostics { diagnostics, stamp: now.wall }, now, Duration::ZERO);
     }
 
     /// Hands on all outputs of a decision at `now` that was made at `read`. Whether a frame to the vehicle was sent goes
@@ -153,15 +153,20 @@ impl GatewayIo {
         clock: &Clock,
         read: Now,
         now: Now,
-    ) -> Result<(), DaemonError> {
+    ) {
         while let Some(output) = live.poll_output() {
             if let Output::Command(CommandOutput::Transmit { frame, .. }) = &output {
                 let result = transmit(frame, transmitters);
                 live.take([result], clock.now());
             }
-            self.emit_output(output, now, read.mono.since(now.mono))?;
+            self.emit_output(output, now, read.mono.since(now.mono));
         }
-        self.refresh(now)
+        self.refresh(now);
+    }
+
+    /// The first error of a destination since the last call.
+    pub(super) fn take_failure(&mut self) -> Option<DaemonError> {
+        self.failure.take()
     }
 
     pub(super) fn emit(
@@ -170,13 +175,14 @@ impl GatewayIo {
         now: Now,
     ) -> Result<(), DaemonError> {
         while let Some(output) = poll() {
-            self.emit_output(output, now, Duration::ZERO)?;
+            self.emit_output(output, now, Duration::ZERO);
         }
-        self.refresh(now)
+        self.refresh(now);
+        self.take_failure().map_or(Ok(()), Err)
     }
 
     /// Hands on an output that was decided at `now`, and is given out `lag` later.
-    fn emit_output(&mut self, mut output: Output, now: Now, lag: Duration) -> Result<(), DaemonError> {
+    fn emit_output(&mut self, mut output: Output, now: Now, lag: Duration) {
         if let Output::TrafficLights(TrafficLightOutput::CommandRefused(error)) = &output {
             tracing::warn!("a command was refused: {error}");
         }
@@ -190,23 +196,25 @@ impl GatewayIo {
             self.given_out = self.process_statuses();
             diagnostics.statuses.extend(self.given_out.iter().cloned());
         }
-        self.hand_on(&output, now, lag)
+        self.hand_on(&output, now, lag);
     }
 
     /// Publishes and shows an output.
-    fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) -> Result<(), DaemonError> {
+    fn hand_on(&mut self, output: &Output, now: Now, lag: Duration) {
         if !self.late_reports.holds(output, lag) {
             self.publisher.send(output);
         }
-        match &self.json {
-            Some(json) => {
-                if let Some(line) = json.line(output, now.mono) {
-                    write_line(&line)?;
-                }
-            }
-            None => self.view.show(output, now.mono)?,
+        let shown = match &self.json {
+            Some(json) => json.line(output, now.mono).map_or(Ok(()), |line| write_line(&line)),
+            None => self.view.show(output, now.mono),
+        };
+        self.note(shown.map_err(DaemonError::from));
+    }
+
+    fn note(&mut self, outcome: Result<(), DaemonError>) {
+        if let (Err(error), None) = (outcome, &self.failure) {
+            self.failure = Some(error);
         }
-        Ok(())
     }
 
     fn process_statuses(&self) -> Vec<Status> {
@@ -220,26 +228,28 @@ impl GatewayIo {
         recordings.into_iter().chain(log).chain(network.map(|network| network.status(node))).collect()
     }
 
-    fn refresh(&mut self, now: Now) -> Result<(), DaemonError> {
+    fn refresh(&mut self, now: Now) {
         if self.json.is_none() {
-            self.view.refresh(now.mono, || self.publisher.describe())?;
+            let shown = self.view.refresh(now.mono, || self.publisher.describe());
+            self.note(shown.map_err(DaemonError::from));
         }
         if !self.publisher.is_healthy() {
-            return Err(DaemonError::RosEnded);
+            self.note(Err(DaemonError::RosEnded));
         }
-        Ok(())
     }
 
-    /// Sleeps, feeding the watchdog; true when a stop was requested meanwhile, or before.
-    pub(super) async fn stopped_before(&mut self, wake: Instant) -> bool {
+    /// Sleeps, feeding the watchdog, until `wake`, or until a stop is requested or something is received before.
+    pub(super) async fn wait_until(&mut self, wake: Instant, received: impl Future<Output = Input>) -> Woken {
         // Signals and timers are polled in between only, even when `wake` is past.
         tokio::task::yield_now().await;
+        let mut received = pin!(received);
         loop {
             tokio::select! {
                 biased;
-                () = self.stop.requested() => return true,
+                () = self.stop.requested() => return Woken::Stopped,
                 () = self.watchdog.ping_due() => self.supervisor.feed_watchdog(),
-                () = sleep_until(wake.into()) => return false,
+                input = &mut received => return Woken::Received(input),
+                () = sleep_until(wake.into()) => return Woken::Due,
             }
         }
     }
@@ -264,6 +274,16 @@ fn changed(statuses: &[Status], given_out: &[Status]) -> Vec<Status> {
         given_out.iter().any(is_same)
     };
     statuses.iter().filter(|status| !is_known(status)).cloned().collect()
+}
+
+/// The reason why a sleep has ended.
+pub(super) enum Woken {
+    /// A stop was requested.
+    Stopped,
+    /// An input came over ROS 2.
+    Received(Input),
+    /// Its time has come.
+    Due,
 }
 
 /// Sends a frame to the vehicle; gives the result for the command machine.
@@ -304,22 +324,58 @@ impl Watchdog {
     }
 }
 
-/// SIGTERM and SIGINT, which request an orderly stop.
+/// The signals that request an orderly stop, and those that would end the process at once if they were not ignored.
+///
+/// SIGHUP requests a stop when a terminal is among the standard streams, since it says that the terminal was closed. A
+/// service has none, and ignores it.
 pub(super) struct StopSignals {
-    terminate: Signal,
-    interrupt: Signal,
+    stop: Vec<Signal>,
+    ignored: Vec<(&'static str, Signal)>,
 }
+
+/// Signals that nobody has a reason to send, and whose default action ends a process.
+const IGNORED: [(&str, i32); 9] = [
+    ("SIGUSR1", libc::SIGUSR1),
+    ("SIGUSR2", libc::SIGUSR2),
+    ("SIGALRM", libc::SIGALRM),
+    ("SIGVTALRM", libc::SIGVTALRM),
+    ("SIGPROF", libc::SIGPROF),
+    ("SIGIO", libc::SIGIO),
+    ("SIGPWR", libc::SIGPWR),
+    ("SIGXCPU", libc::SIGXCPU),
+    ("SIGXFSZ", libc::SIGXFSZ),
+];
 
 impl StopSignals {
     pub(super) fn listen() -> io::Result<Self> {
-        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
+        let has_terminal =
+            io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal();
+        let mut stop = vec![SignalKind::terminate(), SignalKind::interrupt(), SignalKind::quit()];
+        let mut ignored = IGNORED.map(|(name, number)| (name, SignalKind::from_raw(number))).to_vec();
+        if has_terminal {
+            stop.push(SignalKind::hangup());
+        } else {
+            ignored.push(("SIGHUP", SignalKind::hangup()));
+        }
+        let ignored = ignored.into_iter().map(|(name, kind)| Ok((name, signal(kind)?)));
+        Ok(Self {
+            stop: stop.into_iter().map(signal).collect::<io::Result<_>>()?,
+            ignored: ignored.collect::<io::Result<_>>()?,
+        })
     }
 
+    /// Waits for a stop; loses nothing when it is given up.
     pub(super) async fn requested(&mut self) {
-        tokio::select! {
-            _ = self.terminate.recv() => {}
-            _ = self.interrupt.recv() => {}
-        }
+        poll_fn(|context| {
+            for (name, signal) in &mut self.ignored {
+                while let Poll::Ready(Some(())) = signal.poll_recv(context) {
+                    tracing::info!("{name} is ignored");
+                }
+            }
+            let mut stops = self.stop.iter_mut().map(|signal| signal.poll_recv(context));
+            if stops.any(|polled| polled.is_ready()) { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
     }
 }
 

@@ -9,6 +9,7 @@ mod late_reports;
 pub mod live;
 pub mod publisher;
 mod receivers;
+mod ros_environment;
 pub mod vehicle;
 
 use std::future::pending;
@@ -32,7 +33,7 @@ use crate::io::ros::inbox::Inbox;
 use crate::replay::{Replay, Routes};
 use crate::report::gateway::JsonTimeline;
 use crate::report::view::View;
-use gateway_io::{GatewayIo, StopSignals};
+use gateway_io::{GatewayIo, StopSignals, Woken};
 use live::Live;
 use publisher::PublisherError;
 use receivers::Receivers;
@@ -92,10 +93,10 @@ pub type Reopen<'a> = &'a dyn Fn() -> io::Result<Log>;
 /// Longest wait for the last frames to the vehicle, over a bus whose queue is full.
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 
-/// Longest time for which a late recording is played without a check for a stop.
+/// Longest time for which a late recording is played without a check for a stop or for messages.
 const MAX_SIGNAL_POLL: Duration = Duration::from_millis(20);
 
-/// Runs on the source that the configuration names until SIGTERM or SIGINT.
+/// Runs on the source that the configuration names until a signal requests a stop.
 ///
 /// # Errors
 /// See [`DaemonError`].
@@ -138,7 +139,7 @@ pub fn play(
     })
 }
 
-/// Hands on what the configured interfaces receive until SIGTERM, SIGINT or an error of `take`.
+/// Hands on what the configured interfaces receive until a signal requests a stop, or an error of `take`.
 ///
 /// # Errors
 /// See [`DaemonError`].
@@ -181,29 +182,33 @@ async fn run_live(settings: Settings, view: View) -> Result<(), DaemonError> {
     let mut live = Live::new(settings.gateway, &links, clock.now());
     live.take(early, clock.now());
     gateway_io.supervisor.ready("running");
-    // Until when the last frames to the vehicle may go out, once a stop was requested.
-    let mut end: Option<Instant> = None;
+    // Until when the last frames to the vehicle may go out, and how it ends: once a stop was requested, or something failed.
+    let mut ending: Option<(Instant, Result<(), DaemonError>)> = None;
     let outcome = loop {
-        if let Err(error) = gateway_io.emit_live(&mut live, &transmitters, &clock) {
-            break Err(error);
-        }
-        if end.is_some_and(|end| live.is_finished() || Instant::now() >= end) {
-            break Ok(());
+        gateway_io.emit_live(&mut live, &transmitters, &clock);
+        let mut reason = gateway_io.take_failure().filter(|_| ending.is_none()).map(Err);
+        if ending.as_ref().is_some_and(|(end, _)| live.is_finished() || Instant::now() >= *end)
+            && let Some((_, outcome)) = ending
+        {
+            break outcome;
         }
         let wake = clock.instant(live.wake_at()).min(gateway_io.next_look());
-        let wake = end.map_or(wake, |end| wake.min(end));
+        let wake = ending.as_ref().map_or(wake, |(end, _)| wake.min(*end));
+        let wake = if reason.is_some() { Instant::now() } else { wake };
+        let is_receiving = !matches!(ending, Some((_, Err(_))));
         tokio::select! {
-            () = gateway_io.stop.requested(), if end.is_none() => {
-                live.take([CommandInput::Stop], clock.now());
-                end = Some(Instant::now() + LAST_FRAMES);
-            }
+            () = gateway_io.stop.requested(), if ending.is_none() => reason = Some(Ok(())),
             () = gateway_io.watchdog.ping_due() => gateway_io.supervisor.feed_watchdog(),
-            batch = receivers.recv() => match batch {
+            batch = receivers.recv(), if is_receiving => match batch {
                 Ok(batch) => live.take(batch, clock.now()),
-                Err(error) => break Err(error),
+                Err(error) => reason = Some(Err(error)),
             },
             input = next_received(inbox.as_deref()) => live.take([input], clock.now()),
             () = sleep_until(wake.into()) => {}
+        }
+        if let (Some(reason), None) = (reason, &ending) {
+            live.take([CommandInput::Stop], clock.now());
+            ending = Some((Instant::now() + LAST_FRAMES, reason));
         }
     };
     gateway_io.close();
@@ -232,10 +237,11 @@ async fn play_on(
     let (log, gateway) = (reopen().map_err(unreadable)?, settings.gateway);
     let replay = match playback.stamps {
         Stamps::Recorded => Replay::new(gateway, log, routes),
-        Stamps::Now => Replay::starting_at(clock.now().wall, gateway, log, routes),
+        Stamps::Now => Replay::in_the_present(clock.now().wall, gateway, log, routes),
     };
     let mut replay = replay.map_err(unreadable)?;
     gateway_io.supervisor.ready("playing a recording");
+    let inbox = gateway_io.inbox();
     let mut polled = Instant::now();
     loop {
         let now = replay.now();
@@ -260,11 +266,21 @@ async fn play_on(
         let wake = clock.instant(real);
         // Frames are µs apart: only what lies ahead is waited for.
         if wake > Instant::now() || polled.elapsed() > MAX_SIGNAL_POLL {
-            if gateway_io.stopped_before(wake).await {
-                return Ok(());
-            }
+            let woken = gateway_io.wait_until(wake, next_received(inbox.as_deref())).await;
             polled = Instant::now();
+            let now = clock.now();
+            replay.set_wall_time(now.wall);
+            match woken {
+                Woken::Stopped => return Ok(()),
+                Woken::Received(input) => {
+                    let at = now.mono.since(MonoTime::ZERO).mul_f64(playback.speed);
+                    replay.receive(input, MonoTime::ZERO.after(at));
+                    continue;
+                }
+                Woken::Due => {}
+            }
         }
+        replay.set_wall_time(clock.now().wall);
         replay.step().map_err(unreadable)?;
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::ros_environment;
 use crate::config::Settings;
 use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
@@ -31,6 +32,12 @@ pub enum PublisherError {
     /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
     #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
     DomainId(String),
+    /// `ROS_AUTOMATIC_DISCOVERY_RANGE` cannot be followed.
+    #[error(
+        "ROS_AUTOMATIC_DISCOVERY_RANGE is {0:?}; this node follows SUBNET and LOCALHOST: set one of them, or \
+         [ros] enabled = false to publish nothing"
+    )]
+    DiscoveryRange(String),
     /// The build contains no DDS implementation.
     #[error(
         "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"
@@ -236,17 +243,14 @@ fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
 }
 
 fn ros_settings(settings: &Settings) -> Result<RosSettings, PublisherError> {
-    let from_environment = || match std::env::var("ROS_DOMAIN_ID") {
-        Ok(text) if !text.is_empty() => {
-            text.parse().ok().filter(|id| *id <= 232).ok_or(PublisherError::DomainId(text))
-        }
-        Ok(_) | Err(_) => Ok(0),
-    };
+    let network = ros_environment::network(&settings.ros, |name| std::env::var(name).ok())?;
+    network.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
     Ok(RosSettings {
         node: settings.gateway.node.clone(),
         namespace: settings.ros.namespace.clone(),
-        domain_id: settings.ros.domain_id.map_or_else(from_environment, Ok)?,
-        only_networks: settings.ros.only_networks.clone(),
+        graph: settings.ros.graph,
+        domain_id: network.domain_id,
+        only_networks: network.only_networks,
         durability: match settings.ros.durability {
             ConfiguredDurability::TransientLocal => Durability::TransientLocal,
             ConfiguredDurability::Volatile => Durability::Volatile,

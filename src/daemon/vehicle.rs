@@ -45,7 +45,7 @@ pub enum RunEvent<'a> {
     InvalidRequest(&'a request::RequestError),
 }
 
-/// Runs a vehicle on the interfaces of the settings until SIGTERM, SIGINT, its end, or an error of `take`.
+/// Runs a vehicle on the interfaces of the settings until a signal requests a stop, its end, or an error of `take`.
 ///
 /// # Errors
 /// See [`DaemonError`].

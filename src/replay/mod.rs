@@ -28,6 +28,8 @@ pub struct Replay {
     tape: Tape,
     next: Option<(CanInput, Now)>,
     now: Now,
+    /// Wall time that replaces the recording's, if it is to be replaced.
+    wall: Option<WallStamp>,
     ended: bool,
 }
 
@@ -37,7 +39,7 @@ impl Replay {
     /// # Errors
     /// When the recording cannot be read.
     pub fn new(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
-        Self::begin(settings, Tape::new(log, routes))
+        Self::begin(settings, Tape::new(log, routes), None)
     }
 
     /// As [`new`](Self::new), and collects the identifiers of the recording for [`seen_on`](Self::seen_on).
@@ -47,31 +49,31 @@ impl Replay {
     pub fn surveying(settings: GatewaySettings, log: Log, routes: Routes) -> io::Result<Self> {
         let mut tape = Tape::new(log, routes);
         tape.ids = Some(BTreeSet::new());
-        Self::begin(settings, tape)
+        Self::begin(settings, tape, None)
     }
 
-    /// As [`new`](Self::new), with all stamps moved by a constant, so that the first is `start`.
+    /// As [`new`](Self::new), with the present wall time in place of the recording's: now `start`, then as
+    /// [`set_wall_time`](Self::set_wall_time) says.
     ///
     /// # Errors
     /// When the recording cannot be read.
-    pub fn starting_at(
+    pub fn in_the_present(
         start: WallStamp,
         settings: GatewaySettings,
         log: Log,
         routes: Routes,
     ) -> io::Result<Self> {
-        let mut tape = Tape::new(log, routes);
-        tape.start = Some(start);
-        Self::begin(settings, tape)
+        Self::begin(settings, Tape::new(log, routes), Some(start))
     }
 
-    fn begin(settings: GatewaySettings, mut tape: Tape) -> io::Result<Self> {
+    fn begin(settings: GatewaySettings, mut tape: Tape, wall: Option<WallStamp>) -> io::Result<Self> {
         let next = tape.next_input()?;
         let start = Now { mono: MonoTime::ZERO, wall: WallStamp::default() };
-        let now = next.as_ref().map_or(start, |(_, now)| *now);
+        let mut now = next.as_ref().map_or(start, |(_, now)| *now);
+        now.wall = wall.unwrap_or(now.wall);
         // A command of the recording must not reach a vehicle.
         let gateway = Gateway::new(settings.dry(), LinkState::Up, now);
-        Ok(Self { gateway, tape, next, now, ended: false })
+        Ok(Self { gateway, tape, next, now, wall, ended: false })
     }
 
     /// Virtual time of the next step; `None` at the end of the recording.
@@ -90,19 +92,39 @@ impl Replay {
     pub fn step(&mut self) -> io::Result<bool> {
         let deadline = self.gateway.next_deadline().max(self.now.mono);
         match self.next.take_if(|(_, at)| at.mono < deadline) {
-            Some((input, at)) => {
-                self.now = at;
-                self.gateway.handle(input, at);
+            Some((mut input, at)) => {
+                self.now = Now { wall: self.wall.unwrap_or(at.wall), ..at };
+                if let (CanInput::Frame { stamp, .. }, Some(wall)) = (&mut input, self.wall) {
+                    *stamp = wall;
+                }
+                self.gateway.handle(input, self.now);
                 self.next = self.tape.next_input()?;
                 Ok(true)
             }
             None if self.next.is_none() && !self.ended => Ok(false),
             None => {
-                self.now = Now { mono: deadline, wall: self.now.wall.after(deadline.since(self.now.mono)) };
+                self.advance(deadline);
                 self.gateway.handle(Input::Tick, self.now);
                 Ok(true)
             }
         }
+    }
+
+    /// Replaces the wall time of what is handled from now on, if it is not the recording's.
+    pub fn set_wall_time(&mut self, now: WallStamp) {
+        self.wall = self.wall.map(|_| now);
+    }
+
+    /// Takes an input that is not of the recording, at a virtual time that is not after the next step's.
+    pub fn receive(&mut self, input: Input, at: MonoTime) {
+        self.advance(at.max(self.now.mono).min(self.next_time().unwrap_or(at)));
+        self.gateway.handle(input, self.now);
+    }
+
+    /// Moves the clock on without a frame.
+    fn advance(&mut self, mono: MonoTime) {
+        let wall = self.wall.unwrap_or_else(|| self.now.wall.after(mono.since(self.now.mono)));
+        self.now = Now { mono, wall };
     }
 
     /// Ends the links of the gateway; from now on only deadlines are handled.
@@ -180,5 +202,46 @@ impl Replay {
     /// The recording, with its interfaces and bad lines.
     pub fn log(&self) -> &Log {
         &self.tape.log
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::config::files::{DEMO_CONFIG, Embedded, Files as _};
+    use crate::config::{Overrides, load};
+    use crate::core::vehicle_lights::output::VehicleLightsOutput;
+    use crate::core::vehicle_lights::report::Step;
+
+    /// Played at double speed, virtual time is ahead of the present, and no stamp is.
+    #[test]
+    fn stamps_in_the_present_are_never_of_the_future_however_fast_it_is_played() {
+        let settings = load(&Embedded, Path::new(DEMO_CONFIG), &Overrides::default()).unwrap();
+        let bytes = Embedded.read(&settings.recording.unwrap().file).unwrap();
+        let log = Log::new(Box::new(io::Cursor::new(bytes))).unwrap();
+        let start = WallStamp::from_nanos(1_900_000_000_000_000_000);
+        let routes = Routes::by_interface(&settings.gateway);
+        let mut replay = Replay::in_the_present(start, settings.gateway, log, routes).unwrap();
+        let mut stamps = Vec::new();
+        while let Some(next) = replay.next_time().filter(|next| *next < MonoTime::from_millis(10_000)) {
+            let wall = start.after(next.since(MonoTime::ZERO) / 2);
+            replay.set_wall_time(wall);
+            assert!(replay.step().unwrap());
+            while let Some(output) = replay.poll_output() {
+                if let Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(_, stamp))) =
+                    output
+                {
+                    assert!((start.as_nanos()..=wall.as_nanos()).contains(&stamp.as_nanos()), "{stamp:?} at {wall:?}");
+                    stamps.push(stamp);
+                }
+            }
+        }
+        assert!(
+            stamps.len() > 50 && stamps.last().is_some_and(|last| last.as_nanos() > start.after(Duration::from_secs(4)).as_nanos()),
+            "{stamps:?}"
+        );
     }
 }

@@ -41,8 +41,8 @@ pub(super) struct Tape {
     clock: Option<TapeClock>,
     /// Added to recorded stamps, ns.
     shift: i64,
-    /// Stamp for the next record, when the recording begins or begins again.
-    pub(super) start: Option<WallStamp>,
+    /// Stamp for the next record, when the recording begins again.
+    start: Option<WallStamp>,
     /// An input that follows the bad lines before it.
     held: Option<(CanInput, Now)>,
     bad_reported: u64,

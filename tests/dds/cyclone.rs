@@ -67,3 +67,16 @@ fn a_gateway_that_was_stopped_joins_the_graph_again() {
     gateway.send("turn right 2");
     turn.next("the next report", is_report(3, 2));
 }
+
+#[test]
+fn a_node_that_is_left_out_of_the_graph_delivers_its_reports_all_the_same() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).without_graph().start();
+    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    let kind = if signal_gateway::io::ros::session::DISTRO == "humble" { "gid24" } else { "gid16" };
+    let graph = reader(&cyclone, domain, kind, "ros_discovery_info", "transient_local");
+    gateway.send("turn left 1");
+    turn.next("a report", is_report(2, 1));
+    assert_eq!(graph.next_during(SILENCE), Vec::<Value>::new());
+}

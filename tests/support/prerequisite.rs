@@ -18,6 +18,8 @@ pub(crate) enum Prerequisite {
     Opendbc,
     /// A C++ compiler and the headers of Fast DDS 2.
     FastDds,
+    /// `idlc` and the headers of the Cyclone DDS of the system.
+    CycloneDds,
     /// Root and iproute2, to make network namespaces.
     NetworkNamespaces,
     /// Recordings and DBC files of real vehicles, which are not the project's to publish.
@@ -37,6 +39,7 @@ impl Prerequisite {
             Self::PeerPython => "peer-python",
             Self::Opendbc => "opendbc",
             Self::FastDds => "fast-dds",
+            Self::CycloneDds => "cyclone-dds",
             Self::NetworkNamespaces => "network-namespaces",
             Self::SharedData => "shared-data",
             Self::Tmpfs => "tmpfs",

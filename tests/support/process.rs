@@ -101,7 +101,14 @@ impl Process {
     pub(crate) fn start(directory: &Path, change: impl FnOnce(&mut Command)) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
         command.current_dir(directory).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        for variable in ["RUST_LOG", "ROS_DISTRO", "ROS_DOMAIN_ID", "NOTIFY_SOCKET", "WATCHDOG_USEC"] {
+        let ros = [
+            "ROS_DISTRO",
+            "ROS_DOMAIN_ID",
+            "ROS_AUTOMATIC_DISCOVERY_RANGE",
+            "ROS_LOCALHOST_ONLY",
+            "ROS_STATIC_PEERS",
+        ];
+        for variable in ["RUST_LOG", "NOTIFY_SOCKET", "WATCHDOG_USEC"].into_iter().chain(ros) {
             command.env_remove(variable);
         }
         change(&mut command);
@@ -156,11 +163,16 @@ impl Process {
         self.child.try_wait().unwrap().is_none()
     }
 
+    /// Sends a signal.
+    pub(crate) fn signal(&self, signal: &str) {
+        let kill = format!("kill -{signal} {}", self.child.id());
+        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    }
+
     /// Sends a signal, and expects an orderly end within [`STOP_LIMIT`]; returns how long it took.
     pub(crate) fn stop(&mut self, signal: &str) -> Duration {
         let requested_at = Instant::now();
-        let kill = format!("kill -{signal} {}", self.child.id());
-        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+        self.signal(signal);
         let status = self.ended();
         let took = requested_at.elapsed();
         assert_eq!(status.code(), Some(0), "after SIG{signal}: {status}");

@@ -137,7 +137,7 @@ fn is_readable(file: &File) -> bool {
 
 /// Its far and its near end.
 #[allow(unsafe_code)]
-fn pseudo_terminal() -> (File, File) {
+pub(crate) fn pseudo_terminal() -> (File, File) {
     let (mut far, mut near) = (0, 0);
     // SAFETY: all pointers are to locals or null where that is allowed; termios is integers, zero is a
     // value of each; both descriptors are new and nobody else's.

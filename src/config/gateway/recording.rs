@@ -9,9 +9,9 @@ use crate::config::reading::fields::Fields;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stamps {
     /// The time of the recording.
-    #[default]
     Recorded,
-    /// The time of the recording, moved by a constant so that playback starts now.
+    /// The present time, at which the recording is played.
+    #[default]
     Now,
 }
 

@@ -25,6 +25,8 @@ pub struct RosConfig {
     pub namespace: String,
     /// Domain, when the configuration overrides `ROS_DOMAIN_ID`.
     pub domain_id: Option<u16>,
+    /// False if the node is left out of the ROS 2 graph.
+    pub graph: bool,
     /// Own addresses to use; all when empty.
     pub only_networks: Vec<IpAddr>,
     /// Durability of the two reports.
@@ -55,6 +57,7 @@ pub(super) fn ros(fields: Fields<'_>, durability: Durability) -> (String, RosCon
         isolated: true,
         memory_limit_mb: fields.number("memory_limit_mb", MEMORY_LIMIT_MB, "MB").unwrap_or(DEFAULT_MEMORY_MB),
         namespace,
+        graph: fields.flag("graph").unwrap_or(true),
         // Higher domains have no ports.
         domain_id: fields.number("domain_id", 0..=232, ""),
         only_networks: only_networks.filter_map(address).collect(),

@@ -100,9 +100,24 @@ pub(super) struct Finding {
     pub(super) conflicting_sender: Option<usize>,
 }
 
+/// What has become of a function's request on the bus, at its worst of all messages that carry the function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) enum Delivery {
+    /// It was sent, as far as the sockets know.
+    #[default]
+    Sent,
+    /// It is not sent: a dry run.
+    DryRun,
+    /// The last frame could not be sent.
+    Failing,
+    /// Nothing can be sent on the bus.
+    CutOff,
+}
+
 /// The finding about one function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FunctionFinding<T> {
+    pub(super) delivery: Delivery,
     pub(super) command_state: CommandState<T>,
     /// The undefined number of a command within the last second.
     pub(super) undefined_number: Option<u8>,
@@ -237,6 +252,7 @@ impl CommandFlow {
             decision,
             mode,
             turn: FunctionFinding {
+                delivery: self.delivery(buses, mono, |message| message.turn.is_some()),
                 command_state: turn,
                 undefined_number: self.turn.undefined_number(mono),
                 is_oscillating: self.turn.is_oscillating(mono),
@@ -244,6 +260,7 @@ impl CommandFlow {
                 reported: self.reported.turn,
             },
             hazard: FunctionFinding {
+                delivery: self.delivery(buses, mono, carries_hazard),
                 command_state: hazard,
                 undefined_number: self.hazard.undefined_number(mono),
                 is_oscillating: self.hazard.is_oscillating(mono),
@@ -331,6 +348,24 @@ impl CommandFlow {
         for (timer, at) in deadlines {
             self.timers.set(timer, at);
         }
+    }
+
+    /// What has become of the request of the function that these messages carry.
+    fn delivery(&self, buses: &[Bus], now: MonoTime, carries: impl Fn(&CommandMessage) -> bool) -> Delivery {
+        let of_message = |(output, message): (&MessageOutput, &CommandMessage)| {
+            let bus = buses.get(usize::from(message.permission.bus().0));
+            if !bus.is_some_and(|bus| can_send(bus, now)) {
+                Delivery::CutOff
+            } else if output.sender.problem().is_some() {
+                Delivery::Failing
+            } else if self.is_live() {
+                Delivery::Sent
+            } else {
+                Delivery::DryRun
+            }
+        };
+        let messages = self.outputs.iter().zip(&self.binding.messages);
+        messages.filter(|(_, message)| carries(message)).map(of_message).max().unwrap_or_default()
     }
 
     fn buttons(&self) -> impl Iterator<Item = &PushButton> {
@@ -428,6 +463,11 @@ impl CommandFlow {
         }
         cut_off
     }
+}
+
+/// True if a message requests hazard lights, by a part of its own or together with the turn indicators.
+fn carries_hazard(message: &CommandMessage) -> bool {
+    message.hazard.is_some() || message.turn.as_ref().is_some_and(|turn| turn.hazard.is_some())
 }
 
 /// True if frames can be sent on a bus.

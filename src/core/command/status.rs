@@ -3,7 +3,7 @@
 use super::arbitration::DecisionReason;
 use super::control_mode::Mode;
 use super::feedback_monitor::{Compliance, FeedbackCounts, Lights};
-use super::flow::{CommandFlow, Finding, FunctionFinding};
+use super::flow::{CommandFlow, Delivery, Finding, FunctionFinding};
 use super::intake::{CommandState, Intake};
 use super::sender::{SendCounts, SendProblem};
 use super::settings::CommandSource;
@@ -146,12 +146,30 @@ impl<T: Lights> FunctionView<'_, T> {
                 (Level::Warn, format!("commanded {commanded}, left to the driver: {reported}"))
             }
             (None, Compliance::NotRequested | Compliance::Compliant | Compliance::Pending) => {
-                if self.reason == DecisionReason::NeverCommanded {
-                    (Level::Warn, "no command received".to_owned())
-                } else {
-                    (Level::Ok, format!("{request}, {}", self.reason.text()))
+                match self.reason {
+                    DecisionReason::NeverCommanded => (Level::Warn, "no command received".to_owned()),
+                    DecisionReason::Commanded => self.delivery_text(),
+                    reason => (Level::Ok, format!("{request}, {}", reason.text())),
                 }
             }
+        }
+    }
+
+    /// A request as commanded: whether it was sent, and whether the report shows it.
+    fn delivery_text(&self) -> StatusText {
+        let request = request_text(self.request);
+        let not_sent = |level, reason| (level, format!("{request} commanded, not sent: {reason}"));
+        match (self.finding.delivery, self.finding.compliance) {
+            (Delivery::CutOff, _) => not_sent(Level::Warn, "no frame can be sent on the bus"),
+            (Delivery::Failing, _) => not_sent(Level::Warn, "the last frame could not be sent"),
+            (Delivery::DryRun, _) => not_sent(Level::Ok, "dry run"),
+            (Delivery::Sent, Compliance::Compliant) => (Level::Ok, format!("{request}, as commanded")),
+            (Delivery::Sent, _) => match self.finding.reported {
+                Some(reported) => {
+                    (Level::Ok, format!("{request} sent, the vehicle reports {}", reported.name()))
+                }
+                None => (Level::Ok, format!("{request} sent, the vehicle reports nothing")),
+            },
         }
     }
 

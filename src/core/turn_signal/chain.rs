@@ -4,7 +4,7 @@
 use super::decision_context::DecisionContext;
 use super::resolve::{Rules, Winner, prior};
 use super::section::Section;
-use super::signal::Signal;
+use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
 /// The records of a cycle so far. Upstream joins each with the one before it at once, so that at most one is left.
@@ -34,7 +34,7 @@ impl ManoeuvreRecords {
     }
 
     /// Changes the command of the record before, which upstream does at a start from the middle of a lane.
-    pub fn change_command(&mut self, turn: Signal) {
+    pub fn change_command(&mut self, turn: TurnCommand) {
         let previous = self.0.last().copied().unwrap_or_default();
         self.0 = vec![Section { turn, ..previous }];
     }

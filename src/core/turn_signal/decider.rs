@@ -190,7 +190,7 @@ impl Decider {
             return decision;
         }
         let manoeuvre = self.foremost(context, &records);
-        let observed = observed(manoeuvre.map_or(Signal::NoCommand, |record| record.turn));
+        let observed = observed(manoeuvre.map_or(TurnCommand::NoCommand, |record| record.turn));
         let candidates = Candidates {
             intersection: self.intersection.section(context, &observed.turns),
             roundabout: self.roundabout.section(context, &observed.legs),
@@ -224,7 +224,7 @@ impl Decider {
             return decision;
         }
         let manoeuvre = self.foremost(context, &records);
-        let requested = manoeuvre.filter(Section::is_finite).map_or(Signal::NoCommand, |record| record.turn);
+        let requested = manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
         let shown = self.min_duration.show(requested, false, self.settings.min_durations, context.now);
         let basis = Basis::ManoeuvreAlone(requested);
         Decision {
@@ -235,14 +235,14 @@ impl Decider {
         }
     }
 
-    /// Hazard lights come before everything else; what is remembered stays as it is.
+    /// HazardCommand lights come before everything else; what is remembered stays as it is.
     fn hazard(
         &mut self,
         records: &[Section],
         remarks: &[ManoeuvreOutcome],
         now: MonoTime,
     ) -> Option<Decision> {
-        records.iter().find(|record| record.hazard == Hazard::Enable)?;
+        records.iter().find(|record| record.hazard == HazardCommand::Enable)?;
         self.min_duration.force_off(now);
         let decision = bare(TurnCommand::Disable, HazardCommand::Enable, Basis::Hazard, Vec::new());
         Some(Decision { remarks: remarks.to_vec(), ..decision })
@@ -271,7 +271,7 @@ impl Decider {
         candidates: &Candidates,
         records: &[Section],
         resolution: &Resolution,
-        shown: Signal,
+        shown: TurnCommand,
     ) {
         if context.quirks.finished_manoeuvres_return {
             return;
@@ -328,7 +328,7 @@ fn rules(context: &DecisionContext<'_>) -> Rules {
     Rules { start_belongs_to_before, ..Rules::default() }
 }
 
-fn bare(turn: Signal, hazard: Hazard, basis: Basis, findings: Vec<Finding>) -> Decision {
+fn bare(turn: TurnCommand, hazard: HazardCommand, basis: Basis, findings: Vec<Finding>) -> Decision {
     Decision {
         turn,
         hazard,

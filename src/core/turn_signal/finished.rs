@@ -19,7 +19,7 @@ pub struct FinishedMemory {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Known {
     source: Source,
-    turn: Signal,
+    turn: TurnCommand,
     end: Pose,
     was_signalled: bool,
     is_finished: bool,
@@ -38,7 +38,7 @@ impl FinishedMemory {
         path_frame: &PathFrame<'_>,
         sections: &[(Source, Section)],
         winner: Option<&(Source, Section)>,
-        shown: Signal,
+        shown: TurnCommand,
     ) {
         let noted = sections.iter().map(|given| {
             let (source, section) = given;

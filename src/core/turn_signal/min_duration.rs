@@ -66,7 +66,7 @@ impl MinDurationFilter {
     /// of a minimum duration.
     pub fn show(
         &mut self,
-        requested: Signal,
+        requested: TurnCommand,
         is_required: bool,
         min_durations: MinDurations,
         now: MonoTime,

@@ -53,7 +53,7 @@ impl Section {
 
     /// Returns whether it requests a side or the hazard lights.
     pub fn requests_something(&self) -> bool {
-        self.turn.side().is_some() || self.hazard == Hazard::Enable
+        self.turn.side().is_some() || self.hazard == HazardCommand::Enable
     }
 
     /// Returns whether all four poses are numbers.

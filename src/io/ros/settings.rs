@@ -15,6 +15,8 @@ pub struct RosSettings {
     pub node: String,
     /// Namespace, absolute: `/` or `/a/b`.
     pub namespace: String,
+    /// True if the graph lists the node with its writers and readers; data does not depend on it.
+    pub graph: bool,
     /// `ROS_DOMAIN_ID`, 0 to 232.
     pub domain_id: u16,
     /// Addresses of the interfaces to use; all of them if empty.
@@ -69,6 +71,7 @@ impl Default for RosSettings {
         Self {
             node: "signal_gateway".to_owned(),
             namespace: "/".to_owned(),
+            graph: true,
             domain_id: 0,
             only_networks: Vec::new(),
             durability: Durability::default(),

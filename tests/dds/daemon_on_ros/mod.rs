@@ -11,6 +11,7 @@ mod joining;
 mod light_text;
 mod notes;
 mod peer;
+mod recording;
 mod scenario;
 mod stale;
 

@@ -59,6 +59,11 @@ impl Role {
         self.with("networks", json!([address]))
     }
 
+    /// With its node left out of the graph.
+    pub(crate) fn without_graph(self) -> Self {
+        self.with("graph", json!(false))
+    }
+
     /// With its network side in a process.
     pub(crate) fn isolated(self) -> Self {
         self.with("isolated", json!(true))

@@ -21,7 +21,8 @@ use super::{ROLE, autoware_topics, lights};
 
 /// Not a test by itself: does nothing unless [`super::Role::start`] started it. One command a
 /// line: `turn left 5` publishes with a stamp of 5 s and 1 ns, `turn withdraw` withdraws,
-/// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `status`, `stop`; and those of [`lights::send`].
+/// `hazard on 5` and `command left 5` likewise; `diagnostics TEXT`, `value TEXT` (diagnostics
+/// that end with this text), `status`, `stop`; and those of [`lights::send`].
 #[test]
 fn session_process() {
     let Ok(role) = std::env::var(ROLE) else { return };
@@ -41,6 +42,7 @@ fn session_process() {
     let settings = RosSettings {
         node: "gateway_under_test".to_owned(),
         namespace: "/vehicle".to_owned(),
+        graph: role["graph"] != false,
         domain_id: role["domain"].as_u64().unwrap().try_into().unwrap(),
         durability: if role["volatile"] == true { Durability::Volatile } else { Durability::TransientLocal },
         only_networks: networks.map(|address| address.as_str().unwrap().parse().unwrap()).collect(),
@@ -132,6 +134,16 @@ fn output(command: &str) -> Output {
             command: HazardCommand::Disable,
             stamp: stamp(),
         }),
+        ("value", text) => {
+            let status = Status {
+                name: "gw: turn".to_owned(),
+                level: Level::Ok,
+                message: String::new(),
+                values: vec![("bus", text.to_owned())],
+            };
+            let diagnostics = Diagnostics { statuses: vec![status], refresh: true };
+            Output::Diagnostics { diagnostics, stamp: WallStamp::from_nanos(0) }
+        }
         ("diagnostics", text) => {
             let values = vec![("bus", "can0".to_owned()), ("", "größer".to_owned())];
             let status = |level, message: &str, values| Status {

@@ -58,7 +58,8 @@ const ERROR: Level = Level::Error;
 const CASES: &[Case] = &[
     Case { id: "hazard during turn, then off", section: "",
         does: &[(0, Do::Mode(1)), (0, Do::Turn(2)), (0, Do::Hazard(1)), (1000, Do::Hazard(2)), (3000, Do::Hazard(1))],
-        must: &[(900, "left", (OK, "left, as commanded"), (OK, "off, as commanded")),
+        must: &[(10, "left", (OK, "left sent, the vehicle reports off"), (OK, "off, as commanded")),
+                (900, "left", (OK, "left, as commanded"), (OK, "off, as commanded")),
                 (1010, "hazard", (OK, "off, hazard lights come first"), (OK, "on, as commanded")),
                 (2900, "hazard", (OK, "off, hazard lights come first"), (OK, "on, as commanded")),
                 (3010, "left", (OK, "left"), (OK, "off")), (3900, "left", (OK, "left"), (OK, "off"))] },

@@ -246,7 +246,7 @@ fn a_gap_of_the_odometry_commands_no_off() {
             }
             desk.drive(100, state, &[(mode, AUTONOMOUS), (hazard, 1)]);
         }
-        desk.sent()[before..].iter().map(|(_, frame, _)| asks(frame.data())).collect::<Vec<_>>()
+        desk.sent()[before..].iter().map(|(_, frame, _)| request_text(frame.data())).collect::<Vec<_>>()
     };
     assert_eq!(stay(300, 0, true).last(), Some(&"left"));
     let mut requests = stay(1_000, 1, true);

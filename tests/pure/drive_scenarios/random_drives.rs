@@ -11,7 +11,8 @@ use signal_gateway::config::files::{Disk, Files};
 use signal_gateway::core::map::lane_network::{Lane, TurnDirection};
 use signal_gateway::core::turn_signal::compat::DeciderCompat::Improved;
 use signal_gateway::core::turn_signal::resolve::{Contender, Source};
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::light_command::TurnCommand;
+use signal_gateway::core::turn_signal::side::Side;
 use signal_gateway::desk::drive::run::Run;
 use signal_gateway::desk::drive::simulation::{Cycle, DriveSimulation};
 
@@ -264,7 +265,7 @@ fn driven(simulation: &DriveSimulation) -> Vec<Shown> {
     let shown = |cycle: Cycle| {
         let decision = run.step(&cycle);
         let winner = decision.resolution().and_then(|resolution| resolution.winner);
-        assert_ne!(decision.turn, Signal::NoCommand, "at {} m", cycle.at_m);
+        assert_ne!(decision.turn, TurnCommand::NoCommand, "at {} m", cycle.at_m);
         Shown { at_s: cycle.at_s, at_m: cycle.at_m, side: decision.turn.side(), winner }
     };
     simulation.cycles().map(shown).collect()

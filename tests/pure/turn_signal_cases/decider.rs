@@ -159,9 +159,9 @@ fn a_gap_of_the_odometry_does_not_end_a_signal() {
         let decision = decider.decide(&inputs(odometry, &road, &route), after(ms));
         (decision.turn, decision.held)
     };
-    assert_eq!(decide(0, 0), (Signal::Right, None));
-    assert_eq!(decide(0, 501), (Signal::NoCommand, None));
-    assert_eq!(decide(600, 600), (Signal::Right, None));
+    assert_eq!(decide(0, 0), (TurnCommand::Right, None));
+    assert_eq!(decide(0, 501), (TurnCommand::NoCommand, None));
+    assert_eq!(decide(600, 600), (TurnCommand::Right, None));
 }
 
 fn change(end: Pose) -> Manoeuvre {

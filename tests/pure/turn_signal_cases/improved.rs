@@ -13,7 +13,8 @@ use signal_gateway::core::turn_signal::finished::FinishedMemory;
 use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Resolution, Rules, Source};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::turn_signal::signal::{Side, Signal};
+use signal_gateway::core::light_command::TurnCommand;
+use signal_gateway::core::turn_signal::side::Side;
 
 use super::conflicts::cases;
 use super::drive::{Drive, turn, turn_of};
@@ -35,7 +36,7 @@ fn resolve_and_note(
     let finished = sections.iter().filter(is_finished).map(|(source, _)| *source).collect();
     let resolution = resolve_at(x, FRONT_M, candidates, &Rules { start_belongs_to_before: true, finished });
     let winner = resolution.winner.and_then(|winner| of(winner.source));
-    let shown = if is_shown { resolution.signal() } else { Signal::Disable };
+    let shown = if is_shown { resolution.signal() } else { TurnCommand::Disable };
     memory.note(&PathFrame::new(&line(-20, 140), at(x), FRONT_M, NEAREST), &sections, winner.as_ref(), shown);
     resolution
 }
@@ -91,11 +92,11 @@ fn another_manoeuvre_of_the_same_source_may_be_signalled() {
         }
         resolve_and_note(&mut memory, 70.0, candidates, true).signal()
     };
-    assert_eq!(after(true, &c2), Signal::Disable);
-    assert_eq!(after(false, &c2), Signal::Left, "a side that a minimum duration kept from being shown");
+    assert_eq!(after(true, &c2), TurnCommand::Disable);
+    assert_eq!(after(false, &c2), TurnCommand::Left, "a side that a minimum duration kept from being shown");
     let mut next = c2;
     next.intersection.as_mut().unwrap().desired_end = at(120.0);
-    assert_eq!(after(true, &next), Signal::Left);
+    assert_eq!(after(true, &next), TurnCommand::Left);
 }
 
 #[test]
@@ -133,7 +134,7 @@ fn a_signal_lasts_and_leaves_a_gap() {
 
 #[test]
 fn a_required_section_is_signalled_at_once() {
-    use Signal::{Disable, Left, Right};
+    use TurnCommand::{Disable, Left, Right};
     let mut min_duration = MinDurationFilter::default();
     let left = Some(Held::On(Side::Left));
     for (ms, requested, is_required, signal, held) in [
@@ -151,8 +152,8 @@ fn a_required_section_is_signalled_at_once() {
     }
 }
 
-fn any_request() -> impl Strategy<Value = Signal> {
-    use Signal::{Disable, Left, NoCommand, Right};
+fn any_request() -> impl Strategy<Value = TurnCommand> {
+    use TurnCommand::{Disable, Left, NoCommand, Right};
     prop_oneof![Just(Disable), Just(NoCommand), Just(Left), Just(Right)]
 }
 
@@ -201,7 +202,7 @@ proptest! {
 }
 
 /// A drive whose records come and go at random, through the whole decider.
-fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, Signal, bool)> {
+fn drive_randomly(compat: DeciderCompat, steps: &[(u64, Candidates)]) -> Vec<(u64, TurnCommand, bool)> {
     let mut drive = Drive::new(compat);
     let mut ms = 0;
     let mut shown = Vec::new();

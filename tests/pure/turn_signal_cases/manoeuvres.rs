@@ -201,9 +201,9 @@ fn p3_pulling_over_and_standing() {
             assert_eq!(turn == TurnCommand::Left, on, "P-3 {what} {compat:?}: {turn}");
         }
         let mut drive = Drive::new(compat).at_once();
-        assert_eq!(drive.step(88.0, 5.0, &[pull_over(2.2)]).turn, Signal::Disable);
+        assert_eq!(drive.step(88.0, 5.0, &[pull_over(2.2)]).turn, TurnCommand::Disable);
         let again = drive.step(88.0, 5.0, &[pull_over(0.0)]).turn;
-        let expected = if compat == Upstream { Signal::Disable } else { Signal::Left };
+        let expected = if compat == Upstream { TurnCommand::Disable } else { TurnCommand::Left };
         assert_eq!(again, expected, "upstream ignores it in this lanelet");
         let done = drive.step(89.0, 5.0, &[pull_over(2.2)]).turn;
         assert_eq!(done, expected, "W18: once signalled, until it is complete");

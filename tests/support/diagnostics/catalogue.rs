@@ -322,6 +322,26 @@ fn command() -> Task {
         names: &["turn_indicators_command", "hazard_lights_command"],
         about: "What is requested of the vehicle, why, and whether its report shows it. With a `[command]` section.",
         messages: vec![
+            message(
+                Ok,
+                "{state} sent, the vehicle reports {state}",
+                "Nothing; after `warn_after_ms` a difference is a WARN.",
+            ),
+            message(
+                Ok,
+                "{state} commanded, not sent: dry run",
+                "Set `tx = \"on\"` when the dry run was looked at.",
+            ),
+            message(
+                Warn,
+                "{state} commanded, not sent: no frame can be sent on the bus",
+                "Read the status of the bus.",
+            ),
+            message(
+                Warn,
+                "{state} commanded, not sent: the last frame could not be sent",
+                "Read `command_transmission`.",
+            ),
             message(Ok, "{state}, {reason}", NOTHING),
             message(Warn, "no command received", "Start the sender, or check the topic's name."),
             message(

@@ -15,6 +15,7 @@ mod killed;
 mod queue;
 mod recording;
 mod rhythm;
+mod stops;
 mod vehicles;
 
 use signal_gateway::core::gateway::event::Output;

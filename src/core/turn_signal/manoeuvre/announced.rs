@@ -3,7 +3,7 @@
 
 use super::ManoeuvreKind;
 use crate::core::map::geometry::Pose;
-use crate::core::turn_signal::signal::Side;
+use crate::core::turn_signal::side::Side;
 
 /// Ends farther apart than this in two consecutive cycles belong to two manoeuvres, metres. A lane change that waits
 /// moves with the vehicle, by less than this in a cycle.

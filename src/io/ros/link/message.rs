@@ -280,6 +280,7 @@ mod tests {
         let settings = NetworkSettings {
             node: "gw".to_owned(),
             namespace: "/".to_owned(),
+            graph: true,
             domain_id: 7,
             only_networks: vec!["10.0.0.1".parse().unwrap()],
             written: vec![WrittenTopic {

@@ -14,6 +14,8 @@ pub struct NetworkSettings {
     pub node: String,
     /// Namespace of the node, absolute.
     pub namespace: String,
+    /// True if the graph lists the node.
+    pub graph: bool,
     /// `ROS_DOMAIN_ID`, 0 to 232.
     pub domain_id: u16,
     /// Addresses of the interfaces to use; all of them if empty.

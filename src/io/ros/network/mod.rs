@@ -55,6 +55,7 @@ pub mod process;
 mod sample;
 mod topic_reader;
 mod topic_writer;
+mod type_check;
 mod wakeup;
 mod worker;
 

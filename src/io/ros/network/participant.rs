@@ -18,6 +18,7 @@ use super::echo::{Echo, SignsOfLife};
 use super::graph::GraphEntry;
 use super::topic_reader::{Taken, TopicReader};
 use super::topic_writer::TopicWriter;
+use super::type_check::TypeCheck;
 use crate::io::ros::link::{NetworkSettings, Order};
 use crate::io::ros::topics::{Durability, Reliability};
 
@@ -37,12 +38,14 @@ pub(super) struct Participant {
     topic_writers: Vec<TopicWriter>,
     /// Readers, in the order of the settings.
     topic_readers: Vec<TopicReader>,
-    graph: GraphEntry,
+    /// `None` when the node is left out of the graph.
+    graph: Option<GraphEntry>,
     echo: Echo,
     /// The remote endpoints that each of our writers and readers is matched with.
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
     /// Topic names of the writers, then of the readers.
     names: Vec<String>,
+    type_check: TypeCheck,
     events: DomainParticipantStatusListener,
     /// Number of writers that were replaced by new ones.
     replaced_writers: u32,
@@ -79,13 +82,17 @@ impl Participant {
             .collect::<Result<Vec<_>, String>>()?;
         let written = settings.written.iter().map(|written| written.name.clone());
         let read = settings.read.iter().map(|read| read.name.clone());
+        let graph = settings.graph.then(|| GraphEntry::new(&domain, &publisher, node)).transpose();
+        let written_types = settings.written.iter().map(|written| (&written.name, &written.type_name));
+        let read_types = settings.read.iter().map(|read| (&read.name, &read.type_name));
         let participant = Self {
             topic_writers,
             topic_readers,
-            graph: GraphEntry::new(&domain, &publisher, node).map_err(dds)?,
+            graph: graph.map_err(dds)?,
             echo: Echo::new(&domain, &publisher, &subscriber).map_err(dds)?,
             matched: BTreeMap::new(),
             names: written.chain(read).collect(),
+            type_check: TypeCheck::new(written_types, read_types),
             events,
             replaced_writers: 0,
             max_history: settings.history_bytes,
@@ -233,6 +240,12 @@ impl Participant {
                         LostReason::Timeout { .. } => {}
                     }
                 }
+                DomainParticipantStatusEvent::ReaderDetected { reader } => {
+                    self.type_check.reader(&reader.topic_name, &reader.type_name);
+                }
+                DomainParticipantStatusEvent::WriterDetected { writer } => {
+                    self.type_check.writer(&writer.topic_name, &writer.type_name);
+                }
                 DomainParticipantStatusEvent::RemoteReaderQosIncompatible { local_writer, .. } => {
                     tracing::warn!(
                         "a reader of {} requests more than this writer offers, e.g. transient_local from volatile; \
@@ -273,10 +286,12 @@ impl Participant {
     }
 
     fn announce(&self) {
-        self.graph.announce(
-            self.topic_writers.iter().map(TopicWriter::guid),
-            self.topic_readers.iter().map(TopicReader::guid),
-        );
+        if let Some(graph) = &self.graph {
+            graph.announce(
+                self.topic_writers.iter().map(TopicWriter::guid),
+                self.topic_readers.iter().map(TopicReader::guid),
+            );
+        }
     }
 }
 

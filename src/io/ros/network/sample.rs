@@ -1,4 +1,10 @@
-//! Encoded messages handed to RustDDS as they are.
+//! Encoded messages handed to RustDDS, padded to a multiple of four bytes.
+//!
+//! RTPS wants every submessage but the last one of a datagram to have such a length, and Cyclone DDS up to 0.10.2 (that of
+//! Debian 12) rejects a last fragment without it as malformed, so that no sample of more than a datagram arrives there.
+//! RustDDS cuts fragments of 256 bytes and pads none. The padding stands behind the last field, where CDR decoders have
+//! stopped reading; its length, for which DDS-XTypes has two bits in the encapsulation options, is left at zero, as RustDDS
+//! does not set them and no decoder of these plain types needs it.
 
 use rustdds::RepresentationIdentifier;
 use rustdds::bytes::Bytes;
@@ -8,12 +14,15 @@ use rustdds::serialization::Error;
 use crate::io::ros::messages::CdrBytes;
 
 /// A writer of messages of any type.
-pub(super) type SampleWriter = DataWriter<CdrBytes, AsIs>;
+pub(super) type SampleWriter = DataWriter<CdrBytes, Padded>;
 
-/// Hands RustDDS the bytes, which it shares.
-pub(super) struct AsIs;
+/// The multiple of bytes that a sample is padded to. The encapsulation header before it has this length.
+const ALIGNMENT: usize = 4;
 
-impl SerializerAdapter<CdrBytes> for AsIs {
+/// Hands RustDDS the bytes, which it shares unless they need padding.
+pub(super) struct Padded;
+
+impl SerializerAdapter<CdrBytes> for Padded {
     type Error = Error;
 
     fn output_encoding() -> RepresentationIdentifier {
@@ -21,6 +30,28 @@ impl SerializerAdapter<CdrBytes> for AsIs {
     }
 
     fn to_bytes(sample: &CdrBytes) -> Result<Bytes, Error> {
-        Ok(Bytes::from_owner(sample.clone()))
+        let bytes = sample.as_ref();
+        let length = bytes.len().next_multiple_of(ALIGNMENT);
+        if length == bytes.len() {
+            return Ok(Bytes::from_owner(sample.clone()));
+        }
+        let mut padded = Vec::with_capacity(length);
+        padded.extend_from_slice(bytes);
+        padded.resize(length, 0);
+        Ok(padded.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_is_padded_with_zeros_to_a_multiple_of_four() {
+        for (length, padded) in [(0, 0), (1, 4), (3, 4), (4, 4), (5, 8), (1447, 1448), (1448, 1448)] {
+            let bytes = Padded::to_bytes(&CdrBytes::from(vec![7; length])).unwrap();
+            assert_eq!(bytes[..length], vec![7; length]);
+            assert_eq!(bytes[length..], vec![0; padded - length]);
+        }
     }
 }

@@ -18,7 +18,7 @@ use rustdds::dds::result::CreateResult;
 use rustdds::{GUID, Publisher, RTPSEntity, Timestamp, Topic};
 
 use super::history::History;
-use super::sample::{AsIs, SampleWriter};
+use super::sample::{Padded, SampleWriter};
 use crate::io::ros::link::Delivery;
 use crate::io::ros::messages::CdrBytes;
 use crate::io::ros::topics::Durability;
@@ -62,7 +62,7 @@ impl TopicWriter {
         durability: Durability,
         delivery: Delivery,
     ) -> CreateResult<Self> {
-        let writer = publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&topic, None)?;
+        let writer = publisher.create_datawriter_no_key::<CdrBytes, Padded>(&topic, None)?;
         Ok(Self {
             publisher: publisher.clone(),
             topic,
@@ -113,7 +113,7 @@ impl TopicWriter {
 
     /// A new writer, which has no history.
     pub(super) fn begin_anew(&mut self) -> Result<bool, String> {
-        let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, AsIs>(&self.topic, None);
+        let fresh = self.publisher.create_datawriter_no_key::<CdrBytes, Padded>(&self.topic, None);
         self.writer = fresh.map_err(|error| error.to_string())?;
         self.used = false;
         self.history = History::default();

@@ -461,6 +461,7 @@ fn network_settings(settings: &RosSettings, table: &[Outgoing]) -> NetworkSettin
     NetworkSettings {
         node: settings.node.clone(),
         namespace: settings.namespace.clone(),
+        graph: settings.graph,
         domain_id: settings.domain_id,
         only_networks: settings.only_networks.clone(),
         written: table.iter().map(Outgoing::written).collect(),

@@ -99,6 +99,8 @@ fn spawn(program: &Path, memory_limit_mb: u32, socket: UnixStream) -> io::Result
         .current_dir("/")
         .stdin(OwnedFd::from(socket))
         .stdout(Stdio::null())
+        // Signals of a terminal are for the gateway, which tells the other side to leave.
+        .process_group(0)
         .spawn()
 }
 

@@ -24,6 +24,7 @@ pub(super) fn drive(reported: &mut Reported) {
     oscillation(reported);
     button(reported);
     transmission(reported);
+    cut_off(reported);
     clock_step(reported);
 }
 
@@ -131,6 +132,13 @@ fn transmission(reported: &mut Reported) {
     let stranger = Frame::classic(CanId::Standard(304), &[0; 8]).unwrap();
     let stamp = Cell::new(at_ms(desk.gateway.ms()).wall).get();
     desk.input(CanInput::Frame { bus: BUS, frame: stranger, stamp });
+    desk.link(LinkState::Down);
+}
+
+/// The link goes before the vehicle can show a command.
+fn cut_off(reported: &mut Reported) {
+    let mut desk = vehicle("on", reported);
+    command(&mut desk, 300, Some(0), &[mode, left]);
     desk.link(LinkState::Down);
 }
 

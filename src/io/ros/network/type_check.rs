@@ -1,0 +1,112 @@
+//! Compares the types of remote writers and readers with ours on the same topic.
+//!
+//! DDS does not connect endpoints of different types and says nothing about it, so a sender with a wrong type looks like
+//! one that is missing.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Other types that are remembered; beyond that number nothing is reported.
+const MAX_REPORTED: usize = 64;
+/// The longest type name of others that is shown, characters.
+const MAX_SHOWN: usize = 200;
+
+/// The types of our topics, and the other types that were reported.
+#[derive(Debug, Default)]
+pub(super) struct TypeCheck {
+    /// DDS type of each topic that is written, by DDS name.
+    written: BTreeMap<String, String>,
+    /// DDS type of each topic that is read, by DDS name.
+    read: BTreeMap<String, String>,
+    reported: BTreeSet<String>,
+}
+
+impl TypeCheck {
+    /// A check of the topics that are written and read: absolute names, each with package and name of its type.
+    pub(super) fn new<'a>(
+        written: impl Iterator<Item = (&'a String, &'a (String, String))>,
+        read: impl Iterator<Item = (&'a String, &'a (String, String))>,
+    ) -> Self {
+        fn dds((name, (package, message)): (&String, &(String, String))) -> (String, String) {
+            (format!("rt{name}"), format!("{package}::msg::dds_::{message}_"))
+        }
+        Self { written: written.map(dds).collect(), read: read.map(dds).collect(), reported: BTreeSet::new() }
+    }
+
+    /// Warns once of a reader whose type differs from that of our writer.
+    pub(super) fn reader(&mut self, topic: &str, type_name: &str) {
+        if let Some(warning) = difference("read", "published", &self.written, topic, type_name) {
+            self.warn(warning);
+        }
+    }
+
+    /// Warns once of a writer whose type differs from that of our reader.
+    pub(super) fn writer(&mut self, topic: &str, type_name: &str) {
+        if let Some(warning) = difference("published", "read", &self.read, topic, type_name) {
+            self.warn(warning);
+        }
+    }
+
+    fn warn(&mut self, warning: String) {
+        if self.reported.len() < MAX_REPORTED && !self.reported.contains(&warning) {
+            tracing::warn!("{warning}");
+            self.reported.insert(warning);
+        }
+    }
+}
+
+/// A text on a type that is not ours; `None` when it is, or the topic is not.
+fn difference(
+    theirs: &str,
+    ours: &str,
+    types: &BTreeMap<String, String>,
+    topic: &str,
+    type_name: &str,
+) -> Option<String> {
+    let expected = types.get(topic).filter(|expected| *expected != type_name)?;
+    let name = topic.strip_prefix("rt").unwrap_or(topic);
+    let (other, expected) = (ros_type(type_name), ros_type(expected));
+    Some(format!("{name} is {theirs} as {other}, but {ours} here as {expected}: they are not connected"))
+}
+
+/// A DDS type name as ROS 2 writes it, `package/msg/Name`; on one line, whatever it is.
+fn ros_type(dds: &str) -> String {
+    let shown = dds.chars().filter(|character| !character.is_control()).take(MAX_SHOWN).collect::<String>();
+    let ros = shown.strip_suffix('_').unwrap_or(&shown).replace("::dds_::", "::").replace("::", "/");
+    if ros.is_empty() { "a type without a name".to_owned() } else { ros }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_writer_or_reader_of_another_type_is_reported_once_with_both_types() {
+        let topic = |name: &str, message: &str| {
+            (name.to_owned(), ("autoware_vehicle_msgs".to_owned(), message.to_owned()))
+        };
+        let (written, read) =
+            (topic("/report", "TurnIndicatorsReport"), topic("/cmd", "TurnIndicatorsCommand"));
+        let mut check =
+            TypeCheck::new([(&written.0, &written.1)].into_iter(), [(&read.0, &read.1)].into_iter());
+        check.writer("rt/cmd", "autoware_vehicle_msgs::msg::dds_::TurnIndicatorsCommand_");
+        check.reader("rt/cmd", "std_msgs::msg::dds_::String_");
+        check.writer("rt/other", "std_msgs::msg::dds_::String_");
+        assert_eq!(check.reported.len(), 0);
+        for _ in 0..2 {
+            check.writer("rt/cmd", "std_msgs::msg::dds_::String_");
+            check.reader("rt/report", "a\nb");
+        }
+        let reported: Vec<_> = check.reported.iter().map(String::as_str).collect();
+        assert_eq!(
+            reported,
+            [
+                "/cmd is published as std_msgs/msg/String, but read here as \
+                 autoware_vehicle_msgs/msg/TurnIndicatorsCommand: they are not connected",
+                "/report is read as ab, but published here as \
+                 autoware_vehicle_msgs/msg/TurnIndicatorsReport: they are not connected",
+            ]
+        );
+        (0..100).for_each(|number| check.writer("rt/cmd", &format!("other{number}")));
+        assert_eq!(check.reported.len(), MAX_REPORTED);
+    }
+}
