@@ -13,14 +13,16 @@ use super::arguments::{Every, draw, file_name, seconds};
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::read_lights;
-use crate::config::scenario::{self, ScenarioFile};
+use crate::config::scenario::{self, ReadOptions, ScenarioFile};
 use crate::config::{Problem, Refused};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{LampSource, LightMap};
 use crate::core::time::MonoTime;
+use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::event_log::ScenarioOutcome;
 use crate::core::traffic_light::periodic_timer::Rate;
+use crate::core::traffic_light::text::parse_bulb;
 use crate::desk::lights::run::Run;
 use crate::desk::lights::span::Span;
 use crate::report::Form;
@@ -50,14 +52,15 @@ With --json each line is one object with all states at t, in seconds:
    \"internal\": [{\"id\": GROUP, \"elements\": [{\"color\", \"status\", \"shape\", \"confidence\"}]}],
    \"external\": [{\"id\", \"elements\", \"predictions\": [{\"at\", \"elements\", \"reliability\", \"source\"}]}]}
 Other events: act_begins and act_ends with act; event with act, event; action with event, does;
-end with verdict (success, failure, stopped, fault), reason. internal and external are null until
+end with verdict (success, failure, stopped, fault, undecided), reason. internal and external are null until
 the first message; at is on the same time line as t; the state of a dark light is empty.
 
 Without --until it ends with the scenario, within an hour; a scenario that does not end by itself
 is shown for twice its longest cycle, or until 5 s after the last time a trigger names, else for a
 minute.
 
-The exit code is 5 when the scenario ends with exitFailure or cannot be carried out.";
+The exit code is 5 when the scenario ends with exitFailure or cannot be carried out, and 6 when its
+verdict is not known, because an event that would end it needs what is not interpreted here.";
 
 #[derive(Debug, Args)]
 pub(super) struct LightsArgs {
@@ -66,6 +69,12 @@ pub(super) struct LightsArgs {
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "FILE.osm")]
     map: Option<PathBuf>,
+    /// Folder of a package, for $(find-pkg-share NAME) in a scenario; may be repeated
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package)]
+    packages: Vec<(String, PathBuf)>,
+    /// Bulbs of the lights by position, for states as in `on;off;off`: for instance red,yellow,green
+    #[arg(long, value_name = "BULBS", value_delimiter = ',', value_parser = parse_bulb)]
+    bulb_order: Vec<Bulb>,
     /// Mode, where the simulator's rules have weaknesses
     #[arg(long, value_name = "MODE", value_enum, default_value_t)]
     compat: Compat,
@@ -114,8 +123,14 @@ impl ValueEnum for Compat {
 }
 
 pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
-    let file = scenario::read(&Disk, &args.scenario, args.compat)?;
+    let options = ReadOptions {
+        compat: args.compat,
+        packages: args.packages.iter().cloned().collect(),
+        bulb_order: args.bulb_order.clone(),
+    };
+    let file = scenario::read(&Disk, &args.scenario, options)?;
     let map = Arc::new(light_map(args, &file)?);
+    let left_out_verdict = file.left_out_verdict.clone();
     let unknown = file.check_against(&map, args.compat);
     if !unknown.is_empty() {
         return Err(Refused(unknown).into());
@@ -148,14 +163,22 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let until = MonoTime::ZERO.after(span.until);
     let open_end = run.verdict().is_none().then(|| writer.until(until, span.why)).flatten();
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
+    let undecided = left_out_verdict.filter(|_| !has_failed);
+    if let Some(event) = &undecided {
+        writeln!(out, "{}", writer.undecided(run.at().min(until), event))?;
+    }
     out.flush()?;
     if let (Some(path), Some(chart)) = (&args.picture, chart) {
         let end = if run.verdict().is_some() { run.at() } else { until };
         draw(path, &chart.chart(file_name(&args.scenario), subtitle(args), end, run.scenario()))?;
     }
-    Ok(match run.verdict() {
-        Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)) => ExitCode::from(5),
-        Some(ScenarioOutcome::Success | ScenarioOutcome::Stopped) | None => ExitCode::SUCCESS,
+    Ok(if has_failed {
+        ExitCode::from(5)
+    } else if undecided.is_some() {
+        ExitCode::from(6)
+    } else {
+        ExitCode::SUCCESS
     })
 }
 
@@ -188,6 +211,11 @@ fn subtitle(args: &LightsArgs) -> String {
         Compat::Upstream => "compat upstream, ",
     };
     format!("{compat}frames at {} Hz, v2i at {} Hz", args.frame_rate.as_hz(), args.v2i_rate.as_hz())
+}
+
+fn package(text: &str) -> Result<(String, PathBuf), String> {
+    let (name, folder) = text.split_once('=').ok_or("expected NAME=FOLDER")?;
+    Ok((name.to_owned(), folder.into()))
 }
 
 fn rate(text: &str) -> Result<Rate, String> {

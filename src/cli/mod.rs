@@ -47,7 +47,8 @@ Exit codes:
   2  wrong usage
   3  the configuration, its vehicle profile, its DBC, a scenario or a map was refused
   4  check found warnings
-  5  the scenario of lights ended in failure
+  5  the scenario of lights ended in failure, or an expectation of a drive was not met
+  6  the verdict of a scenario of lights is not known
 
 Start with: signal-gateway demo";
 

@@ -1,5 +1,7 @@
 //! The lanelet2 maps that sections and drives name, with the projector file beside each.
 
+use std::borrow::Cow;
+use std::io;
 use std::path::Path;
 
 use super::files::Files;
@@ -9,14 +11,28 @@ use crate::core::map::osm;
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
-/// Reads the lights of a map from a file.
+/// The name of the map in a folder that stands for it.
+const MAP_NAME: &str = "lanelet2_map.osm";
+
+/// Reads the lights of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
 /// The reason as text: the file, its projector, or the map.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<LightMap, String> {
-    let osm = osm::read(&read(files, path)?).map_err(|error| error.to_string())?;
+    let (path, bytes) = match files.read(path) {
+        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
+            let path = path.join(MAP_NAME);
+            let bytes = read(files, &path)?;
+            (Cow::from(path), bytes)
+        }
+        outcome => (path.into(), outcome.map_err(|error| format!("cannot read it: {error}"))?),
+    };
+    let osm = osm::read(&bytes).map_err(|error| error.to_string())?;
+    // Upstream takes a map without a projector file for one in the military grid.
+    let projector =
+        projector(files, &path)?.or_else(|| Projector::mgrs_around(&osm)).unwrap_or(Projector::Local);
     // Points are for viewers only: a map without them has its lights all the same.
-    let points = Points::new(&osm, &projector(files, path)?).ok();
+    let points = Points::new(&osm, &projector).ok();
     LightMap::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())
 }
 
@@ -25,17 +41,18 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// # Errors
 /// The reason as text: the file, its projector, or the map.
 pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
-    LaneNetwork::read(&read(files, path)?, &projector(files, path)?).map_err(|error| error.to_string())
+    let projector = projector(files, path)?.unwrap_or(Projector::Local);
+    LaneNetwork::read(&read(files, path)?, &projector).map_err(|error| error.to_string())
 }
 
 fn read(files: &dyn Files, path: &Path) -> Result<Vec<u8>, String> {
     files.read(path).map_err(|error| format!("cannot read it: {error}"))
 }
 
-/// The projector of a map, from the file beside it that Autoware reads; local coordinates without one.
-fn projector(files: &dyn Files, map: &Path) -> Result<Projector, String> {
+/// The projector of a map, from the file beside it that Autoware reads; `None` without one.
+fn projector(files: &dyn Files, map: &Path) -> Result<Option<Projector>, String> {
     let path = map.with_file_name("map_projector_info.yaml");
-    let Ok(bytes) = files.read(&path) else { return Ok(Projector::Local) };
+    let Ok(bytes) = files.read(&path) else { return Ok(None) };
     let text = String::from_utf8_lossy(&bytes);
-    Projector::parse(&text).map_err(|error| format!("{}: {error}", path.display()))
+    Projector::parse(&text).map(Some).map_err(|error| format!("{}: {error}", path.display()))
 }

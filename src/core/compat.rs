@@ -1,6 +1,6 @@
 //! The two modes of the traffic lights where upstream has weaknesses.
 
-/// The mode for the weaknesses of upstream, `scenario_simulator_v2`: Q1 to Q21 in docs/spec/traffic-lights.md,
+/// The mode for the weaknesses of upstream, `scenario_simulator_v2`: Q1 to Q23 in docs/spec/traffic-lights.md,
 /// "Improved and upstream-compatible mode".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Compat {

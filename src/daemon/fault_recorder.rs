@@ -106,3 +106,15 @@ fn state_folder(variable: Option<OsString>) -> Option<PathBuf> {
 fn time_and_text(at: MonoTime, text: &str) -> String {
     format!("{} {text}", time_text(at))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_go_to_the_first_folder_of_the_service_managers_list() {
+        let folder = |variable: &str| state_folder(Some(variable.into()));
+        assert_eq!(folder("/var/lib/one:/var/lib/other"), Some(PathBuf::from("/var/lib/one/black-box")));
+        assert_eq!((folder(""), state_folder(None)), (None, None));
+    }
+}

@@ -454,3 +454,26 @@ fn names_with_every_kind_of_sign_leave_the_picture_whole() {
     let rows = rows(&bench.picture(&["--until", "2"]));
     assert!(rows[0].1[0].2.ends_with(": <a> & \"b\" 信号 ✓"), "{rows:?}");
 }
+
+#[test]
+fn a_verdict_that_cannot_be_decided_is_said_in_text_json_and_exit_code() {
+    let text = "<OpenSCENARIO><RoadNetwork><TrafficSignals/></RoadNetwork><Storyboard><Story name='s'><Act name='a'>\
+        <ManeuverGroup name='g'><Maneuver name='m'><Event name='collision'><Action name='x'><UserDefinedAction>\
+        <CustomCommandAction type='exitFailure'/></UserDefinedAction></Action><StartTrigger><ConditionGroup>\
+        <Condition name='c'><ByEntityCondition><EntityCondition><CollisionCondition/></EntityCondition>\
+        </ByEntityCondition></Condition></ConditionGroup></StartTrigger></Event></Maneuver></ManeuverGroup></Act>\
+        </Story></Storyboard></OpenSCENARIO>";
+    let bench = Bench::new("s.xosc", text);
+    let map = bench.folder.path().join("map");
+    fs::create_dir(&map).unwrap();
+    fs::write(map.join("lanelet2_map.osm"), "<osm/>").unwrap();
+    let args = ["--until", "1", "--map", map.to_str().unwrap()];
+    let text = bench.run(&args);
+    assert_eq!(text.status.code(), Some(6), "{}", String::from_utf8_lossy(&text.stderr));
+    let last = String::from_utf8(text.stdout).unwrap().lines().last().unwrap().to_owned();
+    assert!(last.contains("end") && last.contains("undecided: the event \"collision\" would end"), "{last}");
+    let json = bench.run(&[&args[..], &["--json"]].concat());
+    let last: Value =
+        serde_json::from_str(String::from_utf8(json.stdout).unwrap().lines().last().unwrap()).unwrap();
+    assert_eq!((json.status.code(), &last["events"][0]["verdict"]), (Some(6), &json!("undecided")));
+}

@@ -27,6 +27,11 @@ def reader(name, kind):
     return DataReader(participant, Topic(participant, name, kind, qos=qos), qos=qos)
 
 
+def received(topic):
+    """The messages that have come; a writer that ends leaves samples without one."""
+    return [sample for sample in topic.take(N=100) if sample.sample_info.valid_data]
+
+
 readers = {
     "turn": reader("rt/vehicle/status/turn_indicators_status", Turn),
     "hazard": reader("rt/vehicle/status/hazard_lights_status", Hazard),
@@ -37,13 +42,13 @@ last, longest, pauses, worst, drops = {}, {}, {}, {}, 0
 end = time.monotonic() + seconds
 while (now := time.monotonic()) < end:
     for kind, topic in readers.items():
-        if samples := topic.take(N=100):
+        if samples := received(topic):
             pause = now - last.get(kind, now)
             longest[kind] = max(longest.get(kind, 0), pause)
             pauses[kind] = pauses.get(kind, 0) + (pause > 0.5)
             reports[kind] += len(samples)
             last[kind] = now
-    for array in diagnostics.take(N=100):
+    for array in received(diagnostics):
         for status in array.status:
             level = status.level if isinstance(status.level, int) else ord(status.level)
             worst[status.name] = max(worst.get(status.name, (0, "")), (level, status.message))

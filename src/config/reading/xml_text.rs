@@ -1,5 +1,6 @@
 //! XML as elements.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -13,12 +14,13 @@ use super::problem::Problem;
 /// Reads an XML document.
 ///
 /// # Errors
-/// The first breach of XML, nesting that is too deep, or too many elements. A document type is refused, and so
-/// are entities of its own.
+/// The first breach of XML, nesting that is too deep, or too many elements. A document type with declarations of its
+/// own is refused, and so are entities.
 pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     let most = u32::try_from(MAX_NODES).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 3 * most, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(&text.content, options).map_err(|error| {
+    let content = without_doctype(&text.content);
+    let document = Document::parse_with_options(&content, options).map_err(|error| {
         let position = error.pos();
         let position = (position.row as usize, position.col as usize);
         let (reason, remedy) = describe(&error);
@@ -28,10 +30,28 @@ pub(crate) fn from_xml(text: &Text) -> Result<Element, Problem> {
     element(text, root, Key::below(&Key::root(), "/", root.tag_name().name()), 1)
 }
 
+/// The text with blanks for a document type that declares nothing itself: it only names a grammar.
+fn without_doctype(content: &str) -> Cow<'_, str> {
+    const START: &str = "<!DOCTYPE";
+    let Some((prolog, after)) = content.split_once(START) else { return content.into() };
+    let Some((inner, rest)) = after.split_once('>') else { return content.into() };
+    if inner.contains('[') || has_element(prolog) {
+        return content.into();
+    }
+    let blank = |char: char| if char == '\n' { "\n".to_owned() } else { " ".repeat(char.len_utf8()) };
+    let blanks: String = START.chars().chain(inner.chars()).map(blank).collect();
+    format!("{prolog}{blanks} {rest}").into()
+}
+
+/// Returns whether an element begins in the text, which is then no prolog.
+fn has_element(text: &str) -> bool {
+    text.split('<').skip(1).any(|after| !after.starts_with(['?', '!']))
+}
+
 /// The parser's own text without the position, which some of its errors lack, and a remedy.
 fn describe(error: &Error) -> (String, &'static str) {
     if matches!(error, Error::DtdDetected) {
-        return ("a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
+        return ("declarations of a document type cannot be read here".to_owned(), "remove the <!DOCTYPE …>");
     }
     let text = error.to_string();
     let position = format!(" at {}", error.pos());
@@ -96,6 +116,14 @@ mod tests {
     }
 
     #[test]
+    fn a_document_type_that_declares_nothing_has_no_effect() {
+        let root = read("<?xml version='1.0'?>\n<!DOCTYPE A\n SYSTEM 'ä.dtd'>\n<A b='1'/>").unwrap();
+        assert_eq!((root.name.as_str(), root.location.position), ("A", (4, 1)));
+        let kept = read("<A><!-- <!DOCTYPE A> --><b>x</b></A>").unwrap();
+        assert_eq!(kept.children.len(), 1);
+    }
+
+    #[test]
     fn anything_but_plain_xml_is_refused_at_its_location() {
         let deep = "<a>".repeat(100) + &"</a>".repeat(100);
         let deeper = "<a>".repeat(200_000) + &"</a>".repeat(200_000);
@@ -103,7 +131,7 @@ mod tests {
         let rows = [
             (deep.as_str(), "a:1:193: nested too deeply"),
             (deeper.as_str(), "nested too deeply"),
-            (laughs, "a:1:1: a document type cannot be read here; remove the <!DOCTYPE …>"),
+            (laughs, "a:1:1: declarations of a document type cannot be read here; remove the <!DOCTYPE …>"),
             ("<a>\n<b></a>", "a:2:4: expected 'b' tag, not 'a'; correct the XML"),
             ("<a b='1' b='2'/>", "a:1:10: attribute 'b' is already defined; correct the XML"),
             ("<a>&b;</a>", "a:1:4: "),

@@ -1,4 +1,4 @@
-//! YAML as values: anchors are written out, within bounds.
+//! YAML as values: aliases and merge keys are written out, within bounds.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -8,6 +8,9 @@ use saphyr_parser::{Event, Parser, ScalarStyle, Span};
 use super::location::{Key, Location, MAX_DEPTH, MAX_NODES, Text};
 use super::problem::Problem;
 use super::value::{Entry, Kind, Value};
+
+/// The key whose value is a table, or a list of tables, with further entries.
+const MERGE_KEY: &str = "<<";
 
 /// Reads the one document of a YAML text.
 ///
@@ -145,11 +148,37 @@ impl Builder<'_> {
         };
         let kind = match content {
             Content::List(items) => Kind::List(items),
-            Content::Map { entries, .. } => Kind::Map(entries),
+            Content::Map { entries, keys, .. } => Kind::Map(self.merged(entries, keys)?),
         };
         let value = Value { location, kind };
         self.remember(anchor, &value, self.nodes - before);
         self.put(value)
+    }
+
+    /// The entries with those of a merge key in its place. The table's own keys come first, then those of the first
+    /// table that is merged.
+    fn merged(&self, entries: Vec<Entry>, mut keys: BTreeSet<String>) -> Result<Vec<Entry>, Problem> {
+        let mut merged = Vec::new();
+        for Entry { key, location, value } in entries {
+            if key != MERGE_KEY {
+                merged.push(Entry { key, location, value });
+                continue;
+            }
+            let tables = match value.kind {
+                Kind::List(tables) => tables,
+                kind @ (Kind::Null | Kind::Scalar { .. } | Kind::Map(_)) => {
+                    vec![Value { location: value.location, kind }]
+                }
+            };
+            for table in tables {
+                let Kind::Map(entries) = table.kind else {
+                    let reason = "a merge key (`<<`) takes a table or a list of tables";
+                    return Err(self.text.problem(location.position, reason, "give it an alias of a table"));
+                };
+                merged.extend(entries.into_iter().filter(|entry| keys.insert(entry.key.clone())));
+            }
+        }
+        Ok(merged)
     }
 
     fn remember(&mut self, anchor: usize, value: &Value, nodes: usize) {
@@ -176,9 +205,6 @@ impl Builder<'_> {
                 let Kind::Scalar { text, .. } = value.kind else {
                     return self.refuse(position, "a key that is a list or a table", "use a text");
                 };
-                if text == "<<" {
-                    return self.refuse(position, "a merge key (`<<`)", "write the keys out");
-                }
                 if !keys.insert(text.clone()) {
                     let reason = format!("the key {text:?} is given twice");
                     return Err(self.text.problem(position, &reason, "keep one"));
@@ -220,6 +246,20 @@ mod tests {
     }
 
     #[test]
+    fn a_merge_key_adds_the_entries_of_other_tables_in_its_place() {
+        let text =
+            "a: &a {x: 1, y: 2}\nb: &b {y: 3, z: 4}\nc:\n  w: 5\n  <<: [*a, *b]\n  x: 6\nd:\n  <<: *a\n";
+        let Kind::Map(entries) = read(text).unwrap().kind else { panic!() };
+        let shown = |value: &Value| {
+            let Kind::Map(entries) = &value.kind else { panic!() };
+            let entries = entries.iter().map(|entry| format!("{}={}", entry.key, entry.value.described()));
+            entries.collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(shown(&entries[2].value), "w=5 y=2 z=4 x=6");
+        assert_eq!(shown(&entries[3].value), "x=1 y=2");
+    }
+
+    #[test]
     fn anything_but_plain_data_is_refused_at_its_location() {
         let laughs: String = (1..30).map(|n| format!("a{n}: &a{n} [*a{0}, *a{0}]\n", n - 1)).collect();
         let laughs = format!("a0: &a0 [x]\n{laughs}");
@@ -231,7 +271,8 @@ mod tests {
             ("a: 1\na: 2", "a:2:1: the key \"a\" is given twice"),
             ("a: !x 1", "a tag"),
             ("? [a]\n: 1", "a key that is a list"),
-            ("a: {b: 1}\nc:\n  <<: 1", "a:3:3: a merge key"),
+            ("a: {b: 1}\nc:\n  <<: 1", "a:3:3: a merge key (`<<`) takes a table"),
+            ("a: {b: 1}\nc:\n  <<: [1]", "a:3:3: a merge key (`<<`) takes a table"),
             ("a: 1\n---\nb: 1", "a second document"),
             ("a: [1", "correct the YAML"),
             ("a: *none", "correct the YAML"),

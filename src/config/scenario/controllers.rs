@@ -36,7 +36,12 @@ pub(super) struct PhaseDraft {
 pub(super) fn resolve(reader: &Reader<'_>, drafts: Vec<ControllerDraft>) -> Vec<Controller> {
     let mut by_name = BTreeMap::new();
     for (index, draft) in drafts.iter().enumerate() {
-        by_name.entry(draft.name.as_str()).or_insert(index);
+        let first = *by_name.entry(draft.name.as_str()).or_insert(index);
+        // Upstream means the first one wherever the name is used.
+        if first != index && reader.compat == Compat::Improved {
+            let reason = format!("two controllers are called {:?}", draft.name);
+            reader.refuse(&draft.location, reason, "give each a name of its own");
+        }
     }
     let references: Vec<_> = drafts.iter().map(|draft| reference(reader, draft, &drafts, &by_name)).collect();
     if reader.compat == Compat::Improved {

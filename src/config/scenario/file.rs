@@ -23,6 +23,8 @@ pub struct ScenarioFile {
     pub map: Option<PathBuf>,
     /// Groups instead of a map; bench format only.
     pub groups: Vec<GroupEntry>,
+    /// Name of the first event that was left out although it would end the scenario: its verdict is then not known.
+    pub left_out_verdict: Option<String>,
     /// Parts that are not about traffic lights, in the order of the file.
     pub not_interpreted: Vec<NotInterpreted>,
     /// Every id that it names, for [`ScenarioFile::check_against`].

@@ -15,6 +15,7 @@ use std::path::Path;
 
 pub use crate::config::reading::location::SourceLocation;
 pub use file::{NotInterpreted, ScenarioFile, UsedId};
+pub use reader::ReadOptions;
 
 use crate::config::files::Files;
 use crate::config::reading::checker::Checker;
@@ -24,18 +25,25 @@ use crate::config::reading::toml_text::from_toml;
 use crate::config::reading::value::Kind;
 use crate::config::reading::xml_text::from_xml;
 use crate::config::reading::yaml_text::from_yaml;
-use crate::core::compat::Compat;
 use reader::{Reader, SEE};
+
+/// The key of TIER IV's files that modify a scenario.
+const MODIFIERS: &str = "ScenarioModifiers";
 
 /// Reads a scenario; its form follows from the file's extension.
 ///
 /// # Errors
 /// Every problem with its location; only the first one of a file that breaks the grammar of its form.
-pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFile, Refused> {
+pub fn read(
+    files: &dyn Files,
+    path: &Path,
+    options: impl Into<ReadOptions>,
+) -> Result<ScenarioFile, Refused> {
+    let options = options.into();
     let form = Form::of(path)?;
     let text = Text::read(path, files.read(path), "give the path of a scenario")?.not_blank()?;
     let checker = Checker::new(&text.file, SEE);
-    let mut reader = Reader::new(&checker, compat);
+    let mut reader = Reader::new(&checker, &options);
     let mut file = match form {
         Form::Xml => open_scenario::interpret(&from_xml(&text)?, &mut reader),
         Form::Toml => bench::interpret(&from_toml(&text, SEE)?, &mut reader),
@@ -52,6 +60,11 @@ pub fn read(files: &dyn Files, path: &Path, compat: Compat) -> Result<ScenarioFi
                     open_scenario::interpret(&open_scenario::from_values(&text, root)?, &mut reader)
                 }
                 None if !matches!(value.kind, Kind::Map(_)) => ScenarioFile::default(),
+                None if entries.iter().any(|entry| entry.key == MODIFIERS) => {
+                    let reason = "this is a scenario modifier, not a scenario";
+                    checker.refuse(&value.location, reason, "give the scenario that it is applied to");
+                    ScenarioFile::default()
+                }
                 None => {
                     let reason = format!("the key {} is missing", open_scenario::ROOT);
                     checker.refuse(

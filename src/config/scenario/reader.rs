@@ -1,5 +1,6 @@
 //! Texts of all forms of a scenario, which become targets, states and times.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::location::{Location, line};
 use crate::config::reading::value::Value;
 use crate::core::compat::Compat;
+use crate::core::traffic_light::bulb::{Bulb, Status};
 use crate::core::traffic_light::command::RATES_HZ;
 use crate::core::traffic_light::scenario::{Action, Controller, ControllerIndex, StateText, Test};
 use crate::core::traffic_light::signal_id::parse_id;
@@ -20,17 +22,35 @@ pub(super) const SEE: &str = "config/scenarios/bench.toml";
 /// The longest time, s: some thirty years.
 const MAX_S: f64 = 1e9;
 
+/// What a scenario leaves to the one who runs it.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// The mode for the weaknesses of upstream.
+    pub compat: Compat,
+    /// The folders of packages by name, for `$(find-pkg-share NAME)`.
+    pub packages: BTreeMap<String, PathBuf>,
+    /// The bulbs of a light by position, for states in ASAM's notation, `on;off;off`.
+    pub bulb_order: Vec<Bulb>,
+}
+
+impl From<Compat> for ReadOptions {
+    fn from(compat: Compat) -> Self {
+        Self { compat, ..Self::default() }
+    }
+}
+
 /// Reads the texts of one file, and collects what it names and what is left out.
 pub(super) struct Reader<'c> {
     pub(super) checker: &'c Checker,
     pub(super) compat: Compat,
+    pub(super) options: &'c ReadOptions,
     pub(super) not_interpreted: Vec<NotInterpreted>,
     pub(super) ids: Vec<UsedId>,
 }
 
 impl<'c> Reader<'c> {
-    pub(super) fn new(checker: &'c Checker, compat: Compat) -> Self {
-        Self { checker, compat, not_interpreted: Vec::new(), ids: Vec::new() }
+    pub(super) fn new(checker: &'c Checker, options: &'c ReadOptions) -> Self {
+        Self { checker, compat: options.compat, options, not_interpreted: Vec::new(), ids: Vec::new() }
     }
 
     pub(super) fn refuse(&self, location: &Location, reason: impl AsRef<str>, remedy: &str) {
@@ -85,10 +105,35 @@ impl<'c> Reader<'c> {
 
     /// Reads a state to be written.
     pub(super) fn state(&self, store: StoreId, given: &LocatedText, writer: Writer) -> Option<StateText> {
-        let state = StateText::new(&given.text);
+        let state = self.state_text(given)?;
         let checked = check_state(store, &state, writer, self.compat);
         self.checker.accept(&given.location, checked, "")?;
         Some(state)
+    }
+
+    /// The text as a state, or the bulbs that are on by their positions, as in `on;off;off`.
+    fn state_text(&self, given: &LocatedText) -> Option<StateText> {
+        let Some(statuses) = statuses(&given.text).filter(|_| self.compat == Compat::Improved) else {
+            return Some(StateText::new(&given.text));
+        };
+        let order = &self.options.bulb_order;
+        if order.len() != statuses.len() {
+            let known = if order.is_empty() {
+                "the order of the bulbs is not known".to_owned()
+            } else {
+                format!("the order of the bulbs has {}", order.len())
+            };
+            let reason = format!("the state {:?} has {} positions, but {known}", given.text, statuses.len());
+            let remedy = "give the order of the bulbs: --bulb-order red,yellow,green, or bulb_order in [traffic_lights]";
+            self.refuse(&given.location, reason, remedy);
+            return None;
+        }
+        let lit =
+            order.iter().zip(statuses).filter_map(|(bulb, status)| Some(Bulb { status: status?, ..*bulb }));
+        let lit = lit.map(|Bulb { color, status, shape }| {
+            format!("{} {} {}", color.name(), status.name(), shape.name())
+        });
+        Some(StateText::new(&lit.collect::<Vec<_>>().join(", ")))
     }
 
     /// Reads a target and the state that is written to it.
@@ -107,7 +152,10 @@ impl<'c> Reader<'c> {
         if given.text.is_empty() || given.text == "none" {
             return Some(Test::State { target, state: None, exact });
         }
-        let state = StateText::new(&given.text);
+        let state = self.state_text(given)?;
+        if state.text.is_empty() {
+            return Some(Test::State { target, state: None, exact });
+        }
         if let Some(mistake) = state.mistake.as_ref().filter(|_| self.compat == Compat::Improved) {
             self.refuse(&given.location, format!("state {:?}: {mistake}", given.text), "");
             return None;
@@ -213,6 +261,18 @@ impl<'c> Reader<'c> {
         }
         Some((ControllerIndex(index), phase.text.clone()))
     }
+}
+
+/// The statuses of the bulbs by position in ASAM's notation, `None` for one that is off; `None` for another text.
+fn statuses(text: &str) -> Option<Vec<Option<Status>>> {
+    let is_asam = text.contains(';') || ["on", "off"].contains(&text.trim());
+    let status = |part: &str| match part.trim() {
+        "on" => Some(Some(Status::SolidOn)),
+        "flashing" => Some(Some(Status::Flashing)),
+        "off" => Some(None),
+        _ => None,
+    };
+    text.split(';').map(status).collect::<Option<_>>().filter(|_| is_asam)
 }
 
 /// Names as a remedy, `there are a, b`, cut after 20.

@@ -11,6 +11,8 @@ const F: f64 = 1.0 / 298.257_223_563;
 pub(super) const UTM_SCALE: f64 = 0.9996;
 /// Easting of that meridian, metres.
 const UTM_EASTING_M: f64 = 500_000.0;
+/// Side of a square of the military grid, metres.
+const SQUARE_M: f64 = 1e5;
 /// Greatest distance from its meridian at which the projection is used, degrees.
 const MAX_WIDTH_DEG: f64 = 45.0;
 
@@ -133,9 +135,17 @@ impl MgrsSquare {
         let row = position("ABCDEFGHJKLMNPQRSTUV", row)? - if zone.is_multiple_of(2) { 5.0 } else { 0.0 };
         Some(Self {
             meridian_deg: f64::from(zone) * 6.0 - 183.0,
-            easting_m: (column + 1.0) * 1e5,
-            northing_m: row * 1e5,
+            easting_m: (column + 1.0) * SQUARE_M,
+            northing_m: row * SQUARE_M,
         })
+    }
+
+    /// The square in which a position is. `None` for a position that is not on earth.
+    pub(super) fn around(position: Geo) -> Option<Self> {
+        let meridian_deg = utm_meridian_deg(position);
+        let [x, y] = transverse_mercator(position, meridian_deg, UTM_SCALE)?;
+        let edge = |metres: f64| (metres / SQUARE_M).floor() * SQUARE_M;
+        Some(Self { meridian_deg, easting_m: edge(x + UTM_EASTING_M), northing_m: edge(y) })
     }
 
     /// x and y from the south-western corner, metres; beyond the square's edges it goes on. `None`

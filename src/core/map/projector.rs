@@ -1,6 +1,7 @@
 //! The projection of a map's coordinates: Autoware's `map_projector_info.yaml`
 //! (docs/spec/turn-signal-decider.md, "Map facts").
 
+use super::osm::Osm;
 use super::projection::{UTM_SCALE, east_north_up, transverse_mercator, utm_meridian_deg};
 
 mod info;
@@ -30,6 +31,12 @@ pub enum Projector {
 }
 
 impl Projector {
+    /// The military grid's square in which the first node with a position is; `None` when no node has one.
+    pub fn mgrs_around(osm: &Osm) -> Option<Self> {
+        let [latitude_deg, longitude_deg] = osm.nodes.all().iter().find_map(|node| node.geo_deg)?;
+        MgrsSquare::around(Geo { latitude_deg, longitude_deg, altitude_m: 0.0 }).map(Self::Mgrs)
+    }
+
     /// x, y and z of a node in the map frame, metres. `None` where the projection does not reach, and
     /// always for [`Self::Local`].
     pub fn project(&self, position: Geo) -> Option<[f64; 3]> {

@@ -5,6 +5,8 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use strsim::damerau_levenshtein;
+
 use super::quirks::UpstreamQuirks;
 use super::scenario::{Action, Controller, ControllerIndex, StateText};
 use super::signal_id::{SignalIdError, parse_id};
@@ -18,6 +20,11 @@ mod tests;
 /// Rates at which the V2I topics can be published, Hz.
 pub const RATES_HZ: RangeInclusive<f64> = 0.001..=1000.0;
 
+/// The number of letters by which the name of a command may be mistyped.
+const MAX_TYPOS: usize = 2;
+/// Length of the longest name that can be a mistyped command, bytes.
+const MAX_NAME: usize = 80;
+
 /// The reason why a text is not an action. Texts of the command are cut when they are very long.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CommandError {
@@ -25,6 +32,15 @@ pub enum CommandError {
     /// somebody else, or lacks its `@v1`.
     #[error("`{0}` is not a command for traffic lights; commands are {known}", known = commands())]
     NotOurs(String),
+    /// The text before the first blank or parenthesis is nearly the name of one of these commands. Upstream mode takes
+    /// it for somebody else's.
+    #[error("`{found}` is not a command; `{known}` is")]
+    NearMiss {
+        /// The name in the text.
+        found: String,
+        /// The name of the command.
+        known: &'static str,
+    },
     /// Parentheses, commas or quotes are wrong.
     #[error("column {column}: {kind}")]
     Form {
@@ -113,7 +129,11 @@ pub fn parse_command(
     let command = text.trim_start_matches(is_blank);
     let (name, rest) = command.split_at(command.find(|c| c == '(' || is_blank(c)).unwrap_or(command.len()));
     let found = COMMANDS.into_iter().find(|(known, _)| *known == name);
-    let (name, command) = found.ok_or_else(|| CommandError::NotOurs(printable(name)))?;
+    let (name, command) =
+        found.ok_or_else(|| match nearest(name).filter(|_| !quirks.finds_mistakes_late) {
+            Some(known) => CommandError::NearMiss { found: printable(name), known },
+            None => CommandError::NotOurs(printable(name)),
+        })?;
     let arguments = arguments(rest).map_err(|(kind, rest)| {
         let before = text.chars().count() - rest.chars().count();
         CommandError::Form { column: before + 1, kind }
@@ -165,6 +185,16 @@ const COMMANDS: [(&str, Command); 9] = [
     ("exitSuccess", Command::ExitSuccess),
     ("exitFailure", Command::ExitFailure),
 ];
+
+/// The command whose name differs by its version, by capitals, or by a few letters.
+fn nearest(name: &str) -> Option<&'static str> {
+    let plain = |name: &str| name.split('@').next().unwrap_or_default().to_lowercase();
+    // A long text is not compared: that takes time with the square of its length.
+    let given = Some(plain(name)).filter(|given| given.len() <= MAX_NAME)?;
+    let distance =
+        |(known, _): &(&'static str, Command)| (damerau_levenshtein(&given, &plain(known)), *known);
+    COMMANDS.iter().map(distance).filter(|(distance, _)| *distance <= MAX_TYPOS).min().map(|(_, known)| known)
+}
 
 fn set_v2i_state(
     id: &str,

@@ -112,8 +112,14 @@ fn predict(
     found: &mut ByHead,
 ) -> Result<(), Refusal> {
     let mut known = BTreeMap::new();
-    for visited in controller.phases.iter().cycle().skip(phase + 1).take(PHASES_AHEAD) {
-        known.extend(states(visited, lights)?);
+    let mut phases = controller.phases.iter().cycle().skip(phase);
+    let mut left = phases.next().map(|phase| states(phase, lights)).transpose()?.unwrap_or_default();
+    for visited in phases.take(PHASES_AHEAD) {
+        let entered = states(visited, lights)?;
+        // Leaving a phase clears what it names.
+        known.extend(left.keys().map(|head| (*head, BulbSet::EMPTY)));
+        known.extend(entered.iter().map(|(head, bulbs)| (*head, *bulbs)));
+        left = entered;
         for (head, bulbs) in &known {
             add(found.entry(*head).or_default(), start.after(offset), bulbs.iter());
         }

@@ -51,6 +51,11 @@ pub struct UpstreamQuirks {
     pub slips_by_frames: bool,
     /// Clearing a detection forgets its confidence ("Clearing").
     pub clears_confidence: bool,
+    /// A state of a storyboard element holds from the first time that it is reached, and every element has been
+    /// standing by (Q22, "Conditions and triggers").
+    pub remembers_element_states: bool,
+    /// An event whose trigger holds is executed as often as it may be within one frame (Q23, "Acts and events").
+    pub repeats_events_at_once: bool,
     /// Enabling V2I does not copy the present state ("Copying to V2I").
     pub enables_without_copy: bool,
     /// A follower whose delay is over enters its first phase even if its cycle has reached it already
@@ -84,6 +89,8 @@ impl From<Compat> for UpstreamQuirks {
             finds_mistakes_late: upstream,
             slips_by_frames: upstream,
             clears_confidence: upstream,
+            remembers_element_states: upstream,
+            repeats_events_at_once: upstream,
             enables_without_copy: upstream,
             repeats_first_phase: upstream,
             predicts_after_end: upstream,

@@ -141,6 +141,8 @@ pub enum Edge {
     Falling,
     /// A change in either direction.
     RisingOrFalling,
+    /// The value itself, which stays true once it was true: an extension of upstream.
+    Sticky,
 }
 
 /// The test of a condition.

@@ -135,13 +135,16 @@ impl ActTriggers {
         }
         for (event, (trigger, planned)) in self.events.iter_mut().zip(&act.events).enumerate() {
             board.now.position += 1;
-            if board.acts[index].events[event].0.state == RunState::Standby
+            while board.acts[index].events[event].0.state == RunState::Standby
                 && fires(trigger, planned.start.as_ref(), board, scenario, scenario_state)? != Some(false)
             {
                 execute((index, event), planned, board, scenario, scenario_state)?;
-            }
-            if scenario_state.verdict.is_some() {
-                return Ok(());
+                if scenario_state.verdict.is_some() {
+                    return Ok(());
+                }
+                if !scenario_state.quirks.repeats_events_at_once {
+                    break;
+                }
             }
         }
         let ActProgress { progress, events } = &mut board.acts[index];
@@ -184,19 +187,24 @@ fn fires(
     scenario_state: &mut ScenarioState,
 ) -> Result<Option<bool>, Refusal> {
     let (Some(state), Some(trigger)) = (state, trigger) else { return Ok(None) };
-    let element = |name: &str, state| board.element_is(scenario, name, state);
+    let remembers = scenario_state.quirks.remembers_element_states;
+    let element = |name: &str, state| board.element_is(scenario, name, state, remembers);
     state.fires(trigger, scenario, scenario_state, element).map(Some)
 }
 
 impl Board {
-    /// Returns whether an element of that name is in a state. An action has the state of its event.
-    fn element_is(&self, scenario: &Scenario, name: &str, state: ElementState) -> bool {
+    /// Returns whether an element of that name is in a state, or `remembers` that it was. An action has the state of its
+    /// event.
+    fn element_is(&self, scenario: &Scenario, name: &str, state: ElementState, remembers: bool) -> bool {
+        let is = |progress: &Progress| {
+            if remembers { progress.has_been(state) } else { progress.is(state, self.now) }
+        };
         scenario.acts.iter().zip(&self.acts).any(|(act, run)| {
             let events = act.events.iter().zip(&run.events);
-            act.name == name && run.progress.is(state, self.now)
+            act.name == name && is(&run.progress)
                 || events.into_iter().any(|(event, (progress, _))| {
                     (event.name == name || event.action_names.iter().any(|action| action == name))
-                        && progress.is(state, self.now)
+                        && is(progress)
                 })
         })
     }
@@ -231,6 +239,17 @@ impl Progress {
             ElementState::StartTransition => just(self.started),
             ElementState::EndTransition => just(self.ended),
             ElementState::StopTransition => just(self.stopped),
+        }
+    }
+
+    /// Returns whether it has been in a state at any time.
+    fn has_been(&self, state: ElementState) -> bool {
+        match state {
+            ElementState::Standby => true,
+            ElementState::Running | ElementState::StartTransition => self.started.is_some(),
+            ElementState::Complete => self.state == RunState::Complete,
+            ElementState::EndTransition => self.ended.is_some(),
+            ElementState::StopTransition => self.stopped.is_some(),
         }
     }
 }

@@ -31,6 +31,8 @@ struct ConditionState {
     history: VecDeque<(Moment, bool)>,
     /// The delayed value at the last evaluation.
     previous: Option<bool>,
+    /// True once the delayed value was true.
+    was_true: bool,
 }
 
 impl TriggerState {
@@ -109,11 +111,13 @@ impl ConditionState {
         let (rises, falls) =
             (self.previous == Some(false) && delayed, self.previous == Some(true) && !delayed);
         self.previous = Some(delayed);
+        self.was_true |= delayed;
         match condition.edge {
             Edge::None => delayed,
             Edge::Rising => rises,
             Edge::Falling => falls,
             Edge::RisingOrFalling => rises || falls,
+            Edge::Sticky => self.was_true,
         }
     }
 }
@@ -220,6 +224,7 @@ mod tests {
             (Edge::Rising, "....#..#"),
             (Edge::Falling, "..#...#."),
             (Edge::RisingOrFalling, "..#.#.##"),
+            (Edge::Sticky, "########"),
         ] {
             assert_eq!(run(edge, 0, "##..##.#"), expected, "{edge:?}");
         }
@@ -234,7 +239,7 @@ mod tests {
             Rule::LessThan,
             Rule::LessOrEqual,
         ];
-        let edges = vec![Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling];
+        let edges = vec![Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling, Edge::Sticky];
         (select(rules), 0..20_u64, select(edges), 0..5_u64).prop_map(|(rule, at, edge, delay)| {
             let test = Test::SimulationTime { rule, value: Duration::from_nanos(at) };
             Condition { name: String::new(), test, edge, delay: Duration::from_nanos(delay) }
@@ -264,7 +269,7 @@ mod tests {
 
         #[test]
         fn a_delay_shifts_the_result(values in "[.#]{1,40}", delay in 0..5_usize) {
-            for edge in [Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling] {
+            for edge in [Edge::None, Edge::Rising, Edge::Falling, Edge::RisingOrFalling, Edge::Sticky] {
                 let prompt = run(edge, 0, &values);
                 let late = run(edge, delay as u64, &values);
                 let expected: String = ".".repeat(delay) + &prompt;

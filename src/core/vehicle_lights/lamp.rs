@@ -95,7 +95,7 @@ impl Lamp {
 
     /// Discards every frame, as after a lost link.
     pub fn forget(&mut self) {
-        *self = Self { now: self.now, ..Self::new(self.settings) };
+        *self = Self::new(self.settings);
     }
 
     /// Irregularities of the lamps.

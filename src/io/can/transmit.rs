@@ -110,6 +110,8 @@ fn write(socket: &OwnedFd, bytes: &[u8]) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::net::UnixDatagram;
+
     use super::*;
     use crate::core::can::frame::CanId;
 
@@ -126,5 +128,25 @@ mod tests {
             () = transmitter.lost() => panic!("it was never there"),
             () = tokio::task::yield_now() => {}
         }
+    }
+
+    /// The kernel's errors, of a socket that takes datagrams as a CAN socket takes frames.
+    #[test]
+    fn a_frame_goes_out_whole_or_its_error_is_told() {
+        let (own, other) = UnixDatagram::pair().unwrap();
+        let transmitter = Transmitter::default();
+        *transmitter.target() = Target::Open(own.into());
+        assert_eq!(transmitter.send(&frame()), Ok(()));
+        let mut received = [0; 100];
+        let length = other.recv(&mut received).unwrap();
+        let (sent, sent_length) = wire::bytes(&frame());
+        assert_eq!(received[..length], sent[..sent_length]);
+        let results: Vec<_> =
+            (0..100_000).map(|_| transmitter.send(&frame())).take_while(Result::is_ok).collect();
+        assert!(results.len() < 100_000);
+        assert_eq!(transmitter.send(&frame()), Err(SendFailure::QueueFull));
+        drop(other);
+        assert_eq!(transmitter.send(&frame()), Err(SendFailure::Refused(libc::ECONNREFUSED)));
+        assert!(matches!(*transmitter.target(), Target::Open(_)), "no sign of a lost link");
     }
 }

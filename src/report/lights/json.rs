@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::entry::entry;
 use super::snapshot::{Snapshot, States, time_of};
+use crate::core::time::MonoTime;
 use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::emission::{Element, GroupState, Prediction};
 use crate::core::traffic_light::target::{Channel, Layer, StoreId};
@@ -22,6 +23,11 @@ pub(super) fn object(snapshot: &Snapshot<'_>) -> Value {
         "internal": states.internal.as_ref().map(|groups| list(groups, internal)),
         "external": states.external.as_ref().map(|groups| list(groups, external)),
     })
+}
+
+/// The object of a verdict that is not known.
+pub(super) fn undecided(at: MonoTime, reason: &str) -> Value {
+    json!({ "t": seconds(at), "events": [{ "what": "end", "verdict": "undecided", "reason": reason }] })
 }
 
 fn channels(states: &States, layer: Layer) -> Value {

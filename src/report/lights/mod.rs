@@ -49,6 +49,15 @@ impl LightsWriter {
         }
     }
 
+    /// The line for a verdict that is not known, since the event of this name was left out.
+    pub fn undecided(&self, at: MonoTime, event: &str) -> String {
+        let reason = format!("the event {event:?} would end the scenario and was left out");
+        match self.form {
+            Form::Text => text::line(at, "end", &format!("undecided: {reason}")),
+            Form::Json => json::undecided(at, &reason).to_string(),
+        }
+    }
+
     /// The line for the end of a run whose scenario has not ended; text only.
     pub fn until(&self, at: MonoTime, why: &str) -> Option<String> {
         (self.form == Form::Text).then(|| text::line(at, "until", why))

@@ -18,6 +18,7 @@ use signal_gateway::core::time::{MonoTime, Now, WallStamp};
 use crate::support::clock::at_ns;
 use crate::support::command_vehicle::{DBC, asks, next_origin, next_sample};
 use crate::support::files::MemoryFiles;
+use crate::support::two_lanes;
 
 /// `TurnIndicatorsCommand` of the topic, with this number.
 pub(crate) fn turn(number: u8, stamp: WallStamp) -> CommandInput {
@@ -42,9 +43,8 @@ pub(crate) fn config(command: &str, profile: &str) -> CommandConfig {
 /// Likewise, all of it. `map.osm` is there for a `[turn_signal]` that may follow.
 pub(crate) fn settings(command: &str, profile: &str) -> Settings {
     let gateway = format!("profile = \"bench.toml\"\ncan.body.interface = \"can0\"\n[command]\n{command}\n");
-    let files =
-        MemoryFiles::new([("bench.dbc", DBC), ("map.osm", include_str!("../../maps/crossroads.osm"))]);
-    files.with("gateway.toml", gateway).with("bench.toml", profile).settings()
+    let files = MemoryFiles::new([("bench.dbc", DBC), ("bench.toml", profile)]);
+    files.with("gateway.toml", gateway).with("map.osm", two_lanes::osm([0, 60, 80, 200])).settings()
 }
 
 /// A flow on its bus, and all frames it has sent.

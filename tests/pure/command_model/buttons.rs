@@ -96,12 +96,27 @@ fn a_wish_shorter_than_the_report_takes_leaves_no_lights_on() {
 }
 
 #[test]
+fn a_button_that_works_at_the_last_attempt_has_not_failed() {
+    let mut day = Day::new();
+    day.works = false;
+    day.run(0, 500, 2);
+    day.works = true;
+    day.run(500, 2_000, 2);
+    assert_eq!((day.presses.as_slice(), day.lit), ([0, 800].as_slice(), true));
+    assert_eq!(day.bench.said()[1].0, Level::Ok);
+}
+
+#[test]
 fn a_button_that_does_nothing_is_given_up_and_told() {
     let mut day = Day::new();
     day.works = false;
-    day.run(0, 5_000, 2);
+    day.run(0, 2_000, 2);
+    let given_up = (Level::Error, "no response to the hazard button".to_owned());
+    assert_eq!(day.bench.said()[1], given_up);
+    day.run(2_000, 5_000, 2);
     assert_eq!(day.presses, [0, 800]);
-    assert_eq!(day.bench.said()[1].0, Level::Error);
+    let mismatch = "commanded on, but the vehicle reports off".to_owned();
+    assert_eq!(day.bench.said()[1], (Level::Error, mismatch));
     assert!(!day.down);
 }
 

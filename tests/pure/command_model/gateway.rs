@@ -13,6 +13,7 @@ use signal_gateway::core::turn_signal::planner_input::PlannerInput;
 use signal_gateway::core::turn_signal::signal::Hazard;
 
 use crate::pure::command_model::bench::{self, settings};
+use crate::pure::turn_signal_cases::bench::route;
 use crate::support::clock::{MS, at_ms};
 use crate::support::command_vehicle::{PROFILE, asks};
 use crate::support::virtual_gateway::VirtualGateway;
@@ -225,4 +226,29 @@ fn where_the_decider_is_the_source_it_alone_commands_the_turn_and_may_ask_for_ha
     assert_eq!(desk.asked(), "any turn");
     desk.drive(200, 0, &[(mode, AUTONOMOUS), (hazard, ON)]);
     assert_eq!(desk.asked(), "hazard, any turn");
+}
+
+/// Twenty metres before a turn to the left; then nothing of the localisation for longer than its limit, but for
+/// shorter than the limit of a command, which the last one outlasts.
+#[test]
+fn a_gap_of_the_odometry_commands_no_off() {
+    let keys = "tx = \"on\"\nsource = \"decider\"\n[turn_signal]\nenabled = true\nmap = \"map.osm\"";
+    let mut desk = VirtualGateway::new(settings(keys, PROFILE).gateway);
+    desk.handle(route(1, &[1, 2, 3]));
+    let mut stay = |ms: u64, state: u8, is_located: bool| {
+        let before = desk.sent().len();
+        for _ in 0..ms / 100 {
+            if is_located {
+                desk.odometry(36.0, 5.0);
+            }
+            desk.drive(100, state, &[(mode, AUTONOMOUS), (hazard, 1)]);
+        }
+        desk.sent()[before..].iter().map(|(_, frame, _)| asks(frame.data())).collect::<Vec<_>>()
+    };
+    assert_eq!(stay(300, 0, true).last(), Some(&"left"));
+    let mut requests = stay(1_000, 1, true);
+    requests.extend(stay(700, 1, false));
+    requests.extend(stay(1_000, 1, true));
+    requests.dedup();
+    assert_eq!(requests, ["left"]);
 }

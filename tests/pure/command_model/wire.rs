@@ -63,8 +63,9 @@ fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
         }
         for frame in bench.settle() {
             if (1_000..1_180).contains(&ms) {
+                let failure = [SendFailure::QueueFull, SendFailure::Refused(100)][failed % 2];
                 failed += 1;
-                bench.take(CommandInput::SendFailed { frame, failure: SendFailure::QueueFull });
+                bench.take(CommandInput::SendFailed { frame, failure });
             } else {
                 wire.push((ms, frame.frame().data()[6] & 15));
             }
@@ -82,7 +83,7 @@ fn a_frame_that_was_not_sent_leaves_no_gap_and_is_sent_again() {
     assert!(wire.iter().any(|(ms, _)| (1_180..1_200).contains(ms)), "at once when there is room");
     assert_eq!(bench.said()[2].0, Level::Ok);
     let (_, counts) = bench.flow.send_counts().next().unwrap();
-    assert_eq!((counts.queue_full, counts.sent), (14, u64::try_from(wire.len()).unwrap()));
+    assert_eq!((counts.queue_full, counts.refused, counts.sent), (7, 7, u64::try_from(wire.len()).unwrap()));
 }
 
 #[test]

@@ -101,6 +101,9 @@ fn each_press_of_the_button_toggles_the_hazard_lights() {
     let lights = format!(
         "[message.PANEL]\ntimeout_ms = 500\n[turn]\nfitted = false\n[hazard]\nfrom = \"button\"\n{button}"
     );
+    let mut seldom = car(&lights);
+    seldom.frames(PANEL, 300, 0..1500, |_| 0);
+    assert_eq!(seldom.hazard_reports(), [(1000, "DISABLE")], "observed for a second, between two frames");
     let mut car = car(&lights);
     car.frame(PANEL, 0, 0);
     let text = "unknown: observing PANEL.BUTTON, which may have been pressed before";

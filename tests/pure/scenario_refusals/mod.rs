@@ -1,5 +1,6 @@
 //! Scenario files: refusals with their locations and texts, accepted files, and parts that are left out.
 
+mod as_users_write;
 mod garbled;
 mod hostile;
 mod open_scenario;

@@ -71,7 +71,7 @@ fn controllers_and_phases_that_cannot_run_are_refused() {
         (r#"<TrafficSignalController name="B">@@<Phase duration="1"/></TrafficSignalController>"#, "/Phase", "name is missing", "requires it"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duratoin="@@1"/></TrafficSignalController>"#, "Phase/@duratoin", "no attribute duratoin", "correct"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@$q"/></TrafficSignalController>"#, "Phase/@duration", "no parameter is called q", "there are p"),
-        (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@${$p + 1}"/></TrafficSignalController>"#, "Phase/@duration", "is an expression", "nothing is computed"),
+        (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@${$p + red}"/></TrafficSignalController>"#, "Phase/@duration", "is not an expression of numbers", "correct the expression"),
         (r#"<TrafficSignalController name="B"><Phase name="p" duration="@@$(var t)"/></TrafficSignalController>"#, "Phase/@duration", "launch system", "its value"),
     ];
     refused(rows, |part| document(part, ""));

@@ -302,7 +302,12 @@ fn t14_variants() {
             "4Y+R,10G,14Y+R,20G",
             "4Y+R,10G,14Y+R,20G",
         ),
-        ("p2 without states", vec![green, ("p2", "2", ""), red], "6R,12G,16G,18R,24G", "6R,12G,16G,18R,24G"),
+        (
+            "p2 without states",
+            vec![green, ("p2", "2", ""), red],
+            "4{},6R,12G,16{},18R,24G",
+            "6R,12G,16G,18R,24G",
+        ),
         ("p3 endless", vec![green, ("p2", "2", "21 v2i=yellow"), ("p3", "inf", "21 v2i=red")], "4Y,6R", ""),
         (
             "one phase",

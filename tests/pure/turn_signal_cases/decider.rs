@@ -143,6 +143,22 @@ fn the_next_deadline_is_when_an_input_turns_old() {
     assert_eq!(decider.decide(&inputs(fresh, &road, &route), due).turn, Signal::NoCommand);
 }
 
+/// The minimum gap would follow on an end: off, though the turn goes on.
+#[test]
+fn a_gap_of_the_odometry_does_not_end_a_signal() {
+    let (road, route) = (consecutive_turn(), route_of(1, &ROUTE));
+    let mut decider = decider(Improved);
+    let mut decide = |measured_ms, ms| {
+        let after = |ms| START.after(Duration::from_millis(ms));
+        let odometry = odometry(45.0, 101.5, 0.0, 3.0, after(measured_ms));
+        let decision = decider.decide(&inputs(odometry, &road, &route), after(ms));
+        (decision.turn, decision.held)
+    };
+    assert_eq!(decide(0, 0), (Signal::Right, None));
+    assert_eq!(decide(0, 501), (Signal::NoCommand, None));
+    assert_eq!(decide(600, 600), (Signal::Right, None));
+}
+
 fn change(end: Pose) -> Manoeuvre {
     Manoeuvre::LaneChange(lane_change(Side::Left, None, Some(end)))
 }

@@ -4,23 +4,27 @@ mod arbiter;
 mod faults;
 mod topics;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::config::files::Files;
 use crate::config::map::read_lights;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
-use crate::config::scenario::{self, NotInterpreted, ScenarioFile};
+use crate::config::reading::value::{Entry, Value};
+use crate::config::scenario::{self, NotInterpreted, ReadOptions, ScenarioFile};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{LampSource, LightMap};
 use crate::core::traffic_light::architecture::{Architecture, LightsType};
+use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::command::RATES_HZ;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::flow::FlowSettings;
 use crate::core::traffic_light::periodic_timer::Rate;
 use crate::core::traffic_light::target::StoreId;
+use crate::core::traffic_light::text::parse_bulb;
 use faults::faults;
 pub use topics::LightsOutput;
 use topics::{inputs, outputs};
@@ -99,8 +103,31 @@ fn topics(outputs: &[LightsOutput]) -> BTreeSet<LightsTopic> {
 }
 
 fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Option<ScenarioFile> {
+    let options = ReadOptions { compat, packages: packages(fields), bulb_order: bulb_order(fields) };
     let path = fields.path("scenario")?;
-    scenario::read(files, &path, compat).map_err(|refused| fields.checker.adopt(refused.0)).ok()
+    scenario::read(files, &path, options).map_err(|refused| fields.checker.adopt(refused.0)).ok()
+}
+
+/// The folders of packages by name, relative to this file.
+fn packages(fields: &Fields<'_>) -> BTreeMap<String, PathBuf> {
+    let entries =
+        fields.entries("packages", "give the folder of each package: packages = { name = \"folder\" }");
+    let folder = |entry: &Entry| {
+        let folder = fields.checker.text(&entry.value)?;
+        Some((entry.key.clone(), fields.checker.beside(&folder.text)))
+    };
+    entries.iter().filter_map(folder).collect()
+}
+
+/// The bulbs of a light by position.
+fn bulb_order(fields: &Fields<'_>) -> Vec<Bulb> {
+    let values = fields
+        .list("bulb_order", "give the bulbs by position: bulb_order = [\"red\", \"yellow\", \"green\"]");
+    let bulb = |value: &Value| {
+        let given = fields.checker.text(value)?;
+        fields.checker.accept(&given.location, parse_bulb(&given.text), "")
+    };
+    values.iter().filter_map(bulb).collect()
 }
 
 /// Reads the map that is named here, else the scenario's own map or groups.

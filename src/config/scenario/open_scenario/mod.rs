@@ -3,6 +3,7 @@
 mod action;
 mod document;
 mod draft;
+mod expression;
 mod leftovers;
 mod network;
 mod parameters;
@@ -39,15 +40,15 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
     if let Some(header) = root.child("FileHeader") {
         header.mark_all_interpreted(); // It has no effect.
     }
-    let mut document =
-        Document { reader, parameters: Parameters::default(), controllers: Vec::new(), references: 0 };
+    let parameters = Parameters::new(reader.options.packages.clone());
+    let mut document = Document { reader, parameters, controllers: Vec::new(), references: 0 };
     document.enter(root);
     if let Some(network) = network {
         file.map = document.map(network);
         document.controllers(network);
     }
     if let Some(storyboard) = storyboard {
-        document.storyboard(storyboard, &mut file.scenario);
+        file.left_out_verdict = document.storyboard(storyboard, &mut file.scenario);
     }
     file.scenario.controllers = document.controllers;
     leftovers::list(root, reader);

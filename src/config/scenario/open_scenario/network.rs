@@ -9,17 +9,19 @@ use crate::core::traffic_light::scenario::PhaseEntry;
 use crate::core::traffic_light::state_check::Writer;
 
 impl Document<'_, '_> {
-    /// The map, unless its path needs the launch system.
+    /// The map, unless its path needs a launch system that is not here.
     pub(super) fn map(&mut self, network: &Element) -> Option<PathBuf> {
         let logic = network.child("LogicFile")?;
         let attribute = logic.attribute("filepath").or_else(|| logic.attribute("filePath"))?;
-        if attribute.value.contains("$(") {
-            let what = "the map's path is put together by the launch system";
-            self.reader.leave_out(&attribute.location, what);
+        if attribute.value.contains("$(")
+            && let Err((reason, remedy)) = self.parameters.value(&attribute.value)
+        {
+            self.reader.leave_out(&attribute.location, &format!("{reason}; {remedy}"));
             return None;
         }
         let named = self.given(logic, &attribute.name)?.text;
-        (!named.is_empty()).then(|| self.reader.beside(&named))
+        let is_in_package = attribute.value.contains("$(");
+        (!named.is_empty()).then(|| if is_in_package { named.into() } else { self.reader.beside(&named) })
     }
 
     /// The controllers, with their references resolved.
@@ -45,6 +47,8 @@ impl Document<'_, '_> {
             Some(given) => self.reader.phase_seconds(&given),
             None => Some(f64::INFINITY),
         };
+        // Generators write it, and upstream does not read it.
+        let _ = element.attribute("semantics");
         self.no_others(element);
         let entries = element.all("TrafficSignalState").filter_map(|state| self.entry(state)).collect();
         Some(PhaseDraft { name: name?, seconds: seconds?, entries })

@@ -1,16 +1,28 @@
 //! Parameters and references to them.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use super::super::reader::listed;
+use super::expression::compute;
+
+/// The substitutions of a launch system that name the folder of a package.
+const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
 /// The declared parameters, those of the innermost scope last.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
     scopes: Vec<BTreeMap<String, String>>,
+    /// The folders of packages by name, for `$(find-pkg-share NAME)`.
+    packages: BTreeMap<String, PathBuf>,
 }
 
 impl Parameters {
+    /// No parameters yet; `packages` are the folders of packages by name.
+    pub(super) fn new(packages: BTreeMap<String, PathBuf>) -> Self {
+        Self { scopes: Vec::new(), packages }
+    }
+
     /// Opens a scope; [`Self::leave`] closes it.
     pub(super) fn enter(&mut self) {
         self.scopes.push(BTreeMap::new());
@@ -28,32 +40,72 @@ impl Parameters {
         }
     }
 
-    /// The text itself, or the value of the parameter it refers to: `$name`, `${name}`, `${$name}`.
+    /// The text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a parameter,
+    /// `${$name * 2}` is computed, and `$(find-pkg-share NAME)` is the folder of a package.
     ///
     /// # Errors
     /// The reason and the remedy.
     pub(super) fn value(&self, text: &str) -> Result<String, (String, String)> {
+        if text.contains("$(") {
+            return self.with_packages(text);
+        }
         let Some(reference) = text.strip_prefix('$') else { return Ok(text.to_owned()) };
-        if reference.starts_with('(') {
-            let reason = "`$(…)` is replaced by the launch system";
-            return Err((reason.to_owned(), "write its value".to_owned()));
-        }
-        let inner = reference.strip_prefix('{').and_then(|inner| inner.strip_suffix('}'));
-        let name = inner.map_or(reference, str::trim);
+        let inner = reference.strip_prefix('{').and_then(|inner| inner.strip_suffix('}')).map(str::trim);
+        let name = inner.unwrap_or(reference);
         let name = name.strip_prefix('$').unwrap_or(name);
-        if let Some(value) = self.scopes.iter().rev().find_map(|scope| scope.get(name)) {
-            return Ok(value.clone());
+        match inner {
+            Some(expression) if !is_name(name) => self.computed(expression),
+            Some(_) | None => self.parameter(name).cloned(),
         }
-        let is_name = |char: char| char.is_alphanumeric() || char == '_' || char == '-';
-        if name.is_empty() || !name.chars().all(is_name) {
-            return Err((
-                format!("{text:?} is an expression"),
-                "write its value: nothing is computed".into(),
-            ));
-        }
-        let known = listed(self.scopes.iter().flat_map(BTreeMap::keys).map(String::as_str));
-        Err((format!("no parameter is called {name}"), known))
     }
+
+    fn parameter(&self, name: &str) -> Result<&String, (String, String)> {
+        self.scopes.iter().rev().find_map(|scope| scope.get(name)).ok_or_else(|| {
+            let known = listed(self.scopes.iter().flat_map(BTreeMap::keys).map(String::as_str));
+            (format!("no parameter is called {name}"), known)
+        })
+    }
+
+    fn computed(&self, expression: &str) -> Result<String, (String, String)> {
+        let mut parts = expression.split('$');
+        let mut numbers = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let end = part.find(|char| !is_in_name(char)).unwrap_or(part.len());
+            let (name, after) = part.split_at(end);
+            // In parentheses, since it may be negative.
+            numbers.extend(["(", self.parameter(name)?, ")", after]);
+        }
+        compute(&numbers).map_err(|reason| (reason, "correct the expression, or write its value".to_owned()))
+    }
+
+    fn with_packages(&self, text: &str) -> Result<String, (String, String)> {
+        let mut parts = text.split("$(");
+        let mut replaced = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let (substitution, after) = part.split_once(')').unwrap_or((part, ""));
+            let name = PACKAGE_SUBSTITUTIONS.iter().find_map(|prefix| substitution.strip_prefix(prefix));
+            let Some(name) = name.map(str::trim) else {
+                let reason = format!("`$({substitution})` is replaced by the launch system");
+                return Err((reason, "write its value".to_owned()));
+            };
+            let Some(folder) = self.packages.get(name) else {
+                let remedy = format!("give it with --package {name}=FOLDER, or write the path");
+                return Err((format!("the folder of the package {name} is not known"), remedy));
+            };
+            replaced.push_str(&folder.display().to_string());
+            replaced.push_str(after);
+        }
+        Ok(replaced)
+    }
+}
+
+fn is_in_name(char: char) -> bool {
+    char.is_alphanumeric() || char == '_' || char == '-'
+}
+
+/// Returns whether the text between the braces is a name. `a-b` is one, and computed when it stands behind `$`.
+fn is_name(text: &str) -> bool {
+    text.starts_with(|char: char| char.is_alphabetic() || char == '_') && text.chars().all(is_in_name)
 }
 
 #[cfg(test)]
@@ -63,13 +115,38 @@ mod tests {
     #[test]
     fn a_reference_is_the_value_of_the_innermost_scope() {
         let scope = |value: &str| BTreeMap::from([("light".to_owned(), value.to_owned())]);
-        let parameters = Parameters { scopes: vec![scope("1"), scope("2")] };
+        let parameters = Parameters { scopes: vec![scope("1"), scope("2")], ..Parameters::default() };
         for text in ["$light", "${light}", "${ $light }", "2"] {
             assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
         }
         let refused = |text| parameters.value(text).unwrap_err();
         assert_eq!(refused("$dark"), ("no parameter is called dark".into(), "there are light, light".into()));
-        assert!(refused("${$light + 1}").0.contains("is an expression"));
-        assert!(refused("$(find-pkg-share x)").0.contains("launch system"));
+        assert!(refused("$(var light)").0.contains("launch system"));
+    }
+
+    #[test]
+    fn an_expression_of_parameters_is_computed() {
+        let scope = [("way", "34802"), ("step", "-2"), ("color", "red")];
+        let scope = scope.map(|(name, value)| (name.to_owned(), value.to_owned())).into();
+        let parameters = Parameters { scopes: vec![scope], ..Parameters::default() };
+        for (text, value) in
+            [("${$way + 1}", "34803"), ("${$way - $step}", "34804"), ("${ 2.5 * 2 }", "5"), ("${7}", "7")]
+        {
+            assert_eq!(parameters.value(text).as_deref(), Ok(value), "{text}");
+        }
+        assert!(parameters.value("${$color + 1}").unwrap_err().0.contains("is not an expression"));
+        assert_eq!(parameters.value("${$wax + 1}").unwrap_err().0, "no parameter is called wax");
+    }
+
+    #[test]
+    fn a_package_is_replaced_by_its_folder() {
+        let packages = BTreeMap::from([("town".to_owned(), PathBuf::from("/maps/town"))]);
+        let parameters = Parameters::new(packages);
+        for text in ["$(find-pkg-share town)/map.osm", "$(ros2 pkg prefix --share town)/map.osm"] {
+            assert_eq!(parameters.value(text).as_deref(), Ok("/maps/town/map.osm"), "{text}");
+        }
+        let (reason, remedy) = parameters.value("$(find-pkg-share city)/map.osm").unwrap_err();
+        assert_eq!(reason, "the folder of the package city is not known");
+        assert_eq!(remedy, "give it with --package city=FOLDER, or write the path");
     }
 }

@@ -1,7 +1,7 @@
 //! References between elements of the storyboard, and elements that cannot be decided.
 //!
-//! An event is left out when its trigger needs an element that is not interpreted, and so is every event that waits
-//! for it, or for one that does more than set lights.
+//! An event is left out when each group of its trigger needs an element that is not interpreted, and so is every event
+//! that waits for it, or for one that does more than set lights. A group that needs one is never true, and is listed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,8 @@ use super::super::reader::Reader;
 use super::draft::{ActDraft, ConditionDraft, EventDraft, TestDraft, TriggerDraft};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
-use crate::core::traffic_light::scenario::{Act, Condition, Event, Test, Trigger};
+use crate::config::reading::location::Location;
+use crate::core::traffic_light::scenario::{Act, Action, Condition, Event, Test, Trigger};
 
 /// The position of an act, of one of its events, or of one of its actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,20 +35,41 @@ impl At {
     }
 }
 
-/// Returns the acts that can run and the stop trigger, and lists the elements that were left out.
+/// The storyboard with its references resolved.
+pub(super) struct Resolved {
+    /// The acts that can run.
+    pub(super) acts: Vec<Act>,
+    /// The trigger that ends the scenario.
+    pub(super) stop: Option<Trigger>,
+    /// The first event that was left out although it ends the scenario.
+    pub(super) left_out_verdict: Option<String>,
+}
+
+/// Returns what can run, and lists the elements that were left out.
 pub(super) fn resolve(
     reader: &mut Reader<'_>,
     acts: Vec<ActDraft<'_>>,
     stop: Option<(&Element, TriggerDraft)>,
-) -> (Vec<Act>, Option<Trigger>) {
+) -> Resolved {
     let mut board = Board::new(reader, &acts, stop.as_ref().map(|(_, groups)| groups));
     board.leave_out_undecidable(&acts);
-    let stop = stop.map(|(storyboard, groups)| board.stop(reader, storyboard, groups));
+    if let Some((storyboard, groups)) = &stop {
+        board.list_stop(reader, storyboard, groups);
+    }
     let names = names(&acts);
     board.list(reader, &acts);
+    let ends = |event: &EventDraft<'_>| {
+        event
+            .actions
+            .iter()
+            .flat_map(|action| &action.actions)
+            .any(|action| matches!(action, Action::End { .. }))
+    };
+    let verdict = events(&acts).find(|(at, event)| board.is_left_out(*at) && ends(event));
+    let left_out_verdict = verdict.and_then(|(_, event)| event.path.last().cloned());
     let finish = Finish { board: &board, names: &names };
-    let stop = stop.map(|groups| finish.trigger(groups));
-    (finish.acts(acts), stop)
+    let stop = stop.map(|(_, groups)| finish.trigger(groups));
+    Resolved { acts: finish.acts(acts), stop, left_out_verdict }
 }
 
 /// The acts with the references to them.
@@ -95,8 +117,8 @@ impl Board {
         loop {
             let mut found = Vec::new();
             for (at, trigger) in triggers(acts).filter(|(at, _)| !self.is_left_out(*at)) {
-                let reasons = trigger.iter().flatten().filter_map(|condition| self.obstacle(condition));
-                found.extend(reasons.take(1).map(|reason| (at, reason)));
+                let reasons: Option<Vec<_>> = trigger.iter().map(|group| self.obstacle_of(group)).collect();
+                found.extend(reasons.into_iter().flatten().take(1).map(|(reason, _)| (at, reason)));
             }
             if found.is_empty() {
                 return;
@@ -117,41 +139,41 @@ impl Board {
         self.left_out.contains_key(&event) || self.left_out.contains_key(&At { event: None, ..event })
     }
 
-    /// The reason why a condition cannot be decided; `None` when it can be.
-    fn obstacle(&self, condition: &ConditionDraft) -> Option<String> {
+    /// The reason why a group of conditions cannot be decided, and its location; `None` when it can be.
+    fn obstacle_of<'d>(&self, group: &'d [ConditionDraft]) -> Option<(String, &'d Location)> {
+        group.iter().find_map(|condition| self.obstacle(condition))
+    }
+
+    fn obstacle<'d>(&self, condition: &'d ConditionDraft) -> Option<(String, &'d Location)> {
         match &condition.test {
             TestDraft::Ready(_) => None,
             TestDraft::Undecidable { what, location } => {
-                Some(format!("its trigger needs {what} (line {})", location.position.0))
+                Some((format!("its trigger needs {what} (line {})", location.position.0), location))
             }
             TestDraft::Element { number, reference, .. } => {
                 let at = *self.targets.get(number)?;
                 (self.is_left_out(at) || self.partial.contains(&at)).then(|| {
                     let line = reference.location.position.0;
-                    format!(
+                    let reason = format!(
                         "its trigger waits for {:?}, which is not interpreted (line {line})",
                         reference.text
-                    )
+                    );
+                    (reason, &reference.location)
                 })
             }
         }
     }
 
-    /// The groups of the stop trigger that can be decided. The others are never true and are listed.
-    fn stop(&self, reader: &mut Reader<'_>, storyboard: &Element, groups: TriggerDraft) -> TriggerDraft {
-        let elements: Vec<_> =
-            storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup")).collect();
-        let mut decidable = Vec::new();
-        for (group, element) in groups.into_iter().zip(elements) {
-            match group.iter().find_map(|condition| self.obstacle(condition)) {
-                Some(reason) => {
-                    element.mark_all_interpreted();
-                    reader.leave_out(&element.location, &reason);
-                }
-                None => decidable.push(group),
+    /// Lists the groups of the stop trigger that cannot be decided.
+    fn list_stop(&self, reader: &mut Reader<'_>, storyboard: &Element, groups: &TriggerDraft) {
+        let elements =
+            storyboard.child("StopTrigger").into_iter().flat_map(|stop| stop.all("ConditionGroup"));
+        for (group, element) in groups.iter().zip(elements) {
+            if let Some((reason, _)) = self.obstacle_of(group) {
+                element.mark_all_interpreted();
+                reader.leave_out(&element.location, &reason);
             }
         }
-        decidable
     }
 
     fn list(&self, reader: &mut Reader<'_>, acts: &[ActDraft<'_>]) {
@@ -165,6 +187,11 @@ impl Board {
             if !is_within {
                 let name = path.last().map_or("", String::as_str);
                 reader.leave_out(&element.location, &format!("{name:?}: {reason}"));
+            }
+        }
+        for (_, trigger) in triggers(acts).filter(|(at, _)| !self.is_left_out(*at)) {
+            for (reason, location) in trigger.iter().filter_map(|group| self.obstacle_of(group)) {
+                reader.leave_out(location, &format!("this group of conditions is never true: {reason}"));
             }
         }
     }
@@ -311,7 +338,7 @@ impl Finish<'_> {
     }
 
     fn trigger(&self, groups: TriggerDraft) -> Trigger {
-        let groups = groups.into_iter();
+        let groups = groups.into_iter().filter(|group| self.board.obstacle_of(group).is_none());
         let group = |group: Vec<ConditionDraft>| group.into_iter().filter_map(|draft| self.condition(draft));
         Trigger { groups: groups.map(|conditions| group(conditions).collect()).collect() }
     }

@@ -7,8 +7,8 @@ use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::Scenario;
 
 impl Document<'_, '_> {
-    /// Reads the storyboard into the scenario.
-    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) {
+    /// Reads the storyboard into the scenario. Returns the first event that was left out although it ends the scenario.
+    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) -> Option<String> {
         if let Some(actions) = storyboard.child("Init").and_then(|init| init.child("Actions")) {
             scenario.init = self.actions(actions).0;
         }
@@ -23,7 +23,9 @@ impl Document<'_, '_> {
         }
         let stop = self.trigger(storyboard, "StopTrigger");
         let stop = stop.map(|groups| (storyboard, groups));
-        (scenario.acts, scenario.stop) = resolve(self.reader, acts, stop);
+        let resolved = resolve(self.reader, acts, stop);
+        (scenario.acts, scenario.stop) = (resolved.acts, resolved.stop);
+        resolved.left_out_verdict
     }
 
     fn act<'e>(&mut self, act: &'e Element, story: &[String]) -> ActDraft<'e> {

@@ -1,5 +1,5 @@
-//! YAML as elements, the way TIER IV writes OpenSCENARIO: a key with a single value is an attribute,
-//! a key with a table is a child element, a key with a list is that child several times.
+//! YAML as elements, the way TIER IV writes OpenSCENARIO: a key with a single value is an attribute, and so is one in
+//! lower case without a value; a key with a table is a child element, a key with a list is that child several times.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -46,13 +46,15 @@ fn element(text: &Text, name: &str, location: Location, value: &Value) -> Result
 
 fn add(text: &Text, parent: &mut Element, key: &Rc<Key>, entry: &Entry) -> Result<(), Problem> {
     let name = &entry.key;
+    let attribute = |value: &str| Attribute {
+        name: name.clone(),
+        value: value.to_owned(),
+        location: Location { position: entry.value.location.position, key: Key::below(key, "/@", name) },
+        is_interpreted: Cell::new(false),
+    };
     match &entry.value.kind {
-        Kind::Scalar { text, .. } => parent.attributes.push(Attribute {
-            name: name.clone(),
-            value: text.clone(),
-            location: Location { position: entry.value.location.position, key: Key::below(key, "/@", name) },
-            is_interpreted: Cell::new(false),
-        }),
+        Kind::Scalar { text, .. } => parent.attributes.push(attribute(text)),
+        Kind::Null if name.starts_with(char::is_lowercase) => parent.attributes.push(attribute("")),
         Kind::List(items) => {
             for (index, item) in items.iter().enumerate() {
                 let key = Key::numbered(key, name, index + 1);
@@ -97,6 +99,14 @@ mod tests {
         let element = from_values(&yaml, &entries[0]).unwrap();
         assert_eq!(shape(&element), shape(&from_xml(&xml).unwrap()));
         assert_eq!(element.children[1].attributes[0].location.position, (5, 10));
+    }
+
+    #[test]
+    fn a_key_in_lower_case_without_a_value_is_an_empty_attribute() {
+        let yaml = text("A:\n  name:\n  B:\n");
+        let Kind::Map(entries) = from_yaml(&yaml).unwrap().kind else { panic!() };
+        let element = from_values(&yaml, &entries[0]).unwrap();
+        assert_eq!(shape(&element), "(A A name=\"\" A/@name (B A/B ))");
     }
 
     #[test]

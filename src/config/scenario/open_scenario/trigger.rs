@@ -14,6 +14,7 @@ const EDGES: Keywords<Edge> = &[
     ("rising", Edge::Rising),
     ("falling", Edge::Falling),
     ("risingOrFalling", Edge::RisingOrFalling),
+    ("sticky", Edge::Sticky),
 ];
 const RULES: Keywords<Rule> = &[
     ("equalTo", Rule::EqualTo),

@@ -79,6 +79,17 @@ fn a_military_square_begins_in_its_south_western_corner() {
 }
 
 #[test]
+fn the_square_around_a_position_is_the_one_with_its_name() {
+    for (name, position) in [("54SUE", geo(35.68, 139.75, 0.0)), ("56HLH", geo(-33.8688, 151.2093, 0.0))] {
+        let found = MgrsSquare::around(position).unwrap().project(position);
+        assert!(
+            near(found, MgrsSquare::parse(name).unwrap().project(position).unwrap()),
+            "{name}: {found:?}"
+        );
+    }
+}
+
+#[test]
 fn zones_have_their_exceptions() {
     let cases = [
         (35.0, 139.7, 141.0),

@@ -70,12 +70,33 @@ fn every_command_becomes_its_action() {
 fn other_commands_are_not_ours() {
     for (text, name) in [
         ("", ""),
-        ("EnableTrafficSignalV2IFeatureAction(1)", "EnableTrafficSignalV2IFeatureAction"),
-        ("V2ITrafficSignalStateAction@v1(1, red)", "V2ITrafficSignalStateAction@v1"),
+        ("V2ITrafficSignal(1, red)", "V2ITrafficSignal"),
         ("ros2 topic pub \"(", "ros2"),
-        ("exitsuccess", "exitsuccess"),
+        ("exit", "exit"),
     ] {
         assert_eq!(read(text), Err(CommandError::NotOurs(name.to_owned())), "{text}");
+    }
+}
+
+#[test]
+fn a_mistyped_command_is_refused_and_upstream_takes_it_for_another() {
+    for (text, found, known) in [
+        (
+            "EnableTrafficSignalV2IFeatureAction(1)",
+            "EnableTrafficSignalV2IFeatureAction",
+            "EnableTrafficSignalV2IFeatureAction@v1",
+        ),
+        (
+            "V2ITrafficSignalStateAction@v1(1, red)",
+            "V2ITrafficSignalStateAction@v1",
+            "V2ITrafficSignalStateAction",
+        ),
+        ("TraficSignalStateAction(1, red)", "TraficSignalStateAction", "TrafficSignalStateAction"),
+        ("exitsuccess", "exitsuccess", "exitSuccess"),
+    ] {
+        assert_eq!(read(text), Err(CommandError::NearMiss { found: found.to_owned(), known }), "{text}");
+        let upstream = parse_command(text, &[], Compat::Upstream);
+        assert_eq!(upstream, Err(CommandError::NotOurs(found.to_owned())), "{text}");
     }
 }
 

@@ -198,3 +198,32 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn rules_and_rejections_are_texts_with_their_numbers() {
+    let rules = "a length of 8 bytes and a CRC of 8 bits and a counter of 0 to 15 in steps of at most 2";
+    assert_eq!(fca().to_string(), rules);
+    for (reject, text) in [
+        (WrongLength(7), "wrong length: 7 bytes"),
+        (WrongChecksum { stored: 0xA, expected: 0x1F }, "wrong checksum: 0xA, not 0x1F"),
+        (Reject::WrongDataId { stored: 1, expected: 0x20 }, "wrong data ID: 0x1, not 0x20"),
+        (Reject::CounterOutOfRange(16), "counter out of range: 16"),
+        (Initial, "first frame, no counter before it"),
+        (Repeated, "repeated counter"),
+        (WrongSequence { from: 3, to: 1 }, "counter out of sequence: 1 after 3"),
+        (Syncing(2), "counter not in sequence for long enough: 2 more needed"),
+    ] {
+        assert_eq!(reject.to_string(), text);
+    }
+}
+
+#[test]
+fn a_frame_that_ends_before_its_counter_has_the_wrong_length() {
+    let counter = Counter::new(CounterRule::new(0, 15).unwrap(), signal(52, 4)).unwrap();
+    let protection = Protection::Fields { checksum: None, counter: Some(counter) };
+    let rules = MessageIntegrity { length: None, protection, window: None, forget_after: None };
+    let mut checker = IntegrityChecker::new(rules);
+    let mut verdict = |length| checker.check(&frame(&[0; 8][..length]), MonoTime::ZERO);
+    assert_eq!(verdict(6), Rejected(WrongLength(6)));
+    assert_eq!(verdict(7), Rejected(Initial));
+}

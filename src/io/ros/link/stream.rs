@@ -100,3 +100,101 @@ impl Link {
         frame::append(&mut self.outgoing, |bytes| message.encode(bytes))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::message::Order;
+    use super::*;
+
+    fn pair() -> [Link; 2] {
+        let (one, other) = Socket::pair().unwrap();
+        [one, other].map(|socket| Link::new(socket).unwrap())
+    }
+
+    /// A message that no socket takes at once.
+    fn large() -> ToNetwork {
+        ToNetwork::Order(1, Order::Publish(vec![vec![7; 8 * READ_SIZE].into(); 16]))
+    }
+
+    /// True if it is ready while the runtime has looked at its sockets many times.
+    async fn is_ready(link: &Link) -> bool {
+        tokio::select! {
+            biased;
+            ready = link.ready() => ready.is_ok(),
+            () = async { for _ in 0..100 { tokio::task::yield_now().await } } => false,
+        }
+    }
+
+    fn received(link: &mut Link) -> Option<ToNetwork> {
+        let frame = link.next_frame().unwrap()?;
+        Some(ToNetwork::decode(frame).unwrap())
+    }
+
+    #[tokio::test]
+    async fn messages_arrive_in_order_and_nothing_is_there_in_between() {
+        let [mut gateway, mut network] = pair();
+        assert!(!is_ready(&gateway).await && !is_ready(&network).await);
+        network.read().unwrap();
+        assert_eq!(received(&mut network), None);
+        for message in [ToNetwork::Ping(1), ToNetwork::Stop] {
+            assert!(gateway.queue(&message));
+        }
+        assert_eq!(gateway.waiting(), 2 * 4 + 9 + 1);
+        gateway.flush().unwrap();
+        assert_eq!(gateway.waiting(), 0);
+        assert!(is_ready(&network).await);
+        network.read().unwrap();
+        assert_eq!(received(&mut network), Some(ToNetwork::Ping(1)));
+        assert_eq!(received(&mut network), Some(ToNetwork::Stop));
+        assert_eq!(received(&mut network), None);
+        assert!(network.answer(&FromNetwork::Ready));
+        network.flush().unwrap();
+        assert!(is_ready(&gateway).await);
+        gateway.read().unwrap();
+        assert_eq!(gateway.next_frame().map(|frame| frame.map(<[u8]>::len)), Ok(Some(1)));
+    }
+
+    #[tokio::test]
+    async fn what_the_other_end_does_not_take_yet_waits() {
+        let [mut gateway, mut network] = pair();
+        assert!(gateway.queue(&large()));
+        let queued = gateway.waiting();
+        assert!(is_ready(&gateway).await);
+        gateway.flush().unwrap();
+        assert!((1..queued).contains(&gateway.waiting()), "{} of {queued}", gateway.waiting());
+        assert!(!is_ready(&gateway).await, "the socket is full");
+        let mut message = None;
+        for _ in 0..1_000 {
+            assert!(is_ready(&network).await);
+            network.read().unwrap();
+            message = received(&mut network);
+            if message.is_some() {
+                break;
+            }
+            assert!(is_ready(&gateway).await, "there is room again");
+            gateway.flush().unwrap();
+        }
+        assert_eq!((message, gateway.waiting()), (Some(large()), 0));
+        assert!(gateway.outgoing.capacity() <= KEPT);
+    }
+
+    #[tokio::test]
+    async fn a_closed_end_is_an_error_in_both_directions() {
+        let [mut gateway, network] = pair();
+        drop(network);
+        assert!(is_ready(&gateway).await);
+        assert_eq!(gateway.read().map_err(|error| error.kind()), Err(io::ErrorKind::UnexpectedEof));
+        assert!(gateway.queue(&ToNetwork::Stop));
+        assert_eq!(gateway.flush().map_err(|error| error.kind()), Err(io::ErrorKind::BrokenPipe));
+    }
+
+    #[tokio::test]
+    async fn an_end_that_is_closed_before_it_has_read_everything_is_an_error_too() {
+        let [mut gateway, network] = pair();
+        assert!(gateway.queue(&ToNetwork::Stop) && is_ready(&gateway).await);
+        gateway.flush().unwrap();
+        drop(network);
+        assert!(is_ready(&gateway).await);
+        assert_eq!(gateway.read().map_err(|error| error.kind()), Err(io::ErrorKind::ConnectionReset));
+    }
+}

@@ -89,6 +89,9 @@ mod tests {
     fn the_loopback_is_found_and_a_limit_holds() {
         let loopback = IpAddr::V4(Ipv4Addr::LOCALHOST);
         let here = Interfaces::now(&[loopback]).unwrap();
+        assert!(!here.addresses.is_empty());
         assert!(here.addresses.iter().all(|(address, _)| *address == Ipv4Addr::LOCALHOST));
+        let nobodys = IpAddr::V4(Ipv4Addr::new(192, 0, 2, 1));
+        assert_eq!(Interfaces::now(&[nobodys]), Some(Interfaces::default()));
     }
 }

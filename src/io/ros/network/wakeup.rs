@@ -34,10 +34,10 @@ mod tests {
 
     #[tokio::test]
     async fn a_wake_up_before_the_wait_ends_it() {
-        let wakeup = Arc::new(Wakeup::default());
-        let waker = Waker::from(Arc::clone(&wakeup));
-        waker.wake_by_ref();
-        waker.wake();
-        wakeup.arrived().await;
+        for wake in [Waker::wake, |waker: Waker| waker.wake_by_ref()] {
+            let wakeup = Arc::new(Wakeup::default());
+            wake(Waker::from(Arc::clone(&wakeup)));
+            wakeup.arrived().await;
+        }
     }
 }

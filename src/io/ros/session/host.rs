@@ -125,4 +125,19 @@ mod tests {
         });
         assert_eq!(looks.find_map(|end| end), Some(NetworkFailure::Exited(1)));
     }
+
+    #[test]
+    fn a_process_has_memory_of_its_own_until_it_is_killed() {
+        let child = Command::new("cat").stdin(Stdio::piped()).spawn().unwrap();
+        let mut host = Host::Process(child);
+        assert!(
+            host.is_isolated() && host.memory_bytes().is_some_and(|bytes| bytes > 0 && bytes % 1024 == 0)
+        );
+        host.kill();
+        let Host::Process(child) = &mut host else { panic!("it was a process") };
+        child.wait().unwrap();
+        assert_eq!((host.end(), host.memory_bytes()), (Some(NetworkFailure::Signalled(9)), None));
+        let thread = Host::Thread(thread::spawn(|| Ok(())));
+        assert_eq!((thread.is_isolated(), thread.memory_bytes()), (false, None));
+    }
 }

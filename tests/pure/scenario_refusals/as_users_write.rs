@@ -1,0 +1,133 @@
+//! Scenarios as users of upstream and of other simulators write them.
+
+use std::path::Path;
+
+use signal_gateway::config::scenario::{ReadOptions, ScenarioFile, read};
+use signal_gateway::core::compat::Compat;
+use signal_gateway::core::traffic_light::scenario::{Action, Edge, Test};
+use signal_gateway::core::traffic_light::text::parse_bulb;
+
+use super::open_scenario::{A, condition, document, light_action};
+use super::{accepted, read_text, shown};
+use crate::support::files::MemoryFiles;
+
+const AS_UPSTREAM: &str = "\
+OpenSCENARIO:
+  FileHeader: &header { date: '2024' }
+  RoadNetwork:
+    LogicFile:
+      filepath: $(find-pkg-share town)/map
+    TrafficSignals:
+      TrafficSignalController:
+      - name:
+        Phase:
+        - &phase
+          name: go
+          semantics: go
+          duration: ${ $p * 2 }
+          TrafficSignalState: [{ trafficSignalId: '21', state: green }]
+        - <<: *phase
+          name: stop
+  ParameterDeclarations:
+    ParameterDeclaration: [{ name: p, parameterType: double, value: '2.5' }]
+";
+
+fn with(options: ReadOptions, name: &str, text: &str) -> Result<ScenarioFile, String> {
+    let files = MemoryFiles::new([(name, text.as_bytes())]);
+    read(&files, Path::new(name), options).map_err(|refused| shown(&refused.0))
+}
+
+#[test]
+fn yaml_with_merge_keys_empty_names_expressions_and_packages_is_read() {
+    let packages = [("town".to_owned(), "maps/town".into())].into();
+    let file = with(ReadOptions { packages, ..ReadOptions::default() }, "s.yaml", AS_UPSTREAM).unwrap();
+    assert_eq!(file.map.as_deref(), Some(Path::new("maps/town/map")));
+    let [controller] = file.scenario.controllers.as_slice() else { panic!() };
+    let phases: Vec<_> =
+        controller.phases.iter().map(|phase| (phase.name.as_str(), phase.duration)).collect();
+    let five_seconds = Some(std::time::Duration::from_secs(5));
+    assert_eq!(
+        (controller.name.as_str(), phases.as_slice()),
+        ("", [("go", five_seconds), ("stop", five_seconds)].as_slice())
+    );
+    assert_eq!(controller.phases[0].entries, controller.phases[1].entries);
+    let without = accepted(Compat::Improved, "s.yaml", AS_UPSTREAM);
+    let left_out = without.not_interpreted.iter().map(ToString::to_string).collect::<String>();
+    assert!(without.map.is_none() && left_out.contains("--package town=FOLDER"), "{left_out}");
+}
+
+#[test]
+fn a_modifier_is_named_as_one() {
+    let refused = read_text("s.yaml", "ScenarioModifiers:\n  ScenarioModifier: []\n").unwrap_err();
+    assert!(shown(&refused).contains("this is a scenario modifier, not a scenario"), "{}", shown(&refused));
+}
+
+#[test]
+fn controllers_of_one_name_are_refused_and_upstream_means_the_first() {
+    let text = document(&format!("{A}\n{A}"), "");
+    let refused = shown(&read_text("s.xosc", &text).unwrap_err());
+    assert!(
+        refused.contains("s.xosc:4:1: ") && refused.contains("two controllers are called \"A\""),
+        "{refused}"
+    );
+    assert_eq!(accepted(Compat::Upstream, "s.xosc", &text).scenario.controllers.len(), 2);
+}
+
+#[test]
+fn a_state_by_position_needs_the_order_of_the_bulbs() {
+    let text = |state: &str| {
+        document("", &light_action(&format!("<TrafficSignalStateAction name=\"21\" state=\"{state}\"/>")))
+    };
+    let read = |order: &str, state: &str| {
+        let bulb_order = order.split_terminator(',').map(|bulb| parse_bulb(bulb).unwrap()).collect();
+        let file = with(ReadOptions { bulb_order, ..ReadOptions::default() }, "s.xosc", &text(state))?;
+        let Action::SetState { state, .. } = &file.scenario.acts[0].events[0].actions[0] else { panic!() };
+        Ok::<_, String>(state.text.clone())
+    };
+    let order = "red,yellow,green";
+    for (state, expected) in [
+        ("on;off;off", "red solidOn circle"),
+        ("on; on; off", "red solidOn circle, yellow solidOn circle"),
+        ("off;off;flashing", "green flashing circle"),
+        ("off;off;off", ""),
+        ("red", "red"),
+    ] {
+        assert_eq!(read(order, state).as_deref(), Ok(expected), "{state}");
+    }
+    assert_eq!(read("green left", "on").as_deref(), Ok("green solidOn left"));
+    let refused = read("", "on;off;off").unwrap_err();
+    assert!(refused.contains("has 3 positions, but the order of the bulbs is not known"), "{refused}");
+    let refused = read(order, "on;off").unwrap_err();
+    assert!(refused.contains("has 2 positions, but the order of the bulbs has 3"), "{refused}");
+    assert!(refused.contains("--bulb-order red,yellow,green"), "{refused}");
+    assert!(read(order, "on;dim;off").is_err());
+}
+
+const ENTITY: &str = "<Condition name=\"c\"><ByEntityCondition><EntityCondition><SpeedCondition value=\"1\" \
+     rule=\"greaterThan\"/></EntityCondition></ByEntityCondition></Condition>";
+const TIME: &str = "<Condition name=\"t\" conditionEdge=\"sticky\"><ByValueCondition><SimulationTimeCondition \
+     value=\"1\" rule=\"greaterThan\"/></ByValueCondition></Condition>";
+const END: &str = "<Action name=\"x\"><UserDefinedAction><CustomCommandAction type=\"exitSuccess\"/>\
+     </UserDefinedAction></Action>";
+
+#[test]
+fn an_undecidable_group_is_never_true_and_the_others_stay() {
+    let groups = format!("{ENTITY}</ConditionGroup>\n<ConditionGroup>{TIME}");
+    let file = accepted(Compat::Improved, "s.xosc", &document("", &condition(&groups)));
+    let [condition] = file.scenario.acts[0].events[0].start.as_ref().unwrap().groups[0].as_slice() else {
+        panic!()
+    };
+    assert!(matches!(condition.test, Test::SimulationTime { .. }) && condition.edge == Edge::Sticky);
+    let left_out = file.not_interpreted.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+    assert!(left_out.contains("this group of conditions is never true"), "{left_out}");
+    assert_eq!(file.left_out_verdict, None);
+}
+
+#[test]
+fn a_verdict_that_was_left_out_is_named() {
+    for (conditions, expected) in [(ENTITY, Some("e")), (TIME, None)] {
+        let inner = condition(conditions).replace("</Event>", &format!("{END}</Event>"));
+        let file = accepted(Compat::Improved, "s.xosc", &document("", &inner));
+        assert_eq!(file.left_out_verdict.as_deref(), expected);
+    }
+}
