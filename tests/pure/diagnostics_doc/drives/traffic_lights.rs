@@ -162,6 +162,7 @@ fn unit(reported: &mut Reported) {
             send(desk, data);
             desk.frame(258, &[0]);
         });
+        desk.pass(500); // stale, the bus not yet asleep
         desk.pass(20_000);
     }
 }
