@@ -43,12 +43,14 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
 /// The reason as text: the file, its projector, or the map.
 pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
     let given = projector(files, path)?;
-    LaneNetwork::read(&read(files, path)?, &given.unwrap_or(Projector::Local)).map_err(|error| match error {
+    LaneNetwork::read(&read(files, path)?, &given.unwrap_or(Projector::Local)).map_err(|error| {
         // Without the file, local coordinates are assumed; the map does not ask for them.
-        MapError::NoLocal { node } if given.is_none() => format!(
-            "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
-        ),
-        error => error.to_string(),
+        if let (MapError::NoLocal { node }, None) = (&error, given) {
+            return format!(
+                "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
+            );
+        }
+        error.to_string()
     })
 }
 

@@ -234,13 +234,19 @@ mod tests {
                 if let Output::VehicleLights(VehicleLightsOutput::TurnIndicators(Step::Publish(_, stamp))) =
                     output
                 {
-                    assert!((start.as_nanos()..=wall.as_nanos()).contains(&stamp.as_nanos()), "{stamp:?} at {wall:?}");
+                    assert!(
+                        (start.as_nanos()..=wall.as_nanos()).contains(&stamp.as_nanos()),
+                        "{stamp:?} at {wall:?}"
+                    );
                     stamps.push(stamp);
                 }
             }
         }
         assert!(
-            stamps.len() > 50 && stamps.last().is_some_and(|last| last.as_nanos() > start.after(Duration::from_secs(4)).as_nanos()),
+            stamps.len() > 50
+                && stamps
+                    .last()
+                    .is_some_and(|last| last.as_nanos() > start.after(Duration::from_secs(4)).as_nanos()),
             "{stamps:?}"
         );
     }

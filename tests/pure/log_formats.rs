@@ -316,7 +316,7 @@ fn public_recordings_have_as_many_frames_as_python_can_counts() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         // BUSMASTER's, which python-can does not read, has the same end.
-        let is_read = name.ends_with(".log") || name.ends_with(".log.gz") || name.ends_with(".trc");
+        let is_read = [".log", ".log.gz", ".trc"].iter().any(|end| name.ends_with(end));
         if is_read && !name.contains("BusMaster") {
             files.push(("can", path));
         }

@@ -47,6 +47,7 @@ pub(super) fn lines_of(candump: &str) -> Vec<Line> {
 }
 
 /// The variants that the gateway reads beyond those that python-can writes.
+#[expect(clippy::too_many_lines, reason = "one entry for each variant")]
 pub(super) fn variants(lines: &[Line]) -> Vec<Variant> {
     let start = lines[0].micros;
     let text = |heading: &str, line: &dyn Fn(&Line) -> String| {

@@ -79,9 +79,9 @@ impl VirtualGateway {
         self.take_outputs();
     }
 
-    /// A classic frame on the first bus.
+    /// A frame on the first bus: a classic one, or one of CAN FD for more than 8 bytes.
     pub(crate) fn receive(&mut self, id: CanId, data: &[u8]) {
-        let frame = Frame::classic(id, data).unwrap();
+        let frame = Frame::with_format(id, None, data).unwrap();
         self.handle(CanInput::Frame { bus: BusIndex(0), frame, stamp: self.now.wall });
     }
 

@@ -149,7 +149,13 @@ impl<T: Lights> FunctionView<'_, T> {
                 match self.reason {
                     DecisionReason::NeverCommanded => (Level::Warn, "no command received".to_owned()),
                     DecisionReason::Commanded => self.delivery_text(),
-                    reason => (Level::Ok, format!("{request}, {}", reason.text())),
+                    DecisionReason::HazardFirst
+                    | DecisionReason::TimedOut
+                    | DecisionReason::NoCommand
+                    | DecisionReason::NotGranted
+                    | DecisionReason::Driver
+                    | DecisionReason::NoFeedback
+                    | DecisionReason::Stopping => (Level::Ok, format!("{request}, {}", self.reason.text())),
                 }
             }
         }

@@ -224,7 +224,8 @@ impl Decider {
             return decision;
         }
         let manoeuvre = self.foremost(context, &records);
-        let requested = manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
+        let requested =
+            manoeuvre.filter(Section::is_finite).map_or(TurnCommand::NoCommand, |record| record.turn);
         let shown = self.min_duration.show(requested, false, self.settings.min_durations, context.now);
         let basis = Basis::ManoeuvreAlone(requested);
         Decision {
@@ -235,7 +236,7 @@ impl Decider {
         }
     }
 
-    /// HazardCommand lights come before everything else; what is remembered stays as it is.
+    /// Hazard lights come before everything else; what is remembered stays as it is.
     fn hazard(
         &mut self,
         records: &[Section],

@@ -4,9 +4,9 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use signal_gateway::core::gateway::event::Output;
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::time::WallStamp;
 use signal_gateway::core::turn_signal::output::TurnSignalOutput;
-use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::io::ros::session::{RosSession, RosSettings, Topics};
 
 use crate::support::command_vehicle::{DBC, PROFILE};
@@ -48,7 +48,8 @@ fn commands_are_followed_in_the_dry_run_of_a_recording() {
         assert!(begun.elapsed() < DEADLINE, "the command was never followed: {:#?}", gateway.log());
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
         let stamp = WallStamp::from_nanos(now.as_nanos().try_into().unwrap());
-        autoware.send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
+        autoware
+            .send(&Output::TurnSignal(TurnSignalOutput::TurnCommand { command: TurnCommand::Left, stamp }));
         thread::sleep(Duration::from_millis(50));
     }
     assert!(gateway.log().iter().any(|line| line.contains("would send 130#")), "{:#?}", gateway.log());

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use proptest::prelude::*;
+use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::path::PathFrame;
 use signal_gateway::core::map::lane_network::TurnDirection;
 use signal_gateway::core::time::MonoTime;
@@ -13,7 +14,6 @@ use signal_gateway::core::turn_signal::finished::FinishedMemory;
 use signal_gateway::core::turn_signal::min_duration::{Held, MinDurationFilter, MinDurations};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Resolution, Rules, Source};
 use signal_gateway::core::turn_signal::section::Section;
-use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::turn_signal::side::Side;
 
 use super::conflicts::cases;

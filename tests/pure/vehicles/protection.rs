@@ -38,13 +38,11 @@ pub(crate) fn protect(frame: &Frame, count: u8) -> Frame {
             let [high, low] = id.to_be_bytes();
             data[0] = data[1..].iter().fold(high.wrapping_add(low), |sum, byte| sum.wrapping_add(*byte));
         }
-        // VW and New Eagle: a nibble of counter.
-        CanId::Standard(0x3D4 | 0x658) => data[1] = data[1] & 0xF0 | (count % 16),
+        // VW, New Eagle and Rivian: a nibble of counter.
+        CanId::Standard(0x3D4 | 0x658 | 0x235) => data[1] = data[1] & 0xF0 | (count % 16),
         CanId::Extended(0x1F14) => data[7] = data[7] & 0xF0 | (count % 16),
         // Hyundai i30.
         CanId::Standard(0x690) => data[6] = data[6] & 0xC3 | ((count % 16) << 2),
-        // Rivian.
-        CanId::Standard(0x235) => data[1] = data[1] & 0xF0 | (count % 16),
         // Mercedes and Tesla Model S.
         CanId::Standard(0x045 | 0x238) => data[6] = data[6] & 0x0F | ((count % 16) << 4),
         // Volvo S60.

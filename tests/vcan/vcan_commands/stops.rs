@@ -27,7 +27,9 @@ fn turning(vcan: &Vcan, stdin: Stdio, stdout: Stdio) -> Turning {
     });
     let autoware = Commander::start(domain);
     let mark = BusTime::now();
-    autoware.send_until(TurnCommand::Left, HazardCommand::Disable, || requests(&recording, mark).last() == Some(&"left"));
+    autoware.send_until(TurnCommand::Left, HazardCommand::Disable, || {
+        requests(&recording, mark).last() == Some(&"left")
+    });
     Turning { gateway, recording, _folder: folder }
 }
 

@@ -52,10 +52,10 @@ fn bound(example: &Example, id: u64, length: u64, field: &str) -> Checksum {
     std::fs::write(&path, profile).unwrap();
     let settings = load_profile(&Disk, &path).unwrap_or_else(|refused| panic!("{}: {refused}", example.toml));
     let integrity = settings.gateway.lights.table.messages[0].integrity.clone();
-    match integrity.unwrap().protection {
-        Protection::Fields { checksum: Some(checksum), .. } => checksum,
-        _ => panic!("{}", example.toml),
-    }
+    let Protection::Fields { checksum: Some(checksum), .. } = integrity.unwrap().protection else {
+        panic!("{}", example.toml)
+    };
+    checksum
 }
 
 #[test]
