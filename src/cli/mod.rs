@@ -123,9 +123,7 @@ pub fn main() -> ExitCode {
                 // Variables of ROS 2 are settings too, though they are in the environment.
                 Failure::Refused(_)
                 | Failure::Daemon(DaemonError::Publisher(
-                    PublisherError::DomainId(_)
-                    | PublisherError::DiscoveryRange(_)
-                    | PublisherError::NotBuilt,
+                    PublisherError::Environment(_) | PublisherError::NotBuilt,
                 )) => 3,
                 Failure::Usage(_) => 2,
                 Failure::Daemon(_) | Failure::File(..) | Failure::System(_) => 1,

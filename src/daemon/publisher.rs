@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::ros_environment;
+use super::ros_environment::{self, RosEnvironmentError};
 use crate::config::Settings;
 use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
@@ -29,15 +29,9 @@ pub struct Publisher {
 /// Reason why nothing can be published.
 #[derive(Debug, thiserror::Error)]
 pub enum PublisherError {
-    /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
-    #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
-    DomainId(String),
-    /// `ROS_AUTOMATIC_DISCOVERY_RANGE` cannot be followed.
-    #[error(
-        "ROS_AUTOMATIC_DISCOVERY_RANGE is {0:?}; this node follows SUBNET and LOCALHOST: set one of them, or \
-         [ros] enabled = false to publish nothing"
-    )]
-    DiscoveryRange(String),
+    /// An environment variable of ROS 2 has a value that cannot be followed.
+    #[error(transparent)]
+    Environment(#[from] RosEnvironmentError),
     /// The build contains no DDS implementation.
     #[error(
         "this build has no ROS 2; build it with the feature `jazzy` or `humble`, or set [ros] enabled = false"

@@ -2,8 +2,21 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 
-use super::publisher::PublisherError;
 use crate::config::gateway::RosConfig;
+
+/// An environment variable of ROS 2 with a value that cannot be followed.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RosEnvironmentError {
+    /// `ROS_DOMAIN_ID` is not a number from 0 to 232.
+    #[error("ROS_DOMAIN_ID is {0:?}; set it to 0 to 232, or set [ros] domain_id")]
+    DomainId(String),
+    /// `ROS_AUTOMATIC_DISCOVERY_RANGE` is neither `SUBNET` nor `LOCALHOST`.
+    #[error(
+        "ROS_AUTOMATIC_DISCOVERY_RANGE is {0:?}; this node follows SUBNET and LOCALHOST: set one of them, or \
+         [ros] enabled = false to publish nothing"
+    )]
+    DiscoveryRange(String),
+}
 
 /// The network that the configuration and the environment come to.
 #[derive(Debug, PartialEq, Eq)]
@@ -23,19 +36,19 @@ pub(super) struct RosNetwork {
 pub(super) fn network(
     ros: &RosConfig,
     variable: impl Fn(&str) -> Option<String>,
-) -> Result<RosNetwork, PublisherError> {
+) -> Result<RosNetwork, RosEnvironmentError> {
     let variable = |name| variable(name).filter(|text| !text.is_empty());
     let domain_id = match (ros.domain_id, variable("ROS_DOMAIN_ID")) {
         (Some(domain_id), _) => domain_id,
         (None, None) => 0,
         (None, Some(text)) => {
-            text.parse().ok().filter(|id| *id <= 232).ok_or(PublisherError::DomainId(text))?
+            text.parse().ok().filter(|id| *id <= 232).ok_or(RosEnvironmentError::DomainId(text))?
         }
     };
     let is_local = match variable("ROS_AUTOMATIC_DISCOVERY_RANGE").as_deref() {
         Some("LOCALHOST") => true,
         None | Some("SUBNET" | "SYSTEM_DEFAULT") => variable("ROS_LOCALHOST_ONLY").as_deref() == Some("1"),
-        Some(range) => return Err(PublisherError::DiscoveryRange(range.to_owned())),
+        Some(range) => return Err(RosEnvironmentError::DiscoveryRange(range.to_owned())),
     };
     let mut warnings = Vec::new();
     let mut only_networks = ros.only_networks.clone();

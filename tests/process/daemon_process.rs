@@ -75,15 +75,15 @@ fn sigterm_and_sigint_end_it_in_time_whatever_it_is_doing() {
 }
 
 #[test]
-fn an_empty_recording_that_is_to_be_repeated_is_one_that_has_ended() {
+fn an_empty_recording_that_is_to_be_repeated_ends_the_process_with_its_reason() {
     let folder = Folder::with_demo_vehicle(
         "can0",
         "source = \"recording\"\n[recording]\nfile = \"empty.log\"\nrepeat = true\n[ros]\nenabled = false\n",
     );
     folder.write("empty.log", "");
     let mut gateway = Process::run(&folder);
-    gateway.wait_for_log("the recording of can0 has ended");
-    gateway.stop("TERM");
+    assert_eq!(gateway.ended().code(), Some(1));
+    gateway.wait_for_log("empty.log: the file is empty");
 }
 
 #[test]

@@ -169,13 +169,13 @@ impl<T: Lights> FunctionView<'_, T> {
             (Delivery::CutOff, _) => not_sent(Level::Warn, "no frame can be sent on the bus"),
             (Delivery::Failing, _) => not_sent(Level::Warn, "the last frame could not be sent"),
             (Delivery::DryRun, _) => not_sent(Level::Ok, "dry run"),
-            (Delivery::Sent, Compliance::Compliant) => (Level::Ok, format!("{request}, as commanded")),
-            (Delivery::Sent, _) => match self.finding.reported {
-                Some(reported) => {
-                    (Level::Ok, format!("{request} sent, the vehicle reports {}", reported.name()))
-                }
-                None => (Level::Ok, format!("{request} sent, the vehicle reports nothing")),
-            },
+            (Delivery::Sent, Compliance::Compliant) => {
+                (Level::Ok, format!("{request}, {}", self.reason.text()))
+            }
+            (Delivery::Sent, _) => {
+                let reported = self.finding.reported.map_or("nothing", Lights::name);
+                (Level::Ok, format!("{request} sent, the vehicle reports {reported}"))
+            }
         }
     }
 

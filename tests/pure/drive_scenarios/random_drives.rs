@@ -135,7 +135,8 @@ impl Recipe {
                     );
                 }
                 Some((gap_m, length_m)) => {
-                    let offset_m = if *to_left { 1.5 } else { -1.5 };
+                    // Within its lane an avoidance is not signalled.
+                    let offset_m = if *to_left { 2.5 } else { -2.5 };
                     let back_m = at_m + gap_m;
                     let end_m = back_m + length_m;
                     let _ = writeln!(

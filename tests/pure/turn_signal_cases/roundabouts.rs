@@ -109,7 +109,7 @@ fn cases() -> Vec<Case> {
             "R4",
             Setup { persists: true, ..left_right },
             vec![(Left, 51.5, 146.0), (Right, 146.5, 165.0)],
-            vec![(Left, 51.5, 108.0), (Right, 108.5, 165.0)],
+            vec![(Left, 51.5, 146.0), (Right, 146.5, 165.0)],
         ),
         (
             "R5",
@@ -128,7 +128,7 @@ fn cases() -> Vec<Case> {
             "R8",
             Setup { persists: true, ..listed },
             vec![(Right, 51.5, 146.0), (Left, 146.5, 165.0)],
-            vec![(Right, 51.5, 108.0), (Left, 108.5, 165.0)],
+            vec![(Right, 51.5, 146.0), (Left, 146.5, 165.0)],
         ),
         (
             "R9",
