@@ -13,6 +13,10 @@ use crate::core::map::lane_network::LaneId;
 
 mod surroundings;
 
+/// The start of a shift that is signalled counts as ahead until the front is past it by this much, metres: a distance along
+/// the shifted path and one along the lanes differ, and between the two the signal would drop out.
+const START_TOLERANCE_M: f64 = 2.0;
+
 /// A path with a lateral offset per point, metres, left positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShiftedPath {
@@ -210,7 +214,9 @@ pub fn judge(context: &DecisionContext<'_>, shift: &Shift<'_>) -> ShiftOutcome {
     if let Some(verdict) = objection(context, shift, offsets, ahead_m - context.vehicle.front_m()) {
         return ShiftOutcome { section: shift.path.silent(), verdict };
     }
-    let desired_start = if ahead_m - context.vehicle.front_m() > 0.0 { context.ego() } else { start };
+    let tolerance_m = if shift.is_announced { START_TOLERANCE_M } else { 0.0 };
+    let is_ahead = ahead_m - context.vehicle.front_m() + tolerance_m > 0.0;
+    let desired_start = if is_ahead { context.ego() } else { start };
     let section = Section::blinking(offsets.side(), (desired_start, end), (start, end));
     ShiftOutcome { section, verdict: ShiftVerdict::Signalled }
 }

@@ -4,4 +4,3 @@
 mod coverage;
 mod drives;
 mod maps;
-mod random_drives;
