@@ -73,6 +73,13 @@ const DEVIATIONS: &[Deviation] = &[
         within_m: None,
     },
     Deviation {
+        name: "lane_change_then_back.toml",
+        modes: &[DeciderCompat::Upstream],
+        why: "the factor of the second lane change has begun when the vehicle is in range only, so that the first is not \
+              replaced from the start",
+        within_m: None,
+    },
+    Deviation {
         name: "hazard_erased.toml",
         modes: &[DeciderCompat::Upstream],
         why: "offsets are published as one: that of the pull-out passes for that of the avoidance",

@@ -54,7 +54,7 @@ mod slow {
     /// between two sides, is not published when it is that late.
     const DRIVES: [Drive; 6] = [
         CROSSING,
-        ("pull_out_left", Some(135.0)),
+        ("pull_out_left", Some(150.0)),
         ("lane_change_right_waiting", None),
         ("lane_change_left", None),
         ("reroute_short_signal", None),

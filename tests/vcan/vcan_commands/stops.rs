@@ -1,6 +1,5 @@
 //! Signals and closed terminals while a turn is commanded: an orderly stop with its last frame, or nothing at all.
 
-use std::fs::File;
 use std::process::Stdio;
 
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};
@@ -19,11 +18,11 @@ struct Turning {
     _folder: Folder,
 }
 
-fn turning(vcan: &Vcan, stdin: Stdio, stdout: Stdio) -> Turning {
+fn turning(vcan: &Vcan, stdin: Stdio) -> Turning {
     let (folder, domain) = folder(vcan.name, "on");
     let recording = Recording::of(vcan.name);
     let gateway = Process::run_with(&folder, |command| {
-        command.stdin(stdin).stdout(stdout);
+        command.stdin(stdin);
     });
     let autoware = Commander::start(domain);
     let mark = BusTime::now();
@@ -45,7 +44,7 @@ fn every_signal_is_ignored_or_has_the_last_frame_of_an_orderly_stop() {
     let (_terminal, near_end) = pseudo_terminal();
     for (stop, has_terminal) in [("QUIT", false), ("INT", false), ("HUP", true)] {
         let stdin = if has_terminal { near_end.try_clone().unwrap().into() } else { Stdio::null() };
-        let mut turning = turning(&vcan, stdin, Stdio::null());
+        let mut turning = turning(&vcan, stdin);
         let ignored: &[&str] = if has_terminal { &[] } else { &["HUP", "USR1", "USR2", "ALRM", "PWR"] };
         for signal in ignored {
             turning.gateway.signal(signal);
@@ -55,17 +54,4 @@ fn every_signal_is_ignored_or_has_the_last_frame_of_an_orderly_stop() {
         turning.gateway.stop(stop);
         assert_eq!(last_request(turning.recording), Some("hazard"), "after SIG{stop}");
     }
-}
-
-/// Nobody reads the status line any more, which is a failure: the last frame goes out first.
-#[test]
-fn a_terminal_that_is_gone_ends_the_gateway_with_the_last_frame_of_an_orderly_stop() {
-    let vcan = require!(Vcan::new("vcan-closed"));
-    let _vehicle = Sender::start(&vcan, &[(STATE, AUTONOMOUS)]);
-    let (far_end, near_end): (File, File) = pseudo_terminal();
-    let reader = far_end.try_clone().unwrap();
-    let mut turning = turning(&vcan, Stdio::null(), near_end.into());
-    drop((reader, far_end));
-    assert_eq!(turning.gateway.ended().code(), Some(1));
-    assert_eq!(last_request(turning.recording), Some("hazard"));
 }
