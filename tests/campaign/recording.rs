@@ -74,7 +74,7 @@ impl fmt::Display for Line {
 impl Line {
     /// A frame of the message with these bytes.
     pub(crate) fn frame(stamp_us: i64, message: &Message, data: Vec<u8>) -> Self {
-        let content = Content::Data { id: message.id, extended: message.extended, fd: false, data };
+        let content = Content::Data { id: message.id, extended: message.extended, fd: message.is_fd(), data };
         Self { stamp_us, interface: BUS, content }
     }
 

@@ -62,6 +62,13 @@ pub(crate) struct Message {
     pub(crate) counter: Option<(Field, i64)>,
 }
 
+impl Message {
+    /// Sent in CAN FD, since it is longer than a classic frame.
+    pub(crate) fn is_fd(&self) -> bool {
+        self.length > 8
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Vehicle {
     /// The profile's file name without its end.
@@ -106,10 +113,11 @@ impl Vehicle {
         turn.into_iter().chain(hazard).chain(&self.turn_faults).chain(&self.hazard_faults).collect()
     }
 
-    /// Reads a profile; `None` when it reports no lights of the vehicle.
+    /// Reads a profile; `None` when it reports no lights of the vehicle, or has several sources of a turn, which the oracle
+    /// does not know.
     pub(crate) fn read(profile: &Path) -> Option<Self> {
         let table: Table = std::fs::read_to_string(profile).unwrap().parse().unwrap();
-        let turn = table.get("turn")?.as_table()?;
+        let turn = table.get("turn")?.as_table().filter(|turn| !turn.contains_key("source"))?;
         let buses = table["bus"].as_table().unwrap();
         assert_eq!(buses.len(), 1, "{}: the campaign knows vehicles of one bus", profile.display());
         let bus = buses.values().next()?.as_table()?;
