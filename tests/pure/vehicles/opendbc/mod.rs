@@ -190,7 +190,7 @@ const HEAD: &str = "\
 
 # The profiles against opendbc
 
-[opendbc](https://pypi.org/project/opendbc/) is the library with which openpilot reads cars. For every shipped profile with
+opendbc, a Python package, is the library with which openpilot reads cars. For every shipped profile with
 a counterpart there, a test packs the frames of each state with its `CANPacker`, gives them to its `CarState` and to our
 replay of the profile, and compares `leftBlinker` and `rightBlinker` with our reports. The version is pinned in `tests/run`.
 
