@@ -1,6 +1,6 @@
 //! The part of a check on the turn-signal decider: its settings.
 
-use super::Report;
+use super::{Report, map};
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::turn_signal::flow::Role;
 use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
@@ -17,8 +17,8 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         }
     };
     report.line("decider", &role);
-    let (map, lanes) = (decider.map.display(), flow.road.lanes().count());
-    report.line("", &format!("map {map}: {lanes} lanelets, {} roundabouts", flow.road.roundabouts().len()));
+    report.line("", &format!("map {}", map::summary(&decider.map.display().to_string(), &flow.road)));
+    map::tags(&flow.road, settings.compat, report);
     let rules = decider
         .country
         .as_ref()
