@@ -8,8 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::config::built_in::{BuiltIn, display};
 use crate::config::files::Files;
 use crate::config::map::{MapLights, read_lights};
+use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Entry, Value};
@@ -107,7 +109,7 @@ fn topics(outputs: &[LightsOutput]) -> BTreeSet<LightsTopic> {
 
 fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Option<ScenarioFile> {
     let options = ReadOptions { compat, packages: packages(fields), bulb_orders: bulb_orders(fields) };
-    let path = fields.path("scenario")?;
+    let path = named_file::path_at(BuiltIn::Scenario, files, fields, "scenario")?;
     scenario::read(files, &path, options).map_err(|refused| fields.checker.adopt(refused.0)).ok()
 }
 
@@ -138,9 +140,11 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
     let infers = fields.flag("infer_lamps").unwrap_or_default();
     let lamps = if infers { LampSource::DrawnOrInferred } else { LampSource::Drawn };
     if fields.has("map") {
-        let path = fields.path("map")?;
-        let map = read_lights(files, &path, lamps).map_err(|reason| format!("{}: {reason}", path.display()));
-        return fields.checker.accept(fields.at("map"), map, "name a lanelet2 map, relative to this file");
+        let path = named_file::path_at(BuiltIn::Map, files, fields, "map")?;
+        let map = read_lights(files, &path, lamps).map_err(|reason| format!("{}: {reason}", display(&path)));
+        let remedy =
+            named_file::remedy(BuiltIn::Map, files, &path, "name a lanelet2 map, relative to this file");
+        return fields.checker.accept(fields.at("map"), map, &remedy);
     }
     let reason = match scenario {
         // Its problems are listed already.
@@ -148,7 +152,7 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
         None => "traffic lights without a map: none of them is known".to_owned(),
         Some(ScenarioFile { map: Some(path), .. }) => match read_lights(files, path, lamps) {
             Ok(map) => return Some(map),
-            Err(reason) => format!("the scenario's map, {}: {reason}", path.display()),
+            Err(reason) => format!("the scenario's map, {}: {reason}", display(path)),
         },
         Some(scenario) if scenario.groups.is_empty() => {
             "the scenario names no map and no groups: its lights are not known".to_owned()
