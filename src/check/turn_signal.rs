@@ -5,6 +5,7 @@ use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::turn_signal::flow::Role;
 use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
 use crate::core::turn_signal::planner_input::FactorTopic;
+use crate::report::text::plain_path;
 
 /// Lists mode, map, rules, vehicle, age limits and topics.
 pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
@@ -17,7 +18,8 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         }
     };
     report.line("decider", &role);
-    report.line("", &format!("map {}", map::summary(&decider.map.display().to_string(), &flow.road)));
+    let map_path = plain_path(&decider.map);
+    report.line("", &format!("map {}", map::summary(&map_path, &flow.road)));
     map::tags(&flow.road, settings.compat, report);
     let rules = decider
         .country
