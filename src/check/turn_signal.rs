@@ -57,6 +57,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         (&decider.inputs.odometry, "odometry"),
         (&decider.inputs.route, "route"),
         (&decider.inputs.planned_path, "planned path"),
+        (&decider.inputs.modified_goal, "modified goal"),
         (&decider.inputs.operation_mode, "operation mode"),
         (&decider.inputs.scenario, "scenario"),
         (&decider.inputs.hazard_request, "hazard request"),

@@ -227,6 +227,7 @@ fn decider_subscriptions(decider: &TurnSignalConfig) -> Vec<Subscription> {
         (&inputs.odometry, SubscriptionKind::Odometry),
         (&inputs.route, SubscriptionKind::Route),
         (&inputs.planned_path, SubscriptionKind::PlannedPath),
+        (&inputs.modified_goal, SubscriptionKind::ModifiedGoal),
         (&inputs.operation_mode, SubscriptionKind::OperationMode),
         (&inputs.scenario, SubscriptionKind::Scenario),
         (&inputs.hazard_request, SubscriptionKind::HazardRequest),
@@ -311,11 +312,11 @@ mod tests {
     fn commands_are_written_or_autowares_own_are_read_never_both() {
         let commands = ["/planning/turn_indicators_cmd", "/planning/hazard_lights_cmd"];
         let commands = commands.map(|name| Some(name.to_owned()));
-        assert_eq!(graph("enabled = true"), (commands, 14, false));
-        assert_eq!(graph("shadow = true"), ([None, None], 16, true));
+        assert_eq!(graph("enabled = true"), (commands, 15, false));
+        assert_eq!(graph("shadow = true"), ([None, None], 17, true));
         assert_eq!(graph(""), ([None, None], 0, false));
         let less = "shadow = true\ninputs.planning_factors = \"\"\ninputs.own_hazard_command = \"\"";
-        assert_eq!(graph(less), ([None, None], 7, true));
+        assert_eq!(graph(less), ([None, None], 8, true));
     }
 
     #[test]

@@ -40,7 +40,7 @@ fn is_arrival(line: &Value, subscription: usize) -> bool {
 }
 
 /// The input that each topic's sample becomes, in the order of [`KINDS`].
-fn expected() -> [Value; 12] {
+fn expected() -> [Value; 13] {
     let pose = Pose::new(1.0, 2.0, std::f64::consts::PI);
     let stamp = WallStamp::from_nanos(7_000_000_001);
     let id = 0x0102_0304_0506_0708_090A_0B0C_0D0E_0F10;
@@ -59,6 +59,7 @@ fn expected() -> [Value; 12] {
         planner(PlannerInput::Route(Arc::new(PlannerRoute { id, start: pose, goal: pose, segments }))),
         planner(PlannerInput::PlannedPath([PathPoint { pose, speed_mps: 4.5, lanes: vec![100, -7] }].into())),
         planner(PlannerInput::Factors { topic: FactorTopic::GoalPlanner, factors: [factor].into() }),
+        planner(PlannerInput::ModifiedGoal { route: id, goal: pose }),
         planner(PlannerInput::OperationMode(mode)),
         planner(PlannerInput::LaneDriving(true)),
         planner(PlannerInput::HazardRequest(HazardCommand::Enable)),

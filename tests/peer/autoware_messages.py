@@ -150,6 +150,13 @@ class PlanningFactorArray(
 
 
 @dataclass
+class PoseWithUuidStamped(IdlStruct, typename="autoware_planning_msgs::msg::dds_::PoseWithUuidStamped_"):
+    header: Header
+    pose: Pose
+    uuid: Uuid
+
+
+@dataclass
 class OperationModeState(
     IdlStruct, typename="autoware_adapi_v1_msgs::msg::dds_::OperationModeState_"
 ):
@@ -225,6 +232,7 @@ SAMPLES = {
         [],
     ),
     "factors": PlanningFactorArray(HEADER, [FACTOR]),
+    "modified_goal": PoseWithUuidStamped(HEADER, POSE, Uuid(list(range(1, 17)))),
     "operation_mode": OperationModeState(Time(7, 1), 2, True, False, True, True, False, False),
     "scenario": Scenario("LaneDriving", ["LaneDriving", "Parking"]),
     "hazard_request": HazardCommand(Time(7, 1), 2),
@@ -234,7 +242,7 @@ SAMPLES = {
     "hazard_command": HazardCommand(Time(7, 1), 2),
     "control_mode": ControlMode(Time(7, 1), 4),
 }
-KEPT = {"route", "operation_mode"}
+KEPT = {"route", "modified_goal", "operation_mode"}
 
 
 @cache

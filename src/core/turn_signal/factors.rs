@@ -43,6 +43,8 @@ pub struct FactorContext<'a> {
     pub odometry: Odometry,
     /// The planned path, if there is one to use.
     pub path: Option<&'a [PathPoint]>,
+    /// The goal of a pull-over, if it is published.
+    pub modified_goal: Option<Pose>,
     /// The operation mode, if known.
     pub operation_mode: Option<OperationMode>,
 }

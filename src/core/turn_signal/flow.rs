@@ -210,6 +210,7 @@ impl TurnSignalFlow {
             parameters: &self.settings.decider.parameters,
             odometry,
             path: self.latest.planned_path(path_limit, now, findings),
+            modified_goal: self.latest.modified_goal(route.id()),
             operation_mode: self.latest.operation_mode,
         };
         let (manoeuvres, mut found) = manoeuvres(&context, &self.latest.factors);

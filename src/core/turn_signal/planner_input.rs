@@ -31,6 +31,13 @@ pub enum PlannerInput {
         /// All factors of the module.
         factors: Arc<[PlanningFactor]>,
     },
+    /// `autoware_planning_msgs/PoseWithUuidStamped`: the goal of a pull-over.
+    ModifiedGoal {
+        /// Id of its route.
+        route: u128,
+        /// The goal instead of that of the route.
+        goal: Pose,
+    },
     /// `autoware_adapi_v1_msgs/OperationModeState`.
     OperationMode(OperationMode),
     /// `autoware_internal_planning_msgs/Scenario`: whether the planner drives lanes.

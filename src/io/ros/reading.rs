@@ -5,8 +5,9 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::messages::{
-    ControlModeReport, HazardLightsCommand, LaneletRoute, Odometry, OperationModeState, PathWithLaneId,
-    PlanningFactorArray, Scenario, Text, TrafficLightGroupArray, TurnIndicatorsCommand,
+    ControlModeReport, FlaggedPoseWithUuidStamped, HazardLightsCommand, LaneletRoute, Odometry,
+    OperationModeState, PathWithLaneId, PlanningFactorArray, PoseWithUuidStamped, Scenario, Text,
+    TrafficLightGroupArray, TurnIndicatorsCommand,
 };
 use super::topics::SubscriptionKind;
 use crate::core::command::input::CommandInput;
@@ -60,6 +61,11 @@ pub fn read(
         SubscriptionKind::PlannedPath => Input::Planner(bytes.whole::<PathWithLaneId>()?.into()),
         SubscriptionKind::Factors(topic) => {
             Input::Planner(bytes.whole::<PlanningFactorArray>()?.into_input(topic))
+        }
+        SubscriptionKind::ModifiedGoal => {
+            let goal = bytes.whole::<PoseWithUuidStamped>();
+            let flagged = |_| bytes.whole::<FlaggedPoseWithUuidStamped>().map(|flagged| flagged.pose);
+            Input::Planner(goal.or_else(flagged)?.into())
         }
         SubscriptionKind::OperationMode => Input::Planner(bytes.whole::<OperationModeState>()?.into()),
         SubscriptionKind::Scenario => Input::Planner(bytes.whole::<Scenario>()?.into()),

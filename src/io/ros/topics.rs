@@ -128,6 +128,8 @@ pub enum SubscriptionKind {
     PlannedPath,
     /// `PlanningFactorArray` for the decider, of one module.
     Factors(FactorTopic),
+    /// `PoseWithUuidStamped` for the decider, `/planning/scenario_planning/modified_goal`.
+    ModifiedGoal,
     /// `OperationModeState` for the decider, `/system/operation_mode/state`.
     OperationMode,
     /// `Scenario` for the decider, `/planning/scenario_planning/scenario`.
@@ -156,6 +158,7 @@ impl SubscriptionKind {
             Self::Route => ("autoware_planning_msgs", "LaneletRoute"),
             Self::PlannedPath => ("autoware_internal_planning_msgs", "PathWithLaneId"),
             Self::Factors(_) => PLANNING_FACTORS_TYPE,
+            Self::ModifiedGoal => ("autoware_planning_msgs", "PoseWithUuidStamped"),
             Self::OperationMode => ("autoware_adapi_v1_msgs", "OperationModeState"),
             Self::Scenario => ("autoware_internal_planning_msgs", "Scenario"),
             Self::OwnTurnCommand | Self::TurnCommand => TURN_COMMAND_TYPE,
@@ -167,7 +170,7 @@ impl SubscriptionKind {
     /// Durability to request from writers: what is published only when it changes is handed to late readers too; of the
     /// rest, what was published before may no longer hold.
     pub const fn durability(self) -> Durability {
-        if matches!(self, Self::Route | Self::OperationMode) {
+        if matches!(self, Self::Route | Self::ModifiedGoal | Self::OperationMode) {
             Durability::TransientLocal
         } else {
             Durability::Volatile

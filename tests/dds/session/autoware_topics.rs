@@ -9,11 +9,12 @@ use signal_gateway::core::turn_signal::planner_input::{FactorTopic, PlannerInput
 use signal_gateway::io::ros::session::{Subscription, SubscriptionKind, Topics};
 
 /// Topics below `/`, in the order of the status.
-pub(crate) const KINDS: [(&str, SubscriptionKind); 12] = [
+pub(crate) const KINDS: [(&str, SubscriptionKind); 13] = [
     ("odometry", SubscriptionKind::Odometry),
     ("route", SubscriptionKind::Route),
     ("path", SubscriptionKind::PlannedPath),
     ("factors", SubscriptionKind::Factors(FactorTopic::GoalPlanner)),
+    ("modified_goal", SubscriptionKind::ModifiedGoal),
     ("operation_mode", SubscriptionKind::OperationMode),
     ("scenario", SubscriptionKind::Scenario),
     ("hazard_request", SubscriptionKind::HazardRequest),

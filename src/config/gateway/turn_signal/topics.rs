@@ -17,6 +17,8 @@ pub struct DeciderInputs {
     pub planned_path: String,
     /// `PlanningFactorArray` of each module.
     pub planning_factors: Vec<(FactorTopic, String)>,
+    /// `PoseWithUuidStamped` of the goal planner.
+    pub modified_goal: String,
     /// `OperationModeState` of the system.
     pub operation_mode: String,
     /// `Scenario` of the scenario selector.
@@ -64,6 +66,7 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Deci
         } else {
             FactorTopic::ALL.into_iter().map(factor).collect()
         },
+        modified_goal: from.optional_topic("modified_goal", "/planning/scenario_planning/modified_goal"),
         operation_mode: from.optional_topic("operation_mode", "/system/operation_mode/state"),
         scenario: from.optional_topic("scenario", "/planning/scenario_planning/scenario"),
         hazard_request: from.optional_topic("hazard_request", "/system/hazard_lights_cmd"),
@@ -88,6 +91,7 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Deci
         (&from, "odometry", &inputs.odometry),
         (&from, "route", &inputs.route),
         (&from, "planned_path", &inputs.planned_path),
+        (&from, "modified_goal", &inputs.modified_goal),
         (&from, "operation_mode", &inputs.operation_mode),
         (&from, "scenario", &inputs.scenario),
         (&from, "hazard_request", &inputs.hazard_request),

@@ -3,7 +3,7 @@
 //! which the vehicle begins to slow down before its path to the roadside is decided comes from a factor to stop or slow
 //! down; without one, it is the first point whose planned speed is what is left to the stop in the search time.
 
-use super::path_offsets::PathOffsets;
+use super::path_offsets::{PathOffsets, Ramp};
 use super::{Behavior, FactorContext, Interval, Made};
 use crate::core::map::geometry::{Point, Pose};
 use crate::core::map::lane_network::LaneId;
@@ -89,10 +89,11 @@ pub(super) fn over(
 }
 
 fn decided(context: &FactorContext<'_>, path_offsets: &PathOffsets, interval: &Interval) -> Decided {
+    let goal = context.modified_goal.unwrap_or(interval.end());
     Decided {
-        path: path_offsets.ramped(&[interval.ramp()]),
+        path: path_offsets.ramped(&[Ramp { end: goal, ..interval.ramp() }]),
         start: interval.start(),
-        goal: interval.end(),
+        goal,
         current_shift_m: path_offsets.offset_m(context.odometry.pose.position),
         near_first_end: false,
         lanes: path_offsets.lanes.clone(),

@@ -73,6 +73,15 @@ fn made_of(
     path: Option<&[PathPoint]>,
     factors: &[(FactorTopic, Vec<PlanningFactor>)],
 ) -> (Vec<Manoeuvre>, Vec<Finding>) {
+    made_with(x_m, path, factors, None)
+}
+
+fn made_with(
+    x_m: f64,
+    path: Option<&[PathPoint]>,
+    factors: &[(FactorTopic, Vec<PlanningFactor>)],
+    modified_goal: Option<Pose>,
+) -> (Vec<Manoeuvre>, Vec<Finding>) {
     let (road, parameters) = (road(), Parameters::DEPLOYED);
     let segments = [1, 2].map(|lane| Segment { preferred: lane, lanes: vec![lane] });
     let route = Route::new(1, Pose::default(), segments.to_vec()).unwrap();
@@ -83,6 +92,7 @@ fn made_of(
         parameters: &parameters,
         odometry,
         path,
+        modified_goal,
         operation_mode: None,
     };
     let timed = |factors: &Vec<PlanningFactor>| Timed { at: MonoTime::ZERO, value: factors.clone().into() };
@@ -255,6 +265,19 @@ fn pulling_over_is_decided_by_a_shift_and_announced_by_braking() {
     let (begins, stops) = braking(vec![stop]);
     assert!((88.0..=90.0).contains(&begins.unwrap()), "{begins:?}: off the planned speed");
     assert_eq!(stops, Some(120.0));
+}
+
+#[test]
+fn a_pull_over_ends_at_the_modified_goal_where_it_is_known() {
+    let straight = path(|_| 0.0, own_lanes);
+    let factors = [(FactorTopic::GoalPlanner, vec![factor(4, &[(90.0, 0.0), (120.0, 2.2)])])];
+    for (modified_goal, expected_m) in [(None, 120.0), (Some(Pose::new(126.0, 2.2, 0.0)), 126.0)] {
+        let made = made_with(60.0, Some(&straight), &factors, modified_goal);
+        let Manoeuvre::PullOver(PullOver::Decided(decided)) = manoeuvre(made) else { panic!("decided") };
+        assert_eq!(decided.goal.position.x_m, expected_m);
+        let line = decided.path.as_ref().unwrap().line(decided.start, decided.goal);
+        assert_eq!(decided.path.unwrap().offset_between_m(line.start_index, line.end_index), 2.2);
+    }
 }
 
 #[test]

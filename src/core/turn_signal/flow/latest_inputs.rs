@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::core::light_command::{EnumOrUnknown, HazardCommand, TurnCommand};
+use crate::core::map::geometry::Pose;
 use crate::core::time::{MonoTime, WallStamp};
 use crate::core::turn_signal::factors::Factors;
 use crate::core::turn_signal::inputs::{Finding, Timed};
@@ -17,6 +18,7 @@ pub(super) struct LatestInputs {
     odometry_stamp: Option<WallStamp>,
     path: Option<Timed<Arc<[PathPoint]>>>,
     pub(super) factors: Factors,
+    modified_goal: Option<(u128, Pose)>,
     pub(super) operation_mode: Option<OperationMode>,
     lane_driving: Option<Timed<bool>>,
     pub(super) hazard_request: Option<Timed<HazardCommand>>,
@@ -40,6 +42,7 @@ impl LatestInputs {
             PlannerInput::Factors { topic, factors } => {
                 self.factors.insert(topic, Timed { at, value: factors });
             }
+            PlannerInput::ModifiedGoal { route, goal } => self.modified_goal = Some((route, goal)),
             PlannerInput::OperationMode(mode) => self.operation_mode = Some(mode),
             PlannerInput::LaneDriving(value) => self.lane_driving = Some(Timed { at, value }),
             PlannerInput::HazardRequest(value) => self.hazard_request = Some(Timed { at, value }),
@@ -47,6 +50,11 @@ impl LatestInputs {
             PlannerInput::OwnHazardCommand(value) => self.own_hazard = Some(Timed { at, value }),
             PlannerInput::Route(_) => {}
         }
+    }
+
+    /// The goal of the pull-over on a route; `None` when the last one is that of another route, or not a pose.
+    pub(super) fn modified_goal(&self, route: u128) -> Option<Pose> {
+        self.modified_goal.filter(|(of, goal)| *of == route && goal.is_finite()).map(|(_, goal)| goal)
     }
 
     /// The number of points of the planned path.
@@ -77,5 +85,22 @@ impl LatestInputs {
             findings.push(Finding::OldScenario { age });
         }
         scenario.value && age <= limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_modified_goal_counts_on_its_route_only() {
+        let mut latest = LatestInputs::default();
+        assert_eq!(latest.modified_goal(7), None);
+        let goal = Pose::new(1.0, 2.0, 3.0);
+        latest.update(PlannerInput::ModifiedGoal { route: 7, goal }, MonoTime::ZERO);
+        assert_eq!([7, 8].map(|route| latest.modified_goal(route)), [Some(goal), None]);
+        let goal = Pose::new(f64::NAN, 2.0, 3.0);
+        latest.update(PlannerInput::ModifiedGoal { route: 7, goal }, MonoTime::ZERO);
+        assert_eq!(latest.modified_goal(7), None);
     }
 }

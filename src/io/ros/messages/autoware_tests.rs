@@ -165,6 +165,20 @@ fn a_path_has_its_bytes_and_becomes_its_points() {
 }
 
 #[test]
+fn a_modified_goal_is_read_with_and_without_its_flag() {
+    let uuid = Uuid { uuid: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16] };
+    let message = PoseWithUuidStamped { header: header(), pose: pose(), uuid };
+    let wire = || Wire::with_header().doubles(&POSE).bytes(&uuid.uuid);
+    assert_eq!(cdr(&message), wire().done());
+    let route = 0x0102_0304_0506_0708_090A_0B0C_0D0E_0F10;
+    let expected = PlannerInput::ModifiedGoal { route, goal: PLANE_POSE };
+    assert_eq!(input(Kind::ModifiedGoal, &wire().done()), expected);
+    assert_eq!(input(Kind::ModifiedGoal, &wire().bytes(&[1]).done()), expected);
+    let longer = wire().bytes(&[1]).doubles(&[0.0]).done();
+    assert!(read(Kind::ModifiedGoal, &longer, Endian::Little).is_err());
+}
+
+#[test]
 fn planning_factors_have_their_bytes_and_become_an_input() {
     let control =
         |velocity, shift_length, distance| ControlPoint { pose: pose(), velocity, shift_length, distance };

@@ -24,6 +24,7 @@ mod odometry;
 mod operation_mode_state;
 mod path_with_lane_id;
 mod planning_factor_array;
+mod pose_with_uuid_stamped;
 mod scenario;
 mod section_markers;
 mod stamp;
@@ -48,6 +49,7 @@ pub use path_with_lane_id::{PathPoint, PathPointWithLaneId, PathWithLaneId};
 pub use planning_factor_array::{
     ControlPoint, PlanningFactor, PlanningFactorArray, PredictedPath, SafetyFactor, SafetyFactorArray,
 };
+pub use pose_with_uuid_stamped::{FlaggedPoseWithUuidStamped, PoseWithUuidStamped};
 pub use scenario::Scenario;
 pub use stamp::{Duration, Header, Time};
 pub use text::Text;
