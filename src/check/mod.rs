@@ -51,7 +51,6 @@ pub fn binding(settings: &Settings) -> Report {
         let (messages, signals) = (dbc.database.messages.len(), dbc.database.signal_count());
         let rejected = dbc.database.rejected();
         let path = plain_path(&dbc.path);
-        let path = path.display();
         let [messages, signals, statements] =
             [(messages, "message"), (signals, "signal"), (rejected, "statement")]
                 .map(|(count, noun)| counted(count.try_into().unwrap_or(u64::MAX), noun));

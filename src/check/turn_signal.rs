@@ -5,6 +5,7 @@ use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::turn_signal::flow::Role;
 use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
 use crate::core::turn_signal::planner_input::FactorTopic;
+use crate::report::text::plain_path;
 
 /// Lists mode, map, rules, vehicle, age limits and topics.
 pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
@@ -17,7 +18,7 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         }
     };
     report.line("decider", &role);
-    let (map, lanes) = (decider.map.display(), flow.road.lanes().count());
+    let (map, lanes) = (plain_path(&decider.map), flow.road.lanes().count());
     report.line("", &format!("map {map}: {lanes} lanelets, {} roundabouts", flow.road.roundabouts().len()));
     let rules = decider
         .country

@@ -18,11 +18,11 @@ use crate::report::text::counted;
 pub(super) const CHECK_HELP: &str = "\
 Examples:
   signal-gateway check --config gateway.toml
-  signal-gateway check drive.log.gz --profile config/vehicles/ford_falcon_fg.toml";
+  signal-gateway check drive.log.gz --profile ford_falcon_fg";
 
 pub(super) const DECODE_HELP: &str = "\
 Examples:
-  signal-gateway decode drive.log.gz --profile config/vehicles/j1939_truck.toml --changes
+  signal-gateway decode drive.log.gz --profile j1939_truck --changes
   signal-gateway decode --live --config gateway.toml";
 
 #[derive(Debug, Args)]

@@ -15,11 +15,20 @@ use crate::core::map::projector::Projector;
 /// The name of the map in a folder that stands for it.
 const MAP_NAME: &str = "lanelet2_map.osm";
 
+/// The lights of a map.
+#[derive(Debug)]
+pub struct MapLights {
+    /// The lights; without the positions of their lamps when these cannot be computed.
+    pub lights: LightMap,
+    /// The reason why lamps have no positions; `None` when they have.
+    pub unplaced: Option<MapError>,
+}
+
 /// Reads the lights of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
 /// The reason as text: the file, its projector, or the map.
-pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<LightMap, String> {
+pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<MapLights, String> {
     let (path, bytes) = match files.read(path) {
         Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
             let path = path.join(MAP_NAME);
@@ -33,8 +42,12 @@ pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<
     let projector =
         projector(files, &path)?.or_else(|| Projector::mgrs_around(&osm)).unwrap_or(Projector::Local);
     // Points are for viewers only: a map without them has its lights all the same.
-    let points = Points::new(&osm, &projector).ok();
-    LightMap::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())
+    let (points, unplaced) = match Points::new(&osm, &projector) {
+        Ok(points) => (Some(points), None),
+        Err(error) => (None, Some(error)),
+    };
+    let lights = LightMap::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
+    Ok(MapLights { lights, unplaced })
 }
 
 /// Reads the lanelets of a map from a file.

@@ -9,8 +9,9 @@ use super::{Source, files_below};
 const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["drive", "scenario", "vehicle"],
-    &["country", "dimensions", "map"],
+    &["country", "dimensions", "map", "named_file"],
     &["files", "reading"],
+    &["built_in"],
 ];
 
 #[test]
