@@ -78,18 +78,18 @@ fn every_message_is_understood_on_both_sides_and_nonsense_is_counted() {
     let domain = domain();
     let peer = cyclone.start("autoware.py", domain, &[]);
     // Before the gateway is there: what changes seldom is handed over to it, what is old is not.
-    for topic in ["route", "operation_mode", "scenario"] {
+    for topic in ["route", "modified_goal", "operation_mode", "scenario"] {
         peer.send(&format!("publish {topic}"));
     }
     let gateway = Role::new(domain).with_autoware().start();
     // In whichever order their writers are discovered.
-    for subscription in [1, 4] {
+    for subscription in [1, 4, 5] {
         let arrived =
             gateway.wait_for(Mark::START, KINDS[subscription].0, |line| is_arrival(line, subscription));
         assert_eq!(arrived["what"], expected()[subscription]);
     }
     wait_for_matches(&gateway, &peer);
-    assert_eq!(gateway.status()["incoming"][5]["received"], 0, "an old scenario");
+    assert_eq!(gateway.status()["incoming"][6]["received"], 0, "an old scenario");
 
     for round in 1..=2 {
         for (subscription, expected) in expected().iter().enumerate() {
