@@ -15,6 +15,7 @@
 //! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
 
 pub mod country;
+mod decider;
 mod dimensions;
 pub mod drive;
 pub mod files;

@@ -59,7 +59,7 @@ impl<'a> DriveChart<'a> {
         if self.runs.len() == 1 {
             self.add_lanelet(snapshot);
         }
-        let front_m = self.file.vehicle.front_m();
+        let front_m = self.file.decider.vehicle.front_m();
         let Some(run) = self.runs.last_mut() else { return };
         run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
         for evaluated in decision.evaluated() {
@@ -101,7 +101,7 @@ impl<'a> DriveChart<'a> {
             // What lies beyond the drive leaves no empty row.
             lane.rows.retain(|row| !row.bars.is_empty());
         }
-        let front_m = file.vehicle.front_m();
+        let front_m = file.decider.vehicle.front_m();
         let subtitle = format!(
             "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
              starts of sections, the rear axle for their ends"
