@@ -1,22 +1,40 @@
-//! Lists the rules of countries, the files of `config/countries`, so that a new one needs no entry anywhere else.
+//! Lists the files that are built into the binary, so that a new profile, country or drive needs no entry anywhere else.
 
 use std::error::Error;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-const FOLDER: &str = "config/countries";
+const FILES: [&str; 2] = ["config/demo.toml", "config/demo.log.gz"];
+const FOLDERS: [&str; 6] =
+    ["config/countries", "config/drives", "config/maps", "config/scenarios", "config/vehicles", "dbc"];
+const EXTENSIONS: [&str; 5] = ["dbc", "osm", "toml", "xosc", "yaml"];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo::rerun-if-changed={FOLDER}");
-    let entries: Vec<_> = fs::read_dir(FOLDER)?.collect::<Result<_, _>>()?;
-    let mut paths: Vec<_> = entries.iter().map(fs::DirEntry::path).collect();
+    let mut paths: Vec<PathBuf> = FILES.iter().map(PathBuf::from).collect();
+    for folder in FOLDERS {
+        println!("cargo::rerun-if-changed={folder}");
+        add_files(Path::new(folder), &mut paths)?;
+    }
     paths.sort_unstable();
     let mut list = "&[\n".to_owned();
-    for path in paths.iter().filter(|path| path.extension().is_some_and(|extension| extension == "toml")) {
+    for path in &paths {
         let [name, file] = [path, &path.canonicalize()?].map(|path| path.display().to_string());
         writeln!(list, "({name:?}, include_bytes!({file:?})),")?;
     }
-    fs::write(Path::new(&env::var("OUT_DIR")?).join("countries.rs"), list + "]\n")?;
+    fs::write(Path::new(&env::var("OUT_DIR")?).join("built_in.rs"), list + "]\n")?;
+    Ok(())
+}
+
+fn add_files(folder: &Path, paths: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            add_files(&path, paths)?;
+        } else if EXTENSIONS.iter().any(|known| path.extension().is_some_and(|extension| extension == *known))
+        {
+            paths.push(path);
+        }
+    }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod commands;
 pub mod decode;
+mod map;
 mod survey;
 mod traffic_lights;
 mod turn_signal;
@@ -19,6 +20,7 @@ use crate::core::vehicle_lights::binding::{
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
 use crate::report::text::{counted, escaped, plain_path};
+pub use map::map;
 pub use survey::{bad_lines_text, recording};
 
 /// The result of a check.
@@ -51,7 +53,6 @@ pub fn binding(settings: &Settings) -> Report {
         let (messages, signals) = (dbc.database.messages.len(), dbc.database.signal_count());
         let rejected = dbc.database.rejected();
         let path = plain_path(&dbc.path);
-        let path = path.display();
         let [messages, signals, statements] =
             [(messages, "message"), (signals, "signal"), (rejected, "statement")]
                 .map(|(count, noun)| counted(count.try_into().unwrap_or(u64::MAX), noun));

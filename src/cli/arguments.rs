@@ -21,9 +21,9 @@ pub(super) struct ConfigArgs {
     /// Configuration file; config/gateway.toml in the sources explains every key
     #[arg(short, long, value_name = "FILE", default_value = DEFAULT_CONFIG)]
     pub(super) config: PathBuf,
-    /// Vehicle profile to use instead of the configured one; without --config, buses are
+    /// Vehicle profile to use instead of the configured one, by name (`profiles list`) or path; without --config, buses are
     /// can0, can1 … in the order of their names
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "NAME|FILE")]
     pub(super) profile: Option<PathBuf>,
 }
 
@@ -80,10 +80,7 @@ pub(super) fn settings(args: &ConfigArgs) -> Result<Settings, Failure> {
     for dbc in settings.dbcs.iter().filter(|dbc| dbc.database.rejected() > 0) {
         let path = plain_path(&dbc.path);
         let rejected = counted(dbc.database.rejected().try_into().unwrap_or(u64::MAX), "statement");
-        tracing::warn!(
-            "{}: {rejected} rejected; signal-gateway check lists them",
-            escaped(&path.to_string_lossy())
-        );
+        tracing::warn!("{}: {rejected} rejected; signal-gateway check lists them", escaped(&path));
     }
     for note in check::notes(&settings) {
         tracing::warn!("{note}");

@@ -6,6 +6,7 @@ mod inspect;
 mod lights;
 mod live;
 mod manual;
+mod profiles;
 mod replay;
 mod vehicle;
 
@@ -29,6 +30,7 @@ use lights::LightsArgs;
 use live::NetworkArgs;
 use live::{DemoArgs, RunArgs};
 use manual::{CompletionsArgs, ManArgs};
+use profiles::ProfilesArgs;
 use replay::ReplayArgs;
 use vehicle::VehicleArgs;
 
@@ -70,6 +72,9 @@ enum Command {
     /// Print the bound signals by name with their meaning, from a recording or live
     #[command(after_help = inspect::DECODE_HELP)]
     Decode(DecodeArgs),
+    /// List or print the vehicle profiles in the binary
+    #[command(after_help = profiles::HELP)]
+    Profiles(ProfilesArgs),
     /// Run a scenario of traffic lights on virtual time and print its timeline, or draw it
     #[command(after_help = lights::HELP)]
     Lights(LightsArgs),
@@ -101,6 +106,7 @@ pub fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Check(args) => inspect::check(&args),
         Command::Decode(args) => inspect::decode(&args),
+        Command::Profiles(args) => profiles::run(&args),
         Command::Lights(args) => lights::run(&args),
         Command::Decide(args) => decide::run(&args),
         Command::Vehicle(args) => vehicle::run(&args),

@@ -25,7 +25,7 @@ use crate::report::view::{Style, View, time_text};
 pub(super) const REPLAY_HELP: &str = "\
 Examples:
   signal-gateway replay --config config/demo.toml --json
-  signal-gateway replay drive.log.gz --profile config/vehicles/hyundai_kia.toml
+  signal-gateway replay drive.log.gz --profile hyundai_kia
   signal-gateway replay drive.log --config gateway.toml --map can1=body \\
     --speed 1 --ros
 

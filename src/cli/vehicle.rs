@@ -24,10 +24,10 @@ use crate::report::vehicle::{CandumpLog, line};
 
 pub(super) const HELP: &str = "\
 Examples:
-  signal-gateway vehicle --profile config/vehicles/pacmod.toml --interface vcan0
-  signal-gateway vehicle --profile config/vehicles/tesla_model3.toml \\
+  signal-gateway vehicle --profile pacmod --interface vcan0
+  signal-gateway vehicle --profile tesla_model3 \\
     --interface vcan0 --script day.txt
-  signal-gateway vehicle --profile config/vehicles/vw_mqb.toml --candump \\
+  signal-gateway vehicle --profile vw_mqb --candump \\
     --until 20 --script day.txt > day.log
 
 Requests come from --script and from standard input, one a line; a number before it is the time

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use super::files::{Embedded, Files, countries};
+use super::built_in::files_in;
+use super::files::{Embedded, Files};
 use super::reading::checker::{Checker, Keywords, LocatedText};
 use super::reading::fields::Fields;
 use super::reading::location::Text;
@@ -36,7 +37,7 @@ pub enum NoCountry {
 
 /// Codes of the countries whose rules are built into the binary, the files of `config/countries`.
 pub fn built_in() -> Vec<&'static str> {
-    countries().filter_map(|path| path.file_stem()?.to_str()).collect()
+    files_in("config/countries").filter_map(|path| path.file_stem()?.to_str()).collect()
 }
 
 /// The country with a code, or of the `.toml` file with this path, relative to `folder`.

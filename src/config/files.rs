@@ -2,7 +2,9 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
+
+use super::built_in;
 
 /// The largest file that is read, bytes: a file named by mistake must not fill memory.
 const MAX_BYTES: u64 = 1 << 30;
@@ -16,12 +18,15 @@ pub trait Files {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
 }
 
-/// The file system of the machine.
+/// The file system of the machine; and the built-in files, by the paths that [`BuiltIn::path`](built_in::BuiltIn::path) gives.
 #[derive(Debug, Clone, Copy)]
 pub struct Disk;
 
 impl Files for Disk {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        if let Some(path) = built_in::project_path(path) {
+            return Embedded.read(&path);
+        }
         read_at_most(File::open(path)?, MAX_BYTES)
     }
 }
@@ -35,49 +40,17 @@ fn read_at_most(file: impl Read, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The files in the binary, so that the demo and the rules of countries need nothing beside it.
+/// The files in the binary, by their paths in the project, so that the demo and the rules of countries need nothing beside it.
 #[derive(Debug, Clone, Copy)]
 pub struct Embedded;
 
 /// Path of the embedded demo configuration.
 pub const DEMO_CONFIG: &str = "config/demo.toml";
 
-const EMBEDDED: [(&str, &[u8]); 4] = [
-    (DEMO_CONFIG, include_bytes!("../../config/demo.toml")),
-    ("config/demo.log.gz", include_bytes!("../../config/demo.log.gz")),
-    ("config/vehicles/demo_vehicle.toml", include_bytes!("../../config/vehicles/demo_vehicle.toml")),
-    ("dbc/demo_vehicle.dbc", include_bytes!("../../dbc/demo_vehicle.dbc")),
-];
-
-/// The rules of countries by path, ascending; `build.rs` lists them.
-const COUNTRIES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/countries.rs"));
-
-/// Paths of the rules of countries, ascending.
-pub(super) fn countries() -> impl Iterator<Item = &'static Path> {
-    COUNTRIES.iter().map(|(path, _)| Path::new(path))
-}
-
 impl Files for Embedded {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        let path = without_dots(path);
-        let found = EMBEDDED.iter().chain(COUNTRIES).find(|(name, _)| Path::new(name) == path);
-        found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+        built_in::contents(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into())
     }
-}
-
-/// A path without `.` and `..`: `a/c` of `a/b/../c`.
-fn without_dots(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for component in path.components() {
-        match component {
-            Component::ParentDir => {
-                plain.pop();
-            }
-            Component::CurDir => {}
-            Component::Prefix(_) | Component::RootDir | Component::Normal(_) => plain.push(component),
-        }
-    }
-    plain
 }
 
 #[cfg(test)]

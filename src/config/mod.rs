@@ -11,9 +11,12 @@
 //! | [`drive`] | drives of the turn signal decider |
 //! | `map` | the lanelet2 maps that sections and drives name |
 //! | [`country`], `dimensions` | rules of countries, dimensions of vehicles |
+//! | [`built_in`] | files in the binary by name |
+//! | `named_file` | files by path, or by the name of a built-in one |
 //! | [`files`] | sources of files: the disk, or the binary itself |
 //! | `reading` | TOML, YAML and XML as values with their locations, and the problems found in them |
 
+pub mod built_in;
 pub mod country;
 mod decider;
 mod dimensions;
@@ -21,10 +24,11 @@ pub mod drive;
 pub mod files;
 pub mod gateway;
 mod map;
+mod named_file;
 mod reading;
 pub mod scenario;
 mod vehicle;
 
 pub use gateway::{Overrides, Settings, load, load_profile};
-pub use map::read_lights;
+pub use map::{MapLights, read_lane_network, read_lights};
 pub use reading::problem::{Problem, Refused};

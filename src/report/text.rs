@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
 
+use crate::config::built_in::display;
+
 /// The text with its control characters escaped, so that a name cannot move the cursor or begin a line.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {
@@ -25,9 +27,9 @@ pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The path as people write it: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`. For texts alone, since a folder may be
-/// a link.
-pub fn plain_path(path: &Path) -> PathBuf {
+/// The path as people write it: `dbc/a.dbc` for `config/vehicles/../../dbc/a.dbc`, `built-in dbc/a.dbc` for a file in the
+/// binary. For texts alone, since a folder may be a link.
+pub fn plain_path(path: &Path) -> String {
     let mut plain = PathBuf::new();
     for component in path.components() {
         match (component, plain.components().next_back()) {
@@ -36,7 +38,7 @@ pub fn plain_path(path: &Path) -> PathBuf {
             _ => plain.push(component),
         }
     }
-    plain
+    display(&plain)
 }
 
 #[cfg(test)]
@@ -55,7 +57,7 @@ mod tests {
             ("/a/../../b", "/../b"),
             ("a.dbc", "a.dbc"),
         ] {
-            assert_eq!(plain_path(Path::new(path)), Path::new(plain));
+            assert_eq!(plain_path(Path::new(path)), plain);
         }
     }
 }

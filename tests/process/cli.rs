@@ -122,6 +122,27 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
 }
 
 #[test]
+fn check_takes_a_map_or_its_folder() {
+    let text = out(&["check", "config/maps/consecutive_turns"]);
+    let lines = [
+        "map        config/maps/consecutive_turns: 12 lanelets, 0 roundabouts\n",
+        "           lanelet 106 at (220.0, 32.0) m: a turn tagged left (90° to the left) is split over the lanelets 106, \
+         107, 108\n",
+        "0 warnings\n",
+    ];
+    assert_eq!(text, lines.concat());
+    let map = std::fs::read_to_string("config/maps/crossing/lanelet2_map.osm").unwrap();
+    let (folder, path) = file("crossing.osm", &map.replace("v=\"left\"", "v=\"right\""));
+    let output = gateway(&["check", path.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(text.contains("tagged right, but it bends 89° to the left\n"), "{text}");
+    assert!(
+        refused(3, &["check", folder.path().to_str().unwrap()]).contains("a folder with lanelet2_map.osm")
+    );
+}
+
+#[test]
 fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
     for shipped in ["config/gateway.toml", "config/command_bench.toml"] {
         assert!(out(&["check", "--config", shipped]).contains("0 warnings"), "{shipped}");
@@ -129,8 +150,7 @@ fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
     let (_, behind) = readme.split_once("```toml\n").unwrap();
     let (shown, _) = behind.split_once("```").unwrap();
-    let profiles = concat!("profile = \"", env!("CARGO_MANIFEST_DIR"), "/config/vehicles/");
-    let (folder, path) = file("gateway.toml", &shown.replace("profile = \"vehicles/", profiles));
+    let (folder, path) = file("gateway.toml", shown);
     assert!(out(&["check", "--config", path.to_str().unwrap()]).contains("0 warnings"));
     drop(folder);
 }
@@ -140,9 +160,9 @@ fn wrong_usage_is_2_a_refused_configuration_3_and_an_unreadable_recording_1() {
     refused(2, &["fly"]);
     refused(2, &["replay", "--speed", "fast"]);
     refused(2, &["replay", "x.log", "--config", DEMO, "--map", "can1=nosuch"]);
-    let profile = refused(3, &["check", "--profile", "hyundai_kia"]);
-    let expected = "hyundai_kia: cannot read it: No such file or directory (os error 2); give the path of a vehicle \
-                    profile with --profile\n";
+    let profile = refused(3, &["check", "--profile", "hyundai_ki"]);
+    let expected = "hyundai_ki: cannot read it: No such file or directory (os error 2); did you mean the built-in \
+                    profile hyundai_kia?\n";
     assert_eq!(profile, format!("signal-gateway: {expected}"));
     let missing = refused(3, &["run", "--config", "/nonexistent/gateway.toml"]);
     assert!(missing.contains("/nonexistent/gateway.toml: cannot read it"), "{missing}");
@@ -413,4 +433,45 @@ fn a_request_without_effect_is_reported_beside_the_log_of_a_simulated_vehicle() 
         1,
         "{errors}"
     );
+}
+
+/// The binary alone, in a folder without anything.
+#[test]
+fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_signal-gateway"));
+        let output = command.current_dir(folder.path()).args(args).output().unwrap();
+        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (output.status.code(), out, err)
+    };
+    let (code, list, _) = run(&["profiles", "list"]);
+    assert_eq!(code, Some(0));
+    let kia = list.lines().find(|line| line.starts_with("hyundai_kia ")).unwrap();
+    assert!(kia.ends_with("  Hyundai and Kia: turn, hazard"), "{kia}");
+    let (_, shown, _) = run(&["profiles", "show", "hyundai_kia"]);
+    assert!(shown.contains("name = \"Hyundai and Kia\""), "{shown}");
+    let (_, dbc, _) = run(&["profiles", "show", "hyundai_kia", "--dbc"]);
+    assert!(dbc.starts_with("VERSION"), "{dbc}");
+    let (code, _, error) = run(&["profiles", "show", "hyunday_kia"]);
+    assert_eq!(code, Some(2));
+    assert!(error.contains("did you mean the built-in profile hyundai_kia?"), "{error}");
+
+    let (_, text, error) = run(&["check", "--profile", "hyundai_kia"]);
+    assert!(text.contains("powertrain on can0: built-in dbc/hyundai_kia.dbc, "), "{text}{error}");
+    assert_eq!(run(&["decide", "crossing_left"]).0, Some(0));
+    assert_eq!(run(&["lights", "bench", "--until", "1"]).0, Some(0));
+    let (code, _, error) = run(&["decide", "crosing_left"]);
+    assert_eq!(code, Some(3));
+    assert!(error.contains("did you mean the built-in drive crossing_left"), "{error}");
+
+    let config =
+        "profile = \"hyundai_kia\"\n[can.body]\ninterface = \"can0\"\n[turn_signal]\nmap = \"crossing\"\n";
+    std::fs::write(folder.path().join("gateway.toml"), config).unwrap();
+    let (code, _, error) = run(&["check", "--config", "gateway.toml"]);
+    assert_eq!(code, Some(3));
+    assert!(error.contains("gateway.toml:2:") && error.contains("powertrain"), "{error}");
+    std::fs::write(folder.path().join("gateway.toml"), config.replace("body", "powertrain")).unwrap();
+    let (_, text, error) = run(&["check", "--config", "gateway.toml"]);
+    assert!(text.contains("map built-in map crossing: "), "{text}{error}");
 }

@@ -22,9 +22,11 @@ pub use reader::Moment;
 pub use route::RoutePlan;
 pub use setting::{SpeedProfile, Stop};
 
+use crate::config::built_in::{BuiltIn, display};
 use crate::config::decider;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
+use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Text;
@@ -78,12 +80,14 @@ pub struct DriveFile {
     pub expectations: Vec<Expectation>,
 }
 
-/// Reads a drive scenario and the map it names.
+/// Reads a drive scenario, by path or built-in name, and the map it names.
 ///
 /// # Errors
 /// Every problem with its location; only the first one of a file that is not TOML.
 pub fn read(files: &dyn Files, path: &Path) -> Result<DriveFile, Refused> {
-    let text = Text::read(path, files.read(path), "give the path of a drive scenario")?.not_blank()?;
+    let path = &named_file::find_here(BuiltIn::Drive, files, path);
+    let missing = BuiltIn::Drive.did_you_mean(path, "give the path of a drive scenario");
+    let text = Text::read(path, files.read(path), &missing)?.not_blank()?;
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Problem::whole_file(path, "expected a TOML file", "name it .toml").into());
     }
@@ -99,7 +103,7 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let lanes = Lanes::default();
     top.require(&["map"], "");
     let [name, description] = ["name", "description"].map(|key| top.string(key).map(|given| given.text));
-    let map = top.path("map");
+    let map = named_file::path_at(BuiltIn::Map, files, &top, "map");
     let compats = reader::compats(&top);
     let (_, decider) = decider::decider(files, &top, DeciderCompat::Improved);
     let planning_hz = top.number("planning_hz", 0.1..=1000.0, "Hz").unwrap_or(10.0);
@@ -117,9 +121,10 @@ fn interpret(files: &dyn Files, top: Fields<'_>) -> Option<DriveFile> {
     let map_at = top.at("map");
     top.done();
     let map = map?;
-    let road = read_lane_network(files, &map).map_err(|reason| format!("{}: {reason}", map.display()));
+    let road = read_lane_network(files, &map).map_err(|reason| format!("{}: {reason}", display(&map)));
     let remedy = "give the path of a lanelet2 map, relative to this file";
-    let road = checker.accept(map_at, road, remedy)?;
+    let remedy = named_file::remedy(BuiltIn::Map, files, &map, remedy);
+    let road = checker.accept(map_at, road, &remedy)?;
     lanes.check(checker, &road);
     let (speed, stops, points) = drive?;
     Some(DriveFile {

@@ -20,7 +20,9 @@ pub use ros::RosConfig;
 
 pub use super::vehicle::LoadedDbc;
 
+use super::built_in::BuiltIn;
 use super::files::Files;
+use super::named_file::{find, find_here};
 use super::reading::checker::{Checker, Keywords};
 use super::reading::fields::Fields;
 use super::reading::location::{Location, Text};
@@ -47,6 +49,11 @@ pub enum SourceKind {
 
 const SOURCES: Keywords<SourceKind> =
     &[("socketcan", SourceKind::Socketcan), ("recording", SourceKind::Recording)];
+
+const MISSING_PROFILE: &str =
+    "give the path of a vehicle profile, or a name of `signal-gateway profiles list`";
+const MISSING_NAMED_PROFILE: &str =
+    "give the profile's path relative to this file, or a name of `signal-gateway profiles list`";
 
 /// A configuration that can be used.
 #[derive(Debug)]
@@ -93,7 +100,7 @@ impl Settings {
 /// Settings of the command line that replace those of the file.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
-    /// Another vehicle profile; relative to the working directory.
+    /// Another vehicle profile, by its path relative to the working directory, or the name of a built-in one.
     pub profile: Option<PathBuf>,
 }
 
@@ -103,18 +110,21 @@ pub struct Overrides {
 /// Every problem found.
 pub fn load(files: &dyn Files, path: &Path, overrides: &Overrides) -> Result<Settings, Refused> {
     let text = Text::read(path, files.read(path), "give the path of a configuration with --config")?;
-    let absolute = |profile: &PathBuf| std::path::absolute(profile).unwrap_or_else(|_| profile.clone());
-    let profile = overrides.profile.as_ref().map(absolute);
+    let profile = overrides.profile.as_ref().map(|given| {
+        let path = std::path::absolute(given).unwrap_or_else(|_| given.clone());
+        find(BuiltIn::Profile, files, &given.to_string_lossy(), path)
+    });
     resolve(files, &text, profile.as_deref().map_or(Profile::Named, Profile::Chosen))
 }
 
-/// Settings for a profile alone: its buses on `can0`, `can1`… in the order of their names, and defaults for
+/// Settings for a profile alone, by path or built-in name: its buses on `can0`, `can1`… in the order of their names, and defaults for
 /// everything else. For replaying a log of a vehicle without writing a configuration.
 ///
 /// # Errors
 /// Every problem found.
 pub fn load_profile(files: &dyn Files, profile: &Path) -> Result<Settings, Refused> {
-    resolve(files, &Text::new(profile, Vec::new())?, Profile::Alone(profile))
+    let profile = find_here(BuiltIn::Profile, files, profile);
+    resolve(files, &Text::new(&profile, Vec::new())?, Profile::Alone(&profile))
 }
 
 /// The vehicle profile to read.
@@ -144,8 +154,8 @@ fn vehicle(
 ) -> Result<Vehicle, Option<Vec<String>>> {
     let (named, inline) = (top.string("profile"), top.table("vehicle"));
     if let Profile::Chosen(path) | Profile::Alone(path) = profile {
-        let unreadable =
-            |error| Problem::unreadable(path, &error, "give the path of a vehicle profile with --profile");
+        let missing = BuiltIn::Profile.did_you_mean(path, MISSING_PROFILE);
+        let unreadable = |error| Problem::unreadable(path, &error, &missing);
         let bytes = files.read(path).map_err(|error| {
             top.checker.adopt(vec![unreadable(error)]);
             None
@@ -157,7 +167,10 @@ fn vehicle(
             let buses = vehicle::bus_names(&inline);
             vehicle::compile(files, inline).ok_or(Some(buses))
         }
-        (Some(named), None) => read_profile(files, top, &top.checker.beside(&named.text), &named.location),
+        (Some(named), None) => {
+            let path = find(BuiltIn::Profile, files, &named.text, top.checker.beside(&named.text));
+            read_profile(files, top, &path, &named.location)
+        }
         (Some(_), Some(_)) => {
             top.refuse("profile", "both a profile and a [vehicle] are given", "keep one of them");
             Err(None)
@@ -165,7 +178,7 @@ fn vehicle(
         (None, None) if top.has("profile") || top.has("vehicle") => Err(None),
         (None, None) if top.has("traffic_lights") || top.has("turn_signal") => Ok(Vehicle::none()),
         (None, None) => {
-            let remedy = "name one with profile = \"vehicles/….toml\"";
+            let remedy = "give a path, or a name of `signal-gateway profiles list`, with profile = \"…\"";
             top.refuse("profile", "no vehicle profile is given", remedy);
             Err(None)
         }
@@ -181,8 +194,9 @@ fn read_profile(
 ) -> Result<Vehicle, Option<Vec<String>>> {
     let checker = top.checker;
     let bytes = files.read(path).map_err(|error| {
-        let remedy = remedy_of(&error, "give the profile's path relative to this file");
-        checker.refuse(at, format!("{}: cannot read it: {error}", path.display()), remedy);
+        let missing = BuiltIn::Profile.did_you_mean(path, MISSING_NAMED_PROFILE);
+        let reason = format!("{}: cannot read it: {error}", path.display());
+        checker.refuse(at, reason, remedy_of(&error, &missing));
         None
     });
     compiled(files, top, path, bytes?)

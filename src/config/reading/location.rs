@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use super::problem::Problem;
+use crate::config::built_in::display;
 
 /// The largest file that is read, bytes.
 const MAX_BYTES: usize = 4 << 20;
@@ -51,7 +52,7 @@ impl SourceLocation {
 impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (line, column) = self.position;
-        write!(f, "{}:{line}:{column}: {}", self.file.display(), self.key)
+        write!(f, "{}:{line}:{column}: {}", display(&self.file), self.key)
     }
 }
 

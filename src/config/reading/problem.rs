@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::config::built_in::display;
+
 /// One reason to refuse a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
@@ -47,7 +49,7 @@ pub(crate) fn remedy_of<'a>(error: &io::Error, missing: &'a str) -> &'a str {
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // The parts that come from the file itself have no control characters; its path may.
-        for char in self.file.display().to_string().chars() {
+        for char in display(&self.file).chars() {
             if char.is_control() { write!(f, "{}", char.escape_default())? } else { write!(f, "{char}")? }
         }
         if let Some((line, column)) = self.position {

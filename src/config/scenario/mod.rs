@@ -5,6 +5,7 @@
 //! interpreted.
 
 mod bench;
+mod bulb_order;
 mod controllers;
 mod file;
 mod naming;
@@ -14,10 +15,13 @@ mod reader;
 use std::path::Path;
 
 pub use crate::config::reading::location::SourceLocation;
+pub use bulb_order::BulbOrder;
 pub use file::{NotInterpreted, ScenarioFile, UsedId};
 pub use reader::ReadOptions;
 
+use crate::config::built_in::BuiltIn;
 use crate::config::files::Files;
+use crate::config::named_file;
 use crate::config::reading::checker::Checker;
 use crate::config::reading::location::Text;
 use crate::config::reading::problem::{Problem, Refused};
@@ -30,7 +34,7 @@ use reader::{Reader, SEE};
 /// The key of TIER IV's files that modify a scenario.
 const MODIFIERS: &str = "ScenarioModifiers";
 
-/// Reads a scenario; its form follows from the file's extension.
+/// Reads a scenario, by path or built-in name; its form follows from the file's extension.
 ///
 /// # Errors
 /// Every problem with its location; only the first one of a file that breaks the grammar of its form.
@@ -40,8 +44,10 @@ pub fn read(
     options: impl Into<ReadOptions>,
 ) -> Result<ScenarioFile, Refused> {
     let options = options.into();
+    let path = &named_file::find_here(BuiltIn::Scenario, files, path);
+    let missing = BuiltIn::Scenario.did_you_mean(path, "give the path of a scenario");
+    let text = Text::read(path, files.read(path), &missing)?.not_blank()?;
     let form = Form::of(path)?;
-    let text = Text::read(path, files.read(path), "give the path of a scenario")?.not_blank()?;
     let checker = Checker::new(&text.file, SEE);
     let mut reader = Reader::new(&checker, &options);
     let mut file = match form {

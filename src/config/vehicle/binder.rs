@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::raw_values::RawValues;
+use crate::config::built_in::display;
 use crate::config::reading::checker::{Checker, LocatedText};
 use crate::config::reading::fields::Fields;
 use crate::config::reading::location::Location;
@@ -89,7 +90,7 @@ impl<'a> Binder<'a> {
     fn missing_message(&self, bus: Option<&str>, name: &str) -> String {
         let buses: Vec<_> =
             self.buses.iter().filter(|known| bus.is_none_or(|bus| known.bus == bus)).collect();
-        let files = buses.iter().map(|bus| bus.path.display().to_string()).collect::<Vec<_>>().join(", ");
+        let files = buses.iter().map(|bus| display(&bus.path)).collect::<Vec<_>>().join(", ");
         let rejected = buses.iter().find_map(|bus| rejected(bus, name)).unwrap_or_default();
         format!("{files} has no message {name}{rejected}")
     }
@@ -237,5 +238,5 @@ pub(super) fn split_bus(name: &str) -> (Option<&str>, &str) {
 /// Line and reason where the DBC's statement about a name was rejected, as the end of a reason.
 fn rejected(bus: &LoadedDbc, name: &str) -> Option<String> {
     let finding = bus.database.findings.iter().find(|finding| finding.excerpt.contains(name))?;
-    Some(format!("; rejected at {}:{}: {}", bus.path.display(), finding.line, finding.reason))
+    Some(format!("; rejected at {}:{}: {}", display(&bus.path), finding.line, finding.reason))
 }

@@ -1,5 +1,5 @@
-//! Manoeuvres that are over and do not come back (weakness W4): signalled once, displaced by one to the other side,
-//! required section passed.
+//! Manoeuvres that are over and do not come back (weakness W4): signalled once, and passed, or displaced by one to the other
+//! side when the required section was over.
 
 use super::manoeuvre::announced::SAME_END_M;
 use super::resolve::Source;
@@ -48,13 +48,15 @@ impl FinishedMemory {
             let is_over = path_frame.from_base_m(section.required_end) < 0.0;
             // To the same side the signal goes on: nothing was displaced.
             let lost = winner.is_some_and(|(_, winner)| winner.turn != section.turn);
+            // On a bend its end may come back by some centimetres.
+            let is_passed = path_frame.from_base_m(section.desired_end) < 0.0;
             Known {
                 source: *source,
                 turn: section.turn,
                 ends: [section.desired_end, section.required_end],
                 was_signalled: was_signalled || winner == Some(given) && shown == section.turn,
                 is_finished: before.is_some_and(|known| known.is_finished)
-                    || was_signalled && lost && is_over,
+                    || was_signalled && (lost && is_over || is_passed),
             }
         });
         self.known = noted.collect();

@@ -6,6 +6,7 @@ use std::fmt;
 
 use super::section::{Distances, Section};
 use super::side::Side;
+use super::subject::Subject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
@@ -62,7 +63,7 @@ pub struct Rules {
     /// A front exactly at P's required start has not reached it (W3). Upstream: it is neither before
     /// nor inside, and Q wins for one sample.
     pub start_belongs_to_before: bool,
-    /// While Q's required section has begun and P's, which lies within it, has not, Q wins: nobody signals against the side
+    /// Until P's required section begins, Q wins, within whose required section it lies: nobody signals against the side
     /// that is steered to (W21). Upstream: P wins from its desired start.
     pub nested_waits: bool,
     /// Sources whose manoeuvre is over and may not come back (W4).
@@ -80,7 +81,7 @@ pub enum Case {
     A3,
     /// P starts first and is over: Q.
     A4,
-    /// P's required section lies within Q's: P until it is over; by default only once it has begun, or while Q's has not.
+    /// P's required section lies within Q's: P until it is over, by default only once it has begun.
     B1,
     /// Q starts first and ends no later: Q until P starts.
     B2,
@@ -142,6 +143,8 @@ pub enum CandidateOutcome {
 pub struct EvaluatedCandidate {
     /// The source of its record.
     pub source: Source,
+    /// The subject of its record.
+    pub subject: Subject,
     /// The command it requests.
     pub turn: TurnCommand,
     /// Distances to its four points; `None` without a record.
@@ -224,7 +227,7 @@ pub fn prior(p: &Distances, q: &Distances, rules: &Rules) -> (Winner, Case) {
     let (ps, pe, qs, qe) = (p.required_start_m, p.required_end_m, q.required_start_m, q.required_end_m);
     let before_p = ps > 0.0 || rules.start_belongs_to_before && ps >= 0.0;
     let inside_p = ps < 0.0 && pe >= 0.0;
-    let waits = rules.nested_waits && ps > 0.0 && qs < 0.0 && ps - qs > SAME_START_M;
+    let waits = rules.nested_waits && ps > 0.0 && ps - qs > SAME_START_M;
     let unless_over = if (before_p || inside_p) && !waits { Winner::P } else { Winner::Q };
     if ps < qs {
         if qe < pe {
@@ -252,6 +255,7 @@ fn evaluate(
     let Some(record) = record else {
         return EvaluatedCandidate {
             source,
+            subject: Subject::Unnamed,
             turn: TurnCommand::NoCommand,
             distances: None,
             outcome: CandidateOutcome::Absent,
@@ -271,7 +275,13 @@ fn evaluate(
     } else {
         CandidateOutcome::Won
     };
-    EvaluatedCandidate { source, turn: record.turn, distances: Some(distances), outcome }
+    EvaluatedCandidate {
+        source,
+        subject: record.subject,
+        turn: record.turn,
+        distances: Some(distances),
+        outcome,
+    }
 }
 
 fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: Source, outcome: CandidateOutcome) {

@@ -25,10 +25,10 @@ fn broken_gateway_files_are_refused_where_they_break() {
 - interface = "can0"
 > gateway.toml:2:1: can.body: missing key: interface; see config/gateway.toml
 - profile = "car.toml"
-> gateway.toml:1:1: no vehicle profile is given; name one with profile = "vehicles/….toml"
+> gateway.toml:1:1: no vehicle profile is given; give a path, or a name of `signal-gateway profiles list`, with profile = "…"
 - profile = "car.toml"
 + profile = "cart.toml"
-> gateway.toml:1:11: profile: cart.toml: cannot read it: entity not found; give the profile's path relative to this file
+> gateway.toml:1:11: profile: cart.toml: cannot read it: entity not found; give the profile's path relative to this file, or a name of `signal-gateway profiles list`
   profile = "car.toml"
 + vehicle = { name = "x", turn = { fitted = false }, hazard = { from = "unbound" } }
 > gateway.toml:1:11: profile: both a profile and a [vehicle] are given; keep one of them

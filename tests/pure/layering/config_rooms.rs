@@ -10,8 +10,9 @@ const ROOMS_OF_CONFIG: &[&[&str]] = &[
     &["gateway"],
     &["drive", "scenario", "vehicle"],
     &["decider"],
-    &["country", "dimensions", "map"],
+    &["country", "dimensions", "map", "named_file"],
     &["files", "reading"],
+    &["built_in"],
 ];
 
 #[test]

@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::config::built_in::{BuiltIn, display};
 use crate::config::decider;
 use crate::config::files::Files;
 use crate::config::map::read_lane_network;
+use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::core::map::lane_network::LaneNetwork;
@@ -92,11 +94,12 @@ fn map(files: &dyn Files, fields: &Fields<'_>) -> Option<(PathBuf, LaneNetwork)>
     if !fields.has("map") {
         fields.refuse("map", "the turn signal decider has no map", remedy);
     }
-    let path = fields.path("map")?;
+    let path = named_file::path_at(BuiltIn::Map, files, fields, "map")?;
     let road = read_lane_network(files, &path).and_then(|road| {
         if road.lanes().next().is_none() { Err("it has no lanelet".to_owned()) } else { Ok(road) }
     });
-    let road = road.map_err(|reason| format!("{}: {reason}", path.display()));
-    let road = fields.checker.accept(fields.at("map"), road, remedy)?;
+    let road = road.map_err(|reason| format!("{}: {reason}", display(&path)));
+    let remedy = named_file::remedy(BuiltIn::Map, files, &path, remedy);
+    let road = fields.checker.accept(fields.at("map"), road, &remedy)?;
     Some((path, road))
 }

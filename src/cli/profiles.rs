@@ -1,0 +1,96 @@
+//! `profiles`: the vehicle profiles in the binary.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+
+use super::Failure;
+use crate::config::built_in::BuiltIn;
+use crate::config::files::{Disk, Files};
+use crate::config::{Settings, load_profile};
+use crate::core::vehicle_lights::binding::{HazardBinding, TurnBinding};
+
+pub(super) const HELP: &str = "\
+Examples:
+  signal-gateway profiles list
+  signal-gateway profiles show hyundai_kia
+  signal-gateway profiles show hyundai_kia --dbc > hyundai_kia.dbc
+
+A profile of the list can be named wherever one is needed: --profile hyundai_kia, or in the
+configuration profile = \"hyundai_kia\". A file with this name wins.";
+
+#[derive(Debug, Args)]
+pub(super) struct ProfilesArgs {
+    #[command(subcommand)]
+    command: ProfilesCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum ProfilesCommand {
+    /// List the profiles with their vehicles, and what each of them describes
+    List,
+    /// Print a profile, or its DBCs
+    Show {
+        /// Name of the profile
+        #[arg(value_name = "NAME")]
+        profile: String,
+        /// Print the DBC of each of its buses instead
+        #[arg(long)]
+        dbc: bool,
+    },
+}
+
+pub(super) fn run(args: &ProfilesArgs) -> Result<ExitCode, Failure> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    match &args.command {
+        ProfilesCommand::List => list(&mut out)?,
+        ProfilesCommand::Show { profile, dbc } => show(&mut out, profile, *dbc)?,
+    }
+    out.flush()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list(out: &mut impl Write) -> Result<(), Failure> {
+    let width = BuiltIn::Profile.names().map(str::len).max().unwrap_or_default();
+    for name in BuiltIn::Profile.names() {
+        let settings = load_profile(&Disk, &path(name)?)?;
+        writeln!(out, "{name:width$}  {}: {}", settings.vehicle, contents(&settings).join(", "))?;
+    }
+    Ok(())
+}
+
+fn show(out: &mut impl Write, profile: &str, dbc: bool) -> Result<(), Failure> {
+    let path = path(profile)?;
+    let paths = if dbc {
+        load_profile(&Disk, &path)?.dbcs.into_iter().map(|dbc| dbc.path).collect()
+    } else {
+        vec![path]
+    };
+    for path in &paths {
+        out.write_all(&Disk.read(path)?)?;
+    }
+    Ok(())
+}
+
+fn path(name: &str) -> Result<PathBuf, Failure> {
+    BuiltIn::Profile.path(name).ok_or_else(|| {
+        let advice = BuiltIn::Profile.did_you_mean(name.as_ref(), "see `signal-gateway profiles list`");
+        Failure::Usage(format!("there is no built-in profile {name}; {advice}"))
+    })
+}
+
+/// The parts of a vehicle that a profile describes.
+fn contents(settings: &Settings) -> Vec<&'static str> {
+    let lights = &settings.gateway.lights;
+    [
+        (matches!(lights.turn, TurnBinding::From(_)), "turn"),
+        (matches!(lights.hazard, HazardBinding::From(_)), "hazard"),
+        (!settings.gateway.v2i.is_empty(), "traffic lights"),
+        (!settings.command_binding.is_empty(), "commands"),
+    ]
+    .into_iter()
+    .filter_map(|(is_described, part)| is_described.then_some(part))
+    .collect()
+}
