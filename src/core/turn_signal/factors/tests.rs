@@ -90,6 +90,7 @@ fn made_with(
         road: &road,
         route: &route,
         parameters: &parameters,
+        looks_at_height: true,
         odometry,
         path,
         modified_goal,
