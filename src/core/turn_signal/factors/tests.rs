@@ -276,8 +276,9 @@ fn a_pull_over_ends_at_the_modified_goal_where_it_is_known() {
         let made = made_with(60.0, Some(&straight), &factors, modified_goal);
         let Manoeuvre::PullOver(PullOver::Decided(decided)) = manoeuvre(made) else { panic!("decided") };
         assert_eq!(decided.goal.position.x_m, expected_m);
-        let line = decided.path.as_ref().unwrap().line(decided.start, decided.goal);
-        assert_eq!(decided.path.unwrap().offset_between_m(line.start_index, line.end_index), 2.2);
+        let shift_m = decided.path.unwrap().offset_between_m(90, 120);
+        let expected_shift_m = 2.2 * 30.0 / (expected_m - 90.0);
+        assert!((shift_m - expected_shift_m).abs() < 1e-6, "{shift_m}: the ramp ends at the goal");
     }
 }
 

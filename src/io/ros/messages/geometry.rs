@@ -114,11 +114,12 @@ impl Quaternion {
 }
 
 impl From<plane::Pose> for Pose {
-    /// Upright, on the ground of the map.
+    /// Upright; on the ground of the map where the height is not known.
     fn from(plane::Pose { position, yaw_rad }: plane::Pose) -> Self {
         let (sin, cos) = (yaw_rad / 2.0).sin_cos();
+        let z = if position.z_m.is_finite() { position.z_m } else { 0.0 };
         Self {
-            position: Point { x: position.x_m, y: position.y_m, z: 0.0 },
+            position: Point { x: position.x_m, y: position.y_m, z },
             orientation: Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
         }
     }
