@@ -126,7 +126,7 @@ impl Tape {
         match record.content {
             Content::Data(frame) => Some(CanInput::Frame { bus, frame, stamp }),
             Content::Error(error) => Some(CanInput::ErrorFrame { bus, error }),
-            Content::Note(note) => Some(note.input(bus)),
+            Content::Note(note) => note.input(bus),
             Content::Remote => None,
         }
     }

@@ -7,4 +7,5 @@ pub mod error_frame;
 pub mod frame;
 pub mod input;
 pub mod link;
+pub mod mark;
 pub mod note;

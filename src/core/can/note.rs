@@ -1,6 +1,6 @@
-//! Changes of links and controllers and losses of frames in a candump log.
+//! Changes of links and controllers, losses of frames and marks of the driver's actions in a candump log.
 //!
-//! The black box writes them after a `#`, which other tools take for a comment, and a replay reads
+//! The black box and `discover` write them after a `#`, which other tools take for a comment, and a replay reads
 //! them back: `# (1436509052.249713) can0 link down`.
 
 use std::fmt;
@@ -9,6 +9,7 @@ use crate::core::can::controller::ControllerReport;
 use crate::core::can::error_frame::{ControllerState, ErrorCounters};
 use crate::core::can::input::CanInput;
 use crate::core::can::link::{BusIndex, LinkState};
+use crate::core::can::mark::Mark;
 
 /// An event on a bus for which candump has no line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +20,8 @@ pub enum Note {
     Controller(ControllerReport),
     /// The kernel dropped this many frames.
     Drops(u32),
+    /// The driver's action changed.
+    Mark(Mark),
 }
 
 impl Note {
@@ -32,12 +35,13 @@ impl Note {
         }
     }
 
-    /// The input that the note records.
-    pub fn input(self, bus: BusIndex) -> CanInput {
+    /// The input that the note records; `None` for a mark, which is not an event on the bus.
+    pub fn input(self, bus: BusIndex) -> Option<CanInput> {
         match self {
-            Self::Link(state) => CanInput::Link { bus, state },
-            Self::Controller(report) => CanInput::Controller { bus, report },
-            Self::Drops(lost) => CanInput::Drops { bus, lost },
+            Self::Link(state) => Some(CanInput::Link { bus, state }),
+            Self::Controller(report) => Some(CanInput::Controller { bus, report }),
+            Self::Drops(lost) => Some(CanInput::Drops { bus, lost }),
+            Self::Mark(_) => None,
         }
     }
 
@@ -52,6 +56,7 @@ impl Note {
             ["link", "ended"] => Self::Link(LinkState::Ended),
             ["link", "failed", errno] => Self::Link(LinkState::Failed(errno.parse().ok()?)),
             ["drops", lost] => Self::Drops(lost.parse().ok()?),
+            ["mark", name] => Self::Mark(Mark::from_name(name)?),
             ["controller", state, rest @ ..] => {
                 let state = ControllerState::ALL.into_iter().find(|known| known.name() == *state)?;
                 let number = |key: &str| rest.windows(2).find(|pair| pair[0] == key).map(|pair| pair[1]);
@@ -71,6 +76,7 @@ impl fmt::Display for Note {
             Self::Link(LinkState::Failed(errno)) => write!(f, "link failed {errno}"),
             Self::Link(state) => write!(f, "link {}", state.name()),
             Self::Drops(lost) => write!(f, "drops {lost}"),
+            Self::Mark(mark) => write!(f, "mark {mark}"),
             Self::Controller(report) => {
                 write!(f, "controller {}", report.state.name())?;
                 if let Some(ErrorCounters { tx, rx }) = report.counters {
@@ -102,6 +108,7 @@ mod tests {
         prop_oneof![
             link.prop_map(Note::Link),
             any::<u32>().prop_map(Note::Drops),
+            prop::sample::select(&Mark::ALL).prop_map(Note::Mark),
             controller.prop_map(|(state, counters, restart_ms)| {
                 Note::Controller(ControllerReport { state, counters, restart_ms })
             }),
@@ -112,7 +119,9 @@ mod tests {
         #[test]
         fn written_note_is_read_back(note in note()) {
             prop_assert_eq!(Note::parse(note.to_string().split(' ')), Some(note));
-            prop_assert_eq!(Note::of(&note.input(BusIndex(3))), Some((BusIndex(3), note)));
+            let of_input = note.input(BusIndex(3)).map(|input| Note::of(&input));
+            prop_assert_eq!(of_input.is_none(), matches!(note, Note::Mark(_)));
+            prop_assert!(of_input.is_none_or(|read| read == Some((BusIndex(3), note))));
         }
 
         #[test]

@@ -7,6 +7,7 @@ pub mod checksum;
 pub mod counter;
 mod display;
 pub mod e2e;
+pub mod search;
 mod send;
 pub mod window;
 
