@@ -118,7 +118,7 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
     let profile = "config/vehicles/hyundai_kia.toml";
-    assert!(out(&["check", "--profile", profile]).ends_with("0 warnings\n"));
+    assert!(out(&["check", "--profile", profile]).ends_with("0 errors, 0 warnings, 0 notes\n"));
 }
 
 #[test]
@@ -193,17 +193,17 @@ fn check_finds_what_a_recording_lacks() {
     };
     let (code, text) = check(&["(1.0) can0 111#00"], &["--config", DEMO]);
     assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("! BCM_TurnIndicators (2A5) was never received on can0\n"), "{text}");
+    assert!(text.contains("warning    BCM_TurnIndicators (2A5) was never received on can0\n"), "{text}");
     let v2x = "config/vehicles/v2x_unit.toml";
     let (code, text) = check(&["(1.0) can0 111#00"], &["--profile", v2x]);
     assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("! V2X_SPAT (5A1) was never received on can0\n"), "{text}");
+    assert!(text.contains("warning    V2X_SPAT (5A1) was never received on can0\n"), "{text}");
     let (folder, path) =
         file("bare.toml", "name = \"Bare\"\n[turn]\nfitted = false\n[hazard]\nfrom = \"not_fitted\"\n");
     let (code, text) = check(&["(1.0) can0 111#00"], &["--profile", path.to_str().unwrap()]);
     assert_eq!(code, Some(4), "{text}");
-    assert!(text.contains("! the configuration binds no message"), "{text}");
-    assert!(text.ends_with("\n2 warnings\n"), "{text}");
+    assert!(text.contains("warning    the configuration binds no message"), "{text}");
+    assert!(text.ends_with("\n1 error, 1 warning, 0 notes\n"), "{text}");
     drop(folder);
 }
 

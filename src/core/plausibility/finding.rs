@@ -6,6 +6,7 @@ use super::evidence::ProfileEvidence;
 use super::message::{MIN_FRAMES, MessageEvidence, Proof, Rhythm};
 use super::states::{Implausible, States};
 use crate::core::validation::integrity::Protection;
+use crate::core::validation::integrity::search::FoundChecksum;
 use crate::core::vehicle_lights::binding::{HazardSource, StateBinding, TurnSource};
 use crate::core::vehicle_lights::state::TurnCode;
 
@@ -83,6 +84,19 @@ pub enum FindingKind {
         signal: String,
         /// Number of frames that follow it.
         frames: u64,
+        /// Largest step that a profile should tolerate.
+        max_step: u32,
+    },
+    /// The DBC names a checksum that holds and that the profile does not use.
+    UnusedChecksum {
+        /// The message.
+        message: usize,
+        /// Name of the signal.
+        signal: String,
+        /// Number of frames for which it holds.
+        frames: u64,
+        /// The rule.
+        found: FoundChecksum,
     },
     /// Values that the profile does not name.
     Undefined {
@@ -100,12 +114,13 @@ pub enum FindingKind {
         /// Number of changes.
         changes: u64,
     },
-    /// Nothing but off was shown, so that the recording confirms nothing.
-    NothingOn,
+    /// No state ever changed, so that the recording confirms nothing.
+    NothingChanged {
+        /// True if something was on all the time.
+        is_on: bool,
+    },
     /// A state was never shown.
     NeverOn(Coverage),
-    /// No signal shows the hazard lights.
-    HazardUnbound,
 }
 
 /// A source of the profile, by its position in the binding.
@@ -160,9 +175,12 @@ fn of_message(message: usize, evidence: &MessageEvidence, findings: &mut Vec<Fin
     if let Proof::Fails { frames } = evidence.proof() {
         push(Severity::Error, FindingKind::IntegrityFails { message, frames });
     }
-    if let Some((signal, frames)) = evidence.unused_counter() {
+    if let Some((signal, frames, max_step)) = evidence.unused_counter() {
         let signal = signal.to_owned();
-        push(Severity::Warning, FindingKind::UnusedCounter { message, signal, frames });
+        push(Severity::Warning, FindingKind::UnusedCounter { message, signal, frames, max_step });
+    }
+    if let Some((signal, frames, found)) = evidence.unused_checksum() {
+        push(Severity::Warning, FindingKind::UnusedChecksum { message, signal, frames, found });
     }
 }
 
@@ -186,7 +204,7 @@ fn of_states(source: Source, states: &States, is_lamp: bool, findings: &mut Vec<
     }
 }
 
-/// States that were never shown. Nothing but off confirms a profile only where a checksum does.
+/// States that were never shown. A state that never changes confirms a profile only where a checksum does.
 fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
     let lights = evidence.lights();
     let mut push = |severity, kind| findings.push(Finding { severity, kind });
@@ -197,9 +215,6 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
         HazardSource::BothSides => lights.turn.sources().iter().any(|turn| turn.source.shows_both()),
         HazardSource::Signal { .. } | HazardSource::Button { .. } => true,
     });
-    if matches!(lights.hazard, StateBinding::Unbound) {
-        push(Severity::Note, FindingKind::HazardUnbound);
-    }
     if evidence.messages.iter().all(|message| message.frames == 0) {
         return;
     }
@@ -211,9 +226,11 @@ fn coverage(evidence: &ProfileEvidence, findings: &mut Vec<Finding>) {
     .into_iter()
     .filter_map(|(is_missing, state)| is_missing.then_some(state))
     .collect();
-    let expected = if has_turn { 2 } else { 0 } + usize::from(can_show_hazard);
-    if expected > 0 && missing.len() == expected && !is_proven {
-        return push(Severity::Warning, FindingKind::NothingOn);
+    let has_changed = evidence.turn.iter().chain(&evidence.hazard).any(|states| states.changes() > 0);
+    if (has_turn || can_show_hazard) && !has_changed && !is_proven {
+        let expected = if has_turn { 2 } else { 0 } + usize::from(can_show_hazard);
+        let is_on = missing.len() < expected;
+        return push(Severity::Warning, FindingKind::NothingChanged { is_on });
     }
     for state in missing {
         push(Severity::Note, FindingKind::NeverOn(state));

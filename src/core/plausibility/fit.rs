@@ -159,8 +159,8 @@ fn speaks_against(finding: &Finding) -> bool {
         | FindingKind::NoMessage => true,
         FindingKind::Faster { .. }
         | FindingKind::UnusedCounter { .. }
-        | FindingKind::NothingOn
-        | FindingKind::NeverOn(_)
-        | FindingKind::HazardUnbound => false,
+        | FindingKind::UnusedChecksum { .. }
+        | FindingKind::NothingChanged { .. }
+        | FindingKind::NeverOn(_) => false,
     }
 }

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use super::gaps::Gaps;
+use super::unused::{UnusedChecksum, UnusedCounter};
 use crate::core::can::frame::Frame;
-use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Message;
 use crate::core::time::MonoTime;
-use crate::core::validation::integrity::counter::{Counter, CounterRule, CounterState, Sequence};
+use crate::core::validation::integrity::search::FoundChecksum;
 use crate::core::validation::integrity::{
     IntegrityChecker, IntegrityCounts, IntegrityVerdict, MessageIntegrity, Protection,
 };
@@ -15,11 +15,6 @@ use crate::core::validation::table::{BoundMessage, Timing};
 
 /// Number of frames from which a rule is proven, or refuted.
 pub(super) const MIN_FRAMES: u64 = 10;
-/// Steps of a counter that are tolerated: up to three lost frames.
-const MAX_STEP: u32 = 4;
-/// Parts of the names that counters have in DBCs.
-const COUNTER_NAMES: [&str; 6] = ["counter", "cnt", "cntr", "alive", "rolling", "ctr"];
-
 /// The evidence of one message.
 #[derive(Debug, Clone)]
 pub struct MessageEvidence {
@@ -37,16 +32,7 @@ pub struct MessageEvidence {
     pub gaps: Gaps,
     integrity: Option<IntegrityChecker>,
     unused_counter: Option<UnusedCounter>,
-}
-
-/// A counter that the DBC names and the profile does not use.
-#[derive(Debug, Clone)]
-struct UnusedCounter {
-    signal: String,
-    counter: Counter,
-    state: CounterState,
-    in_sequence: u64,
-    others: u64,
+    unused_checksum: Option<UnusedChecksum>,
 }
 
 /// What the counters and checksums of a message come to.
@@ -72,10 +58,11 @@ pub enum Proof {
 
 impl MessageEvidence {
     pub(super) fn new(bound: &BoundMessage, described: Option<&Message>) -> Self {
-        let has_counter = bound.integrity.as_ref().is_some_and(|rules| match &rules.protection {
-            Protection::Fields { counter, .. } => counter.is_some(),
-            Protection::E2e { .. } => true,
-        });
+        let (has_checksum, has_counter) = match bound.integrity.as_ref().map(|rules| &rules.protection) {
+            Some(Protection::Fields { checksum, counter }) => (checksum.is_some(), counter.is_some()),
+            Some(Protection::E2e { .. }) => (true, true),
+            None => (false, false),
+        };
         Self {
             length: described.map_or(0, |message| message.length),
             cycle: described.and_then(|message| message.cycle_ms).map(|ms| Duration::from_millis(ms.into())),
@@ -84,6 +71,7 @@ impl MessageEvidence {
             gaps: Gaps::default(),
             integrity: bound.integrity.clone().map(IntegrityChecker::new),
             unused_counter: described.filter(|_| !has_counter).and_then(UnusedCounter::of),
+            unused_checksum: described.filter(|_| !has_checksum).and_then(UnusedChecksum::of),
             bound: bound.clone(),
         }
     }
@@ -102,6 +90,9 @@ impl MessageEvidence {
         if let Some(unused) = &mut self.unused_counter {
             unused.frame(frame);
         }
+        if let Some(unused) = &mut self.unused_checksum {
+            unused.frame(frame);
+        }
         self.integrity.as_mut().is_none_or(|checker| checker.check(frame, now) == IntegrityVerdict::Trusted)
     }
 
@@ -114,10 +105,6 @@ impl MessageEvidence {
     pub fn proof(&self) -> Proof {
         let Some((rules, counts)) = self.integrity() else { return Proof::None };
         let checksum = match &rules.protection {
-            Protection::Fields { checksum, counter: None } => {
-                // Without a counter a frame is trusted for its checksum alone.
-                checksum.is_some()
-            }
             Protection::Fields { checksum, .. } => checksum.is_some(),
             Protection::E2e { .. } => true,
         };
@@ -140,11 +127,16 @@ impl MessageEvidence {
         }
     }
 
-    /// The counter that the DBC names, the profile does not use, and every step of these frames follows.
-    pub fn unused_counter(&self) -> Option<(&str, u64)> {
-        let unused = self.unused_counter.as_ref()?;
-        let holds = unused.in_sequence >= 2 * MIN_FRAMES && unused.others * 50 <= unused.in_sequence;
-        holds.then_some((unused.signal.as_str(), unused.in_sequence))
+    /// The counter that the DBC names, the profile does not use and these frames have: its signal, the number of frames,
+    /// and the largest step to tolerate.
+    pub fn unused_counter(&self) -> Option<(&str, u64, u32)> {
+        self.unused_counter.as_ref()?.holds()
+    }
+
+    /// The checksum that the DBC names, the profile does not use and every one of these frames has: its signal, the
+    /// number of frames, and the rule.
+    pub fn unused_checksum(&self) -> Option<(String, u64, FoundChecksum)> {
+        self.unused_checksum.as_ref()?.holds()
     }
 
     /// How the usual gap between its frames relates to the profile.
@@ -185,41 +177,4 @@ pub enum Rhythm {
     Slower,
     /// More than the timeout, so that its values are unknown most of the time.
     TooSlow,
-}
-
-impl UnusedCounter {
-    /// The first signal of a message that has the name of a counter.
-    fn of(message: &Message) -> Option<Self> {
-        message.signals.iter().find_map(|signal| {
-            let name = signal.name.to_lowercase();
-            let is_named = COUNTER_NAMES.iter().any(|part| name.contains(part)) || name.ends_with("_bz");
-            let counter = if is_named { counter(&signal.codec) } else { None };
-            Some(Self {
-                signal: signal.name.clone(),
-                counter: counter?,
-                state: CounterState::default(),
-                in_sequence: 0,
-                others: 0,
-            })
-        })
-    }
-
-    fn frame(&mut self, frame: &Frame) {
-        if self.counter.needed_length() > frame.data().len() {
-            self.others += 1;
-            return;
-        }
-        match self.state.step(self.counter.rule(), self.counter.value(frame), frame) {
-            Sequence::Ok | Sequence::OkSomeLost(_) => self.in_sequence += 1,
-            Sequence::Initial | Sequence::Syncing(_) => {}
-            Sequence::Repeated | Sequence::WrongSequence { .. } | Sequence::OutOfRange(_) => self.others += 1,
-        }
-    }
-}
-
-fn counter(codec: &SignalCodec) -> Option<Counter> {
-    let (lowest, highest) = codec.range();
-    let last = u32::try_from(highest).ok().filter(|last| lowest == 0 && (3..=255).contains(last))?;
-    let rule = CounterRule::new(0, last).and_then(|rule| rule.with_max_step(MAX_STEP.min(last / 2))).ok()?;
-    Counter::new(rule, codec.clone()).ok()
 }

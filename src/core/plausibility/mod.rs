@@ -11,3 +11,4 @@ pub mod fit;
 pub mod gaps;
 pub mod message;
 pub mod states;
+mod unused;
