@@ -5,6 +5,7 @@ pub mod decode;
 mod finding_text;
 pub mod identify;
 pub mod identify_text;
+mod map;
 mod names;
 mod report;
 mod survey;
@@ -23,6 +24,7 @@ use crate::core::vehicle_lights::binding::{
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
 use crate::report::text::{counted, plain_path};
+pub use map::map;
 pub use report::{Fix, Layout, Report, ReportedFinding};
 pub use survey::{bad_lines_text, recording};
 

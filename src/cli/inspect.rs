@@ -1,6 +1,7 @@
 //! `check` and `decode`: bindings, and signals by name.
 
 use std::io::{self, IsTerminal as _, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -9,8 +10,10 @@ use super::arguments::{RecordingArgs, open, recording, settings};
 use super::replay::{has_frames, mention_losses};
 use super::{Failure, start_log};
 use crate::check;
-use crate::check::Layout;
 use crate::check::decode::Decoder;
+use crate::check::{Layout, Report};
+use crate::config::files::Disk;
+use crate::config::{Problem, Refused};
 use crate::core::plausibility::finding::Severity;
 use crate::daemon;
 use crate::io::clock::Clock;
@@ -21,9 +24,13 @@ Examples:
   signal-gateway check --config gateway.toml
   signal-gateway check drive.log.gz --profile ford_falcon_fg
   signal-gateway check drive.log --config gateway.toml --fix
+  signal-gateway check lanelet2_map.osm
 
 Findings are errors (the profile is not that of this vehicle, or cannot work), warnings (to be
 looked at before the drive) and notes. The exit code is 4 from warnings up.
+
+A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that decide about turn
+signals, held against the geometry of their lanelets.
 
 With --json one object is printed:
   {\"errors\": 0, \"warnings\": 1, \"notes\": 0, \"findings\": [{\"severity\": \"warning\", \"text\": TEXT,
@@ -64,19 +71,36 @@ pub(super) struct DecodeArgs {
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     start_log("error");
     let recorded = &args.recording;
+    if let Some(path) = recorded.log.as_deref().filter(|path| is_map(path)) {
+        let report = check::map(&Disk, path).map_err(|reason| {
+            let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
+            Refused(vec![Problem::whole_file(path, reason, remedy)])
+        })?;
+        return print(args, &report);
+    }
     let settings = settings(&recorded.config)?;
     let mut report = check::binding(&settings);
-    let mut failure = None;
+    let mut outcome = Ok(());
     if recorded.log.is_some() || settings.recording.is_some() {
         let (path, routes) = recording(recorded, &settings)?;
         let unreadable = Failure::file(&path);
         let replay =
             Replay::surveying(settings.gateway.clone(), open(&path)?, routes).map_err(&unreadable)?;
-        let (surveyed, outcome) = check::recording(&settings, replay);
+        let (surveyed, read) = check::recording(&settings, replay);
         report.append(surveyed);
-        failure = outcome.map_err(unreadable).err();
+        outcome = read.map_err(unreadable);
     }
-    let mut out = io::stdout().lock();
+    let code = print(args, &report)?;
+    outcome.map(|()| code)
+}
+
+/// Returns whether a path names a lanelet2 map and not a recording.
+fn is_map(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "osm") || path.is_dir()
+}
+
+/// Prints a report in the form that is asked for; the exit code follows from its findings.
+fn print(args: &CheckArgs, report: &Report) -> Result<ExitCode, Failure> {
     let text = if args.fix {
         report.patch()
     } else if args.json {
@@ -84,10 +108,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     } else {
         report.text(layout())
     };
-    out.write_all(text.as_bytes())?;
-    if let Some(failure) = failure {
-        return Err(failure);
-    }
+    io::stdout().lock().write_all(text.as_bytes())?;
     let lightest = if args.strict { Severity::Note } else { Severity::Warning };
     let is_sound = report.findings().iter().all(|finding| finding.severity < lightest);
     Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::from(4) })

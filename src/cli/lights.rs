@@ -1,5 +1,6 @@
 //! `lights`: a scenario of traffic lights on virtual time.
 
+use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,16 +14,14 @@ use super::arguments::{Every, draw, file_name, seconds};
 use super::{Failure, say};
 use crate::config::files::Disk;
 use crate::config::read_lights;
-use crate::config::scenario::{self, ReadOptions, ScenarioFile};
+use crate::config::scenario::{self, BulbOrder, ReadOptions, ScenarioFile};
 use crate::config::{Problem, Refused};
 use crate::core::compat::Compat;
-use crate::core::map::light_map::{LampSource, LightMap};
+use crate::core::map::light_map::{GroupEntry, LampSource, LightMap};
 use crate::core::time::MonoTime;
-use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::event_log::ScenarioOutcome;
 use crate::core::traffic_light::periodic_timer::Rate;
-use crate::core::traffic_light::text::parse_bulb;
 use crate::desk::lights::run::Run;
 use crate::desk::lights::span::Span;
 use crate::report::Form;
@@ -69,12 +68,16 @@ pub(super) struct LightsArgs {
     /// Lanelet2 map with the lights; default: the map or the groups that the scenario names
     #[arg(long, value_name = "FILE.osm")]
     map: Option<PathBuf>,
+    /// Take each id of the scenario for a light that is a group of its own, for scenarios of other kinds of maps
+    #[arg(long, conflicts_with = "map")]
+    without_map: bool,
     /// Folder of a package, for $(find-pkg-share NAME) in a scenario; may be repeated
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package)]
     packages: Vec<(String, PathBuf)>,
-    /// Bulbs of the lights by position, for states as in `on;off;off`: for instance red,yellow,green
-    #[arg(long, value_name = "BULBS", value_delimiter = ',', value_parser = parse_bulb)]
-    bulb_order: Vec<Bulb>,
+    /// Bulbs by position, for states as in `on;off;off`, of all lights with as many or of those with these ids: for
+    /// instance red,yellow,green or 21,22=red,green; may be repeated
+    #[arg(long, value_name = "[IDS=]BULBS")]
+    bulb_order: Vec<BulbOrder>,
     /// Mode, where the simulator's rules have weaknesses
     #[arg(long, value_name = "MODE", value_enum, default_value_t)]
     compat: Compat,
@@ -126,7 +129,7 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let options = ReadOptions {
         compat: args.compat,
         packages: args.packages.iter().cloned().collect(),
-        bulb_order: args.bulb_order.clone(),
+        bulb_orders: args.bulb_order.clone(),
     };
     let file = scenario::read(&Disk, &args.scenario, options)?;
     let map = Arc::new(light_map(args, &file)?);
@@ -184,6 +187,13 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
 
 /// The map of `--map`, else that of the scenario.
 fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused> {
+    if args.without_map {
+        let ids: BTreeSet<_> = file.ids.iter().map(|used| used.id).collect();
+        return Ok(LightMap::new(
+            [],
+            &ids.into_iter().map(|id| GroupEntry::new(id, [id])).collect::<Vec<_>>(),
+        ));
+    }
     if let Some(path) = &args.map {
         return read_map(path, "give the path of a lanelet2 map with --map FILE.osm");
     }
@@ -192,8 +202,7 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
     }
     if file.groups.is_empty() {
         let reason = "it names no map and no groups, so its lights are not known";
-        let remedy =
-            "give the lanelet2 map with --map FILE.osm, or in a bench file [groups] as in 100 = [11, 12]";
+        let remedy = "give the lanelet2 map with --map FILE.osm, or --without-map; in a bench file [groups] as in 100 = [11, 12]";
         return Err(Refused(vec![Problem::whole_file(&args.scenario, reason, remedy)]));
     }
     Ok(LightMap::new([], &file.groups))
@@ -202,6 +211,7 @@ fn light_map(args: &LightsArgs, file: &ScenarioFile) -> Result<LightMap, Refused
 fn read_map(path: &Path, remedy: &str) -> Result<LightMap, Refused> {
     // Positions of lamps are for viewers.
     read_lights(&Disk, path, LampSource::Drawn)
+        .map(|map| map.lights)
         .map_err(|reason| Refused(vec![Problem::whole_file(path, reason, remedy)]))
 }
 

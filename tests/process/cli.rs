@@ -122,6 +122,27 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
 }
 
 #[test]
+fn check_takes_a_map_or_its_folder() {
+    let text = out(&["check", "config/maps/consecutive_turns"]);
+    let lines = [
+        "map        config/maps/consecutive_turns: 12 lanelets, 0 roundabouts\n\n",
+        "note       lanelet 106 at (220.0, 32.0) m: a turn tagged left (90° to the left) is split over the lanelets 106, \
+         107, 108\n",
+        "\n0 errors, 0 warnings, 1 note\n",
+    ];
+    assert_eq!(text, lines.concat());
+    let map = std::fs::read_to_string("config/maps/crossing/lanelet2_map.osm").unwrap();
+    let (folder, path) = file("crossing.osm", &map.replace("v=\"left\"", "v=\"right\""));
+    let output = gateway(&["check", path.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(text.contains("tagged right, but it bends 89° to the left\n"), "{text}");
+    assert!(
+        refused(3, &["check", folder.path().to_str().unwrap()]).contains("a folder with lanelet2_map.osm")
+    );
+}
+
+#[test]
 fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
     for shipped in ["config/gateway.toml", "config/command_bench.toml"] {
         assert!(out(&["check", "--config", shipped]).contains("0 warnings"), "{shipped}");
@@ -453,4 +474,19 @@ fn profiles_maps_drives_and_scenarios_are_in_the_binary() {
     std::fs::write(folder.path().join("gateway.toml"), config.replace("body", "powertrain")).unwrap();
     let (_, text, error) = run(&["check", "--config", "gateway.toml"]);
     assert!(text.contains("map built-in map crossing: "), "{text}{error}");
+}
+
+#[test]
+fn the_demo_is_identified_and_findings_are_for_programs_as_well() {
+    let text = out(&["identify", "config/demo.log.gz"]);
+    assert!(text.contains("\nfits      demo_vehicle (Demo vehicle) on "), "{text}");
+    assert!(text.ends_with("demo_vehicle fits: signal-gateway check LOG --profile demo_vehicle\n"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&out(&["identify", "config/demo.log.gz", "--json"])).unwrap();
+    assert_eq!(json["candidates"][0]["profile"], "demo_vehicle");
+    let json: serde_json::Value =
+        serde_json::from_str(&out(&["check", "--profile", "ford_falcon_fg", "--json"])).unwrap();
+    assert_eq!((&json["warnings"], &json["notes"]), (&0.into(), &1.into()), "{json}");
+    let strict = gateway(&["check", "--profile", "ford_falcon_fg", "--strict"]);
+    assert_eq!(strict.status.code(), Some(4), "a note counts");
 }

@@ -128,3 +128,105 @@ fn undefined_values_and_silences_are_warnings() {
         );
     }
 }
+
+/// A car with a counter and a checksum that its profile does not use.
+const CAR: [(&str, &str); 2] = [
+    (
+        "car.toml",
+        "name = \"Car\"\n[bus.body]\ndbc = \"car.dbc\"\n[turn]\nsignal = \"LIGHTS.TURN\"\noff = [0]\nleft = [1]\nright = [2]\n\
+         [hazard]\nfrom = \"unbound\"\n",
+    ),
+    (
+        "car.dbc",
+        "VERSION \"\"\nBO_ 193 LIGHTS: 4 X\n SG_ TURN : 0|2@1+ (1,0) [0|3] \"\" X\n SG_ COUNTER : 8|4@1+ (1,0) [0|15] \"\" X\n \
+         SG_ CHECKSUM : 24|8@1+ (1,0) [0|255] \"\" X\nBA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\n\
+         BA_ \"GenMsgCycleTime\" BO_ 193 100;\nVAL_ 193 TURN 0 \"Off\" 1 \"Right\" 2 \"Left\" ;\n",
+    ),
+];
+
+struct Car;
+
+impl crate::config::files::Files for Car {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let found = CAR.iter().find(|(name, _)| Some(*name) == path.to_str());
+        found.map(|(_, text)| text.as_bytes().to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+/// Frames of the car: milliseconds, and the turn signal's raw value.
+fn car(frames: impl IntoIterator<Item = (u64, u8)>, length: usize) -> Report {
+    let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
+    let mut text = String::new();
+    for (index, (ms, turn)) in frames.into_iter().enumerate() {
+        let counter = u8::try_from(index % 16).unwrap();
+        let sum = turn.wrapping_add(counter);
+        let data = format!("{turn:02X}{counter:02X}00{sum:02X}00000000");
+        text += &format!("({}.{:03}) can0 0C1#{}\n", 1 + ms / 1000, ms % 1000, &data[..2 * length]);
+    }
+    survey_of(&settings, &text)
+}
+
+/// Every 100 ms for so long, with the value at the time.
+fn each_100_ms(until_ms: u64, turn: impl Fn(u64) -> u8) -> Vec<(u64, u8)> {
+    (0..until_ms).step_by(100).map(|ms| (ms, turn(ms))).collect()
+}
+
+#[test]
+fn unused_counters_and_checksums_are_proposed_and_sides_that_look_swapped_are_found() {
+    let report = car(each_100_ms(20_000, |ms| [0, 1, 0, 2][usize::try_from(ms / 3_000 % 4).unwrap()]), 4);
+    let expected = "[message.LIGHTS]\ncounter = { signal = \"COUNTER\", max_step = 4 }\n\
+                    checksum = { kind = \"sum8\", signal = \"CHECKSUM\" }\n";
+    assert_eq!(report.patch(), expected, "{}", report.text(Layout::default()));
+    assert_eq!(concerns(&report), 2, "{}", report.text(Layout::default()));
+    let settings = load_profile(&Car, Path::new("car.toml")).unwrap();
+    let text = super::super::binding(&settings).text(Layout::default());
+    assert!(
+        text.contains("turn       LIGHTS.TURN: 0 off, 1 left (\"Right\"), 2 right (\"Left\"); anything"),
+        "{text}"
+    );
+    assert!(
+        text.contains("warning    LIGHTS.TURN: 1 is turn left in the profile and \"Right\" in the DBC"),
+        "{text}"
+    );
+}
+
+#[test]
+fn each_thing_that_a_vehicle_of_this_profile_does_not_do_is_found() {
+    let weights = |report: &Report, text: &str| {
+        let found = report.findings().into_iter().find(|finding| finding.text.contains(text));
+        found.map(|finding| finding.severity)
+    };
+    for (report, text, severity) in [
+        (
+            car(each_100_ms(5_000, |_| 0), 3),
+            "50 of 50 frames with another length: 3 bytes, not 4",
+            Severity::Error,
+        ),
+        (
+            car((0..40).map(|index| (index * 20, u8::from(index % 2 == 0))), 4),
+            "no driver and no lamp",
+            Severity::Error,
+        ),
+        (car(each_100_ms(9_000, |ms| u8::from(ms / 300 % 2 == 0)), 4), "kind = \"lamp\"", Severity::Warning),
+        (
+            car(each_100_ms(9_000, |ms| 1 + u8::from(ms / 300 % 2 == 0)), 4),
+            "from one side to the other",
+            Severity::Warning,
+        ),
+        (car(each_100_ms(5_000, |_| 3), 4), "50 frames of 50 with a value that", Severity::Error),
+        (
+            car((0..20).map(|index| (index * 300, 0)), 4),
+            "usually every 300 ms, by the DBC every 100 ms",
+            Severity::Warning,
+        ),
+        (car(each_100_ms(5_000, |_| 0), 4), "nothing but off was received", Severity::Warning),
+        (car(each_100_ms(5_000, |_| 2), 4), "the same state was on all the time", Severity::Warning),
+        (
+            car(each_100_ms(5_000, |ms| u8::from(ms > 3_000)), 4),
+            "right was never seen: record it",
+            Severity::Note,
+        ),
+    ] {
+        assert_eq!(weights(&report, text), Some(severity), "{text}\n{}", report.text(Layout::default()));
+    }
+}

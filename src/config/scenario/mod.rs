@@ -5,6 +5,7 @@
 //! interpreted.
 
 mod bench;
+mod bulb_order;
 mod controllers;
 mod file;
 mod naming;
@@ -14,6 +15,7 @@ mod reader;
 use std::path::Path;
 
 pub use crate::config::reading::location::SourceLocation;
+pub use bulb_order::BulbOrder;
 pub use file::{NotInterpreted, ScenarioFile, UsedId};
 pub use reader::ReadOptions;
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::bulb_order::BulbOrder;
 use super::file::{NotInterpreted, UsedId};
 use super::naming::joined;
 use crate::config::reading::checker::{Checker, LocatedText};
@@ -29,8 +30,8 @@ pub struct ReadOptions {
     pub compat: Compat,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
     pub packages: BTreeMap<String, PathBuf>,
-    /// The bulbs of a light by position, for states in ASAM's notation, `on;off;off`.
-    pub bulb_order: Vec<Bulb>,
+    /// The bulbs of lights by position, for states in ASAM's notation, `on;off;off`.
+    pub bulb_orders: Vec<BulbOrder>,
 }
 
 impl From<Compat> for ReadOptions {
@@ -104,30 +105,29 @@ impl<'c> Reader<'c> {
     }
 
     /// Reads a state to be written.
-    pub(super) fn state(&self, store: StoreId, given: &LocatedText, writer: Writer) -> Option<StateText> {
-        let state = self.state_text(given)?;
-        let checked = check_state(store, &state, writer, self.compat);
+    pub(super) fn state(&self, target: Target, given: &LocatedText, writer: Writer) -> Option<StateText> {
+        let state = self.state_text(target.id, given)?;
+        let checked = check_state(target.store, &state, writer, self.compat);
         self.checker.accept(&given.location, checked, "")?;
         Some(state)
     }
 
     /// The text as a state, or the bulbs that are on by their positions, as in `on;off;off`.
-    fn state_text(&self, given: &LocatedText) -> Option<StateText> {
+    fn state_text(&self, id: i64, given: &LocatedText) -> Option<StateText> {
         let Some(statuses) = statuses(&given.text).filter(|_| self.compat == Compat::Improved) else {
             return Some(StateText::new(&given.text));
         };
-        let order = &self.options.bulb_order;
-        if order.len() != statuses.len() {
-            let known = if order.is_empty() {
-                "the order of the bulbs is not known".to_owned()
-            } else {
-                format!("the order of the bulbs has {}", order.len())
-            };
-            let reason = format!("the state {:?} has {} positions, but {known}", given.text, statuses.len());
-            let remedy = "give the order of the bulbs: --bulb-order red,yellow,green, or bulb_order in [traffic_lights]";
+        let Some(order) = BulbOrder::find(&self.options.bulb_orders, id, statuses.len()) else {
+            let reason = format!(
+                "the state {:?} has {} positions, but no order of as many bulbs is known for the light {id}",
+                given.text,
+                statuses.len()
+            );
+            let remedy = "give the order of its bulbs, for instance --bulb-order red,yellow,green, or bulb_order in \
+                          [traffic_lights]";
             self.refuse(&given.location, reason, remedy);
             return None;
-        }
+        };
         let lit =
             order.iter().zip(statuses).filter_map(|(bulb, status)| Some(Bulb { status: status?, ..*bulb }));
         let lit = lit.map(|Bulb { color, status, shape }| {
@@ -144,7 +144,7 @@ impl<'c> Reader<'c> {
         writer: Writer,
     ) -> Option<(Target, StateText)> {
         let target = self.target(&target?)?;
-        Some((target, self.state(target.store, &state?, writer)?))
+        Some((target, self.state(target, &state?, writer)?))
     }
 
     /// Reads the test of a state; empty and `none` are dark. Upstream reads the text when it compares.
@@ -152,7 +152,7 @@ impl<'c> Reader<'c> {
         if given.text.is_empty() || given.text == "none" {
             return Some(Test::State { target, state: None, exact });
         }
-        let state = self.state_text(given)?;
+        let state = self.state_text(target.id, given)?;
         if state.text.is_empty() {
             return Some(Test::State { target, state: None, exact });
         }

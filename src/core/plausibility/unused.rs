@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::message::MIN_FRAMES;
 use crate::core::can::frame::{Frame, MAX_DATA};
 use crate::core::dbc::codec::SignalCodec;
 use crate::core::dbc::model::Message;
@@ -10,6 +9,8 @@ use crate::core::validation::integrity::checksum::Checksum;
 use crate::core::validation::integrity::counter::{Counter, CounterRule, CounterState, Sequence};
 use crate::core::validation::integrity::search::{FoundChecksum, find_checksum};
 
+/// Number of frames from which a rule counts as proven.
+const PROVEN_FRAMES: u64 = 20;
 /// Steps of a counter that are tolerated: up to three lost frames.
 const MAX_STEP: u32 = 4;
 /// Parts of the names that counters have in DBCs, in lower case.
@@ -59,7 +60,7 @@ impl UnusedCounter {
 
     /// Name of the signal, number of frames in sequence, and the tolerated step, if nearly all are.
     pub(super) fn holds(&self) -> Option<(&str, u64, u32)> {
-        let holds = self.in_sequence >= 2 * MIN_FRAMES && self.others * 50 <= self.in_sequence;
+        let holds = self.in_sequence >= PROVEN_FRAMES && self.others * 50 <= self.in_sequence;
         holds.then(|| (self.signal.as_str(), self.in_sequence, self.counter.rule().max_step()))
     }
 }
@@ -121,7 +122,7 @@ impl UnusedChecksum {
 
     /// Name of the signal, number of frames, and the rule, if it holds for every frame.
     pub(super) fn holds(&self) -> Option<(String, u64, FoundChecksum)> {
-        let enough = self.frames >= 2 * MIN_FRAMES && self.wrong == 0;
+        let enough = self.frames >= PROVEN_FRAMES && self.wrong == 0;
         let is_open = self.found.is_none() && self.distinct.len() < SEARCHED;
         let found = if enough && is_open { self.search() } else { self.found.clone() };
         let (found, _) = found.filter(|_| enough)?;

@@ -132,6 +132,7 @@ impl TrafficLights {
             copy_on_enable: settings.copy_on_enable,
             lights: SyncedStores::new(Stores::new(map, quirks)),
             controllers: Controllers::new(&scenario, quirks),
+            variables: scenario.variables.iter().map(|variable| variable.value.clone()).collect(),
             predictions,
             v2i: PeriodicTimer::new(settings.v2i_rate),
             verdict: None,

@@ -39,3 +39,4 @@ pub mod target;
 pub mod text;
 mod trigger;
 pub mod v2i_reception;
+pub mod variable;

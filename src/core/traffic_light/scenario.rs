@@ -1,21 +1,27 @@
 //! The model of a scenario: controllers with phases, and events with triggers and actions
 //! (docs/spec/traffic-lights.md, "Controllers and phases"). `config` reads it from a file, the engine runs it.
 
+use std::ops::Range;
 use std::slice;
 use std::time::Duration;
 
 use super::bulb::{Bulb, BulbSet};
 use super::target::Target;
+use super::variable::{Modification, Variable, VariableIndex, VariableValue};
 
 /// A whole scenario.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenario {
     /// The controllers in the order of the document, which is the order of evaluation.
     pub controllers: Vec<Controller>,
+    /// The declared parameters and variables.
+    pub variables: Vec<Variable>,
     /// Actions that are done once, before the first frame.
     pub init: Vec<Action>,
     /// The acts in the order of the document.
     pub acts: Vec<Act>,
+    /// The stories to which conditions refer.
+    pub stories: Vec<Story>,
     /// The trigger that ends the scenario; `None` when only an action does.
     pub stop: Option<Trigger>,
 }
@@ -81,6 +87,25 @@ pub struct StateText {
     pub single: Option<Bulb>,
 }
 
+/// Acts with a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Story {
+    /// Its name, unique within the scenario or a path of names.
+    pub name: String,
+    /// The positions of its acts.
+    pub acts: Range<usize>,
+}
+
+/// Events of an act with a name: a maneuver, or a group of maneuvers. It runs while its act runs, until all of its
+/// events are complete.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventGroup {
+    /// Its name, unique within the scenario or a path of names.
+    pub name: String,
+    /// The positions of its events in the act.
+    pub events: Range<usize>,
+}
+
 /// Events that can happen while it runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Act {
@@ -92,6 +117,8 @@ pub struct Act {
     pub stop: Option<Trigger>,
     /// Its events in the order of the document.
     pub events: Vec<Event>,
+    /// The maneuvers and groups of maneuvers to which conditions refer.
+    pub groups: Vec<EventGroup>,
 }
 
 /// Actions that are done when a trigger fires.
@@ -171,7 +198,16 @@ pub enum Test {
         /// The expected name of its phase.
         phase: String,
     },
-    /// `StoryboardElementStateCondition`, of an act, event or action by its name.
+    /// `ParameterCondition` and `VariableCondition`: the present value.
+    Variable {
+        /// The variable whose value is tested.
+        variable: VariableIndex,
+        /// The comparison of its value with `value`.
+        rule: Rule,
+        /// A value of the same kind.
+        value: VariableValue,
+    },
+    /// `StoryboardElementStateCondition`, of a story, act, group of events, event or action by its name.
     Element {
         /// Name of the element.
         name: String,
@@ -269,6 +305,20 @@ pub enum Action {
         /// The new confidence, 0 to 1; upstream takes any number.
         confidence: f64,
     },
+    /// Sets a variable: `SetAction` of a `ParameterAction` or `VariableAction`.
+    SetVariable {
+        /// The variable that is set.
+        variable: VariableIndex,
+        /// A value of the same kind.
+        value: VariableValue,
+    },
+    /// Changes a variable: `ModifyAction` of a `ParameterAction` or `VariableAction`.
+    ModifyVariable {
+        /// The variable that is changed; it is a number.
+        variable: VariableIndex,
+        /// The change of its value.
+        by: Modification,
+    },
     /// Ends the scenario; its controllers and events stop.
     End {
         /// `true` for `exitSuccess`, `false` for `exitFailure`.
@@ -285,7 +335,11 @@ impl Action {
             }
             Self::SetV2iState { id, .. } => slice::from_ref(id),
             Self::EnableV2i { ids } | Self::DisableV2i { ids } => ids,
-            Self::SetV2iRate { .. } | Self::EnterPhase { .. } | Self::End { .. } => &[],
+            Self::SetV2iRate { .. }
+            | Self::EnterPhase { .. }
+            | Self::SetVariable { .. }
+            | Self::ModifyVariable { .. }
+            | Self::End { .. } => &[],
         }
     }
 }

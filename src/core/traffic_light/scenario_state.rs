@@ -13,6 +13,7 @@ use super::scenario::{Action, ControllerIndex, Phase, PhaseEntry, Scenario, Stat
 use super::store::{Change, heads_of};
 use super::sync::SyncedStores;
 use super::target::{StoreId, Target};
+use super::variable::VariableValue;
 use crate::core::map::light_map::HeadIndex;
 use crate::core::time::WallStamp;
 
@@ -26,6 +27,8 @@ pub(super) struct ScenarioState {
     pub(super) copy_on_enable: bool,
     pub(super) lights: SyncedStores,
     pub(super) controllers: Controllers,
+    /// The present values of the variables, by position in the scenario.
+    pub(super) variables: Vec<VariableValue>,
     pub(super) predictions: Predictions,
     pub(super) v2i: PeriodicTimer,
     pub(super) verdict: Option<ScenarioOutcome>,
@@ -91,6 +94,16 @@ impl ScenarioState {
                     return Err(Refusal::Confidence(*confidence));
                 }
                 self.lights.write(*target, Change::Confidence(*confidence))?;
+            }
+            Action::SetVariable { variable, value } => {
+                if let Some(present) = self.variables.get_mut(variable.0) {
+                    present.clone_from(value);
+                }
+            }
+            Action::ModifyVariable { variable, by } => {
+                if let Some(present) = self.variables.get_mut(variable.0) {
+                    present.modify(*by);
+                }
             }
             Action::End { .. } => {}
         }

@@ -1,4 +1,4 @@
-//! The storyboard: acts and events with their triggers and states.
+//! The storyboard: stories, acts and events with their triggers and states.
 //!
 //! Elements are evaluated in the order of the document. All actions complete at once, so an event
 //! starts, runs and ends within one frame. For every other element that frame lasts from then to the element's
@@ -27,6 +27,7 @@ struct ActTriggers {
 
 #[derive(Debug, Clone)]
 struct Board {
+    stories: Vec<Progress>,
     acts: Vec<ActProgress>,
     now: Evaluation,
 }
@@ -36,6 +37,7 @@ struct ActProgress {
     progress: Progress,
     /// The progress of each event, with the number of its executions.
     events: Vec<(Progress, u32)>,
+    groups: Vec<Progress>,
 }
 
 /// The evaluation of one element in one frame.
@@ -54,7 +56,7 @@ enum RunState {
     Complete,
 }
 
-/// The state of an act or event, with the evaluations of its last transitions.
+/// The state of an element, with the evaluations of its last transitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Progress {
     state: RunState,
@@ -74,11 +76,16 @@ impl Storyboard {
         let standby = |act: &Act| ActProgress {
             progress: Progress::default(),
             events: vec![(Progress::default(), 0); act.events.len()],
+            groups: vec![Progress::default(); act.groups.len()],
         };
         Self {
             acts: scenario.acts.iter().map(triggers).collect(),
             stop: state(&scenario.stop),
-            board: Board { acts: scenario.acts.iter().map(standby).collect(), now: Evaluation::default() },
+            board: Board {
+                stories: vec![Progress::default(); scenario.stories.len()],
+                acts: scenario.acts.iter().map(standby).collect(),
+                now: Evaluation::default(),
+            },
         }
     }
 
@@ -89,6 +96,7 @@ impl Storyboard {
         scenario_state: &mut ScenarioState,
     ) -> Result<(), Refusal> {
         self.board.now = Evaluation { frame: self.board.now.frame + 1, position: 0 };
+        self.board.start_stories();
         for (index, (triggers, act)) in self.acts.iter_mut().zip(&scenario.acts).enumerate() {
             self.board.now.position += 1;
             let first = self.board.now.position;
@@ -98,6 +106,7 @@ impl Storyboard {
             }
             // An event has the same position in each frame, whether it was evaluated or not.
             self.board.now.position = first + triggers.events.len();
+            self.board.end_stories(scenario);
         }
         self.board.now.position += 1;
         if fires(&mut self.stop, scenario.stop.as_ref(), &self.board, scenario, scenario_state)? == Some(true)
@@ -124,7 +133,7 @@ impl ActTriggers {
                 {
                     return Ok(());
                 }
-                board.acts[index].progress.start(board.now);
+                board.acts[index].start(board.now);
                 scenario_state.log(ScenarioEvent::ActStarted { act: index });
             }
         }
@@ -147,7 +156,8 @@ impl ActTriggers {
                 }
             }
         }
-        let ActProgress { progress, events } = &mut board.acts[index];
+        board.acts[index].end_groups(act, board.now);
+        let ActProgress { progress, events, .. } = &mut board.acts[index];
         if events.iter().all(|(progress, _)| progress.state == RunState::Complete) {
             progress.end(board.now, RunState::Complete);
             scenario_state.log(ScenarioEvent::ActEnded { act: index });
@@ -199,20 +209,62 @@ impl Board {
         let is = |progress: &Progress| {
             if remembers { progress.has_been(state) } else { progress.is(state, self.now) }
         };
-        scenario.acts.iter().zip(&self.acts).any(|(act, run)| {
-            let events = act.events.iter().zip(&run.events);
-            act.name == name && is(&run.progress)
-                || events.into_iter().any(|(event, (progress, _))| {
-                    (event.name == name || event.action_names.iter().any(|action| action == name))
-                        && is(progress)
-                })
-        })
+        let mut stories = scenario.stories.iter().zip(&self.stories);
+        stories.any(|(story, progress)| story.name == name && is(progress))
+            || scenario.acts.iter().zip(&self.acts).any(|(act, run)| {
+                let events = act.events.iter().zip(&run.events);
+                let mut groups = act.groups.iter().zip(&run.groups);
+                act.name == name && is(&run.progress)
+                    || groups.any(|(group, progress)| group.name == name && is(progress))
+                    || events.into_iter().any(|(event, (progress, _))| {
+                        (event.name == name || event.action_names.iter().any(|action| action == name))
+                            && is(progress)
+                    })
+            })
+    }
+}
+
+impl Board {
+    /// Stories start with the storyboard.
+    fn start_stories(&mut self) {
+        for story in self.stories.iter_mut().filter(|story| story.state == RunState::Standby) {
+            story.start(self.now);
+        }
+    }
+
+    /// Ends the stories whose acts are all complete.
+    fn end_stories(&mut self, scenario: &Scenario) {
+        for (progress, story) in self.stories.iter_mut().zip(&scenario.stories) {
+            let mut acts = self.acts.get(story.acts.clone()).unwrap_or_default().iter();
+            if progress.state == RunState::Running && acts.all(|act| act.progress.state == RunState::Complete)
+            {
+                progress.end(self.now, RunState::Complete);
+            }
+        }
     }
 }
 
 impl ActProgress {
+    fn start(&mut self, now: Evaluation) {
+        self.progress.start(now);
+        self.groups.iter_mut().for_each(|group| group.start(now));
+    }
+
+    /// Ends the groups whose events are all complete.
+    fn end_groups(&mut self, act: &Act, now: Evaluation) {
+        for (progress, group) in self.groups.iter_mut().zip(&act.groups) {
+            let mut events = self.events.get(group.events.clone()).unwrap_or_default().iter();
+            if progress.state == RunState::Running
+                && events.all(|(event, _)| event.state == RunState::Complete)
+            {
+                progress.end(now, RunState::Complete);
+            }
+        }
+    }
+
     fn stop(&mut self, now: Evaluation) {
-        for progress in self.events.iter_mut().map(|(progress, _)| progress).chain([&mut self.progress]) {
+        let events = self.events.iter_mut().map(|(progress, _)| progress);
+        for progress in events.chain(&mut self.groups).chain([&mut self.progress]) {
             if progress.state != RunState::Complete {
                 (progress.state, progress.stopped) = (RunState::Complete, Some(now));
             }

@@ -84,7 +84,11 @@ impl TriggerState {
                     Ordering::Greater => u64::MAX,
                 }
             }
-            Test::SimulationTime { .. } | Test::State { .. } | Test::Phase { .. } | Test::Element { .. } => 0,
+            Test::SimulationTime { .. }
+            | Test::State { .. }
+            | Test::Phase { .. }
+            | Test::Variable { .. }
+            | Test::Element { .. } => 0,
         });
         next.min().unwrap_or(0)
     }
@@ -137,6 +141,10 @@ fn value(
         Test::State { target, state, exact } => matches(scenario_state, *target, state.as_ref(), *exact),
         Test::Phase { controller, phase } => {
             Ok(phase_name(scenario, scenario_state, *controller) == Some(phase))
+        }
+        Test::Variable { variable, rule, value } => {
+            let present = scenario_state.variables.get(variable.0);
+            Ok(present.is_some_and(|present| rule.holds(present, value)))
         }
         Test::Element { name, state } => Ok(element(name, *state)),
     }

@@ -70,7 +70,7 @@ fn last_time(trigger: &Trigger) -> Option<Duration> {
     let conditions = trigger.groups.iter().flatten();
     let times = conditions.filter_map(|condition| match condition.test {
         Test::SimulationTime { value, .. } => value.checked_add(condition.delay),
-        Test::State { .. } | Test::Phase { .. } | Test::Element { .. } => None,
+        Test::State { .. } | Test::Phase { .. } | Test::Variable { .. } | Test::Element { .. } => None,
     });
     times.max().filter(|last| *last < MAX_LENGTH)
 }

@@ -6,6 +6,7 @@ use super::display::list;
 use crate::core::traffic_light::event_log::{ActionSource, ScenarioEvent, ScenarioOutcome};
 use crate::core::traffic_light::scenario::{Action, Scenario};
 use crate::core::traffic_light::target::{StoreId, Target};
+use crate::core::traffic_light::variable::VariableIndex;
 use crate::report::Entry;
 
 /// The entry of an event, with the names behind its positions.
@@ -89,7 +90,18 @@ fn action(action: &Action, scenario: &Scenario) -> String {
         Action::EnableV2i { ids } => format!("enable v2i of {}", list(ids)),
         Action::DisableV2i { ids } => format!("disable v2i of {}", list(ids)),
         Action::SetConfidence { target, confidence } => format!("confidence of {target} is {confidence}"),
+        Action::SetVariable { variable, value } => {
+            format!("set the variable {} to {value}", variable_name(*variable, scenario))
+        }
+        Action::ModifyVariable { variable, by } => {
+            let name = variable_name(*variable, scenario);
+            format!("set the variable {name} to {name} {by}")
+        }
         Action::End { success: true } => "end with success".to_owned(),
         Action::End { success: false } => "end with failure".to_owned(),
     }
+}
+
+fn variable_name(variable: VariableIndex, scenario: &Scenario) -> &str {
+    scenario.variables.get(variable.0).map_or("", |variable| &variable.name)
 }

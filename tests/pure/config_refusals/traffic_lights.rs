@@ -1,6 +1,6 @@
 //! What is refused in the section of traffic lights.
 
-use crate::pure::config_refusals::{HERE, assert_refused, sound};
+use crate::pure::config_refusals::{HERE, assert_refused, load_texts, sound};
 
 #[test]
 fn broken_lights_are_refused_at_their_keys() {
@@ -61,4 +61,20 @@ fn broken_lights_are_refused_at_their_keys() {
 > gateway.toml:5:69: traffic_lights.faults.v2i.confusion[1].probability: 1.2 is out of range; give 0 to 1
 "#;
     assert_refused(&files, "gateway.toml", cases);
+}
+
+#[test]
+fn markers_of_a_map_whose_lamps_cannot_be_placed_are_refused() {
+    let gateway = format!("[ros]\nenabled = false\n[traffic_lights]\n{HERE}");
+    let far =
+        "<osm><node id='7' lat='0' lon='0'><tag k='local_x' v='1e9'/><tag k='local_y' v='0'/></node></osm>";
+    let files = sound().with("far.osm", far).with("gateway.toml", gateway);
+    let cases = "\
++ map = 'far.osm'
++ topics.markers = '/traffic_light/marker'
+> gateway.toml:4:7: traffic_lights.map: lamps cannot be placed for the markers: node 7: it lies 1e8 metres or more from the origin of the map; correct the map or its map_projector_info.yaml, or leave out topics.markers
+";
+    assert_refused(&files, "gateway.toml", cases);
+    let without = format!("[ros]\nenabled = false\n[traffic_lights]\nmap = 'far.osm'\n{HERE}");
+    assert!(load_texts(&files.with("gateway.toml", without)).is_ok());
 }

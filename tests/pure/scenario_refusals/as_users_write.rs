@@ -5,7 +5,6 @@ use std::path::Path;
 use signal_gateway::config::scenario::{ReadOptions, ScenarioFile, read};
 use signal_gateway::core::compat::Compat;
 use signal_gateway::core::traffic_light::scenario::{Action, Edge, Test};
-use signal_gateway::core::traffic_light::text::parse_bulb;
 
 use super::open_scenario::{A, condition, document, light_action};
 use super::{accepted, read_text, shown};
@@ -79,8 +78,8 @@ fn a_state_by_position_needs_the_order_of_the_bulbs() {
         document("", &light_action(&format!("<TrafficSignalStateAction name=\"21\" state=\"{state}\"/>")))
     };
     let read = |order: &str, state: &str| {
-        let bulb_order = order.split_terminator(',').map(|bulb| parse_bulb(bulb).unwrap()).collect();
-        let file = with(ReadOptions { bulb_order, ..ReadOptions::default() }, "s.xosc", &text(state))?;
+        let bulb_orders = order.split_terminator('|').map(|order| order.parse().unwrap()).collect();
+        let file = with(ReadOptions { bulb_orders, ..ReadOptions::default() }, "s.xosc", &text(state))?;
         let Action::SetState { state, .. } = &file.scenario.acts[0].events[0].actions[0] else { panic!() };
         Ok::<_, String>(state.text.clone())
     };
@@ -95,10 +94,15 @@ fn a_state_by_position_needs_the_order_of_the_bulbs() {
         assert_eq!(read(order, state).as_deref(), Ok(expected), "{state}");
     }
     assert_eq!(read("green left", "on").as_deref(), Ok("green solidOn left"));
+    assert_eq!(read("red|21=green", "on").as_deref(), Ok("green solidOn circle"));
+    assert_eq!(read("red,green|20=green", "off;on").as_deref(), Ok("green solidOn circle"));
     let refused = read("", "on;off;off").unwrap_err();
-    assert!(refused.contains("has 3 positions, but the order of the bulbs is not known"), "{refused}");
+    assert!(
+        refused.contains("has 3 positions, but no order of as many bulbs is known for the light 21"),
+        "{refused}"
+    );
     let refused = read(order, "on;off").unwrap_err();
-    assert!(refused.contains("has 2 positions, but the order of the bulbs has 3"), "{refused}");
+    assert!(refused.contains("has 2 positions, but no order"), "{refused}");
     assert!(refused.contains("--bulb-order red,yellow,green"), "{refused}");
     assert!(read(order, "on;dim;off").is_err());
 }

@@ -7,7 +7,9 @@ mod open_scenario;
 mod own_form;
 mod real_size;
 mod shipped;
+mod storyboard_elements;
 mod upstream;
+mod variables;
 
 use std::path::Path;
 

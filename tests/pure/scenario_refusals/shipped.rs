@@ -11,7 +11,10 @@ const XOSC: &str = include_str!("../../../config/scenarios/bench.xosc");
 #[test]
 fn both_forms_give_the_same_scenario() {
     let toml = accepted(Compat::Improved, "bench.toml", TOML);
-    let xosc = accepted(Compat::Improved, "bench.xosc", XOSC);
+    let mut xosc = accepted(Compat::Improved, "bench.xosc", XOSC);
+    // Only OpenSCENARIO has these; nothing in the file refers to them.
+    (xosc.scenario.stories, xosc.scenario.variables) = Default::default();
+    xosc.scenario.acts.iter_mut().for_each(|act| act.groups.clear());
     assert_eq!(toml.scenario, xosc.scenario);
     assert!(toml.not_interpreted.is_empty());
     let left_out: Vec<_> = xosc.not_interpreted.iter().map(ToString::to_string).collect();

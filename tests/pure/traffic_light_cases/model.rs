@@ -131,6 +131,8 @@ impl Model {
             | Action::SetV2iState { .. }
             | Action::SetV2iRate { .. }
             | Action::SetConfidence { .. }
+            | Action::SetVariable { .. }
+            | Action::ModifyVariable { .. }
             | Action::End { .. } => unreachable!("is not among the random ones"),
         }
     }

@@ -43,7 +43,7 @@ fn four_phases(disabled_after: f64) -> Scenario {
         controllers: vec![controller("signals", &phases)],
         init: vec![Action::EnableV2i { ids }],
         acts: vec![Act { name: "act".to_owned(), events, ..Act::default() }],
-        stop: None,
+        ..Scenario::default()
     }
 }
 

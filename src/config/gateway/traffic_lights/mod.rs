@@ -10,23 +10,21 @@ use std::sync::Arc;
 
 use crate::config::built_in::{BuiltIn, display};
 use crate::config::files::Files;
-use crate::config::map::read_lights;
+use crate::config::map::{MapLights, read_lights};
 use crate::config::named_file;
 use crate::config::reading::checker::Keywords;
 use crate::config::reading::fields::Fields;
 use crate::config::reading::value::{Entry, Value};
-use crate::config::scenario::{self, NotInterpreted, ReadOptions, ScenarioFile};
+use crate::config::scenario::{self, BulbOrder, NotInterpreted, ReadOptions, ScenarioFile};
 use crate::core::compat::Compat;
 use crate::core::map::light_map::{LampSource, LightMap};
 use crate::core::traffic_light::architecture::{Architecture, LightsType};
-use crate::core::traffic_light::bulb::Bulb;
 use crate::core::traffic_light::command::RATES_HZ;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::core::traffic_light::engine::LightsSettings;
 use crate::core::traffic_light::flow::FlowSettings;
 use crate::core::traffic_light::periodic_timer::Rate;
 use crate::core::traffic_light::target::StoreId;
-use crate::core::traffic_light::text::parse_bulb;
 use faults::faults;
 pub use topics::LightsOutput;
 use topics::{inputs, outputs};
@@ -65,12 +63,17 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
         .map(|types| outputs(fields.section("topics"), types, arbiter.is_some()))
         .unwrap_or_default();
     let (inputs, command) = inputs(fields.section("inputs"), &outputs);
+    let draws = outputs.iter().any(|lights_output| lights_output.topic == LightsTopic::Markers);
+    if let Some(MapLights { unplaced: Some(reason), .. }) = map.as_ref().filter(|_| draws) {
+        let remedy = "correct the map or its map_projector_info.yaml, or leave out topics.markers";
+        fields.refuse("map", format!("lamps cannot be placed for the markers: {reason}"), remedy);
+    }
     let channels = fields.section("faults");
     let [camera_faults, v2i_faults] =
         ["camera", "v2i"].map(|channel| channels.table(channel).and_then(faults));
     channels.done();
     if let (Some(scenario), Some(map)) = (&scenario, &map) {
-        checker.adopt(scenario.check_against(map, compat));
+        checker.adopt(scenario.check_against(&map.lights, compat));
     }
     let (copy_on_enable, one_group_per_head) =
         (fields.flag("copy_on_enable"), fields.flag("one_group_per_head"));
@@ -80,7 +83,7 @@ pub(super) fn traffic_lights(files: &dyn Files, fields: Fields<'_>) -> Option<(F
     }
     let (scenario, not_interpreted) =
         scenario.map(|file| (file.scenario, file.not_interpreted)).unwrap_or_default();
-    let mut lights = LightsSettings::new(Arc::new(map?), scenario, compat);
+    let mut lights = LightsSettings::new(Arc::new(map?.lights), scenario, compat);
     lights.frame_rate = frame_rate.unwrap_or(lights.frame_rate);
     lights.ground_truth_rate = ground_truth_rate.unwrap_or(lights.ground_truth_rate);
     lights.v2i_rate = v2i_rate.unwrap_or(lights.v2i_rate);
@@ -105,7 +108,7 @@ fn topics(outputs: &[LightsOutput]) -> BTreeSet<LightsTopic> {
 }
 
 fn read_scenario(files: &dyn Files, fields: &Fields<'_>, compat: Compat) -> Option<ScenarioFile> {
-    let options = ReadOptions { compat, packages: packages(fields), bulb_order: bulb_order(fields) };
+    let options = ReadOptions { compat, packages: packages(fields), bulb_orders: bulb_orders(fields) };
     let path = named_file::path_at(BuiltIn::Scenario, files, fields, "scenario")?;
     scenario::read(files, &path, options).map_err(|refused| fields.checker.adopt(refused.0)).ok()
 }
@@ -121,19 +124,19 @@ fn packages(fields: &Fields<'_>) -> BTreeMap<String, PathBuf> {
     entries.iter().filter_map(folder).collect()
 }
 
-/// The bulbs of a light by position.
-fn bulb_order(fields: &Fields<'_>) -> Vec<Bulb> {
-    let values = fields
-        .list("bulb_order", "give the bulbs by position: bulb_order = [\"red\", \"yellow\", \"green\"]");
-    let bulb = |value: &Value| {
+/// The bulbs of lights by position.
+fn bulb_orders(fields: &Fields<'_>) -> Vec<BulbOrder> {
+    let values = fields.list("bulb_order", "give the bulbs by position: bulb_order = [\"red,yellow,green\"]");
+    let order = |value: &Value| {
         let given = fields.checker.text(value)?;
-        fields.checker.accept(&given.location, parse_bulb(&given.text), "")
+        let remedy = "give bulbs, or ids and bulbs: \"21,22=red,yellow,green\"";
+        fields.checker.accept(&given.location, given.text.parse(), remedy)
     };
-    values.iter().filter_map(bulb).collect()
+    values.iter().filter_map(order).collect()
 }
 
 /// Reads the map that is named here, else the scenario's own map or groups.
-fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFile>) -> Option<LightMap> {
+fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFile>) -> Option<MapLights> {
     let infers = fields.flag("infer_lamps").unwrap_or_default();
     let lamps = if infers { LampSource::DrawnOrInferred } else { LampSource::Drawn };
     if fields.has("map") {
@@ -148,13 +151,15 @@ fn read_map(files: &dyn Files, fields: &Fields<'_>, scenario: Option<&ScenarioFi
         None if fields.has("scenario") => return None,
         None => "traffic lights without a map: none of them is known".to_owned(),
         Some(ScenarioFile { map: Some(path), .. }) => match read_lights(files, path, lamps) {
-            Ok(lights) => return Some(lights),
+            Ok(map) => return Some(map),
             Err(reason) => format!("the scenario's map, {}: {reason}", display(path)),
         },
         Some(scenario) if scenario.groups.is_empty() => {
             "the scenario names no map and no groups: its lights are not known".to_owned()
         }
-        Some(scenario) => return Some(LightMap::new([], &scenario.groups)),
+        Some(scenario) => {
+            return Some(MapLights { lights: LightMap::new([], &scenario.groups), unplaced: None });
+        }
     };
     fields.refuse("scenario", reason, "name the lanelet2 map with [traffic_lights] map = \"….osm\"");
     None

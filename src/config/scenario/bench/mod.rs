@@ -45,9 +45,9 @@ pub(super) fn interpret(root: &Value, reader: &mut Reader<'_>) -> ScenarioFile {
     let acts = if events.is_empty() {
         Vec::new()
     } else {
-        vec![Act { name: ACT.to_owned(), start: None, stop: None, events }]
+        vec![Act { name: ACT.to_owned(), events, ..Act::default() }]
     };
-    file.scenario = Scenario { controllers, init, acts, stop };
+    file.scenario = Scenario { controllers, init, acts, stop, ..Scenario::default() };
     file
 }
 

@@ -6,6 +6,7 @@ use crate::config::reading::element::Element;
 use crate::core::traffic_light::command::{CommandError, parse_command};
 use crate::core::traffic_light::scenario::Action;
 use crate::core::traffic_light::state_check::Writer;
+use crate::core::traffic_light::variable::{Modification, VariableValue};
 
 impl Document<'_, '_> {
     /// Reads the light actions among the children of an `Action` or of `Init/Actions`. Returns false when there are
@@ -36,6 +37,11 @@ impl Document<'_, '_> {
         let infrastructure: Vec<_> = element.all("InfrastructureAction").collect();
         let signals = infrastructure.iter().flat_map(|inner| inner.all("TrafficSignalAction"));
         let mut actions = Vec::new();
+        for (name, reference) in [("ParameterAction", "parameterRef"), ("VariableAction", "variableRef")] {
+            for child in element.all(name) {
+                actions.extend(self.variable_action(child, reference));
+            }
+        }
         for child in signals.flat_map(|signal| &signal.children) {
             match child.name.as_str() {
                 "TrafficSignalStateAction" => actions.extend(self.set_state(child)),
@@ -52,7 +58,7 @@ impl Document<'_, '_> {
         self.no_others(element);
         let target = self.reader.upstream_plain_target(&name?);
         let (target, state) = (target?, state?);
-        let state = self.reader.state(target.store, &state, Writer::Action)?;
+        let state = self.reader.state(target, &state, Writer::Action)?;
         Some(Action::SetState { target, state })
     }
 
@@ -63,6 +69,49 @@ impl Document<'_, '_> {
         self.no_others(element);
         let (controller, phase) = self.reader.phase_of(&self.controllers, &name?, &phase?)?;
         Some(Action::EnterPhase { controller, phase })
+    }
+
+    fn variable_action(&mut self, element: &Element, reference: &'static str) -> Option<Action> {
+        let variable = self.variable(element, reference);
+        self.no_others(element);
+        let inner = self.only_child(element)?;
+        match inner.name.as_str() {
+            "SetAction" => {
+                let value = self.required(inner, "value");
+                self.no_others(inner);
+                let (variable, value) = self.value_of(variable?, &value?)?;
+                Some(Action::SetVariable { variable, value })
+            }
+            "ModifyAction" => {
+                let rule = self.only_child(inner)?;
+                let change = self.only_child(rule)?;
+                let value = self.required(change, "value");
+                self.no_others(change);
+                let (variable, value) = (variable?, value?);
+                let number = self.reader.number(&value)?;
+                let by = match change.name.as_str() {
+                    "AddValue" => Modification::Add(number),
+                    "MultiplyByValue" => Modification::Multiply(number),
+                    name => {
+                        let reason = format!("{name} is not a rule of a ModifyAction");
+                        self.reader.refuse(&change.location, reason, "give AddValue or MultiplyByValue");
+                        return None;
+                    }
+                };
+                let kind = self.variables.get(variable.0).map(|variable| &variable.value);
+                if !matches!(kind, Some(VariableValue::Number(_))) {
+                    let reason = format!("{} changes a number, and this is not one", change.name);
+                    self.reader.refuse(&change.location, reason, "use SetAction, or declare it as a number");
+                    return None;
+                }
+                Some(Action::ModifyVariable { variable, by })
+            }
+            name => {
+                let reason = format!("{name} is not an action on a parameter or variable");
+                self.reader.refuse(&inner.location, reason, "give SetAction or ModifyAction");
+                None
+            }
+        }
     }
 
     /// Reads the command in `type`; its arguments may be the content of the element instead. Returns false when it

@@ -1,15 +1,21 @@
 //! An OpenSCENARIO document while it is read: attributes with their parameters replaced.
 
 use super::super::reader::Reader;
-use super::parameters::Parameters;
+use super::parameters::{Parameter, Parameters};
 use crate::config::reading::checker::LocatedText;
-use crate::config::reading::element::Element;
+use crate::config::reading::element::{Attribute, Element};
 use crate::core::traffic_light::scenario::Controller;
+use crate::core::traffic_light::variable::{Variable, VariableIndex, VariableValue};
+
+/// The numeric types of parameters and variables.
+const NUMBERS: [&str; 6] = ["integer", "int", "unsignedInt", "unsignedShort", "double", "float"];
 
 /// A document while it is read.
 pub(super) struct Document<'r, 'c> {
     pub(super) reader: &'r mut Reader<'c>,
     pub(super) parameters: Parameters,
+    /// The declared parameters and variables.
+    pub(super) variables: Vec<Variable>,
     /// The controllers, which are read before the storyboard.
     pub(super) controllers: Vec<Controller>,
     /// The number of conditions so far that refer to elements of the storyboard.
@@ -20,14 +26,77 @@ impl Document<'_, '_> {
     /// Opens the scope of an element; [`Self::leave`] closes it.
     pub(super) fn enter(&mut self, element: &Element) {
         self.parameters.enter();
-        let Some(declarations) = element.child("ParameterDeclarations") else { return };
-        for declaration in declarations.all("ParameterDeclaration") {
-            // The type follows from the use.
-            let _ = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
-            let (name, value) = (self.required(declaration, "name"), self.required(declaration, "value"));
-            let (Some(name), Some(value)) = (name, value) else { continue };
-            self.parameters.declare(name.text, value.text);
+        if let Some(declarations) = element.child("ParameterDeclarations") {
+            for declaration in declarations.all("ParameterDeclaration") {
+                let kind = declaration.attribute("parameterType").or_else(|| declaration.attribute("type"));
+                let Some((name, value)) = self.declaration(declaration) else { continue };
+                let variable = self.add_variable(&name, kind, &value);
+                self.parameters.declare(name, Parameter { value, variable });
+            }
         }
+        if let Some(declarations) = element.child("VariableDeclarations") {
+            for declaration in declarations.all("VariableDeclaration") {
+                let kind = declaration.attribute("variableType");
+                let Some((name, value)) = self.declaration(declaration) else { continue };
+                let variable = self.add_variable(&name, kind, &value);
+                self.parameters.declare_variable(name, variable);
+            }
+        }
+    }
+
+    /// The name and value of a declaration.
+    fn declaration(&mut self, element: &Element) -> Option<(String, String)> {
+        let (name, value) = (self.required(element, "name"), self.required(element, "value"));
+        Some((name?.text, value?.text))
+    }
+
+    /// Adds a variable of a type; one whose value is not of this type is a text.
+    fn add_variable(&mut self, name: &str, kind: Option<&Attribute>, value: &str) -> VariableIndex {
+        let text = || VariableValue::Text(value.to_owned());
+        let value = match kind.map(|kind| kind.value.as_str()) {
+            Some("boolean") => VariableValue::Boolean(false).parse_as(value),
+            Some(kind) if NUMBERS.contains(&kind) => VariableValue::Number(0.0).parse_as(value),
+            Some(_) | None => None,
+        };
+        self.variables.push(Variable { name: name.to_owned(), value: value.unwrap_or_else(text) });
+        VariableIndex(self.variables.len() - 1)
+    }
+
+    /// Finds the parameter or variable that an attribute names, with or without `$`.
+    pub(super) fn variable(&mut self, element: &Element, name: &'static str) -> Option<VariableIndex> {
+        let Some(attribute) = element.attribute(name) else {
+            let reason = format!("the attribute {name} is missing");
+            self.reader.refuse(&element.location, reason, "OpenSCENARIO requires it");
+            return None;
+        };
+        let named = attribute.value.trim_start_matches('$');
+        let found = match name {
+            "variableRef" => self.parameters.variable(named),
+            _ => self.parameters.parameter(named).map(|parameter| parameter.variable),
+        };
+        match found {
+            Ok(variable) => Some(variable),
+            Err((reason, remedy)) => {
+                self.reader.refuse(&attribute.location, reason, &remedy);
+                None
+            }
+        }
+    }
+
+    /// Reads a value for a variable, of the kind that it has.
+    pub(super) fn value_of(
+        &mut self,
+        variable: VariableIndex,
+        given: &LocatedText,
+    ) -> Option<(VariableIndex, VariableValue)> {
+        let Variable { name, value } = self.variables.get(variable.0)?;
+        let read = value.parse_as(&given.text);
+        if read.is_none() {
+            let kind = if matches!(value, VariableValue::Boolean(_)) { "true or false" } else { "a number" };
+            let reason = format!("{name} is {kind}, and {:?} is not", given.text);
+            self.reader.refuse(&given.location, reason, "give a value of the declared type");
+        }
+        Some((variable, read?))
     }
 
     /// Closes the scope of an element.

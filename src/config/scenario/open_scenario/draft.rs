@@ -1,11 +1,30 @@
 //! The storyboard as it was read, with names for the references between its elements.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
 use crate::core::traffic_light::scenario::{Action, Edge, ElementState, Test};
+
+/// A story as it was read.
+pub(super) struct StoryDraft {
+    /// Its name alone.
+    pub(super) path: Vec<String>,
+    /// The positions of its acts in the document.
+    pub(super) acts: Range<usize>,
+}
+
+/// A maneuver or a group of maneuvers as it was read.
+pub(super) struct GroupDraft {
+    /// Kind of the element: `maneuver` or `maneuverGroup`.
+    pub(super) kind: &'static str,
+    /// The names from the story to the element itself.
+    pub(super) path: Vec<String>,
+    /// The positions of its events in the act.
+    pub(super) events: Range<usize>,
+}
 
 /// An act as it was read, with its references not resolved.
 pub(super) struct ActDraft<'e> {
@@ -15,6 +34,7 @@ pub(super) struct ActDraft<'e> {
     pub(super) start: Option<TriggerDraft>,
     pub(super) stop: Option<TriggerDraft>,
     pub(super) events: Vec<EventDraft<'e>>,
+    pub(super) groups: Vec<GroupDraft>,
 }
 
 /// An event as it was read, with its references not resolved.
@@ -57,7 +77,7 @@ pub(super) enum TestDraft {
     Element {
         /// Number of the reference in the document.
         number: usize,
-        /// Kind of the element: `act`, `event` or `action`.
+        /// Kind of the element: `story`, `act`, `maneuverGroup`, `maneuver`, `event` or `action`.
         kind: &'static str,
         reference: LocatedText,
         state: ElementState,

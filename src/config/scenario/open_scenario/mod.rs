@@ -41,7 +41,8 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
         header.mark_all_interpreted(); // It has no effect.
     }
     let parameters = Parameters::new(reader.options.packages.clone());
-    let mut document = Document { reader, parameters, controllers: Vec::new(), references: 0 };
+    let (controllers, variables) = (Vec::new(), Vec::new());
+    let mut document = Document { reader, parameters, variables, controllers, references: 0 };
     document.enter(root);
     if let Some(network) = network {
         file.map = document.map(network);
@@ -50,7 +51,7 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
     if let Some(storyboard) = storyboard {
         file.left_out_verdict = document.storyboard(storyboard, &mut file.scenario);
     }
-    file.scenario.controllers = document.controllers;
+    (file.scenario.controllers, file.scenario.variables) = (document.controllers, document.variables);
     leftovers::list(root, reader);
     file
 }

@@ -1,18 +1,30 @@
-//! Parameters and references to them.
+//! Parameters and variables, and references to them.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::super::reader::listed;
 use super::expression::compute;
+use crate::core::traffic_light::variable::VariableIndex;
 
 /// The substitutions of a launch system that name the folder of a package.
 const PACKAGE_SUBSTITUTIONS: [&str; 2] = ["find-pkg-share ", "ros2 pkg prefix --share "];
 
+/// A declared parameter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Parameter {
+    /// The value that replaces references to it.
+    pub(super) value: String,
+    /// The variable of its name, which actions change and conditions compare.
+    pub(super) variable: VariableIndex,
+}
+
 /// The declared parameters, those of the innermost scope last.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
-    scopes: Vec<BTreeMap<String, String>>,
+    scopes: Vec<BTreeMap<String, Parameter>>,
+    /// The declared variables.
+    variables: BTreeMap<String, VariableIndex>,
     /// The folders of packages by name, for `$(find-pkg-share NAME)`.
     packages: BTreeMap<String, PathBuf>,
 }
@@ -20,7 +32,7 @@ pub(super) struct Parameters {
 impl Parameters {
     /// No parameters yet; `packages` are the folders of packages by name.
     pub(super) fn new(packages: BTreeMap<String, PathBuf>) -> Self {
-        Self { scopes: Vec::new(), packages }
+        Self { packages, ..Self::default() }
     }
 
     /// Opens a scope; [`Self::leave`] closes it.
@@ -34,10 +46,26 @@ impl Parameters {
     }
 
     /// Adds a parameter to the innermost scope.
-    pub(super) fn declare(&mut self, name: String, value: String) {
+    pub(super) fn declare(&mut self, name: String, parameter: Parameter) {
         if let Some(scope) = self.scopes.last_mut() {
-            scope.insert(name, value);
+            scope.insert(name, parameter);
         }
+    }
+
+    /// Adds a variable, which no reference in a text can name.
+    pub(super) fn declare_variable(&mut self, name: String, variable: VariableIndex) {
+        self.variables.insert(name, variable);
+    }
+
+    /// The variable of a name.
+    ///
+    /// # Errors
+    /// The reason and the remedy.
+    pub(super) fn variable(&self, name: &str) -> Result<VariableIndex, (String, String)> {
+        self.variables.get(name).copied().ok_or_else(|| {
+            let known = listed(self.variables.keys().map(String::as_str));
+            (format!("no variable is called {name}"), known)
+        })
     }
 
     /// The text with its references replaced: `$name`, `${name}` and `${$name}` are the value of a parameter,
@@ -55,11 +83,15 @@ impl Parameters {
         let name = name.strip_prefix('$').unwrap_or(name);
         match inner {
             Some(expression) if !is_name(name) => self.computed(expression),
-            Some(_) | None => self.parameter(name).cloned(),
+            Some(_) | None => self.parameter(name).map(|parameter| parameter.value.clone()),
         }
     }
 
-    fn parameter(&self, name: &str) -> Result<&String, (String, String)> {
+    /// The parameter of a name in the innermost scope that has one.
+    ///
+    /// # Errors
+    /// The reason and the remedy.
+    pub(super) fn parameter(&self, name: &str) -> Result<&Parameter, (String, String)> {
         self.scopes.iter().rev().find_map(|scope| scope.get(name)).ok_or_else(|| {
             let known = listed(self.scopes.iter().flat_map(BTreeMap::keys).map(String::as_str));
             (format!("no parameter is called {name}"), known)
@@ -73,7 +105,7 @@ impl Parameters {
             let end = part.find(|char| !is_in_name(char)).unwrap_or(part.len());
             let (name, after) = part.split_at(end);
             // In parentheses, since it may be negative.
-            numbers.extend(["(", self.parameter(name)?, ")", after]);
+            numbers.extend(["(", &self.parameter(name)?.value, ")", after]);
         }
         compute(&numbers).map_err(|reason| (reason, "correct the expression, or write its value".to_owned()))
     }
@@ -112,9 +144,13 @@ fn is_name(text: &str) -> bool {
 mod tests {
     use super::*;
 
+    fn parameter(value: &str) -> Parameter {
+        Parameter { value: value.to_owned(), variable: VariableIndex(0) }
+    }
+
     #[test]
     fn a_reference_is_the_value_of_the_innermost_scope() {
-        let scope = |value: &str| BTreeMap::from([("light".to_owned(), value.to_owned())]);
+        let scope = |value: &str| BTreeMap::from([("light".to_owned(), parameter(value))]);
         let parameters = Parameters { scopes: vec![scope("1"), scope("2")], ..Parameters::default() };
         for text in ["$light", "${light}", "${ $light }", "2"] {
             assert_eq!(parameters.value(text), Ok("2".to_owned()), "{text}");
@@ -127,7 +163,7 @@ mod tests {
     #[test]
     fn an_expression_of_parameters_is_computed() {
         let scope = [("way", "34802"), ("step", "-2"), ("color", "red")];
-        let scope = scope.map(|(name, value)| (name.to_owned(), value.to_owned())).into();
+        let scope = scope.map(|(name, value)| (name.to_owned(), parameter(value))).into();
         let parameters = Parameters { scopes: vec![scope], ..Parameters::default() };
         for (text, value) in
             [("${$way + 1}", "34803"), ("${$way - $step}", "34804"), ("${ 2.5 * 2 }", "5"), ("${7}", "7")]

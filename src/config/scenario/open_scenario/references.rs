@@ -4,39 +4,31 @@
 //! that waits for it, or for one that does more than set lights. A group that needs one is never true, and is listed.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use super::super::naming::{Names, action_path, event_path};
 use super::super::reader::Reader;
-use super::draft::{ActDraft, ConditionDraft, EventDraft, TestDraft, TriggerDraft};
+use super::draft::{ActDraft, ConditionDraft, EventDraft, StoryDraft, TestDraft, TriggerDraft};
 use crate::config::reading::checker::LocatedText;
 use crate::config::reading::element::Element;
 use crate::config::reading::location::Location;
-use crate::core::traffic_light::scenario::{Act, Action, Condition, Event, Test, Trigger};
+use crate::core::compat::Compat;
+use crate::core::traffic_light::scenario::{Act, Action, Condition, Event, EventGroup, Story, Test, Trigger};
 
-/// The position of an act, of one of its events, or of one of its actions.
+/// The position of an element of the storyboard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct At {
-    act: usize,
-    event: Option<usize>,
-    action: Option<usize>,
-}
-
-impl At {
-    fn act(act: usize) -> Self {
-        Self { act, event: None, action: None }
-    }
-
-    fn event(self, event: usize) -> Self {
-        Self { event: Some(event), ..self }
-    }
-
-    fn action(self, action: usize) -> Self {
-        Self { action: Some(action), ..self }
-    }
+enum At {
+    Story(usize),
+    Act(usize),
+    Group { act: usize, group: usize },
+    Event { act: usize, event: usize },
+    Action { act: usize, event: usize, action: usize },
 }
 
 /// The storyboard with its references resolved.
 pub(super) struct Resolved {
+    /// The stories whose acts can all run.
+    pub(super) stories: Vec<Story>,
     /// The acts that can run.
     pub(super) acts: Vec<Act>,
     /// The trigger that ends the scenario.
@@ -48,15 +40,16 @@ pub(super) struct Resolved {
 /// Returns what can run, and lists the elements that were left out.
 pub(super) fn resolve(
     reader: &mut Reader<'_>,
+    stories: &[StoryDraft],
     acts: Vec<ActDraft<'_>>,
     stop: Option<(&Element, TriggerDraft)>,
 ) -> Resolved {
-    let mut board = Board::new(reader, &acts, stop.as_ref().map(|(_, groups)| groups));
+    let mut board = Board::new(reader, stories, &acts, stop.as_ref().map(|(_, groups)| groups));
     board.leave_out_undecidable(&acts);
     if let Some((storyboard, groups)) = &stop {
         board.list_stop(reader, storyboard, groups);
     }
-    let names = names(&acts);
+    let names = names(stories, &acts);
     board.list(reader, &acts);
     let ends = |event: &EventDraft<'_>| {
         event
@@ -69,7 +62,8 @@ pub(super) fn resolve(
     let left_out_verdict = verdict.and_then(|(_, event)| event.path.last().cloned());
     let finish = Finish { board: &board, names: &names };
     let stop = stop.map(|(_, groups)| finish.trigger(groups));
-    Resolved { acts: finish.acts(acts), stop, left_out_verdict }
+    let stories = finish.stories(stories);
+    Resolved { stories, acts: finish.acts(acts), stop, left_out_verdict }
 }
 
 /// The acts with the references to them.
@@ -80,13 +74,24 @@ struct Board {
     left_out: BTreeMap<At, String>,
     /// Elements of which only a part runs, so that their state is not known.
     partial: BTreeSet<At>,
+    /// The acts of each story, and the events of each group.
+    members: BTreeMap<At, Vec<At>>,
 }
 
 impl Board {
-    fn new(reader: &mut Reader<'_>, acts: &[ActDraft<'_>], stop: Option<&TriggerDraft>) -> Self {
-        let mut board =
-            Self { targets: BTreeMap::new(), left_out: BTreeMap::new(), partial: BTreeSet::new() };
-        let known = known(acts);
+    fn new(
+        reader: &mut Reader<'_>,
+        stories: &[StoryDraft],
+        acts: &[ActDraft<'_>],
+        stop: Option<&TriggerDraft>,
+    ) -> Self {
+        let mut board = Self {
+            targets: BTreeMap::new(),
+            left_out: BTreeMap::new(),
+            partial: BTreeSet::new(),
+            members: BTreeMap::new(),
+        };
+        let known = known(stories, acts);
         let triggers = triggers(acts).map(|(_, trigger)| trigger).chain(stop);
         for condition in triggers.flatten().flatten() {
             let TestDraft::Element { number, kind, reference, .. } = &condition.test else { continue };
@@ -94,11 +99,18 @@ impl Board {
                 board.targets.insert(*number, at);
             }
         }
+        for (story, draft) in stories.iter().enumerate() {
+            board.members.insert(At::Story(story), draft.acts.clone().map(At::Act).collect());
+        }
         for (act, draft) in acts.iter().enumerate() {
+            for (group, draft) in draft.groups.iter().enumerate() {
+                let events = draft.events.clone().map(|event| At::Event { act, event });
+                board.members.insert(At::Group { act, group }, events.collect());
+            }
             for (event, draft) in draft.events.iter().enumerate() {
                 for (action, _) in draft.actions.iter().enumerate().filter(|(_, action)| !action.is_whole) {
-                    let at = At::act(act).event(event).action(action);
-                    board.partial.extend([at, At { action: None, ..at }, At::act(act)]);
+                    let action = At::Action { act, event, action };
+                    board.partial.extend([action, At::Event { act, event }, At::Act(act)]);
                 }
             }
         }
@@ -130,13 +142,27 @@ impl Board {
     }
 
     fn leave_out(&mut self, at: At, reason: String) {
-        self.partial.insert(At::act(at.act));
+        if let At::Event { act, .. } = at {
+            self.partial.insert(At::Act(act));
+        }
         self.left_out.entry(at).or_insert(reason);
     }
 
     fn is_left_out(&self, at: At) -> bool {
-        let event = At { action: None, ..at };
-        self.left_out.contains_key(&event) || self.left_out.contains_key(&At { event: None, ..event })
+        let is_within = match at {
+            At::Story(_) | At::Act(_) => false,
+            At::Group { act, .. } | At::Event { act, .. } => self.is_left_out(At::Act(act)),
+            At::Action { act, event, .. } => self.is_left_out(At::Event { act, event }),
+        };
+        is_within || self.left_out.contains_key(&at)
+    }
+
+    /// Returns whether the state of an element is not known, since not all of it runs.
+    fn is_unknown(&self, at: At) -> bool {
+        let mut members = self.members.get(&at).into_iter().flatten();
+        self.is_left_out(at)
+            || self.partial.contains(&at)
+            || members.any(|member| self.partial.contains(member) || self.is_left_out(*member))
     }
 
     /// The reason why a group of conditions cannot be decided, and its location; `None` when it can be.
@@ -152,7 +178,7 @@ impl Board {
             }
             TestDraft::Element { number, reference, .. } => {
                 let at = *self.targets.get(number)?;
-                (self.is_left_out(at) || self.partial.contains(&at)).then(|| {
+                self.is_unknown(at).then(|| {
                     let line = reference.location.position.0;
                     let reason = format!(
                         "its trigger waits for {:?}, which is not interpreted (line {line})",
@@ -178,11 +204,14 @@ impl Board {
 
     fn list(&self, reader: &mut Reader<'_>, acts: &[ActDraft<'_>]) {
         for (at, reason) in &self.left_out {
-            let Some(act) = acts.get(at.act) else { continue };
-            let event = at.event.and_then(|event| act.events.get(event));
-            let (element, path) =
-                event.map_or((act.element, &act.path), |event| (event.element, &event.path));
-            let is_within = at.event.is_some() && self.left_out.contains_key(&At { event: None, ..*at });
+            let (element, path, is_within) = match *at {
+                At::Act(act) => (acts[act].element, &acts[act].path, false),
+                At::Event { act, event } => {
+                    let EventDraft { element, path, .. } = &acts[act].events[event];
+                    (*element, path, self.left_out.contains_key(&At::Act(act)))
+                }
+                At::Story(_) | At::Group { .. } | At::Action { .. } => continue,
+            };
             element.mark_all_interpreted();
             if !is_within {
                 let name = path.last().map_or("", String::as_str);
@@ -197,46 +226,60 @@ impl Board {
     }
 }
 
-/// The elements to which references can refer: by kind and name, with their paths of names and positions.
-type Known<'a> = BTreeMap<(&'static str, &'a str), Vec<(&'a [String], At)>>;
+/// The elements to which references can refer: by name, with their kinds, paths of names and positions.
+type Known<'a> = BTreeMap<&'a str, Vec<(&'static str, &'a [String], At)>>;
 
-fn known<'a>(acts: &'a [ActDraft<'_>]) -> Known<'a> {
+fn known<'a>(stories: &'a [StoryDraft], acts: &'a [ActDraft<'_>]) -> Known<'a> {
     let mut known: Known<'a> = BTreeMap::new();
     let mut add = |kind, path: &'a [String], at| {
         if let Some(name) = path.last() {
-            known.entry((kind, name.as_str())).or_default().push((path, at));
+            known.entry(name.as_str()).or_default().push((kind, path, at));
         }
     };
+    for (story, draft) in stories.iter().enumerate() {
+        add("story", &draft.path, At::Story(story));
+    }
     for (act, draft) in acts.iter().enumerate() {
-        add("act", &draft.path, At::act(act));
+        add("act", &draft.path, At::Act(act));
+        for (group, draft) in draft.groups.iter().enumerate() {
+            add(draft.kind, &draft.path, At::Group { act, group });
+        }
         for (event, draft) in draft.events.iter().enumerate() {
-            add("event", &draft.path, At::act(act).event(event));
+            add("event", &draft.path, At::Event { act, event });
             for (action, draft) in draft.actions.iter().enumerate() {
-                add("action", &draft.path, At::act(act).event(event).action(action));
+                add("action", &draft.path, At::Action { act, event, action });
             }
         }
     }
     known
 }
 
-/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`.
+/// Finds the element of a reference: its name, after as much of its path as is needed, as in `Act::Event`. Upstream
+/// takes an element of another kind, too (Q22).
 fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &LocatedText) -> Option<At> {
     let mut steps: Vec<_> = given.text.trim_start_matches("::").split("::").collect();
     let name = steps.pop().unwrap_or_default();
-    let named = known.get(&(kind, name)).map(Vec::as_slice).unwrap_or_default();
+    let named = known.get(name).map(Vec::as_slice).unwrap_or_default();
     let leads_to = |path: &[String]| {
         let mut above = path.iter().rev().skip(1);
         steps.iter().rev().all(|step| above.any(|name| name == step))
     };
-    let found: Vec<_> = named.iter().filter(|(path, _)| leads_to(path)).map(|(_, at)| *at).collect();
-    match found.as_slice() {
-        [at] => Some(*at),
-        [] => {
+    let named: Vec<_> = named.iter().filter(|(_, path, _)| leads_to(path)).collect();
+    let mut found: Vec<_> = named.iter().filter(|(found, ..)| *found == kind).map(|(.., at)| *at).collect();
+    if found.is_empty() && reader.compat == Compat::Upstream {
+        found = named.iter().map(|(.., at)| *at).collect();
+    }
+    match (found.as_slice(), named.as_slice()) {
+        ([at], _) => Some(*at),
+        ([], others) => {
             let reason = format!("there is no {kind} {:?}", given.text);
-            reader.refuse(&given.location, reason, "name one of this storyboard");
+            let remedy = others.first().map_or("name one of this storyboard".to_owned(), |(other, ..)| {
+                format!("name one of this storyboard, or give the type {other}, which has one of this name")
+            });
+            reader.refuse(&given.location, reason, &remedy);
             None
         }
-        [_, _, ..] => {
+        ([_, _, ..], _) => {
             let reason = format!("{} {kind}s are called {:?}", found.len(), given.text);
             reader.refuse(&given.location, reason, "name the act in front of it: Act::Name");
             None
@@ -247,7 +290,7 @@ fn find(reader: &mut Reader<'_>, known: &Known<'_>, kind: &'static str, given: &
 fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a EventDraft<'e>)> {
     acts.iter().enumerate().flat_map(|(act, draft)| {
         let events = draft.events.iter().enumerate();
-        events.map(move |(event, draft)| (At::act(act).event(event), draft))
+        events.map(move |(event, draft)| (At::Event { act, event }, draft))
     })
 }
 
@@ -255,13 +298,13 @@ fn events<'a, 'e>(acts: &'a [ActDraft<'e>]) -> impl Iterator<Item = (At, &'a Eve
 fn triggers<'a>(acts: &'a [ActDraft<'_>]) -> impl Iterator<Item = (At, &'a TriggerDraft)> {
     let of_acts = acts.iter().enumerate().flat_map(|(act, draft)| {
         let both = draft.start.iter().chain(&draft.stop);
-        both.map(move |trigger| (At::act(act), trigger))
+        both.map(move |trigger| (At::Act(act), trigger))
     });
     of_acts.chain(events(acts).filter_map(|(at, draft)| Some((at, draft.start.as_ref()?))))
 }
 
 /// The names of all elements, left out or not.
-fn names(acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
+fn names(stories: &[StoryDraft], acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
     fn own(path: &[String]) -> &str {
         path.last().map_or("", String::as_str)
     }
@@ -273,19 +316,25 @@ fn names(acts: &[ActDraft<'_>]) -> BTreeMap<At, String> {
     });
     let mut names = Names::new(all);
     let mut assigned = BTreeMap::new();
+    for story in 0..stories.len() {
+        assigned.insert(At::Story(story), names.assign("", format!("Story[{}]", story + 1)));
+    }
     for (act, draft) in acts.iter().enumerate() {
-        let at = At::act(act);
         let act_name = names.assign(own(&draft.path), format!("Act[{}]", act + 1));
+        // No report shows these, so that they need not have their own names.
+        for group in 0..draft.groups.len() {
+            let name = names.assign("", format!("{act_name}/Group[{}]", group + 1));
+            assigned.insert(At::Group { act, group }, name);
+        }
         for (event, draft) in draft.events.iter().enumerate() {
-            let at = at.event(event);
             let event_name = names.assign(own(&draft.path), event_path(&act_name, event));
             for (action, draft) in draft.actions.iter().enumerate() {
                 let name = names.assign(own(&draft.path), action_path(&event_name, action));
-                assigned.insert(at.action(action), name);
+                assigned.insert(At::Action { act, event, action }, name);
             }
-            assigned.insert(at, event_name);
+            assigned.insert(At::Event { act, event }, event_name);
         }
-        assigned.insert(at, act_name);
+        assigned.insert(At::Act(act), act_name);
     }
     assigned
 }
@@ -301,40 +350,62 @@ impl Finish<'_> {
         self.names.get(&at).cloned().unwrap_or_default()
     }
 
+    /// The positions of members when some are left out; `None` when one of them is.
+    fn kept(&self, members: Range<usize>, at: impl Fn(usize) -> At) -> Option<Range<usize>> {
+        let is_kept = |member: &usize| !self.board.is_left_out(at(*member));
+        let before = (0..members.start).filter(is_kept).count();
+        let are_all_kept = members.clone().all(|member| is_kept(&member));
+        are_all_kept.then(|| before..before + members.len())
+    }
+
+    fn stories(&self, stories: &[StoryDraft]) -> Vec<Story> {
+        let stories = stories.iter().enumerate();
+        let story = |(story, draft): (usize, &StoryDraft)| {
+            let acts = self.kept(draft.acts.clone(), At::Act)?;
+            Some(Story { name: self.name(At::Story(story)), acts })
+        };
+        stories.filter_map(story).collect()
+    }
+
     fn acts(&self, acts: Vec<ActDraft<'_>>) -> Vec<Act> {
         let mut finished = Vec::new();
         for (act, draft) in acts.into_iter().enumerate() {
-            let at = At::act(act);
-            if self.board.is_left_out(at) {
+            if self.board.is_left_out(At::Act(act)) {
                 continue;
             }
+            let groups = draft.groups.into_iter().enumerate().filter_map(|(group, draft)| {
+                let events = self.kept(draft.events, |event| At::Event { act, event })?;
+                Some(EventGroup { name: self.name(At::Group { act, group }), events })
+            });
+            let groups = groups.collect();
             let events = draft.events.into_iter().enumerate();
-            let events = events.map(|(event, draft)| (at.event(event), draft));
-            let events = events.filter(|(at, _)| !self.board.is_left_out(*at));
+            let events =
+                events.filter(|(event, _)| !self.board.is_left_out(At::Event { act, event: *event }));
             finished.push(Act {
-                name: self.name(at),
+                name: self.name(At::Act(act)),
                 start: draft.start.map(|groups| self.trigger(groups)),
                 stop: draft.stop.map(|groups| self.trigger(groups)),
-                events: events.map(|(at, draft)| self.event(at, draft)).collect(),
+                events: events.map(|(event, draft)| self.event(act, event, draft)).collect(),
+                groups,
             });
         }
         finished
     }
 
-    fn event(&self, at: At, draft: EventDraft<'_>) -> Event {
-        let mut event = Event {
-            name: self.name(at),
+    fn event(&self, act: usize, event: usize, draft: EventDraft<'_>) -> Event {
+        let mut finished = Event {
+            name: self.name(At::Event { act, event }),
             start: draft.start.map(|groups| self.trigger(groups)),
             max_executions: draft.max_executions,
             action_names: Vec::new(),
             actions: Vec::new(),
         };
         for (action, draft) in draft.actions.into_iter().enumerate() {
-            let name = self.name(at.action(action));
-            event.action_names.extend(draft.actions.iter().map(|_| name.clone()));
-            event.actions.extend(draft.actions);
+            let name = self.name(At::Action { act, event, action });
+            finished.action_names.extend(draft.actions.iter().map(|_| name.clone()));
+            finished.actions.extend(draft.actions);
         }
-        event
+        finished
     }
 
     fn trigger(&self, groups: TriggerDraft) -> Trigger {

@@ -1,7 +1,7 @@
 //! Stories, acts and events.
 
 use super::document::Document;
-use super::draft::{ActDraft, ActionDraft, EventDraft};
+use super::draft::{ActDraft, ActionDraft, EventDraft, GroupDraft, StoryDraft};
 use super::references::resolve;
 use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::Scenario;
@@ -12,19 +12,20 @@ impl Document<'_, '_> {
         if let Some(actions) = storyboard.child("Init").and_then(|init| init.child("Actions")) {
             scenario.init = self.actions(actions).0;
         }
-        let mut acts = Vec::new();
+        let (mut stories, mut acts) = (Vec::new(), Vec::new());
         for story in storyboard.all("Story") {
             self.enter(story);
-            let path = vec![self.name(story)];
+            let (path, first) = (vec![self.name(story)], acts.len());
             for act in story.all("Act") {
                 acts.push(self.act(act, &path));
             }
+            stories.push(StoryDraft { path, acts: first..acts.len() });
             self.leave();
         }
         let stop = self.trigger(storyboard, "StopTrigger");
         let stop = stop.map(|groups| (storyboard, groups));
-        let resolved = resolve(self.reader, acts, stop);
-        (scenario.acts, scenario.stop) = (resolved.acts, resolved.stop);
+        let resolved = resolve(self.reader, &stories, acts, stop);
+        (scenario.stories, scenario.acts, scenario.stop) = (resolved.stories, resolved.acts, resolved.stop);
         resolved.left_out_verdict
     }
 
@@ -32,9 +33,9 @@ impl Document<'_, '_> {
         let path = self.below(story, act);
         let start = self.trigger(act, "StartTrigger");
         let stop = self.trigger(act, "StopTrigger");
-        let mut events = Vec::new();
+        let (mut events, mut groups) = (Vec::new(), Vec::new());
         for group in act.all("ManeuverGroup") {
-            let path = self.below(&path, group);
+            let (path, first) = (self.below(&path, group), events.len());
             if let Some(count) = self.given(group, "maximumExecutionCount").filter(|count| count.text != "1")
             {
                 let what = format!("each event has its own count, it is not repeated {} times", count.text);
@@ -42,12 +43,14 @@ impl Document<'_, '_> {
             }
             for maneuver in group.all("Maneuver") {
                 self.enter(maneuver);
-                let path = self.below(&path, maneuver);
+                let (path, first) = (self.below(&path, maneuver), events.len());
                 events.extend(maneuver.all("Event").map(|event| self.event(event, &path)));
+                groups.push(GroupDraft { kind: "maneuver", path, events: first..events.len() });
                 self.leave();
             }
+            groups.push(GroupDraft { kind: "maneuverGroup", path, events: first..events.len() });
         }
-        ActDraft { element: act, path, start, stop, events }
+        ActDraft { element: act, path, start, stop, events, groups }
     }
 
     fn event<'e>(&mut self, event: &'e Element, maneuver: &[String]) -> EventDraft<'e> {

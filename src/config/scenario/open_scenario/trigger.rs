@@ -8,6 +8,7 @@ use crate::config::reading::checker::Keywords;
 use crate::config::reading::element::Element;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::scenario::{Edge, ElementState, Rule, Test};
+use crate::core::traffic_light::variable::VariableValue;
 
 const EDGES: Keywords<Edge> = &[
     ("none", Edge::None),
@@ -34,14 +35,14 @@ const STATES: Keywords<Option<ElementState>> = &[
     ("stopTransition", Some(ElementState::StopTransition)),
     ("skipTransition", None),
 ];
-/// Kinds of elements. Those without a kind of the engine are not interpreted.
-const KINDS: Keywords<Option<&str>> = &[
-    ("act", Some("act")),
-    ("event", Some("event")),
-    ("action", Some("action")),
-    ("story", None),
-    ("maneuverGroup", None),
-    ("maneuver", None),
+/// Kinds of elements.
+const KINDS: Keywords<&str> = &[
+    ("story", "story"),
+    ("act", "act"),
+    ("maneuverGroup", "maneuverGroup"),
+    ("maneuver", "maneuver"),
+    ("event", "event"),
+    ("action", "action"),
 ];
 
 impl Document<'_, '_> {
@@ -78,7 +79,7 @@ impl Document<'_, '_> {
     }
 
     /// The only child of an element; any other number is refused.
-    fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
+    pub(super) fn only_child<'e>(&mut self, element: &'e Element) -> Option<&'e Element> {
         let [child] = element.children.as_slice() else {
             let reason = format!("{} holds {} elements", element.name, element.children.len());
             self.reader.refuse(&element.location, reason, "give exactly one");
@@ -99,6 +100,8 @@ impl Document<'_, '_> {
                 let found = self.reader.phase_of(&self.controllers, &name?, &phase?);
                 found.map(|(controller, phase)| TestDraft::Ready(Test::Phase { controller, phase }))
             }
+            "ParameterCondition" => self.variable_test(element, "parameterRef").map(TestDraft::Ready),
+            "VariableCondition" => self.variable_test(element, "variableRef").map(TestDraft::Ready),
             "StoryboardElementStateCondition" => self.element_state(element),
             _ => return Some(undecidable(element)),
         };
@@ -127,6 +130,22 @@ impl Document<'_, '_> {
         self.reader.state_test(target?, &state?, false)
     }
 
+    fn variable_test(&mut self, element: &Element, reference: &'static str) -> Option<Test> {
+        let found = self.variable(element, reference);
+        let (rule, value) = (self.required(element, "rule"), self.required(element, "value"));
+        let given = rule?;
+        let rule = self.reader.checker.keyword(&given, RULES);
+        let value = self.value_of(found?, &value?);
+        let (rule, (variable, value)) = (rule?, value?);
+        let has_order = matches!(value, VariableValue::Number(_)) || self.reader.compat == Compat::Upstream;
+        if !has_order && !matches!(rule, Rule::EqualTo | Rule::NotEqualTo) {
+            let reason = format!("{} compares numbers, and {value:?} is not one", given.text);
+            self.reader.refuse(&given.location, reason, "give equalTo or notEqualTo");
+            return None;
+        }
+        Some(Test::Variable { variable, rule, value })
+    }
+
     fn element_state(&mut self, element: &Element) -> Option<TestDraft> {
         let kind = self.required(element, "storyboardElementType");
         let reference = self.required(element, "storyboardElementRef");
@@ -136,9 +155,9 @@ impl Document<'_, '_> {
         let (kind, reference, state) = (kind?, reference?, state?);
         self.references += 1;
         let number = self.references;
-        Some(match (kind, state) {
-            (Some(kind), Some(state)) => TestDraft::Element { number, kind, reference, state },
-            (None, _) | (_, None) => undecidable(element),
+        Some(match state {
+            Some(state) => TestDraft::Element { number, kind, reference, state },
+            None => undecidable(element),
         })
     }
 }
