@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::compat::DeciderCompat;
+use super::compat::{DeciderCompat, UpstreamQuirks};
 use super::decider::{Decider, Settings};
 use super::decision::{Basis, Decision};
 use super::factors::{FactorContext, manoeuvres};
@@ -39,6 +39,8 @@ pub struct FlowSettings {
     pub role: Role,
     /// Time from cycle to cycle, above zero.
     pub period: Duration,
+    /// The sections of each cycle are an output.
+    pub publishes_sections: bool,
 }
 
 /// The use of decisions.
@@ -118,6 +120,10 @@ impl TurnSignalFlow {
                 self.ready.push_back(TurnSignalOutput::HazardCommand { command, stamp });
             }
             Role::Shadow { tolerance } => self.compare(&decision, tolerance, now.mono),
+        }
+        if self.settings.publishes_sections {
+            let (decision, stamp) = (Arc::clone(&decision), now.wall);
+            self.ready.push_back(TurnSignalOutput::Sections { decision, stamp });
         }
         let headline = Some(Headline::of(&decision));
         if self.headline != headline {
@@ -202,6 +208,7 @@ impl TurnSignalFlow {
             road: &self.settings.road,
             route,
             parameters: &self.settings.decider.parameters,
+            looks_at_height: !UpstreamQuirks::of(self.settings.decider.compat).ignores_height_and_continuity,
             odometry,
             path: self.latest.planned_path(path_limit, now, findings),
             operation_mode: self.latest.operation_mode,

@@ -26,7 +26,7 @@ fn broken_sections_are_refused_where_they_break() {
 + map = "torn.osm"
 > gateway.toml:9:7: turn_signal.map: torn.osm: line 1: the file ends before </osm>: it is cut short; name the lanelet2 map, relative to this file, with [turn_signal] map = "….osm"
 + maps = "map.osm"
-> gateway.toml:10:1: turn_signal.maps: unknown key "maps"; valid keys: compat, map, country, parameters, planning_hz, minimum_on_ms, minimum_gap_ms, shadow_tolerance_ms, age_limits, vehicle, enabled, shadow, inputs, outputs
+> gateway.toml:10:1: turn_signal.maps: unknown key "maps"; valid keys: compat, map, country, parameters, minimum_on_ms, minimum_gap_ms, standing_limit_ms, age_limits, vehicle, planning_hz, shadow_tolerance_ms, enabled, shadow, inputs, outputs
 + enabled = true
 + shadow = true
 > gateway.toml:11:10: turn_signal.shadow: a shadow publishes nothing; set enabled = false, or shadow = false
@@ -68,6 +68,10 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
 > gateway.toml:10:19: turn_signal.inputs.odometry: "" is not an absolute topic; write it as /a/b
 + inputs.scenario = "scenario"
 > gateway.toml:10:19: turn_signal.inputs.scenario: "scenario" is not an absolute topic; write it as /a/b
++ outputs.markers = "/localization/kinematic_state"
+> gateway.toml:10:19: turn_signal.outputs.markers: another topic has this name; give each its own
++ outputs.planning_factors = "/planning/planning_factors/goal_planner"
+> gateway.toml:10:28: turn_signal.outputs.planning_factors: another topic has this name; give each its own
 + outputs.turn_command = "/planning/hazard_lights_cmd"
 > gateway.toml:10:24: turn_signal.outputs.turn_command: another topic has this name; give each its own
 + enabled = true

@@ -113,10 +113,21 @@ impl Quaternion {
     }
 }
 
+impl From<plane::Pose> for Pose {
+    /// Upright, on the ground of the map.
+    fn from(plane::Pose { position, yaw_rad }: plane::Pose) -> Self {
+        let (sin, cos) = (yaw_rad / 2.0).sin_cos();
+        Self {
+            position: Point { x: position.x_m, y: position.y_m, z: 0.0 },
+            orientation: Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
+        }
+    }
+}
+
 impl From<Pose> for plane::Pose {
-    /// Projects to the plane.
-    fn from(pose: Pose) -> Self {
-        Self::new(pose.position.x, pose.position.y, pose.orientation.yaw_rad())
+    /// Projects to the plane, with the height beside it.
+    fn from(Pose { position: Point { x, y, z }, orientation }: Pose) -> Self {
+        Self { position: plane::Point::new(x, y).at_height(z), yaw_rad: orientation.yaw_rad() }
     }
 }
 
