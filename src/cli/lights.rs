@@ -166,6 +166,10 @@ pub(super) fn run(args: &LightsArgs) -> Result<ExitCode, Failure> {
     let until = MonoTime::ZERO.after(span.until);
     let open_end = run.verdict().is_none().then(|| writer.until(until, span.why)).flatten();
     open_end.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    for (store, id, at) in run.contradictions() {
+        let seconds = Duration::from_nanos(at.as_nanos()).as_secs_f64();
+        say(&format!("warning: {id} {} shows red and green from {seconds:.3} s", store.name()));
+    }
     let has_failed = matches!(run.verdict(), Some(ScenarioOutcome::Failure | ScenarioOutcome::Fault(_)));
     let undecided = left_out_verdict.filter(|_| !has_failed);
     if let Some(event) = &undecided {

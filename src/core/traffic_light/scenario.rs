@@ -288,6 +288,11 @@ pub enum Action {
         /// The new rate, Hz, above zero.
         rate_hz: f64,
     },
+    /// Sets the rate of the ground-truth topic and of the markers.
+    SetGroundTruthRate {
+        /// The new rate, Hz, above zero.
+        rate_hz: f64,
+    },
     /// Begins to copy ground truth to V2I: `EnableTrafficSignalV2IFeatureAction@v1`.
     EnableV2i {
         /// Way or relation ids, at least one.
@@ -336,6 +341,7 @@ impl Action {
             Self::SetV2iState { id, .. } => slice::from_ref(id),
             Self::EnableV2i { ids } | Self::DisableV2i { ids } => ids,
             Self::SetV2iRate { .. }
+            | Self::SetGroundTruthRate { .. }
             | Self::EnterPhase { .. }
             | Self::SetVariable { .. }
             | Self::ModifyVariable { .. }
