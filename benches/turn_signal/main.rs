@@ -16,6 +16,7 @@ use signal_gateway::core::light_command::TurnCommand;
 use signal_gateway::core::map::geometry::Pose;
 use signal_gateway::core::map::geometry::polyline::{at_arc, headed};
 use signal_gateway::core::map::lane_network::LaneNetwork;
+use signal_gateway::core::map::osm;
 use signal_gateway::core::map::projector::Projector;
 use signal_gateway::core::time::MonoTime;
 use signal_gateway::core::turn_signal::compat::DeciderCompat;
@@ -76,14 +77,14 @@ fn main() -> ExitCode {
 }
 
 fn measure(city: City) -> Figures {
-    let osm = city.osm();
+    let text = city.osm();
     // A large map is read once: it takes seconds.
-    let reads = if osm.len() > 20_000_000 { 1 } else { 3 };
-    let read = || LaneNetwork::read(osm.as_bytes(), &Projector::Local).unwrap();
+    let reads = if text.len() > 20_000_000 { 1 } else { 3 };
+    let read = || LaneNetwork::read(&osm::read(text.as_bytes()).unwrap(), &Projector::Local).unwrap();
     let read_ns = median(reads, || timed(1, || drop(black_box(read()))));
     let road = read();
     let lanelets = road.lanes().count();
-    let size_mb = osm.len() as f64 / 1e6;
+    let size_mb = text.len() as f64 / 1e6;
     println!(
         "turn signal, map of {size_mb:.1} MB, {lanelets} lanelets: read in {:.0} ms, {:.0} MB/s, peak memory so far {} MB",
         read_ns / 1e6,
@@ -104,7 +105,7 @@ fn measure(city: City) -> Figures {
         long.lanelets,
         long_route_ns / 1e3
     );
-    Figures { decision_ns, read_ns_per_byte: read_ns / osm.len() as f64, long_route_ns }
+    Figures { decision_ns, read_ns_per_byte: read_ns / text.len() as f64, long_route_ns }
 }
 
 /// A drive along a route.

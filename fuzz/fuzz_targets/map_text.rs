@@ -5,12 +5,15 @@
 use libfuzzer_sys::fuzz_target;
 use signal_gateway::core::map::geometry::polyline::at_arc;
 use signal_gateway::core::map::lane_network::LaneNetwork;
+use signal_gateway::core::map::osm;
 use signal_gateway::core::map::projector::{Geo, Projector};
 
 fuzz_target!(|bytes: &[u8]| {
+    let _ = Projector::parse(&String::from_utf8_lossy(bytes));
+    let Ok(osm) = osm::read(bytes) else { return };
     let origin = Geo { latitude_deg: 35.9, longitude_deg: 139.9, altitude_m: 0.0 };
     for projector in [Projector::Local, Projector::LocalCartesianUtm(origin)] {
-        let Ok(road) = LaneNetwork::read(bytes, &projector) else { continue };
+        let Ok(road) = LaneNetwork::read(&osm, &projector) else { continue };
         for lane in road.lanes() {
             assert_eq!(road.lane(lane.id), Some(lane));
             let middle = at_arc(&lane.centerline, lane.length_m() / 2.0).expect("it has points");
@@ -20,5 +23,4 @@ fuzz_target!(|bytes: &[u8]| {
             }
         }
     }
-    let _ = Projector::parse(&String::from_utf8_lossy(bytes));
 });

@@ -2,6 +2,7 @@
 
 mod commands;
 pub mod decode;
+mod map;
 mod survey;
 mod traffic_lights;
 mod turn_signal;
@@ -19,6 +20,7 @@ use crate::core::vehicle_lights::binding::{
 use crate::core::vehicle_lights::lamp::timing::Resolution;
 use crate::core::vehicle_lights::role_texts::roles;
 use crate::report::text::{counted, escaped, plain_path};
+pub use map::map;
 pub use survey::{bad_lines_text, recording};
 
 /// The result of a check.

@@ -1,6 +1,6 @@
 //! The part of a check on the turn-signal decider: its settings.
 
-use super::Report;
+use super::{Report, map};
 use crate::config::gateway::turn_signal::TurnSignalConfig;
 use crate::core::turn_signal::flow::Role;
 use crate::core::turn_signal::parameters::{PARAMETERS, Vehicle};
@@ -18,8 +18,9 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
         }
     };
     report.line("decider", &role);
-    let (map, lanes) = (plain_path(&decider.map), flow.road.lanes().count());
-    report.line("", &format!("map {map}: {lanes} lanelets, {} roundabouts", flow.road.roundabouts().len()));
+    let map_path = plain_path(&decider.map);
+    report.line("", &format!("map {}", map::summary(&map_path, &flow.road)));
+    map::tags(&flow.road, settings.compat, report);
     let rules = decider
         .country
         .as_ref()

@@ -15,9 +15,8 @@ use crate::core::turn_signal::compat::DeciderCompat;
 use crate::desk::drive::run::Run;
 use crate::desk::drive::simulation::DriveSimulation;
 use crate::desk::drive::verdict::Verdicts;
-use crate::report::Form;
-use crate::report::drive::DriveWriter;
 use crate::report::drive::chart::DriveChart;
+use crate::report::drive::{DriveForm, DriveWriter};
 
 pub(super) const HELP: &str = "\
 Examples:
@@ -25,16 +24,19 @@ Examples:
   signal-gateway decide crossing.toml --compat upstream --json
   signal-gateway decide crossing.toml --picture crossing.svg
 
-For each change of the decision a line of text is  seconds  metres  m/s  command  basis, with every
-reason below it: the outcome of each candidate, with its four distances in metres (ds, de: front to
-the desired start, rear axle to the desired end; rs, re: the same for the required section; negative
-is behind), then the outcome of each manoeuvre and what is wrong with the inputs.
+For each change of the signal a line gives the command, the position of the rear axle along the route
+(and the time, where the vehicle stands), and the reason.
+
+With --verbose the time, position, speed and basis stand below it, with every reason: the outcome of
+each candidate, with its four distances in metres (ds, de: front to the desired start, rear axle to the
+desired end; rs, re: the same for the required section; negative is behind), then the outcome of each
+manoeuvre and what is wrong with the inputs.
 
 With --json each line is one object:
   {\"compat\": \"improved\", \"t\": 3.7, \"at_m\": 37.0, \"x_m\", \"y_m\", \"yaw_rad\", \"speed_mps\",
    \"turn\": \"LEFT\", \"hazard\": \"DISABLE\", \"basis\": \"candidates\", \"winner\": \"intersection\", \"case\": \"A2\",
-   \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"turn\", \"won\",
-   \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
+   \"held\": TEXT, \"intersection\": {\"side\", \"active\", \"distance_m\"}, \"candidates\": [{\"source\", \"subject\",
+   \"turn\", \"won\", \"why\": TEXT, \"lost_to\", \"lost_by\", \"distances\": {\"desired_start_m\", \"desired_end_m\",
    \"required_start_m\", \"required_end_m\"}}], \"manoeuvres\": [{\"kind\", \"why\"}], \"findings\": [TEXT]}
 From \"turn\" on it is the form that a replay has; what does not apply is null. With --compat
 path_generator the basis is \"path_generator\", without candidates, and a key more, \"lanelet\": TEXT,
@@ -50,6 +52,9 @@ pub(super) struct DecideArgs {
     /// The decider of Autoware that is followed; default: those that the scenario is for
     #[arg(long, value_name = "COMPAT", value_enum)]
     compat: Option<DeciderCompat>,
+    /// Print all numbers and reasons below each sentence
+    #[arg(short, long, conflicts_with = "json")]
+    verbose: bool,
     /// Print JSON lines
     #[arg(long)]
     json: bool,
@@ -79,8 +84,13 @@ impl ValueEnum for DeciderCompat {
 pub(super) fn run(args: &DecideArgs) -> Result<ExitCode, Failure> {
     let simulation = DriveSimulation::new(drive::read(&Disk, &args.scenario)?)?;
     let compats = args.compat.map_or_else(|| simulation.file().compats.clone(), |compat| vec![compat]);
+    let form = match (args.json, args.verbose) {
+        (true, _) => DriveForm::Json,
+        (false, true) => DriveForm::Numbers,
+        (false, false) => DriveForm::Sentences,
+    };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let mut writer = DriveWriter::new(Form::json_if(args.json));
+    let mut writer = DriveWriter::new(form);
     let mut chart = args.picture.as_ref().map(|_| DriveChart::new(simulation.file()));
     let mut has_failed = false;
     for compat in compats {

@@ -1,6 +1,7 @@
 //! `check` and `decode`: bindings, and signals by name.
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -10,6 +11,8 @@ use super::replay::{has_frames, mention_losses};
 use super::{Failure, start_log};
 use crate::check;
 use crate::check::decode::Decoder;
+use crate::config::files::Disk;
+use crate::config::{Problem, Refused};
 use crate::daemon;
 use crate::io::clock::Clock;
 use crate::replay::Replay;
@@ -18,7 +21,11 @@ use crate::report::text::counted;
 pub(super) const CHECK_HELP: &str = "\
 Examples:
   signal-gateway check --config gateway.toml
-  signal-gateway check drive.log.gz --profile ford_falcon_fg";
+  signal-gateway check drive.log.gz --profile ford_falcon_fg
+  signal-gateway check lanelet2_map.osm
+
+A lanelet2 map (.osm, or a folder with lanelet2_map.osm) is checked by itself: tags that decide about turn
+signals, held against the geometry of their lanelets.";
 
 pub(super) const DECODE_HELP: &str = "\
 Examples:
@@ -46,6 +53,13 @@ pub(super) struct DecodeArgs {
 pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     start_log("error");
     let args = &args.recording;
+    if let Some(path) = args.log.as_deref().filter(|path| is_map(path)) {
+        let report = check::map(&Disk, path).map_err(|reason| {
+            let remedy = "give a lanelet2 map, or a folder with lanelet2_map.osm";
+            Refused(vec![Problem::whole_file(path, reason, remedy)])
+        })?;
+        return finish(&mut io::stdout().lock(), &report.text, report.concerns);
+    }
     let settings = settings(&args.config)?;
     let bound = check::binding(&settings);
     let mut out = io::stdout().lock();
@@ -61,7 +75,17 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
         concerns += report.concerns;
         outcome.map_err(&unreadable)?;
     }
-    writeln!(out, "{}", counted(concerns.into(), "warning"))?;
+    finish(&mut out, "", concerns)
+}
+
+/// Returns whether a path names a lanelet2 map and not a recording.
+fn is_map(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "osm") || path.is_dir()
+}
+
+/// Writes the rest of a report and the number of warnings.
+fn finish(out: &mut impl Write, text: &str, concerns: u32) -> Result<ExitCode, Failure> {
+    writeln!(out, "{text}{}", counted(concerns.into(), "warning"))?;
     Ok(if concerns == 0 { ExitCode::SUCCESS } else { ExitCode::from(4) })
 }
 

@@ -8,7 +8,7 @@ use super::files::Files;
 use crate::core::map::error::MapError;
 use crate::core::map::lane_network::LaneNetwork;
 use crate::core::map::light_map::{LampSource, LightMap};
-use crate::core::map::osm;
+use crate::core::map::osm::{self, Osm};
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
@@ -29,36 +29,25 @@ pub struct MapLights {
 /// # Errors
 /// The reason as text: the file, its projector, or the map.
 pub fn read_lights(files: &dyn Files, path: &Path, lamps: LampSource) -> Result<MapLights, String> {
-    let (path, bytes) = match files.read(path) {
-        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
-            let path = path.join(MAP_NAME);
-            let bytes = read(files, &path)?;
-            (Cow::from(path), bytes)
-        }
-        outcome => (path.into(), outcome.map_err(|error| format!("cannot read it: {error}"))?),
-    };
-    let osm = osm::read(&bytes).map_err(|error| error.to_string())?;
-    // Upstream takes a map without a projector file for one in the military grid.
-    let projector =
-        projector(files, &path)?.or_else(|| Projector::mgrs_around(&osm)).unwrap_or(Projector::Local);
+    let map = MapFile::read(files, path)?;
     // Points are for viewers only: a map without them has its lights all the same.
-    let (points, unplaced) = match Points::new(&osm, &projector) {
+    let (points, unplaced) = match Points::new(&map.osm, &map.projector()) {
         Ok(points) => (Some(points), None),
         Err(error) => (None, Some(error)),
     };
-    let lights = LightMap::read(&osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
+    let lights = LightMap::read(&map.osm, points.as_ref(), lamps).map_err(|error| error.to_string())?;
     Ok(MapLights { lights, unplaced })
 }
 
-/// Reads the lanelets of a map from a file.
+/// Reads the lanelets of a map from a file, or from `lanelet2_map.osm` in a folder.
 ///
 /// # Errors
 /// The reason as text: the file, its projector, or the map.
-pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
-    let given = projector(files, path)?;
-    LaneNetwork::read(&read(files, path)?, &given.unwrap_or(Projector::Local)).map_err(|error| {
-        // Without the file, local coordinates are assumed; the map does not ask for them.
-        if let (MapError::NoLocal { node }, None) = (&error, given) {
+pub fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNetwork, String> {
+    let map = MapFile::read(files, path)?;
+    LaneNetwork::read(&map.osm, &map.projector()).map_err(|error| {
+        // Without the file, the map does not require local coordinates: they were the last resort.
+        if let (MapError::NoLocal { node }, None) = (&error, map.given) {
             return format!(
                 "node {node} has no `local_x` and `local_y`, and there is no map_projector_info.yaml beside the map"
             );
@@ -67,8 +56,32 @@ pub(super) fn read_lane_network(files: &dyn Files, path: &Path) -> Result<LaneNe
     })
 }
 
-fn read(files: &dyn Files, path: &Path) -> Result<Vec<u8>, String> {
-    files.read(path).map_err(|error| format!("cannot read it: {error}"))
+/// A map that is not interpreted yet.
+struct MapFile {
+    osm: Osm,
+    /// The projector of the file beside it; `None` without that file.
+    given: Option<Projector>,
+}
+
+impl MapFile {
+    fn read(files: &dyn Files, path: &Path) -> Result<Self, String> {
+        let (path, outcome) = match files.read(path) {
+            Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
+                let path = path.join(MAP_NAME);
+                let outcome = files.read(&path);
+                (Cow::from(path), outcome)
+            }
+            outcome => (path.into(), outcome),
+        };
+        let bytes = outcome.map_err(|error| format!("cannot read it: {error}"))?;
+        let osm = osm::read(&bytes).map_err(|error| error.to_string())?;
+        Ok(Self { osm, given: projector(files, &path)? })
+    }
+
+    /// The projector that is given; else, as upstream, the military grid; else local coordinates.
+    fn projector(&self) -> Projector {
+        self.given.or_else(|| Projector::mgrs_around(&self.osm)).unwrap_or(Projector::Local)
+    }
 }
 
 /// The projector of a map, from the file beside it that Autoware reads; `None` without one.
@@ -77,4 +90,65 @@ fn projector(files: &dyn Files, map: &Path) -> Result<Option<Projector>, String>
     let Ok(bytes) = files.read(&path) else { return Ok(None) };
     let text = String::from_utf8_lossy(&bytes);
     Projector::parse(&text).map(Some).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
+
+    /// A folder with a map, and a projector file if there is one.
+    struct Town {
+        map: String,
+        projector: Option<&'static str>,
+    }
+
+    impl Files for Town {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("town") => Err(io::ErrorKind::IsADirectory.into()),
+                Some("town/lanelet2_map.osm") => Ok(self.map.clone().into()),
+                Some("town/map_projector_info.yaml") => {
+                    self.projector.map(Into::into).ok_or_else(|| io::ErrorKind::NotFound.into())
+                }
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    #[test]
+    fn lanelets_and_lights_are_read_from_a_folder_alike() {
+        let town = Town { map: CROSSROADS.to_owned(), projector: None };
+        let road = read_lane_network(&town, Path::new("town")).unwrap();
+        assert_eq!(road.lanes().count(), 14);
+        assert_eq!(Ok(road), read_lane_network(&town, Path::new("town/lanelet2_map.osm")));
+        assert!(read_lights(&town, Path::new("town"), LampSource::Drawn).is_ok());
+    }
+
+    #[test]
+    fn without_a_projector_file_a_map_is_in_the_military_grid() {
+        let map = CROSSROADS.replace("k=\"local_x\"", "k=\"x\"");
+        let start = |road: &LaneNetwork| road.lanes().next().unwrap().centerline[0];
+        let path = Path::new("town");
+        let assumed = Town { map: map.clone(), projector: None };
+        let [drawn, assumed] = [&Town { map: CROSSROADS.to_owned(), projector: None }, &assumed]
+            .map(|town| read_lane_network(town, path).unwrap());
+        assert!(
+            start(&assumed).distance_m(start(&drawn)) < 1e-4,
+            "{:?} {:?}",
+            start(&assumed),
+            start(&drawn)
+        );
+        let local = Town { map, projector: Some("projector_type: Local\n") };
+        let error = read_lane_network(&local, path).unwrap_err();
+        assert!(error.ends_with("which the projector type Local needs"), "{error}");
+    }
+
+    #[test]
+    fn a_map_without_any_coordinates_is_refused_with_what_it_lacks() {
+        let map = CROSSROADS.replace("k=\"local_x\"", "k=\"x\"").replace(" lat=", " was=");
+        let error = read_lane_network(&Town { map, projector: None }, Path::new("town")).unwrap_err();
+        assert!(error.ends_with("there is no map_projector_info.yaml beside the map"), "{error}");
+    }
 }

@@ -29,5 +29,5 @@ pub mod scenario;
 mod vehicle;
 
 pub use gateway::{Overrides, Settings, load, load_profile};
-pub use map::{MapLights, read_lights};
+pub use map::{MapLights, read_lane_network, read_lights};
 pub use reading::problem::{Problem, Refused};

@@ -68,6 +68,7 @@ fn candidate(evaluated: &EvaluatedCandidate) -> Value {
     };
     json!({
         "source": evaluated.source.to_string(),
+        "subject": evaluated.subject.name(evaluated.turn),
         "turn": evaluated.turn.to_string(),
         "won": evaluated.outcome == CandidateOutcome::Won,
         "why": evaluated.outcome.to_string(),
@@ -123,6 +124,7 @@ mod tests {
     use crate::core::turn_signal::section::Section;
     use crate::core::turn_signal::shift::ShiftVerdict;
     use crate::core::turn_signal::side::Side;
+    use crate::core::turn_signal::subject::Subject;
 
     fn decision(basis: Basis) -> Decision {
         Decision {
@@ -146,7 +148,7 @@ mod tests {
             Section::blinking(side, (at(from), at(to)), (at(from + 10.0), at(to - 10.0)))
         };
         let candidates = Candidates {
-            intersection: Some(record(Side::Left, 0.0, 60.0)),
+            intersection: Some(Section { subject: Subject::Turn(111), ..record(Side::Left, 0.0, 60.0) }),
             roundabout: None,
             manoeuvre: Some(record(Side::Right, 5.0, 70.0)),
         };
@@ -158,16 +160,17 @@ mod tests {
         }];
         let held = Some(Held::On(Side::Left));
         let findings = vec![Finding::EmptyPlannedPath];
-        let evaluated = Decision { held, remarks, findings, ..decision(Basis::Candidates(resolution)) };
+        let evaluated =
+            Decision { held, remarks, findings, ..decision(Basis::Candidates(Box::new(resolution))) };
         assert_eq!(
             fields(&evaluated).to_string(),
             concat!(
                 r#"{"turn":"LEFT","hazard":"DISABLE","basis":"candidates","winner":"intersection","case":"A2","#,
                 r#""held":"LEFT is on for too short a time","intersection":null,"candidates":["#,
-                r#"{"source":"intersection","turn":"LEFT","won":true,"why":"won","lost_to":null,"lost_by":null,"#,
+                r#"{"source":"intersection","subject":"left turn on 111","turn":"LEFT","won":true,"why":"won","lost_to":null,"lost_by":null,"#,
                 r#""distances":{"desired_start_m":-14.250001,"desired_end_m":47.749999,"required_start_m":-4.250001,"required_end_m":37.749999}},"#,
-                r#"{"source":"roundabout","turn":"NO_COMMAND","won":false,"why":"no record","lost_to":null,"lost_by":null,"distances":null},"#,
-                r#"{"source":"manoeuvre","turn":"RIGHT","won":false,"why":"lost to intersection by A2","lost_to":"intersection","lost_by":"A2","#,
+                r#"{"source":"roundabout","subject":null,"turn":"NO_COMMAND","won":false,"why":"no record","lost_to":null,"lost_by":null,"distances":null},"#,
+                r#"{"source":"manoeuvre","subject":null,"turn":"RIGHT","won":false,"why":"lost to intersection by A2","lost_to":"intersection","lost_by":"A2","#,
                 r#""distances":{"desired_start_m":-9.250001,"desired_end_m":57.749999,"required_start_m":0.749999,"required_end_m":47.749999}}],"#,
                 r#""manoeuvres":[{"kind":"avoidance","why":"shift too small"}],"findings":["the planned path is empty"]}"#,
             )

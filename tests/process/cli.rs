@@ -122,6 +122,27 @@ fn check_lists_bindings_and_ends_with_4_when_there_is_something_to_look_at() {
 }
 
 #[test]
+fn check_takes_a_map_or_its_folder() {
+    let text = out(&["check", "config/maps/consecutive_turns"]);
+    let lines = [
+        "map        config/maps/consecutive_turns: 12 lanelets, 0 roundabouts\n",
+        "           lanelet 106 at (220.0, 32.0) m: a turn tagged left (90° to the left) is split over the lanelets 106, \
+         107, 108\n",
+        "0 warnings\n",
+    ];
+    assert_eq!(text, lines.concat());
+    let map = std::fs::read_to_string("config/maps/crossing/lanelet2_map.osm").unwrap();
+    let (folder, path) = file("crossing.osm", &map.replace("v=\"left\"", "v=\"right\""));
+    let output = gateway(&["check", path.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(text.contains("tagged right, but it bends 89° to the left\n"), "{text}");
+    assert!(
+        refused(3, &["check", folder.path().to_str().unwrap()]).contains("a folder with lanelet2_map.osm")
+    );
+}
+
+#[test]
 fn the_shipped_configurations_and_that_of_the_readme_are_accepted() {
     for shipped in ["config/gateway.toml", "config/command_bench.toml"] {
         assert!(out(&["check", "--config", shipped]).contains("0 warnings"), "{shipped}");

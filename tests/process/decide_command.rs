@@ -57,23 +57,33 @@ impl Bench {
 fn i1_in_text_byte_for_byte() {
     let expected = "\
 upstream
-  seconds     metres       m/s
-    0.000       0.00     10.00  DISABLE     no candidate
-                                   intersection: no record
-                                   roundabout: no record
-                                   manoeuvre: no record
-    3.700      37.00     10.00  LEFT        intersection, alone
-                                   intersection: won (LEFT, ds -3.79 de 79.00 rs 59.21 re 79.00 m)
-                                   roundabout: no record
-                                   manoeuvre: no record
-   11.700     117.00     10.00  DISABLE     no candidate
-                                   intersection: no record
-                                   roundabout: no record
-                                   manoeuvre: no record
+  DISABLE at 0 m: nothing to signal
+  LEFT at 37 m: 59 m before the required section of the left turn on 2
+  DISABLE at 117 m: the left turn on 2 is over
 expectations: 1 met, 0 failed
 ";
     let bench = Bench::new("turn.toml", &format!("{TURN}{EXPECTED}"));
     assert_eq!(bench.out(&["--compat", "upstream"]), (expected.to_owned(), Some(0)));
+    let numbers = "\
+upstream
+  DISABLE at 0 m: nothing to signal
+      0.000 s, 0.00 m, 10.00 m/s: no candidate
+      intersection: no record
+      roundabout: no record
+      manoeuvre: no record
+  LEFT at 37 m: 59 m before the required section of the left turn on 2
+      3.700 s, 37.00 m, 10.00 m/s: intersection, alone
+      intersection: won (LEFT, ds -3.79 de 79.00 rs 59.21 re 79.00 m)
+      roundabout: no record
+      manoeuvre: no record
+  DISABLE at 117 m: the left turn on 2 is over
+      11.700 s, 117.00 m, 10.00 m/s: no candidate
+      intersection: no record
+      roundabout: no record
+      manoeuvre: no record
+expectations: 1 met, 0 failed
+";
+    assert_eq!(bench.out(&["-v", "--compat", "upstream"]), (numbers.to_owned(), Some(0)));
     let (both, code) = bench.out(&[]);
     assert!(both.starts_with("improved\n") && both.ends_with(expected), "{both}");
     assert_eq!(code, Some(0));

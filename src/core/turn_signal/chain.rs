@@ -4,23 +4,33 @@
 use super::decision_context::DecisionContext;
 use super::resolve::{Rules, Winner, prior};
 use super::section::Section;
+use super::subject::Subject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
 /// The records of a cycle so far. Upstream joins each with the one before it at once, so that at most one is left.
 /// Improved, all that request something stay, and the pairwise rule decides between them (W5, W6, W19).
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct ManoeuvreRecords(Vec<Section>);
+pub struct ManoeuvreRecords {
+    sections: Vec<Section>,
+    /// The subject of the records that are added.
+    subject: Subject,
+}
 
 impl ManoeuvreRecords {
     /// All records, in the order of the chain.
     pub fn sections(self) -> Vec<Section> {
-        self.0
+        self.sections
+    }
+
+    /// Begins the records of a manoeuvre.
+    pub fn begin(&mut self, subject: Subject) {
+        self.subject = subject;
     }
 
     /// Some record so far requests a side.
     pub fn request_side(&self) -> bool {
-        self.0.iter().any(|record| record.turn.side().is_some())
+        self.sections.iter().any(|record| record.turn.side().is_some())
     }
 
     /// Adds the record of a manoeuvre that upstream joins by [`overwrite`].
@@ -35,14 +45,14 @@ impl ManoeuvreRecords {
 
     /// Changes the command of the record before, which upstream does at a start from the middle of a lane.
     pub fn change_command(&mut self, turn: TurnCommand) {
-        let previous = self.0.last().copied().unwrap_or_default();
-        self.0 = vec![Section { turn, ..previous }];
+        let previous = self.sections.last().copied().unwrap_or_default();
+        self.sections = vec![Section { turn, ..previous }];
     }
 
     /// Upstream: the records before are lost.
     pub fn lose(&mut self, context: &DecisionContext<'_>) {
         if context.quirks.empty_records_take_part {
-            self.0.clear();
+            self.sections.clear();
         }
     }
 
@@ -52,11 +62,12 @@ impl ManoeuvreRecords {
         new: Section,
         join: impl FnOnce(Section, Section) -> Option<Section>,
     ) {
+        let new = Section { subject: self.subject, ..new };
         if context.quirks.last_manoeuvre_replaces {
-            let previous = self.0.last().copied().unwrap_or_default();
-            self.0 = join(previous, new).into_iter().collect();
+            let previous = self.sections.last().copied().unwrap_or_default();
+            self.sections = join(previous, new).into_iter().collect();
         } else if new.requests_something() {
-            self.0.push(new);
+            self.sections.push(new);
         }
     }
 }

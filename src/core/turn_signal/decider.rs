@@ -206,7 +206,7 @@ impl Decider {
             hazard: HazardCommand::Disable,
             held: shown.held,
             intersection: turn_ahead(&candidates, &resolution),
-            basis: Basis::Candidates(resolution),
+            basis: Basis::Candidates(Box::new(resolution)),
             remarks,
             findings: Vec::new(),
             next_deadline: shown.deadline,

@@ -44,7 +44,7 @@ pub enum Basis {
     /// The rule of the path generator, by this lanelet.
     PathGenerator(TaggedLanelet),
     /// The candidates were evaluated.
-    Candidates(Resolution),
+    Candidates(Box<Resolution>),
 }
 
 impl Decision {

@@ -7,6 +7,7 @@ use std::time::Duration;
 use super::decision_context::DecisionContext;
 use super::section::Section;
 use super::side::Side;
+use super::subject::Subject;
 use super::turn_lane::TurnLane;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
@@ -103,7 +104,7 @@ impl IntersectionMemory {
         if in_range {
             announced.waits_since = None;
         }
-        Some(turn.section(turn.signal(), announced.start))
+        Some(turn.section(Subject::Turn(turn.id), turn.signal(), announced.start))
     }
 
     /// A turn out of range stays announced, unless the vehicle has stood too long since (W1).

@@ -7,6 +7,7 @@ use super::chain::ManoeuvreRecords;
 use super::decision_context::DecisionContext;
 use super::section::Section;
 use super::shift::{Shift, ShiftOutcome, ShiftVerdict, judge};
+use super::subject::Subject;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 
@@ -104,6 +105,19 @@ impl Manoeuvre {
     }
 }
 
+impl ManoeuvreKind {
+    /// The subject of its records; a side shift has none.
+    const fn subject(self) -> Subject {
+        match self {
+            Self::PullOut => Subject::PullOut,
+            Self::Avoidance => Subject::Avoidance,
+            Self::LaneChange => Subject::LaneChange,
+            Self::PullOver => Subject::PullOver,
+            Self::SideShift => Subject::Unnamed,
+        }
+    }
+}
+
 impl ManoeuvreMemory {
     /// The records of the chain, at most one for upstream, and the outcome of each manoeuvre. `manoeuvres` stand in
     /// the order in which the planner runs them: approved ones first, then the one that waits.
@@ -117,6 +131,7 @@ impl ManoeuvreMemory {
         let mut present = BTreeSet::new();
         for manoeuvre in manoeuvres {
             present.insert(manoeuvre.kind());
+            records.begin(manoeuvre.kind().subject());
             let why = match manoeuvre {
                 Manoeuvre::PullOut(pull_out) => self.pull_out(context, pull_out, &mut records),
                 Manoeuvre::Avoidance(avoidance) => self.avoidance(context, avoidance, &mut records),

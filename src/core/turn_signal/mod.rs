@@ -26,4 +26,5 @@ pub mod route;
 pub mod section;
 pub mod shift;
 pub mod side;
+pub mod subject;
 pub mod turn_lane;

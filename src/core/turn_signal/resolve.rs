@@ -6,6 +6,7 @@ use std::fmt;
 
 use super::section::{Distances, Section};
 use super::side::Side;
+use super::subject::Subject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::path::PathFrame;
 
@@ -139,6 +140,8 @@ pub enum CandidateOutcome {
 pub struct EvaluatedCandidate {
     /// The source of its record.
     pub source: Source,
+    /// The subject of its record.
+    pub subject: Subject,
     /// The command it requests.
     pub turn: TurnCommand,
     /// Distances to its four points; `None` without a record.
@@ -245,6 +248,7 @@ fn evaluate(
     let Some(record) = record else {
         return EvaluatedCandidate {
             source,
+            subject: Subject::Unnamed,
             turn: TurnCommand::NoCommand,
             distances: None,
             outcome: CandidateOutcome::Absent,
@@ -264,7 +268,13 @@ fn evaluate(
     } else {
         CandidateOutcome::Won
     };
-    EvaluatedCandidate { source, turn: record.turn, distances: Some(distances), outcome }
+    EvaluatedCandidate {
+        source,
+        subject: record.subject,
+        turn: record.turn,
+        distances: Some(distances),
+        outcome,
+    }
 }
 
 fn set_outcome(evaluated: &mut [EvaluatedCandidate; 3], source: Source, outcome: CandidateOutcome) {

@@ -8,6 +8,7 @@ use super::decision_context::DecisionContext;
 use super::intersection::next_in_queue;
 use super::section::Section;
 use super::side::Side;
+use super::subject::Subject;
 use crate::core::light_command::TurnCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
@@ -69,7 +70,7 @@ impl RoundaboutMemory {
             self.entries.remove(&lane.id);
             return None;
         };
-        let mut record = lane.section(side.into(), start);
+        let mut record = lane.section(Subject::RoundaboutEntry(lane.id), side.into(), start);
         if let Some(leaving) = entry.leaving.filter(|_| parameters.roundabout_entry_persists) {
             record.desired_end = leaving.back;
         }
@@ -105,7 +106,8 @@ impl RoundaboutMemory {
             None => Some(exit.start).filter(|start| path_frame.from_front_m(*start) < 0.0)?,
         };
         let start = *self.exits.entry(lane.id).or_insert(start);
-        Some(lane.section(side.map_or(TurnCommand::Disable, TurnCommand::from), start))
+        let turn = side.map_or(TurnCommand::Disable, TurnCommand::from);
+        Some(lane.section(Subject::RoundaboutExit(lane.id), turn, start))
     }
 }
 

@@ -2,6 +2,7 @@
 //! (docs/spec/turn-signal-decider.md, "Conventions").
 
 use super::side::Side;
+use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::Pose;
 use crate::core::map::geometry::path::PathFrame;
@@ -22,6 +23,8 @@ pub struct Section {
     pub required_start: Pose,
     /// End of that stretch.
     pub required_end: Pose,
+    /// The turn, the part of a roundabout or the manoeuvre that it signals.
+    pub subject: Subject,
 }
 
 /// The four distances of a record, metres along the path: starts from the front, ends from the rear
@@ -48,6 +51,7 @@ impl Section {
             desired_end: desired.1,
             required_start: required.0,
             required_end: required.1,
+            subject: Subject::Unnamed,
         }
     }
 

@@ -1,6 +1,7 @@
 //! A stretch of road with a turn signal of its own, reduced to what is measured.
 
 use super::section::Section;
+use super::subject::Subject;
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::geometry::polyline::{back_pose, front_pose, without_near_earlier};
 use crate::core::map::geometry::required_end::required_end;
@@ -62,7 +63,7 @@ impl TurnLane {
     }
 
     /// Its record, with the desired section up to its end.
-    pub fn section(&self, turn: TurnCommand, desired_start: Pose) -> Section {
+    pub fn section(&self, subject: Subject, turn: TurnCommand, desired_start: Pose) -> Section {
         Section {
             turn,
             hazard: HazardCommand::NoCommand,
@@ -70,6 +71,7 @@ impl TurnLane {
             desired_end: self.back,
             required_start: self.front,
             required_end: self.required_end,
+            subject,
         }
     }
 }

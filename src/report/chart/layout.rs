@@ -23,6 +23,9 @@ const ROW_GAP_PX: f64 = 3.0;
 const CAPTION_GAP_PX: f64 = 32.0;
 const LEGEND_GAP_PX: f64 = 16.0;
 const AXIS_PX: f64 = 22.0;
+const NOTE_PX: f64 = 16.0;
+const NOTE_GAP_PX: f64 = 6.0;
+const NOTE_INDENT_PX: f64 = 12.0;
 /// Least distance of ticks.
 const TICK_GAP_PX: f64 = 64.0;
 /// Least width for all but the shortest bars: a letter fits.
@@ -75,12 +78,32 @@ impl Chart {
         let (listed, height) = marks.draw_list(left, right, y);
         content.extend(listed);
         y += height;
+        let (noted, height) = self.draw_notes(y);
+        content.extend(noted);
+        y += height;
         let last_number = ticks.last().map_or(0.0, |tick| text::width(&tick.label, SMALL_PX));
         let overhang = marks.overhang(&drawing.axis).max(last_number / 2.0);
         let headings = [(&self.title, TITLE_PX * BOLD), (&self.subtitle, SMALL_PX)];
         let headings = headings.map(|(text, size)| MARGIN_PX + text::width(text, size)).into_iter();
-        let width = headings.fold(right + overhang, f64::max) + MARGIN_PX;
+        let lines = self.notes.iter().flat_map(|note| &note.lines);
+        let lines = lines.map(|line| MARGIN_PX + NOTE_INDENT_PX + text::width(line, SMALL_PX));
+        let width = headings.chain(lines).fold(right + overhang, f64::max) + MARGIN_PX;
         svg::document(width.ceil(), (y + MARGIN_PX).ceil(), content)
+    }
+
+    /// The notes, with their height.
+    fn draw_notes(&self, top: f64) -> (Vec<Element>, f64) {
+        let (mut drawn, mut y) = (Vec::new(), top);
+        for note in &self.notes {
+            y += NOTE_PX + NOTE_GAP_PX;
+            let heading = text_at(MARGIN_PX, y, SMALL_PX, &note.heading);
+            drawn.push(heading.with("fill", ink::DARK).with("font-weight", "bold"));
+            for line in &note.lines {
+                y += NOTE_PX;
+                drawn.push(text_at(MARGIN_PX + NOTE_INDENT_PX, y, SMALL_PX, line).with("fill", ink::SOFT));
+            }
+        }
+        (drawn, y - top)
     }
 
     /// Over time so wide that nine of ten bars can be read, within limits; hopelessly short ones do not count

@@ -23,6 +23,8 @@ const MAX_STRIPES: u8 = 6;
 /// A narrower bar is all border.
 const BORDERLESS_PX: f64 = 4.0;
 const SIGN_PX: f64 = 11.0;
+/// Room left and right of a label together.
+const LABEL_GAP_PX: f64 = 6.0;
 /// From the middle of a line of text down to its base line, as a factor of its size.
 pub(super) const BASE_LINE: f64 = 0.36;
 
@@ -64,8 +66,10 @@ impl Look {
                 labelled(field.with("fill", ink::BOX).with("stroke", edge), (name, ink::DARK), area)
             }
             Self::Command(kind, indicator) => {
-                let label = kind.label(*indicator);
-                labelled(kind.field(*indicator, area), label, area)
+                let (name, fill) = kind.label(*indicator);
+                // The beginning of a command says nothing; its colour does.
+                let fits = text::width(name, SIGN_PX) <= area.width - LABEL_GAP_PX;
+                labelled(kind.field(*indicator, area), (if fits { name } else { "" }, fill), area)
             }
         }
     }
@@ -73,7 +77,7 @@ impl Look {
 
 /// A field with as much of its label as fits.
 fn labelled(field: Element, (label, fill): (&str, &str), area: Area) -> Vec<Element> {
-    let shown = text::fitted(label, SIGN_PX, area.width - 6.0);
+    let shown = text::fitted(label, SIGN_PX, area.width - LABEL_GAP_PX);
     let label = (!shown.is_empty()).then(|| centred(area, SIGN_PX, &shown).with("fill", fill));
     [field].into_iter().chain(label).collect()
 }

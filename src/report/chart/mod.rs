@@ -43,6 +43,17 @@ pub struct Chart {
     pub lanes: Vec<Lane>,
     /// Across all lanes, in any order.
     pub marks: Vec<Mark>,
+    /// Texts at the bottom.
+    pub notes: Vec<Note>,
+}
+
+/// Lines of text with a heading.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Note {
+    /// Heading of the lines.
+    pub heading: String,
+    /// The lines.
+    pub lines: Vec<String>,
 }
 
 /// Rows that belong together, such as those of one light.

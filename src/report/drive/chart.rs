@@ -2,12 +2,14 @@
 //! `compat` the sections of every candidate and the signal that came out.
 
 use super::Snapshot;
+use super::sentence::Narrator;
 use crate::config::drive::{DriveFile, Expectation, IntervalUnit, PlanKind, PlannedShift};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::map::lane_network::TurnDirection;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::resolve::Source;
-use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Row};
+use crate::core::turn_signal::subject::Subject;
+use crate::report::chart::{Along, Bar, Chart, CommandKind, IndicatorState, Lane, Look, Note, Row};
 
 /// Records whose ends are nearer than this are one, metres; starts may move on.
 const SAME_M: f64 = 1.0;
@@ -25,6 +27,9 @@ struct CompatRun {
     compat: DeciderCompat,
     records: Vec<Record>,
     signals: Vec<Driven>,
+    narrator: Narrator,
+    /// A sentence for each change.
+    sentences: Vec<String>,
 }
 
 /// A signal over a part of the route that was driven in one direction, metres.
@@ -39,6 +44,7 @@ struct Driven {
 #[derive(Debug, Clone, Copy)]
 struct Record {
     source: Source,
+    subject: Subject,
     indicator: IndicatorState,
     desired: (f64, f64),
     required: (f64, f64),
@@ -54,7 +60,7 @@ impl<'a> DriveChart<'a> {
     pub fn add(&mut self, snapshot: &Snapshot<'_>) {
         let &Snapshot { compat, at_m, decision, .. } = snapshot;
         if self.runs.last().is_none_or(|run| run.compat != compat) {
-            self.runs.push(CompatRun { compat, records: Vec::new(), signals: Vec::new() });
+            self.runs.push(CompatRun::new(compat));
         }
         if self.runs.len() == 1 {
             self.add_lanelet(snapshot);
@@ -62,11 +68,14 @@ impl<'a> DriveChart<'a> {
         let front_m = self.file.vehicle.front_m();
         let Some(run) = self.runs.last_mut() else { return };
         run.add_signal(at_m, indicator_of(decision.turn, decision.hazard));
+        let (sentence, is_new) = run.narrator.next(snapshot);
+        run.sentences.extend(is_new.then_some(sentence));
         for evaluated in decision.evaluated() {
             let (Some(_), Some(distances)) = (evaluated.turn.side(), evaluated.distances) else { continue };
             let front_at = |distance_m: f64| at_m + front_m + distance_m;
             run.add_record(Record {
                 source: evaluated.source,
+                subject: evaluated.subject,
                 indicator: indicator_of(evaluated.turn, HazardCommand::Disable),
                 desired: (front_at(distances.desired_start_m), at_m + distances.desired_end_m),
                 required: (front_at(distances.required_start_m), at_m + distances.required_end_m),
@@ -101,12 +110,17 @@ impl<'a> DriveChart<'a> {
             // What lies beyond the drive leaves no empty row.
             lane.rows.retain(|row| !row.bars.is_empty());
         }
+        let notes = self
+            .runs
+            .into_iter()
+            .map(|run| Note { heading: run.compat.name().to_owned(), lines: run.sentences });
+        let notes = notes.collect();
         let front_m = file.vehicle.front_m();
         let subtitle = format!(
             "signals over the position of the rear axle; the front, which is {front_m:.2} m ahead, counts for the \
              starts of sections, the rear axle for their ends"
         );
-        Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks: Vec::new() }
+        Chart { title, subtitle, along: Along::Distance, from, to, lanes, marks: Vec::new(), notes }
     }
 
     fn add_lanelet(&mut self, snapshot: &Snapshot<'_>) {
@@ -143,6 +157,16 @@ impl<'a> DriveChart<'a> {
 }
 
 impl CompatRun {
+    fn new(compat: DeciderCompat) -> Self {
+        Self {
+            compat,
+            records: Vec::new(),
+            signals: Vec::new(),
+            narrator: Narrator::default(),
+            sentences: Vec::new(),
+        }
+    }
+
     fn add_signal(&mut self, at_m: f64, indicator: IndicatorState) {
         let begun = Driven { from_m: at_m, to_m: at_m, indicator };
         let Some(last) = self.signals.last_mut() else {
@@ -165,6 +189,7 @@ impl CompatRun {
         let is_same = |known: &&mut Record| {
             let near = |one: f64, other: f64| (one - other).abs() < SAME_M;
             known.source == record.source
+                && known.subject == record.subject
                 && known.indicator == record.indicator
                 && near(known.desired.1, record.desired.1)
                 && near(known.required.1, record.required.1)
@@ -187,7 +212,8 @@ impl CompatRun {
                     bar(record.desired, CommandKind::Desired),
                     bar(record.required, CommandKind::Required),
                 ];
-                rows.push(Row { label: source.to_string(), bars });
+                let label = record.subject.label().unwrap_or_else(|| source.to_string());
+                rows.push(Row { label, bars });
             }
         }
         let (backing, forwards): (Vec<Driven>, Vec<Driven>) =

@@ -1,20 +1,21 @@
 //! A drive of the turn signal decider, written down.
 
 pub mod chart;
+mod sentence;
 
 use std::fmt;
 
 use serde_json::{Value, json};
 
 use super::decision;
-use super::{Form, joined};
+use super::joined;
 use crate::config::drive::Expectation;
-use crate::core::light_command::HazardCommand;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
 use crate::core::turn_signal::compat::DeciderCompat;
 use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::headline::Headline;
+use sentence::Narrator;
 
 /// The decision at one cycle of a drive.
 #[derive(Debug, Clone, Copy)]
@@ -60,43 +61,58 @@ pub struct Failed<'a> {
 /// Writes a drive as lines, for one `compat` after the other.
 #[derive(Debug, Clone)]
 pub struct DriveWriter {
-    form: Form,
+    form: DriveForm,
     last: Option<Headline>,
+    narrator: Narrator,
 }
 
-/// Indentation of reasons.
-const INDENT: &str = "                                   ";
+/// The form of the lines of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DriveForm {
+    /// One sentence for each change.
+    Sentences,
+    /// The sentence with all numbers below it, for each change of a reason as well.
+    Numbers,
+    /// One JSON object for each change of a reason.
+    Json,
+}
+
+/// Indentation of what belongs to a `compat`.
+const INDENT: &str = "  ";
+/// Indentation of numbers and reasons, below their sentence.
+const DETAILS: &str = "      ";
 
 impl DriveWriter {
     /// A writer that has written nothing.
-    pub fn new(form: Form) -> Self {
-        Self { form, last: None }
+    pub fn new(form: DriveForm) -> Self {
+        Self { form, last: None, narrator: Narrator::default() }
     }
 
     /// Begins a `compat`; the first decision after it is a change.
     pub fn begin(&mut self, compat: DeciderCompat) -> Option<String> {
-        self.last = None;
-        let columns = format!("{:>9}  {:>9}  {:>8}", "seconds", "metres", "m/s");
-        (self.form == Form::Text).then(|| format!("{}\n{columns}", compat.name()))
+        *self = Self::new(self.form);
+        (self.form != DriveForm::Json).then(|| compat.name().to_owned())
     }
 
     /// The lines of a cycle; `None` when the decision is the one before, distances and ages apart, and not `whole`.
+    /// Every cycle is given, in order.
     pub fn write(&mut self, snapshot: &Snapshot<'_>, whole: bool) -> Option<String> {
+        let (sentence, is_new) = self.narrator.next(snapshot);
         let headline = Some(Headline::of(snapshot.decision));
-        if self.last == headline && !whole {
-            return None;
-        }
+        let differs = self.last != headline;
         self.last = headline;
-        Some(match self.form {
-            Form::Text => text(snapshot),
-            Form::Json => fields(snapshot).to_string(),
+        let is_written = whole || if self.form == DriveForm::Sentences { is_new } else { differs };
+        is_written.then(|| match self.form {
+            DriveForm::Sentences => format!("{INDENT}{sentence}"),
+            DriveForm::Numbers => format!("{INDENT}{sentence}{}", details(snapshot)),
+            DriveForm::Json => fields(snapshot).to_string(),
         })
     }
 
     /// The lines that end a `compat`: the number of expectations that held, and each that failed.
     pub fn end(&self, verdict: &Verdict<'_>) -> String {
         let Verdict { compat, met, failed } = verdict;
-        if self.form == Form::Text {
+        if self.form != DriveForm::Json {
             let count = format!("expectations: {met} met, {} failed", failed.len());
             let failed = failed.iter().map(|failed| format!("\nFAILED {failed}"));
             return std::iter::once(count).chain(failed).collect();
@@ -109,17 +125,13 @@ impl DriveWriter {
     }
 }
 
-/// When, where, how fast, which command on which basis; below it every reason.
-fn text(snapshot: &Snapshot<'_>) -> String {
+/// When, where, how fast, on which basis, and every reason, each as a line of its own.
+fn details(snapshot: &Snapshot<'_>) -> String {
     let Snapshot { at_s, at_m, speed_mps, decision, .. } = snapshot;
-    let command = match decision.hazard {
-        HazardCommand::Enable => format!("{} + hazard", decision.turn),
-        HazardCommand::Disable | HazardCommand::NoCommand => decision.turn.to_string(),
-    };
     let basis = decision::basis(decision);
-    let first = format!("{at_s:>9.3}  {at_m:>9.2}  {speed_mps:>8.2}  {command:<10}  {basis}");
-    let reasons = decision::reasons(decision).map(|reason| format!("\n{INDENT}{reason}"));
-    std::iter::once(first).chain(reasons).collect()
+    let first = format!("{at_s:.3} s, {at_m:.2} m, {speed_mps:.2} m/s: {basis}");
+    let lines = std::iter::once(first).chain(decision::reasons(decision));
+    lines.map(|line| format!("\n{DETAILS}{line}")).collect()
 }
 
 fn fields(snapshot: &Snapshot<'_>) -> Value {

@@ -93,7 +93,16 @@ impl LightsChart {
                 None => lanes.push(Lane { label: lane, rows: vec![row] }),
             }
         }
-        Chart { title, subtitle, along: Along::Time, from: 0.0, to, lanes, marks: self.marks }
+        Chart {
+            title,
+            subtitle,
+            along: Along::Time,
+            from: 0.0,
+            to,
+            lanes,
+            marks: self.marks,
+            notes: Vec::new(),
+        }
     }
 
     fn labels(&self, subject: Subject, scenario: &Scenario) -> (String, &'static str) {

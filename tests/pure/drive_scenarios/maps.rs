@@ -20,7 +20,8 @@ fn folder(name: &str) -> PathBuf {
 
 fn map(name: &str) -> LaneNetwork {
     let projector = Projector::parse(&std::fs::read_to_string(folder(name).join(PROJECTOR_FILE)).unwrap());
-    LaneNetwork::read(&std::fs::read(folder(name).join(MAP_FILE)).unwrap(), &projector.unwrap()).unwrap()
+    let osm = osm::read(&std::fs::read(folder(name).join(MAP_FILE)).unwrap()).unwrap();
+    LaneNetwork::read(&osm, &projector.unwrap()).unwrap()
 }
 
 fn lanelet(map: &LaneNetwork, id: i64) -> &Lane {

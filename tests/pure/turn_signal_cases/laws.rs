@@ -8,6 +8,7 @@ use signal_gateway::core::map::geometry::{Point, Pose};
 use signal_gateway::core::turn_signal::resolve::{CandidateOutcome, Candidates, Rules, Source, resolve};
 use signal_gateway::core::turn_signal::section::Section;
 use signal_gateway::core::turn_signal::side::Side;
+use signal_gateway::core::turn_signal::subject::Subject;
 
 use super::line::{at, line, resolve_at};
 
@@ -34,6 +35,7 @@ pub(crate) fn any_record() -> impl Strategy<Value = Section> {
                 desired_end,
                 required_start,
                 required_end,
+                subject: Subject::Unnamed,
             }
         },
     )

@@ -9,7 +9,7 @@ use crate::core::map::error::{MAX_POINTS, MapError, id_list_tag, number_tag};
 use crate::core::map::geometry::Point;
 use crate::core::map::geometry::centerline::{centerline, centerline_parts};
 use crate::core::map::geometry::polyline::is_on_left;
-use crate::core::map::osm::{self, Element, Kind, Osm, Relation, Way};
+use crate::core::map::osm::{Element, Kind, Osm, Relation, Way};
 use crate::core::map::points::Points;
 use crate::core::map::projector::Projector;
 
@@ -17,20 +17,19 @@ use crate::core::map::projector::Projector;
 const SHOULDER: &str = "road_shoulder";
 
 impl LaneNetwork {
-    /// Reads the text of an `.osm` file: all of its lanelets, also those that are not for vehicles, since a shoulder
-    /// can be where a vehicle pulls out.
+    /// The network of all lanelets of a map, also of those that are not for vehicles, since a shoulder can be where a
+    /// vehicle pulls out.
     ///
     /// # Errors
     /// [`MapError`], with the element that is wrong.
-    pub fn read(osm: &[u8], projector: &Projector) -> Result<Self, MapError> {
-        let osm = osm::read(osm)?;
-        let points = Points::new(&osm, projector)?;
+    pub fn read(osm: &Osm, projector: &Projector) -> Result<Self, MapError> {
+        let points = Points::new(osm, projector)?;
         let relations = || osm.relations.all().iter();
         let elements = || relations().filter(|relation| relation.is_regulatory("roundabout"));
         let mut builder = Builder {
-            osm: &osm,
+            osm,
             points: &points,
-            hatched: hatched_nodes(&osm),
+            hatched: hatched_nodes(osm),
             roundabouts: elements().zip(0..).map(|(element, at)| (element.id, at)).collect(),
             points_so_far: 0,
         };

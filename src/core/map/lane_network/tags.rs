@@ -13,6 +13,16 @@ impl TurnDirection {
             Some(_) | None => Self::None,
         }
     }
+
+    /// The value of the tag; `none` without one.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Straight => "straight",
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
 }
 
 /// Returns whether vehicles may use a lanelet with these tags: a tag `participant:vehicle` or `participant` decides, then any

@@ -1,14 +1,18 @@
 use super::*;
 use crate::core::map::geometry::Pose;
 use crate::core::map::lane_network::LaneId;
-use crate::core::map::osm::OsmError;
+use crate::core::map::osm::{self, OsmError};
 use crate::core::map::projector::MgrsSquare;
 use proptest::prelude::*;
 
 const CROSSROADS: &str = include_str!("../../../../../tests/maps/crossroads.osm");
 
+fn read(text: impl AsRef<[u8]>, projector: &Projector) -> Result<LaneNetwork, MapError> {
+    LaneNetwork::read(&osm::read(text.as_ref())?, projector)
+}
+
 fn road(osm: &str) -> LaneNetwork {
-    LaneNetwork::read(osm.as_bytes(), &Projector::Local).unwrap()
+    read(osm, &Projector::Local).unwrap()
 }
 
 fn lane(road: &LaneNetwork, id: LaneId) -> &Lane {
@@ -229,7 +233,7 @@ fn projected_and_local_coordinates_agree() {
     // The fixture lies in 54SVE, and its latitudes are PROJ's.
     let square = Projector::Mgrs(MgrsSquare::parse("54SVE").unwrap());
     let projected = CROSSROADS.replace("k=\"local_x\"", "k=\"x\"");
-    let map = LaneNetwork::read(projected.as_bytes(), &square).unwrap();
+    let map = read(&projected, &square).unwrap();
     assert_eq!(map.lanes().count(), road(CROSSROADS).lanes().count());
     for (one, two) in road(CROSSROADS).lanes().zip(map.lanes()) {
         for (one, two) in one.left_bound.iter().zip(&two.left_bound) {
@@ -238,7 +242,7 @@ fn projected_and_local_coordinates_agree() {
     }
     // Local tags win in MGRS maps if all nodes have them.
     let moved = CROSSROADS.replace("lat=\"35", "lat=\"36");
-    assert_eq!(LaneNetwork::read(moved.as_bytes(), &square).unwrap(), road(CROSSROADS));
+    assert_eq!(read(&moved, &square).unwrap(), road(CROSSROADS));
 }
 
 #[test]
@@ -274,11 +278,11 @@ fn a_map_that_cannot_be_used_is_refused_with_its_element() {
     ];
     for (part, other, expected) in cases {
         let text = OPPOSITE.replacen(part, other, 1);
-        assert_eq!(LaneNetwork::read(text.as_bytes(), &Projector::Local).unwrap_err(), expected, "{part}");
+        assert_eq!(read(&text, &Projector::Local).unwrap_err(), expected, "{part}");
     }
     let square = MgrsSquare::parse("54SVE").unwrap();
     let unprojected = OPPOSITE.replacen("<tag k='local_x' v='0'/>", "", 1);
-    let error = LaneNetwork::read(unprojected.as_bytes(), &Projector::Mgrs(square)).unwrap_err();
+    let error = read(&unprojected, &Projector::Mgrs(square)).unwrap_err();
     assert_eq!(error, MapError::NotProjected { node: 1 });
 }
 
@@ -287,7 +291,7 @@ proptest! {
     fn no_change_of_a_map_panics(at in 0..OPPOSITE.len(), bytes in proptest::collection::vec(any::<u8>(), 0..6)) {
         let mut text = OPPOSITE.as_bytes().to_vec();
         text.splice(at..(at + bytes.len()).min(OPPOSITE.len()), bytes);
-        if let Ok(map) = LaneNetwork::read(&text, &Projector::Local) {
+        if let Ok(map) = read(&text, &Projector::Local) {
             let ids: Vec<LaneId> = map.lanes().map(|lane| lane.id).collect();
             prop_assert_eq!(map.closest(ids.clone(), Pose::default()).is_some(), !ids.is_empty());
             prop_assert!(ids.iter().all(|id| map.followers(*id).iter().all(|next| ids.contains(next))));

@@ -1,0 +1,101 @@
+//! The part of a check on a lanelet2 map: what decides about turn signals.
+
+use std::path::Path;
+
+use super::Report;
+use crate::config::files::Files;
+use crate::config::read_lane_network;
+use crate::core::map::lane_network::LaneNetwork;
+use crate::core::map::tag_check::{MapFlaw, check_tags};
+use crate::core::turn_signal::compat::DeciderCompat;
+use crate::report::text::counted;
+
+/// Checks a map by itself, for the decider's default behaviour.
+///
+/// # Errors
+/// The reason as text for which the map cannot be read.
+pub fn map(files: &dyn Files, path: &Path) -> Result<Report, String> {
+    let road = read_lane_network(files, path)?;
+    let mut report = Report::default();
+    report.line("map", &summary(&path.display().to_string(), &road));
+    tags(&road, DeciderCompat::Improved, &mut report);
+    Ok(report)
+}
+
+/// The map with the number of its lanelets and roundabouts.
+pub(super) fn summary(path: &str, road: &LaneNetwork) -> String {
+    let count = |count: usize, noun| counted(count.try_into().unwrap_or(u64::MAX), noun);
+    let (lanes, roundabouts) = (road.lanes().count(), road.roundabouts().len());
+    format!("{path}: {}, {}", count(lanes, "lanelet"), count(roundabouts, "roundabout"))
+}
+
+/// Lists the flaws of its tags. What the decider makes up for by default is not a warning then.
+pub(super) fn tags(road: &LaneNetwork, compat: DeciderCompat, report: &mut Report) {
+    for finding in check_tags(road) {
+        let is_made_up_for = compat == DeciderCompat::Improved
+            && matches!(finding.flaw, MapFlaw::SplitTurn { .. } | MapFlaw::UntaggedExit);
+        if is_made_up_for {
+            report.line("", &finding.to_string());
+        } else {
+            report.concern(&finding.to_string());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+    use crate::core::map::geometry::Point;
+    use crate::core::map::lane_network::{Lane, TurnDirection};
+
+    const CROSSROADS: &str = include_str!("../../tests/maps/crossroads.osm");
+
+    struct Map(String);
+
+    impl Files for Map {
+        fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+            match path.to_str() {
+                Some("map.osm") => Ok(self.0.clone().into()),
+                _ => Err(io::ErrorKind::NotFound.into()),
+            }
+        }
+    }
+
+    fn checked(text: &str) -> Report {
+        map(&Map(text.to_owned()), Path::new("map.osm")).unwrap()
+    }
+
+    #[test]
+    fn flaws_of_a_map_are_warnings_with_their_lanelets() {
+        let Report { text, concerns } = checked(CROSSROADS);
+        assert_eq!((text.as_str(), concerns), ("map        map.osm: 14 lanelets, 0 roundabouts\n", 0));
+        let exchanged = CROSSROADS.replace("v=\"left\"", "v=\"middle\"").replace("v=\"right\"", "v=\"left\"");
+        let Report { text, concerns } = checked(&exchanged);
+        let lines = [
+            "           ! lanelet 34642 at (3773.5, 73725.0) m: tagged left, but it bends 94° to the right\n",
+            "           ! lanelet 34645 at (3755.0, 73734.5) m: turns off by 73° to the left where the road forks after \
+             34468, without a turn_direction\n",
+        ];
+        assert!(concerns == 2 && lines.iter().all(|line| text.contains(line)), "{concerns}\n{text}");
+    }
+
+    #[test]
+    fn what_the_decider_makes_up_for_is_not_a_warning() {
+        let lane = |id, followers: &[i64]| Lane {
+            id,
+            turn_direction: TurnDirection::Left,
+            centerline: vec![Point::new(0.0, 0.0), Point::new(9.0, 0.0), Point::new(15.0, 6.0)],
+            followers: followers.to_vec(),
+            ..Lane::default()
+        };
+        let road = LaneNetwork::new([lane(1, &[2]), lane(2, &[])], Vec::new());
+        for (compat, concerns) in [(DeciderCompat::Improved, 0), (DeciderCompat::Upstream, 1)] {
+            let mut report = Report::default();
+            tags(&road, compat, &mut report);
+            assert!(report.text.contains("lanelet 1 at (0.0, 0.0) m: a turn tagged left"), "{}", report.text);
+            assert_eq!(report.concerns, concerns, "{compat:?}");
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! The tags that decide about turn signals, held against the geometry of their lanelets: a wrong tag is a wrong signal,
+//! a missing one is none.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use super::geometry::polyline::headed;
+use super::geometry::{Point, Pose, wrapped};
+use super::lane_network::{Lane, LaneId, LaneNetwork, Roundabout, TurnDirection};
+
+/// A bend by less than this is straight, degrees: drawn bounds are not exact.
+const STRAIGHT_DEG: f64 = 5.0;
+/// A bend by more than this is a turn, degrees.
+const TURN_DEG: f64 = 60.0;
+/// Behind a fork, lanelets up to this length together are one turn, metres.
+const MAX_TURN_M: f64 = 50.0;
+/// Points nearer than this to the one before do not show a direction, metres.
+const MIN_PIECE_M: f64 = 0.3;
+/// A sharper corner is a corner and not an arc, degrees.
+const MAX_BEYOND_DEG: f64 = 15.0;
+
+/// A flaw of a map, at a lanelet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapFinding {
+    /// Id of the lanelet.
+    pub lane: LaneId,
+    /// Start of its centreline in the map frame; `None` when it is not on the map.
+    pub position: Option<Point>,
+    /// The flaw.
+    pub flaw: MapFlaw,
+}
+
+/// A reason for which the signal at a lanelet may be wrong or missing.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MapFlaw {
+    /// Its `turn_direction` is not the way in which it bends.
+    OtherDirection {
+        /// The tag.
+        tag: TurnDirection,
+        /// The bend from its start to its end, degrees, positive to the left.
+        bend_deg: f64,
+    },
+    /// A turn is split: the same tag on lanelets that follow each other.
+    SplitTurn {
+        /// The tag.
+        tag: TurnDirection,
+        /// All of its lanelets, in driving direction.
+        lanes: Vec<LaneId>,
+        /// The bend from the start of the first to the end of the last, degrees, positive to the left.
+        bend_deg: f64,
+    },
+    /// It turns off at a fork and has no `turn_direction`.
+    UntaggedFork {
+        /// The lanelet after which the road forks.
+        after: LaneId,
+        /// The bend, degrees, positive to the left.
+        bend_deg: f64,
+    },
+    /// A roundabout names it, but it is not on the map.
+    NotOnMap,
+    /// A roundabout gives it a role, but it does not refer to the roundabout.
+    NoReference,
+    /// It refers to a roundabout that gives it no role.
+    NoRole,
+    /// An entry that leads to no lanelet of its roundabout.
+    EntryLeadsNowhere,
+    /// An exit to which no lanelet of its roundabout leads.
+    ExitFromNowhere,
+    /// An entry that signals for an exit which its roundabouts do not have.
+    UnknownExit {
+        /// The exit that is named.
+        exit: LaneId,
+    },
+    /// An exit that an entry lists for the left and for the right.
+    ContradictingExit {
+        /// The exit.
+        exit: LaneId,
+    },
+    /// An exit without `enable_exit_turn_signal` on a lanelet of the ring before it.
+    UntaggedExit,
+}
+
+/// All flaws of a map, in the order of the lanelets.
+pub fn check_tags(road: &LaneNetwork) -> Vec<MapFinding> {
+    let mut findings = Vec::new();
+    for lane in road.lanes() {
+        let mut note = |flaw| findings.push(finding(road, lane.id, flaw));
+        if lane.roundabouts.is_empty() {
+            other_direction(lane).into_iter().for_each(&mut note);
+            split_turn(road, lane).into_iter().for_each(&mut note);
+            untagged_fork(road, lane).into_iter().for_each(&mut note);
+        }
+        exits_of_entry(road, lane).into_iter().for_each(&mut note);
+    }
+    for (index, element) in road.roundabouts().iter().enumerate() {
+        findings.extend(members(road, index, element));
+    }
+    findings.sort_by_key(|finding| finding.lane);
+    findings
+}
+
+fn finding(road: &LaneNetwork, lane: LaneId, flaw: MapFlaw) -> MapFinding {
+    let position = road.lane(lane).and_then(|lane| lane.centerline.first().copied());
+    MapFinding { lane, position, flaw }
+}
+
+/// The bend from start to end, degrees, positive to the left; more than half a circle counts in full.
+fn bend_deg(lane: &Lane) -> f64 {
+    let mut points: Vec<Point> = Vec::new();
+    for point in &lane.centerline {
+        if points.last().is_none_or(|last| last.distance_m(*point) >= MIN_PIECE_M) {
+            points.push(*point);
+        }
+    }
+    let poses = headed(&points);
+    // The last pose faces as the one before it.
+    let pieces = poses.get(..poses.len().saturating_sub(1)).unwrap_or_default();
+    let turning = |pair: &[Pose]| match pair {
+        [from, to] => wrapped(to.yaw_rad - from.yaw_rad).to_degrees(),
+        _ => 0.0,
+    };
+    let turnings: Vec<f64> = pieces.windows(2).map(turning).collect();
+    // A piece is a chord: the ends of an arc face half a corner beyond the first and the last piece.
+    let ends = turnings.first().into_iter().chain(turnings.last());
+    let beyond_deg: f64 = ends.map(|deg| (deg / 2.0).clamp(-MAX_BEYOND_DEG, MAX_BEYOND_DEG)).sum();
+    turnings.iter().sum::<f64>() + beyond_deg
+}
+
+fn other_direction(lane: &Lane) -> Option<MapFlaw> {
+    let (tag, bend_deg) = (lane.turn_direction, bend_deg(lane));
+    let is_wrong = match tag {
+        TurnDirection::None => false,
+        TurnDirection::Straight => bend_deg.abs() > TURN_DEG,
+        TurnDirection::Left => bend_deg < -STRAIGHT_DEG,
+        TurnDirection::Right => bend_deg > STRAIGHT_DEG,
+    };
+    is_wrong.then_some(MapFlaw::OtherDirection { tag, bend_deg })
+}
+
+fn split_turn(road: &LaneNetwork, first: &Lane) -> Option<MapFlaw> {
+    let tag = first.turn_direction;
+    let goes_on = |id: &LaneId| {
+        road.lane(*id).is_some_and(|lane| lane.turn_direction == tag && lane.roundabouts.is_empty())
+    };
+    if !matches!(tag, TurnDirection::Left | TurnDirection::Right)
+        || road.predecessors(first.id).iter().any(goes_on)
+    {
+        return None;
+    }
+    let (mut lanes, mut visited) = (vec![first.id], BTreeSet::from([first.id]));
+    while let Some(next) = lanes.last().and_then(|last| road.followers(*last).iter().find(|id| goes_on(id))) {
+        if !visited.insert(*next) {
+            break;
+        }
+        lanes.push(*next);
+    }
+    if lanes.len() < 2 {
+        return None;
+    }
+    let bend_deg = lanes.iter().filter_map(|id| road.lane(*id)).map(bend_deg).sum();
+    Some(MapFlaw::SplitTurn { tag, lanes, bend_deg })
+}
+
+fn untagged_fork(road: &LaneNetwork, branch: &Lane) -> Option<MapFlaw> {
+    if branch.turn_direction != TurnDirection::None {
+        return None;
+    }
+    let after = *road.predecessors(branch.id).iter().find(|id| road.followers(**id).len() > 1)?;
+    let (mut bend, mut length_m, mut last) = (bend_deg(branch), branch.length_m(), branch);
+    // A turn can be drawn as several lanelets without a junction between them.
+    while bend.abs() <= TURN_DEG {
+        let [next] = last.followers[..] else { return None };
+        let next = road.lane(next).filter(|next| {
+            next.turn_direction == TurnDirection::None
+                && next.roundabouts.is_empty()
+                && road.predecessors(next.id).len() == 1
+        })?;
+        length_m += next.length_m();
+        // A lanelet without length would be followed for ever.
+        if length_m > MAX_TURN_M || next.length_m() <= 0.0 || next.id == branch.id {
+            return None;
+        }
+        bend += bend_deg(next);
+        last = next;
+    }
+    Some(MapFlaw::UntaggedFork { after, bend_deg: bend })
+}
+
+/// The exits that an entry lists, where they are not exits of its roundabouts.
+fn exits_of_entry(road: &LaneNetwork, lane: &Lane) -> Vec<MapFlaw> {
+    let (left, right) = (&lane.exits_signalled_left, &lane.exits_signalled_right);
+    let is_exit = |exit: LaneId| road.roundabouts_of(lane.id).any(|element| element.exits.contains(&exit));
+    let unknown = left.iter().chain(right).filter(|exit| !is_exit(**exit));
+    let unknown = unknown.map(|exit| MapFlaw::UnknownExit { exit: *exit });
+    let both = left.iter().filter(|exit| right.contains(exit));
+    unknown.chain(both.map(|exit| MapFlaw::ContradictingExit { exit: *exit })).collect()
+}
+
+/// The flaws of the members of a roundabout, and of lanelets that refer to it without being one.
+fn members(road: &LaneNetwork, index: usize, element: &Roundabout) -> Vec<MapFinding> {
+    let mut findings = Vec::new();
+    let named: BTreeSet<LaneId> =
+        element.entries.iter().chain(&element.exits).chain(&element.internals).copied().collect();
+    for id in &named {
+        match road.lane(*id) {
+            None => findings.push(finding(road, *id, MapFlaw::NotOnMap)),
+            Some(lane) if !lane.roundabouts.contains(&index) => {
+                findings.push(finding(road, *id, MapFlaw::NoReference));
+            }
+            Some(_) => {}
+        }
+    }
+    let refers = road.lanes().filter(|lane| lane.roundabouts.contains(&index) && !named.contains(&lane.id));
+    findings.extend(refers.map(|lane| finding(road, lane.id, MapFlaw::NoRole)));
+    let is_inside = |id: &LaneId| element.internals.contains(id) || element.exits.contains(id);
+    for entry in element.entries.iter().filter(|id| road.lane(**id).is_some()) {
+        let leads_on = |id: &LaneId| is_inside(id) || element.entries.contains(id);
+        if !road.followers(*entry).iter().any(leads_on) {
+            findings.push(finding(road, *entry, MapFlaw::EntryLeadsNowhere));
+        }
+    }
+    for exit in element.exits.iter().filter(|id| road.lane(**id).is_some()) {
+        let before = || road.predecessors(*exit).iter().filter(|before| element.contains(**before));
+        let is_tagged = |id: &LaneId| road.lane(*id).is_some_and(|lane| lane.enables_exit_signal);
+        if before().next().is_none() {
+            findings.push(finding(road, *exit, MapFlaw::ExitFromNowhere));
+        } else if !before().any(is_tagged) {
+            findings.push(finding(road, *exit, MapFlaw::UntaggedExit));
+        }
+    }
+    findings
+}
+
+/// `lanelet 201 at (23.4, 12.0) m: tagged left, but it bends 90° to the right`
+impl fmt::Display for MapFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "lanelet {}", self.lane)?;
+        if let Some(Point { x_m, y_m }) = self.position {
+            write!(f, " at ({x_m:.1}, {y_m:.1}) m")?;
+        }
+        write!(f, ": {}", self.flaw)
+    }
+}
+
+impl fmt::Display for MapFlaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bend = |bend_deg: f64| {
+            let side = if bend_deg < 0.0 { "right" } else { "left" };
+            format!("{:.0}° to the {side}", bend_deg.abs())
+        };
+        match self {
+            Self::OtherDirection { tag, bend_deg } => {
+                write!(f, "tagged {}, but it bends {}", tag.name(), bend(*bend_deg))
+            }
+            Self::SplitTurn { tag, lanes, bend_deg } => {
+                let lanes: Vec<String> = lanes.iter().map(LaneId::to_string).collect();
+                let (bend, lanes) = (bend(*bend_deg), lanes.join(", "));
+                write!(f, "a turn tagged {} ({bend}) is split over the lanelets {lanes}", tag.name())
+            }
+            Self::UntaggedFork { after, bend_deg } => {
+                let bend = bend(*bend_deg);
+                write!(f, "turns off by {bend} where the road forks after {after}, without a turn_direction")
+            }
+            Self::NotOnMap => f.write_str("a roundabout names it, but it is not on the map"),
+            Self::NoReference => {
+                f.write_str("a roundabout gives it a role, but it does not refer to the roundabout")
+            }
+            Self::NoRole => f.write_str("refers to a roundabout that gives it no role"),
+            Self::EntryLeadsNowhere => f.write_str("an entry that leads to no lanelet of its roundabout"),
+            Self::ExitFromNowhere => f.write_str("an exit to which no lanelet of its roundabout leads"),
+            Self::UnknownExit { exit } => {
+                write!(f, "signals on entry for the exit {exit}, which its roundabout does not have")
+            }
+            Self::ContradictingExit { exit } => {
+                write!(f, "signals on entry both left and right for the exit {exit}")
+            }
+            Self::UntaggedExit => {
+                f.write_str("an exit with no enable_exit_turn_signal on the lanelet of the ring before it")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
