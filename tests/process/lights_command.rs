@@ -359,7 +359,7 @@ fn commands_of_the_documentation_are_commands() {
     let commands: Vec<_> = rows
         .flat_map(|row| row.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>())
         .collect();
-    assert_eq!(commands.len(), 9);
+    assert_eq!(commands.len(), 11);
     let stop = Phase { name: "stop".to_owned(), duration: None, entries: Vec::new() };
     let main = Controller { name: "main road".to_owned(), reference: None, phases: vec![stop] };
     for command in commands {

@@ -249,6 +249,8 @@ pub enum ElementState {
     EndTransition,
     /// It was stopped in this frame.
     StopTransition,
+    /// It was skipped in this frame: never, since all actions complete at once.
+    SkipTransition,
 }
 
 /// An action on the lights, which completes at once

@@ -12,6 +12,8 @@ mod storyboard;
 mod transliterated;
 mod trigger;
 
+use std::collections::BTreeMap;
+
 use super::file::ScenarioFile;
 use super::reader::Reader;
 use crate::config::reading::element::Element;
@@ -42,8 +44,9 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
     }
     let parameters = Parameters::new(reader.options.packages.clone());
     let (controllers, variables) = (Vec::new(), Vec::new());
-    let mut document = Document { reader, parameters, variables, controllers, references: 0 };
-    document.enter(root);
+    let scopes = BTreeMap::new();
+    let mut document = Document { reader, parameters, scopes, variables, controllers, references: 0 };
+    document.declare(root);
     if let Some(network) = network {
         file.map = document.map(network);
         document.controllers(network);

@@ -17,7 +17,9 @@ impl Document<'_, '_> {
             self.enter(story);
             let (path, first) = (vec![self.name(story)], acts.len());
             for act in story.all("Act") {
+                self.enter(act);
                 acts.push(self.act(act, &path));
+                self.leave();
             }
             stories.push(StoryDraft { path, acts: first..acts.len() });
             self.leave();
@@ -35,6 +37,7 @@ impl Document<'_, '_> {
         let stop = self.trigger(act, "StopTrigger");
         let (mut events, mut groups) = (Vec::new(), Vec::new());
         for group in act.all("ManeuverGroup") {
+            self.enter(group);
             let (path, first) = (self.below(&path, group), events.len());
             if let Some(count) = self.given(group, "maximumExecutionCount").filter(|count| count.text != "1")
             {
@@ -49,6 +52,7 @@ impl Document<'_, '_> {
                 self.leave();
             }
             groups.push(GroupDraft { kind: "maneuverGroup", path, events: first..events.len() });
+            self.leave();
         }
         ActDraft { element: act, path, start, stop, events, groups }
     }
