@@ -52,7 +52,7 @@ pub(super) fn interpret(root: &Element, reader: &mut Reader<'_>) -> ScenarioFile
         document.controllers(network);
     }
     if let Some(storyboard) = storyboard {
-        file.left_out_verdict = document.storyboard(storyboard, &mut file.scenario);
+        file.uncertain_ends = document.storyboard(storyboard, &mut file.scenario);
     }
     (file.scenario.controllers, file.scenario.variables) = (document.controllers, document.variables);
     leftovers::list(root, reader);

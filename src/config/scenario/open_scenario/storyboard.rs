@@ -1,5 +1,6 @@
 //! Stories, acts and events.
 
+use super::super::file::UncertainEnd;
 use super::document::Document;
 use super::draft::{ActDraft, ActionDraft, EventDraft, GroupDraft, StoryDraft};
 use super::references::resolve;
@@ -7,8 +8,8 @@ use crate::config::reading::element::Element;
 use crate::core::traffic_light::scenario::Scenario;
 
 impl Document<'_, '_> {
-    /// Reads the storyboard into the scenario. Returns the first event that was left out although it ends the scenario.
-    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) -> Option<String> {
+    /// Reads the storyboard into the scenario. Returns the uncertain ends.
+    pub(super) fn storyboard(&mut self, storyboard: &Element, scenario: &mut Scenario) -> Vec<UncertainEnd> {
         if let Some(actions) = storyboard.child("Init").and_then(|init| init.child("Actions")) {
             scenario.init = self.actions(actions).0;
         }
@@ -28,7 +29,7 @@ impl Document<'_, '_> {
         let stop = stop.map(|groups| (storyboard, groups));
         let resolved = resolve(self.reader, &stories, acts, stop);
         (scenario.stories, scenario.acts, scenario.stop) = (resolved.stories, resolved.acts, resolved.stop);
-        resolved.left_out_verdict
+        resolved.uncertain_ends
     }
 
     fn act<'e>(&mut self, act: &'e Element, story: &[String]) -> ActDraft<'e> {
