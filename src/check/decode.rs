@@ -84,7 +84,7 @@ impl Decoder {
         let table = &self.binding.table;
         let is_bound = |message: &BoundMessage| message.bus == bus && message.id == frame.id();
         let Some(message) = table.messages.iter().position(is_bound) else { return Ok(()) };
-        let outcome = self.observations.try_frame(table, MessageIndex(message), frame, stamp, now);
+        let outcome = self.observations.frame_arrived(table, MessageIndex(message), frame, stamp, now);
         let reason = outcome.err().map(Unused::reason);
         let before = std::mem::replace(&mut self.rejected[message], reason);
         let (stamp, id) = (stamp_text(stamp), frame.id());

@@ -66,6 +66,13 @@ pub(super) fn decider(decider: &TurnSignalConfig, report: &mut Report) {
     }
     let modules = decider.inputs.planning_factors.len();
     report.line("", &format!("planning factors of {modules} of {} modules", FactorTopic::ALL.len()));
+    for (name, what) in
+        [(&decider.outputs.markers, "markers"), (&decider.outputs.planning_factors, "planning factor")]
+    {
+        if !name.is_empty() {
+            report.line("", &format!("{what} of what is signalled to {name}"));
+        }
+    }
     if decider.publishes_commands() {
         let outputs = &decider.outputs;
         report.line("", &format!("commands to {} and {}", outputs.turn_command, outputs.hazard_command));

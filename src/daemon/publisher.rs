@@ -7,7 +7,7 @@ use crate::config::Settings;
 use crate::config::gateway::Durability as ConfiguredDurability;
 use crate::config::gateway::command::CommandConfig;
 use crate::config::gateway::traffic_lights::LightsOutput;
-use crate::config::gateway::turn_signal::TurnSignalConfig;
+use crate::config::gateway::turn_signal::{DeciderOutputs, TurnSignalConfig};
 use crate::core::command::settings::{CommandSource, ModeFrom};
 use crate::core::gateway::event::Output;
 use crate::core::gateway::network::NetworkState;
@@ -166,6 +166,10 @@ pub fn topics(settings: &Settings) -> Topics {
     let turn_left_out = matches!(lights.turn, TurnBinding::LeftOut);
     let hazard_left_out = matches!(lights.hazard, HazardBinding::LeftOut);
     let commands = settings.turn_signal.as_ref().filter(|decider| decider.publishes_commands());
+    let sections = |name: fn(&DeciderOutputs) -> &String| {
+        let decider = settings.turn_signal.as_ref().filter(|decider| decider.runs)?;
+        Some(name(&decider.outputs)).filter(|name| !name.is_empty()).cloned()
+    };
     Topics {
         turn_indicators: unless(turn_left_out, &settings.ros.turn_indicators_status),
         hazard_lights: unless(hazard_left_out, &settings.ros.hazard_lights_status),
@@ -178,6 +182,8 @@ pub fn topics(settings: &Settings) -> Topics {
             .collect(),
         turn_command: commands.map(|decider| decider.outputs.turn_command.clone()),
         hazard_command: commands.map(|decider| decider.outputs.hazard_command.clone()),
+        section_markers: sections(|outputs| &outputs.markers),
+        planning_factors: sections(|outputs| &outputs.planning_factors),
     }
 }
 

@@ -132,6 +132,7 @@ mod tests {
             hazard: HazardCommand::Disable,
             basis,
             held: None,
+            sections: Candidates::default(),
             intersection: None,
             remarks: Vec::new(),
             findings: Vec::new(),

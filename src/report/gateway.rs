@@ -105,6 +105,8 @@ impl JsonTimeline {
                 let topic = self.topics.hazard_command.as_ref()?;
                 line(at, topic, HazardLightsCommand::new(*command, *stamp))
             }
+            // For viewers on ROS; the lines have them in the decisions.
+            TurnSignalOutput::Sections { .. } => None,
         }
     }
 

@@ -1,5 +1,6 @@
 //! Cases that need Cyclone DDS: quality of service, and a gateway that stood still.
 
+use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
@@ -79,4 +80,20 @@ fn a_node_that_is_left_out_of_the_graph_delivers_its_reports_all_the_same() {
     gateway.send("turn left 1");
     turn.next("a report", is_report(2, 1));
     assert_eq!(graph.next_during(SILENCE), Vec::<Value>::new());
+}
+
+/// Its network process outlives it just long enough to say so: the lease of RustDDS would take 50 s.
+#[test]
+fn a_gateway_that_is_killed_leaves_the_graph_long_before_its_lease_ends() {
+    let cyclone = require!(Cyclone::with_defaults());
+    let domain = domain();
+    let gateway = Role::new(domain).isolated().start();
+    let turn = reader(&cyclone, domain, "turn", TURN, "transient_local");
+    gateway.send("turn left 1");
+    let sample = turn.next("a report", is_report(2, 1));
+    assert!(Command::new("kill").args(["-KILL", &gateway.id().to_string()]).status().unwrap().success());
+    let gone = turn.next("the leave", |line| line["event"] == "unmatched");
+    let seconds = gone["at"].as_f64().unwrap() - sample["at"].as_f64().unwrap();
+    println!("gone {seconds:.1} s after the last report");
+    assert!(seconds < 20.0, "{seconds}");
 }

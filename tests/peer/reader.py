@@ -1,7 +1,7 @@
 """An independent reader (Cyclone DDS) of the gateway's topics, for the tests.
 
 Usage: reader.py DOMAIN KIND TOPIC DURABILITY [KIND TOPIC DURABILITY]...
-KIND is one of messages.py, gid16 or gid24 (the ROS graph with identifiers of that length), or
+KIND is one of messages.py, factors, sections (markers), gid16 or gid24 (the ROS graph with identifiers of that length), or
 `endpoints` (every writer in the domain, whatever its topic; TOPIC and DURABILITY mean nothing);
 `KIND=NAME` where several are of one kind. DURABILITY is transient_local or volatile. Prints a line
 of JSON for each event: `ready`, and with the kind or its name `matched` and `unmatched` (with the
@@ -23,7 +23,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+from autoware_messages import PlanningFactorArray
 from messages import TYPES, graph_type
+
+TYPES = {**TYPES, "factors": PlanningFactorArray, "sections": TYPES["markers"]}
 
 
 def emit(event, **fields):

@@ -77,6 +77,17 @@ pub(crate) fn announcement(port: u16, count: u32) -> Vec<u8> {
     packet(0x15, 0x05, &[vec![0, 0, 16, 0], ids, number(u64::from(count)), list].concat())
 }
 
+/// The announcement of another of 256 participants.
+#[allow(dead_code)] // not every test needs a crowd
+pub(crate) fn announcement_of(participant: u8, port: u16) -> Vec<u8> {
+    let mut packet = announcement(port, 1);
+    let starts = 0..=packet.len() - PREFIX.len();
+    for start in starts.filter(|start| packet[*start..].starts_with(&PREFIX)).collect::<Vec<_>>() {
+        packet[start + PREFIX.len() - 1] = participant;
+    }
+    packet
+}
+
 /// A sequence number: the high half first.
 fn number(number: u64) -> Vec<u8> {
     let [high, low] =
@@ -138,9 +149,14 @@ pub(crate) struct Target {
 
 impl Target {
     pub(crate) fn new(domain: u16) -> Self {
+        Self::of_first(PARTICIPANTS, domain)
+    }
+
+    /// Only those that were first on this host, as they are numbered by their ports.
+    pub(crate) fn of_first(count: u16, domain: u16) -> Self {
         let base = 7400 + 250 * domain;
-        let ports = (0..PARTICIPANTS)
-            .flat_map(|participant| [base + 10 + 2 * participant, base + 11 + 2 * participant]);
+        let ports =
+            (0..count).flat_map(|participant| [base + 10 + 2 * participant, base + 11 + 2 * participant]);
         Self { socket: UdpSocket::bind(("127.0.0.1", 0)).unwrap(), ports: ports.collect() }
     }
 

@@ -207,7 +207,9 @@ impl CommandFlow {
     pub fn handle_frame(&mut self, bus: BusIndex, frame: &Frame, stamp: WallStamp, now: Now) {
         let mut messages = self.binding.table.messages.iter();
         if let Some(at) = messages.position(|message| message.bus == bus && message.id == frame.id()) {
-            self.observations.frame_arrived(&self.binding.table, MessageIndex(at), frame, stamp, now);
+            // A frame that is not used is counted, and its signals have no value for that reason.
+            let _unused =
+                self.observations.frame_arrived(&self.binding.table, MessageIndex(at), frame, stamp, now);
         }
     }
 

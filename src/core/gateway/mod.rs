@@ -318,7 +318,7 @@ fn decider_command(output: &Output) -> Option<CommandInput> {
         TurnSignalOutput::HazardCommand { command, stamp } => {
             Some(CommandInput::Hazard { origin, command: EnumOrUnknown::Known(*command), stamp: *stamp })
         }
-        TurnSignalOutput::Decision(_) => None,
+        TurnSignalOutput::Sections { .. } | TurnSignalOutput::Decision(_) => None,
     }
 }
 

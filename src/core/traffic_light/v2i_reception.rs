@@ -169,7 +169,7 @@ impl V2iReception {
                 }
             }
         }
-        if !observations.frame_arrived(&binding.table, message, frame, stamp, now) {
+        if observations.frame_arrived(&binding.table, message, frame, stamp, now).is_err() {
             return;
         }
         for (index, source, cycle) in cycles() {

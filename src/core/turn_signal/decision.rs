@@ -7,7 +7,7 @@ use super::intersection::TurnAhead;
 use super::manoeuvre::{ManoeuvreKind, ManoeuvreOutcome, SignalReason};
 use super::min_duration::Held;
 use super::path_generator::TaggedLanelet;
-use super::resolve::{Case, EvaluatedCandidate, Resolution, Source};
+use super::resolve::{CandidateOutcome, Candidates, Case, EvaluatedCandidate, Resolution, Source};
 use crate::core::light_command::{HazardCommand, TurnCommand};
 use crate::core::time::MonoTime;
 
@@ -22,6 +22,8 @@ pub struct Decision {
     pub basis: Basis,
     /// The minimum duration that keeps the turn command from what the basis gives.
     pub held: Option<Held>,
+    /// The records of the candidates; none unless they were evaluated.
+    pub sections: Candidates,
     /// The next turn, when that is what is signalled.
     pub intersection: Option<TurnAhead>,
     /// The outcome of each manoeuvre of the planner, in the order of the chain.
@@ -59,6 +61,11 @@ impl Decision {
     /// Each candidate with its outcome, in the order that settles equal starts; empty unless candidates were evaluated.
     pub fn evaluated(&self) -> &[EvaluatedCandidate] {
         self.resolution().map(|resolution| &resolution.evaluated[..]).unwrap_or_default()
+    }
+
+    /// The candidate that won; `None` when nothing is signalled, or not by a candidate.
+    pub fn won(&self) -> Option<&EvaluatedCandidate> {
+        self.evaluated().iter().find(|candidate| candidate.outcome == CandidateOutcome::Won)
     }
 
     /// The source of the candidate that is signalled.

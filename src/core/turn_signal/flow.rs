@@ -39,6 +39,8 @@ pub struct FlowSettings {
     pub role: Role,
     /// Time from cycle to cycle, above zero.
     pub period: Duration,
+    /// The sections of each cycle are an output.
+    pub publishes_sections: bool,
 }
 
 /// The use of decisions.
@@ -118,6 +120,10 @@ impl TurnSignalFlow {
                 self.ready.push_back(TurnSignalOutput::HazardCommand { command, stamp });
             }
             Role::Shadow { tolerance } => self.compare(&decision, tolerance, now.mono),
+        }
+        if self.settings.publishes_sections {
+            let (decision, stamp) = (Arc::clone(&decision), now.wall);
+            self.ready.push_back(TurnSignalOutput::Sections { decision, stamp });
         }
         let headline = Some(Headline::of(&decision));
         if self.headline != headline {

@@ -170,7 +170,10 @@ impl Observations {
     }
 
     /// Takes a frame of `message`: all signals it carries, or none when it is of another format, too short for
-    /// one, or rejected. Returns whether its signals were used.
+    /// one, or rejected.
+    ///
+    /// # Errors
+    /// The reason why none of its signals was used.
     pub fn frame_arrived(
         &mut self,
         table: &SignalTable,
@@ -178,7 +181,7 @@ impl Observations {
         frame: &Frame,
         stamp: WallStamp,
         now: Now,
-    ) -> bool {
+    ) -> Result<(), Unused> {
         let (data, length) = (frame.padded(), frame.data().len());
         let MessageState { signals, counts, checker, last_reject, trusted_since, latest } =
             &mut self.messages[message.0];
@@ -186,16 +189,16 @@ impl Observations {
         let needed = |signal: &SignalIndex| table.signals[signal.0].codec.needed_length();
         let unusable = if table.messages[message.0].format.is_some_and(|format| format != frame.format()) {
             counts.wrong_format += 1;
-            Some(MissingReason::WrongFormat)
+            Some((MissingReason::WrongFormat, Unused::WrongFormat))
         } else if signals.iter().filter(present).any(|signal| needed(signal) > length) {
             counts.too_short += 1;
-            Some(MissingReason::TooShort)
+            Some((MissingReason::TooShort, Unused::TooShort(length)))
         } else {
             None
         };
-        *latest = Some(LatestFrame { at: now.mono, unusable });
-        if unusable.is_some() {
-            return false;
+        *latest = Some(LatestFrame { at: now.mono, unusable: unusable.map(|(missing, _)| missing) });
+        if let Some((_, unused)) = unusable {
+            return Err(unused);
         }
         counts.frames += 1;
         if let Some(checker) = checker {
@@ -209,7 +212,7 @@ impl Observations {
                         self.last[signal.0] = None;
                     }
                 }
-                return false;
+                return Err(Unused::Rejected(reject));
             }
         }
         let received = Received { at: now.mono, stamp };
@@ -217,7 +220,7 @@ impl Observations {
             let raw = table.signals[signal.0].codec.value(data);
             self.last[signal.0] = Some(Observation { raw, received });
         }
-        true
+        Ok(())
     }
 
     /// Discards what was received over a bus whose link was lost.
@@ -316,30 +319,6 @@ impl Observations {
     /// since its link was lost.
     pub fn last_reject(&self, message: MessageIndex) -> Option<Reject> {
         self.messages[message.0].last_reject
-    }
-
-    /// Takes a frame as [`Self::frame_arrived`] does, and gives the reason if it was not used.
-    ///
-    /// # Errors
-    /// The reason why none of its signals was used.
-    pub fn try_frame(
-        &mut self,
-        table: &SignalTable,
-        message: MessageIndex,
-        frame: &Frame,
-        stamp: WallStamp,
-        now: Now,
-    ) -> Result<(), Unused> {
-        let before = self.counts(message);
-        if self.frame_arrived(table, message, frame, stamp, now) {
-            return Ok(());
-        }
-        let counts = self.counts(message);
-        Err(match self.last_reject(message) {
-            _ if counts.too_short > before.too_short => Unused::TooShort(frame.data().len()),
-            Some(reject) if counts.wrong_format == before.wrong_format => Unused::Rejected(reject),
-            Some(_) | None => Unused::WrongFormat,
-        })
     }
 
     /// Number of frames of a message since start.

@@ -102,7 +102,8 @@ impl VehicleLights {
 
     /// Takes a frame of a bound message. Call [`Self::settle`] afterwards.
     pub fn frame_arrived(&mut self, message: MessageIndex, frame: &Frame, stamp: WallStamp, now: Now) {
-        self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now);
+        // A frame that is not used is counted, and its signals have no value for that reason.
+        let _unused = self.observations.frame_arrived(&self.binding.table, message, frame, stamp, now);
     }
 
     /// Discards what was received over a bus. Call [`Self::settle`] afterwards.

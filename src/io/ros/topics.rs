@@ -28,6 +28,10 @@ pub struct Topics {
     pub turn_command: Option<String>,
     /// `autoware_vehicle_msgs/msg/HazardLightsCommand`; none unless configured.
     pub hazard_command: Option<String>,
+    /// `visualization_msgs/msg/MarkerArray` of the decider's sections; none unless configured.
+    pub section_markers: Option<String>,
+    /// `autoware_internal_planning_msgs/msg/PlanningFactorArray` of the decider; none unless configured.
+    pub planning_factors: Option<String>,
 }
 
 impl Default for Topics {
@@ -40,6 +44,8 @@ impl Default for Topics {
             lights: Vec::new(),
             turn_command: None,
             hazard_command: None,
+            section_markers: None,
+            planning_factors: None,
         }
     }
 }
@@ -154,7 +160,7 @@ impl SubscriptionKind {
             Self::Odometry => ("nav_msgs", "Odometry"),
             Self::Route => ("autoware_planning_msgs", "LaneletRoute"),
             Self::PlannedPath => ("autoware_internal_planning_msgs", "PathWithLaneId"),
-            Self::Factors(_) => ("autoware_internal_planning_msgs", "PlanningFactorArray"),
+            Self::Factors(_) => PLANNING_FACTORS_TYPE,
             Self::OperationMode => ("autoware_adapi_v1_msgs", "OperationModeState"),
             Self::Scenario => ("autoware_internal_planning_msgs", "Scenario"),
             Self::OwnTurnCommand | Self::TurnCommand => TURN_COMMAND_TYPE,
@@ -195,6 +201,8 @@ pub const HAZARD_LIGHTS_TYPE: TypeName = ("autoware_vehicle_msgs", "HazardLights
 pub const DIAGNOSTICS_TYPE: TypeName = ("diagnostic_msgs", "DiagnosticArray");
 /// Type of turn commands.
 pub const TURN_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "TurnIndicatorsCommand");
+/// Type of planning factors.
+pub const PLANNING_FACTORS_TYPE: TypeName = ("autoware_internal_planning_msgs", "PlanningFactorArray");
 /// Type of hazard commands.
 pub const HAZARD_COMMAND_TYPE: TypeName = ("autoware_vehicle_msgs", "HazardLightsCommand");
 /// Type of text commands.

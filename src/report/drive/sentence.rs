@@ -49,7 +49,7 @@ impl Narrator {
     pub(super) fn next(&mut self, snapshot: &Snapshot<'_>) -> (String, bool) {
         let decision = snapshot.decision;
         let sentence = self.sentence(snapshot);
-        let won = won(decision);
+        let won = decision.won();
         let essence = Essence {
             turn: decision.turn,
             hazard: decision.hazard,
@@ -97,7 +97,7 @@ impl Narrator {
     }
 
     fn of_candidates(&self, decision: &Decision) -> Vec<String> {
-        let won = won(decision);
+        let won = decision.won();
         let next = won.map(|won| format!("{} for the {}", won.turn, name(won)));
         match (decision.held, won) {
             (Some(held), _) => {
@@ -148,10 +148,6 @@ impl Narrator {
             format!("the {before} is no longer signalled {} before its end{why}", metres(*desired_end_m))
         })
     }
-}
-
-fn won(decision: &Decision) -> Option<&EvaluatedCandidate> {
-    decision.evaluated().iter().find(|candidate| candidate.outcome == CandidateOutcome::Won)
 }
 
 fn name(candidate: &EvaluatedCandidate) -> String {

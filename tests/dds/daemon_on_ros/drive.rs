@@ -16,7 +16,7 @@ use signal_gateway::core::turn_signal::compat::DeciderCompat;
 use signal_gateway::core::turn_signal::parameters::{PARAMETERS, Parameters};
 use signal_gateway::desk::drive::simulation::DriveSimulation;
 
-use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, Reader};
+use crate::dds::daemon_on_ros::peer::{DIAGNOSTICS, ENDPOINTS, FACTORS, Reader, SECTIONS};
 use crate::support::drive_script::{COMPATS, Script};
 use crate::support::json_process::Mark;
 use crate::support::peer::{Cyclone, domain};
@@ -397,5 +397,36 @@ fn a_shadow_publishes_nothing_and_reports_its_agreement() {
         .collect();
     // Autoware's own, and no other.
     assert_eq!(commanding.len(), 2, "{commanding:?}");
+    process.stop("TERM");
+}
+
+/// In shadow mode as well: nothing is commanded, but what would be is seen.
+#[test]
+fn sections_are_published_as_markers_and_as_a_planning_factor() {
+    let bench = require!(Bench::new());
+    let simulation = first_part("crossing_left.toml", 60.0);
+    let outputs = format!(
+        "{LONG_AGE_LIMITS}[turn_signal.outputs]\nmarkers = \"/debug/sections\"\nplanning_factors = \"/debug/factors\"\n"
+    );
+    let (_folder, mut process) = gateway(&bench, simulation.file(), "shadow = true\n", &outputs);
+    let reader = Reader::start(&bench.cyclone, bench.domain, &[SECTIONS, FACTORS]);
+    bench.drive(&Script::new(&simulation), 1, Pace::Paced, &[]);
+    let x_of = |marker: &Value| marker["pose"]["position"]["x"].as_f64().unwrap();
+    let arrows = reader.wait(Mark::START, "sections", "the turn that is signalled", |data| {
+        let [deleted, markers @ ..] = &data["markers"].as_array().unwrap()[..] else { return None };
+        assert_eq!(deleted["action"], 3, "those before are deleted");
+        let label = markers.last()?;
+        assert_eq!((markers.len(), &label["text"]), (5, &"left turn on 111: won".into()), "{data}");
+        Some(markers.iter().map(x_of).collect::<Vec<_>>())
+    });
+    // The turn begins at 100 m, which is x = -12 here.
+    assert!((arrows[1] - -12.0).abs() < 0.1 && arrows[0] < arrows[1], "{arrows:?}");
+    let distance_m = reader.wait(Mark::START, "factors", "the turn", |data| {
+        let factor = data["factors"].as_array().unwrap().first()?;
+        assert_eq!((&factor["module"], &factor["behavior"]), (&"signal_gateway".into(), &6.into()), "{data}");
+        factor["control_points"][0]["distance"].as_f64()
+    });
+    // Signalled from 37 m on, the front 3.79 m ahead.
+    assert!((50.0..60.0).contains(&distance_m), "{distance_m}");
     process.stop("TERM");
 }

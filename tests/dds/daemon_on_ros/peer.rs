@@ -18,6 +18,8 @@ pub(crate) const ARBITER: TopicToRead<'_> =
     ("groups", "arbiter", "perception/traffic_light_recognition/traffic_signals");
 pub(crate) const MARKERS: TopicToRead<'_> = ("markers", "markers", "traffic_light/marker");
 pub(crate) const DIAGNOSTICS: TopicToRead<'_> = ("diagnostics", "diagnostics", "diagnostics");
+pub(crate) const SECTIONS: TopicToRead<'_> = ("sections", "sections", "debug/sections");
+pub(crate) const FACTORS: TopicToRead<'_> = ("factors", "factors", "debug/factors");
 /// All writers of the domain.
 pub(crate) const ENDPOINTS: TopicToRead<'_> = ("endpoints", "endpoints", "");
 
@@ -25,8 +27,8 @@ pub(crate) const ENDPOINTS: TopicToRead<'_> = ("endpoints", "endpoints", "");
 pub(crate) struct Reader(JsonProcess);
 
 impl Reader {
-    /// Starts it and waits until it reads. All request reliable and transient local, the diagnostics for
-    /// volatile.
+    /// Starts it and waits until it reads. All request reliable and transient local, the diagnostics and
+    /// what the decider sends volatile.
     pub(crate) fn start(cyclone: &Cyclone, domain: u16, topics_to_read: &[TopicToRead<'_>]) -> Self {
         let names: Vec<_> = topics_to_read
             .iter()
@@ -35,7 +37,10 @@ impl Reader {
         let topics = topics_to_read.iter().zip(&names).map(|((kind, ..), (kind_and_name, topic))| Reading {
             kind: kind_and_name,
             topic,
-            durability: if *kind == "diagnostics" { "volatile" } else { "transient_local" },
+            durability: match *kind {
+                "diagnostics" | "sections" | "factors" => "volatile",
+                _ => "transient_local",
+            },
         });
         Self(cyclone.reader(domain, &topics.collect::<Vec<_>>()))
     }

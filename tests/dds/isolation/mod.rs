@@ -96,6 +96,22 @@ fn a_network_process_that_is_killed_or_stopped_is_replaced_and_readers_get_the_c
     assert!(network_process(std::process::id()).is_none_or(|other| other != process));
 }
 
+/// Even one that was stopped, and could not see the end.
+#[test]
+fn a_network_process_ends_after_its_gateway() {
+    let gateway = Role::new(domain()).only_on("127.0.0.1").isolated().start();
+    gateway.wait_until("a network side", is_up);
+    let process = next_network_process(gateway.id(), None);
+    signal("-STOP", process);
+    signal("-KILL", gateway.id());
+    let start = Instant::now();
+    while fs::read_to_string(format!("/proc/{process}/stat")).is_ok_and(|stat| !stat.contains(") Z ")) {
+        assert!(start.elapsed() < PATIENCE, "it goes on");
+        thread::sleep(Duration::from_millis(5));
+    }
+    println!("it ended {:?} after the gateway", start.elapsed());
+}
+
 #[test]
 fn a_packet_that_takes_dds_down_does_not_take_the_gateway_down() {
     let domain = domain();

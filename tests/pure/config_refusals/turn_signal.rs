@@ -68,6 +68,10 @@ fn limits_dimensions_parameters_and_topics_that_do_not_fit_are_refused() {
 > gateway.toml:10:19: turn_signal.inputs.odometry: "" is not an absolute topic; write it as /a/b
 + inputs.scenario = "scenario"
 > gateway.toml:10:19: turn_signal.inputs.scenario: "scenario" is not an absolute topic; write it as /a/b
++ outputs.markers = "/localization/kinematic_state"
+> gateway.toml:10:19: turn_signal.outputs.markers: another topic has this name; give each its own
++ outputs.planning_factors = "/planning/planning_factors/goal_planner"
+> gateway.toml:10:28: turn_signal.outputs.planning_factors: another topic has this name; give each its own
 + outputs.turn_command = "/planning/hazard_lights_cmd"
 > gateway.toml:10:24: turn_signal.outputs.turn_command: another topic has this name; give each its own
 + enabled = true

@@ -5,18 +5,18 @@
 //! that a stop takes less than a second. What is measured is printed.
 
 mod bytes;
-mod car;
+pub(crate) mod car;
 mod cases;
 mod clocks;
 mod closed_loop;
-mod commander;
+pub(crate) mod commander;
 mod counters;
 mod killed;
 mod queue;
-mod recording;
+pub(crate) mod recording;
 mod rhythm;
 mod stops;
-mod vehicles;
+pub(crate) mod vehicles;
 
 use signal_gateway::core::gateway::event::Output;
 use signal_gateway::core::light_command::{HazardCommand, TurnCommand};

@@ -4,6 +4,7 @@
 //! Counted as wrong is a report whose state no sound frame had at the report's stamp, and one that was sent much
 //! later than its message is believed. How long things take is measured, and not judged.
 
+mod attacks;
 mod unit;
 
 use std::cell::{Cell, RefCell};
@@ -136,10 +137,10 @@ impl Bench {
         assert!(Command::new("sh").args(["-c", &format!("kill -{signal} {id}")]).status().unwrap().success());
     }
 
-    /// Kills the process that the gateway has started for its network side.
-    fn kill_network_process(&self) {
+    /// Sends a signal to the process that the gateway has started for its network side.
+    fn signal_network_process(&self, signal: &str) {
         let id = self.gateway.borrow().as_ref().unwrap().id();
-        let kill = format!("kill -KILL $(pgrep -P {id})");
+        let kill = format!("kill -{signal} $(pgrep -P {id})");
         assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
     }
 
@@ -239,7 +240,17 @@ fn try_all(bench: &Bench) {
         row("folder of the black box is a file", Some("invalid"), &|| bench.spoil_black_box(), &|| {}),
         row("started with a blocked standard error", None, &|| bench.start_with_blocked_log(), &|| {}),
         row("SIGKILL, restarted after 3 s", None, &|| drop(gateway.take()), &start),
-        row("SIGKILL of the network process", None, &|| bench.kill_network_process(), &|| {}),
+        row("SIGKILL of the network process", None, &|| bench.signal_network_process("KILL"), &|| {}),
+        row("SIGSTOP of the network process", None, &|| bench.signal_network_process("STOP"), &|| {}),
+        row(
+            "interface down and network process killed",
+            Some("is down"),
+            &|| {
+                vcan.bring_down();
+                bench.signal_network_process("KILL");
+            },
+            &|| vcan.bring_up(),
+        ),
         row("a second DDS reader is killed", None, &|| join().kill(), &|| {}),
     ];
     rows.push(row("SIGSTOP, SIGCONT after 3 s", None, &|| bench.signal("STOP"), &|| bench.signal("CONT")));

@@ -91,7 +91,13 @@ pub(super) fn turn_signal(files: &dyn Files, fields: Fields<'_>) -> Option<TurnS
     let decider = DeciderSettings { compat, parameters, vehicle, age_limits, min_durations };
     let role = if is_shadow { Role::Shadow { tolerance } } else { Role::Command };
     Some(TurnSignalConfig {
-        flow: FlowSettings { decider, road: Arc::new(road), role, period },
+        flow: FlowSettings {
+            decider,
+            road: Arc::new(road),
+            role,
+            period,
+            publishes_sections: outputs.have_sections(),
+        },
         runs: is_enabled || is_shadow,
         map,
         country,

@@ -29,13 +29,24 @@ pub struct DeciderInputs {
     pub own_hazard_command: String,
 }
 
-/// Topics that the decider's commands go to.
+/// Topics that the decider writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeciderOutputs {
     /// `TurnIndicatorsCommand` of the decider.
     pub turn_command: String,
     /// `HazardLightsCommand` of the decider.
     pub hazard_command: String,
+    /// `MarkerArray` of the sections; not written if empty.
+    pub markers: String,
+    /// `PlanningFactorArray` of what is signalled; not written if empty.
+    pub planning_factors: String,
+}
+
+impl DeciderOutputs {
+    /// True if sections are published, in either form.
+    pub fn have_sections(&self) -> bool {
+        !self.markers.is_empty() || !self.planning_factors.is_empty()
+    }
 }
 
 /// Reads the topics of both sections, and refuses two of the same name, lest a topic that is published comes
@@ -62,6 +73,8 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Deci
     let outputs = DeciderOutputs {
         turn_command: to.topic("turn_command", TURN_COMMAND),
         hazard_command: to.topic("hazard_command", HAZARD_COMMAND),
+        markers: to.optional_topic("markers", ""),
+        planning_factors: to.optional_topic("planning_factors", ""),
     };
     let [turn, hazard] = if publishes {
         [(&to, "turn_command", &outputs.turn_command), (&to, "hazard_command", &outputs.hazard_command)]
@@ -80,9 +93,12 @@ pub(super) fn topics(from: Fields<'_>, to: Fields<'_>, publishes: bool) -> (Deci
         (&from, "hazard_request", &inputs.hazard_request),
         turn,
         hazard,
+        (&to, "markers", &outputs.markers),
+        (&to, "planning_factors", &outputs.planning_factors),
     ];
     for (fields, key, name) in topics {
-        let is_shared = topics.iter().filter(|(_, _, other)| *other == name).count() > 1;
+        let is_read = inputs.planning_factors.iter().any(|(_, read)| read == name);
+        let is_shared = is_read || topics.iter().filter(|(_, _, other)| *other == name).count() > 1;
         if fields.has(key) && is_shared && !name.is_empty() {
             fields.refuse(key, "another topic has this name", "give each its own");
         }

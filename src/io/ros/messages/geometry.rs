@@ -113,6 +113,17 @@ impl Quaternion {
     }
 }
 
+impl From<plane::Pose> for Pose {
+    /// Upright, on the ground of the map.
+    fn from(plane::Pose { position, yaw_rad }: plane::Pose) -> Self {
+        let (sin, cos) = (yaw_rad / 2.0).sin_cos();
+        Self {
+            position: Point { x: position.x_m, y: position.y_m, z: 0.0 },
+            orientation: Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
+        }
+    }
+}
+
 impl From<Pose> for plane::Pose {
     /// Projects to the plane.
     fn from(pose: Pose) -> Self {

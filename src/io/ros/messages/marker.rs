@@ -56,36 +56,36 @@ pub struct Marker {
     pub ns: String,
     /// Names the marker together with `ns`.
     pub id: i32,
-    /// Shape; here `SPHERE` 2.
+    /// Shape; here `ARROW` 0, `SPHERE` 2, `TEXT_VIEW_FACING` 9.
     pub r#type: i32,
     /// Here `ADD` 0, which also changes a marker with the same `ns` and `id`, or `DELETEALL` 3.
     pub action: i32,
     /// Position and orientation.
     pub pose: Pose,
-    /// Diameters, metres.
+    /// Diameters of a sphere, length, width and height of an arrow, metres; z is the height of letters.
     pub scale: Vector3,
     /// Colour of the whole marker.
     pub color: ColorRgba,
-    /// Zero: it stays until it is deleted.
+    /// After it the viewer deletes the marker; zero: never.
     pub lifetime: Duration,
     /// True if the marker moves with its frame.
     pub frame_locked: bool,
-    /// None for a sphere.
+    /// None here.
     pub points: Vec<Point>,
-    /// None for a sphere.
+    /// None here.
     pub colors: Vec<ColorRgba>,
-    /// None for a sphere.
+    /// None here.
     pub texture_resource: String,
-    /// None for a sphere.
+    /// None here.
     pub texture: CompressedImage,
-    /// None for a sphere.
+    /// None here.
     pub uv_coordinates: Vec<UvCoordinate>,
-    /// None for a sphere.
+    /// The letters of a text.
     pub text: String,
-    /// None for a sphere.
+    /// None here.
     pub mesh_resource: String,
-    /// None for a sphere.
+    /// None here.
     pub mesh_file: MeshFile,
-    /// Of no meaning for a sphere.
+    /// Of no meaning here.
     pub mesh_use_embedded_materials: bool,
 }

@@ -14,7 +14,7 @@ use crate::core::traffic_light::bulb::Color;
 use crate::core::traffic_light::emission::LampMarker;
 
 /// Frame of all markers.
-const FRAME: &str = "map";
+pub(super) const FRAME: &str = "map";
 /// Namespace of all lamps with a number that fits the field.
 const NAMESPACE: &str = "bulb";
 /// Diameter of a lamp.
@@ -24,7 +24,7 @@ const ALPHA_OFF: f32 = 0.3;
 /// `Marker::SPHERE`, a type.
 const SPHERE: i32 = 2;
 /// `Marker::ADD`, an action.
-const ADD: i32 = 0;
+pub(super) const ADD: i32 = 0;
 /// `Marker::DELETEALL`, an action.
 const DELETE_ALL: i32 = 3;
 /// Lamps of a head have numbers below this.

@@ -26,6 +26,7 @@ mod operation_mode_state;
 mod path_with_lane_id;
 mod planning_factor_array;
 mod scenario;
+mod section_markers;
 mod stamp;
 mod text;
 mod traffic_light_array_v1;

@@ -6,8 +6,20 @@ use super::bounded::at_most;
 use super::geometry::{Point, Pose};
 use super::lanelet_route::Uuid;
 use super::stamp::{Duration, Header};
+use crate::core::map::geometry as plane;
+use crate::core::time::WallStamp;
+use crate::core::turn_signal::decision::Decision;
 use crate::core::turn_signal::planner_input::{self, FactorTopic, PlannerInput};
+use crate::core::turn_signal::side::Side;
+use crate::core::turn_signal::subject::Subject;
 
+/// Name of the module in factors of our own.
+const MODULE: &str = "signal_gateway";
+/// Values of `behavior` in factors of our own.
+const SHIFT_LEFT: u16 = 4;
+const SHIFT_RIGHT: u16 = 5;
+const TURN_LEFT: u16 = 6;
+const TURN_RIGHT: u16 = 7;
 /// Most factors of a message, and most control points of a factor.
 pub(super) const MAX_FACTORS: usize = 1_000;
 /// Most objects of a factor.
@@ -103,6 +115,55 @@ pub struct PlanningFactorArray {
 }
 
 impl PlanningFactorArray {
+    /// What a decision signals, as the factor of a module: none, or one from the start of the required section to its
+    /// end (docs/spec/turn-signal-decider.md, "Published sections").
+    pub fn of_decision(decision: &Decision, stamp: WallStamp) -> Self {
+        let header = Header { stamp: stamp.into(), frame_id: "map".to_owned() };
+        let factor = decision.won().and_then(|won| {
+            let (section, distances) = (decision.sections.of(won.source)?, won.distances?);
+            let is_left = won.turn.side()? == Side::Left;
+            let behavior =
+                match won.subject {
+                    Subject::Turn(_) | Subject::RoundaboutEntry(_) | Subject::RoundaboutExit(_) => {
+                        if is_left { TURN_LEFT } else { TURN_RIGHT }
+                    }
+                    Subject::Unnamed
+                    | Subject::PullOut
+                    | Subject::Avoidance
+                    | Subject::LaneChange
+                    | Subject::PullOver => {
+                        if is_left {
+                            SHIFT_LEFT
+                        } else {
+                            SHIFT_RIGHT
+                        }
+                    }
+                };
+            #[allow(clippy::cast_possible_truncation)] // the message has 32 bits
+            let point = |pose: plane::Pose, distance_m: f64| ControlPoint {
+                pose: pose.into(),
+                distance: distance_m as f32,
+                ..ControlPoint::default()
+            };
+            Some(PlanningFactor {
+                module: MODULE.to_owned(),
+                is_driving_forward: true,
+                control_points: vec![
+                    point(section.required_start, distances.required_start_m),
+                    point(section.required_end, distances.required_end_m),
+                ],
+                behavior,
+                detail: won.subject.name(won.turn).unwrap_or_default(),
+                safety_factors: SafetyFactorArray {
+                    header: header.clone(),
+                    is_safe: true,
+                    ..SafetyFactorArray::default()
+                },
+            })
+        });
+        Self { header, factors: factor.into_iter().collect() }
+    }
+
     /// The decider's input when it is received on a topic.
     pub fn into_input(self, topic: FactorTopic) -> PlannerInput {
         PlannerInput::Factors { topic, factors: self.factors.into_iter().map(Into::into).collect() }

@@ -1,6 +1,6 @@
 //! The confinement of the network process before it meets the network, so that whoever takes it over gains little.
 //!
-//! - It dies with its parent, is the first that the kernel takes when memory is short, and leaves no core dump.
+//! - It goes on when its parent ends, should it have been stopped, so as to end as well. It is the first that the kernel takes when memory is short, and leaves no core dump.
 //! - Its memory and its descriptors are limited. The limit is one of private writable memory (`RLIMIT_DATA`), since
 //!   threads and allocators reserve much more address space than they use.
 //! - System calls that it never needs fail: to run a program or to fork, to open a file for writing or to change the
@@ -32,8 +32,8 @@ pub(super) fn confine(memory: u64) -> Vec<String> {
     };
     let outcomes = [
         (
-            "death with the parent",
-            set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| error.to_string()),
+            "a signal of the parent's end",
+            set_parent_process_death_signal(Some(Signal::CONT)).map_err(|error| error.to_string()),
         ),
         ("OOM score", fs::write("/proc/self/oom_score_adj", OOM_SCORE).map_err(|error| error.to_string())),
         ("memory limit", limit(Resource::Data, memory)),

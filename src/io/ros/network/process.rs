@@ -3,12 +3,18 @@
 use std::io;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
-use std::{panic, process};
+use std::time::Duration;
+use std::{panic, process, thread};
+
+use rustix::event::{PollFd, PollFlags, poll};
 
 use super::{confinement, serve};
 
 /// Exit code of a process that had a panic in one of its threads.
 pub const PANICKED: i32 = 101;
+
+/// Time to leave the network in order after the gateway has ended without a word.
+const TIME_TO_LEAVE: Duration = Duration::from_secs(1);
 
 /// Serves the gateway that has started this process, over the socket that is its standard input, and confined as
 /// `confinement` says, to this much private writable memory in MB.
@@ -22,7 +28,21 @@ pub fn run(memory_mb: u32) -> io::Result<()> {
     for refused in confinement::confine(u64::from(memory_mb) << 20) {
         tracing::warn!("the network process is not confined as it should be: {refused}");
     }
+    end_after_the_gateway(socket.try_clone()?)?;
     serve(socket)
+}
+
+/// Ends the process a little after the gateway has closed its end of the socket, should it not have left by itself until
+/// then: DDS may hang.
+fn end_after_the_gateway(socket: UnixStream) -> io::Result<()> {
+    let wait = move || {
+        // Nothing but the end is waited for. It is there at once when waiting fails.
+        let _ready = poll(&mut [PollFd::new(&socket, PollFlags::empty())], None);
+        thread::sleep(TIME_TO_LEAVE);
+        process::exit(1);
+    };
+    thread::Builder::new().name("gateway's end".to_owned()).spawn(wait)?;
+    Ok(())
 }
 
 /// A thread of RustDDS that panics leaves a process that looks alive. Here it ends the process, with a code that no

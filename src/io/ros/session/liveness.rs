@@ -123,7 +123,7 @@ impl Suspicion {
 /// The delay before the first of a row of restarts.
 const MIN_DELAY: Duration = Duration::from_millis(100);
 /// The longest delay: reports are back within two seconds after an attack, however long it was.
-const MAX_DELAY: Duration = Duration::from_millis(1600);
+const MAX_DELAY: Duration = Duration::from_millis(800);
 /// A network side of this age was healthy.
 const HEALTHY: Duration = Duration::from_secs(60);
 
@@ -261,8 +261,8 @@ mod tests {
         let mut delay = RestartDelay::default();
         let mut after = |age: Option<u64>| delay.next(age.map(Duration::from_secs)).as_millis();
         let first: Vec<_> = (0..7).map(|_| after(Some(1))).collect();
-        assert_eq!(first, [100, 200, 400, 800, 1600, 1600, 1600]);
-        assert_eq!(after(None), 1600);
+        assert_eq!(first, [100, 200, 400, 800, 800, 800, 800]);
+        assert_eq!(after(None), 800);
         assert_eq!([after(Some(60)), after(Some(59))], [100, 200]);
     }
 }

@@ -4,13 +4,14 @@
 //! their order; when `MAX_DIAGNOSTICS` wait, the oldest is dropped.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
 use super::status::RosStatus;
 use crate::core::time::WallStamp;
 use crate::core::traffic_light::emission::{Emission, LightsTopic};
+use crate::core::turn_signal::decision::Decision;
 use crate::core::vehicle_lights::report::Step;
 use crate::io::ros::messages::{
     DiagnosticArray, HazardLightsCommand, HazardLightsReport, TurnIndicatorsCommand, TurnIndicatorsReport,
@@ -53,6 +54,8 @@ pub(super) enum OutgoingMessage {
     TurnCommand(TurnIndicatorsCommand),
     /// For the hazard command.
     HazardCommand(HazardLightsCommand),
+    /// For the topics of the decider's sections; the thread makes the messages.
+    Sections(Arc<Decision>, WallStamp),
     /// Leave the graph.
     Stop,
 }
@@ -72,6 +75,8 @@ pub(super) struct OutgoingMessages {
     pub(super) turn_command: Option<TurnIndicatorsCommand>,
     /// The newest hazard command.
     pub(super) hazard_command: Option<HazardLightsCommand>,
+    /// The newest decision with its sections, and its time.
+    pub(super) sections: Option<(Arc<Decision>, WallStamp)>,
     /// Leave the graph after sending the rest.
     pub(super) stop: bool,
 }
@@ -104,6 +109,7 @@ impl Mailbox {
             }
             OutgoingMessage::TurnCommand(command) => messages.turn_command = Some(command),
             OutgoingMessage::HazardCommand(command) => messages.hazard_command = Some(command),
+            OutgoingMessage::Sections(decision, stamp) => messages.sections = Some((decision, stamp)),
             OutgoingMessage::Stop => messages.stop = true,
         }
         self.arrived.notify_one();

@@ -150,6 +150,9 @@ impl RosSession {
             Output::TurnSignal(TurnSignalOutput::HazardCommand { command, stamp }) => {
                 OutgoingMessage::HazardCommand(HazardLightsCommand::new(*command, *stamp))
             }
+            Output::TurnSignal(TurnSignalOutput::Sections { decision, stamp }) => {
+                OutgoingMessage::Sections(Arc::clone(decision), *stamp)
+            }
             Output::TurnSignal(TurnSignalOutput::Decision(_))
             | Output::TrafficLights(TrafficLightOutput::CommandRefused(_))
             | Output::Command(_) => return,

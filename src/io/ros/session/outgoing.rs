@@ -9,11 +9,11 @@ use super::status::OutgoingStatus;
 use crate::core::compat::Compat;
 use crate::core::traffic_light::emission::LightsTopic;
 use crate::io::ros::link::{Delivery, Order, WrittenTopic};
-use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType};
+use crate::io::ros::messages::{CdrBytes, LightsEncoder, LightsType, MarkerArray, PlanningFactorArray};
 use crate::io::ros::settings::RosSettings;
 use crate::io::ros::topics::{
     COMMAND_DEPTH, DIAGNOSTICS_DEPTH, DIAGNOSTICS_TYPE, Durability, HAZARD_COMMAND_TYPE, HAZARD_LIGHTS_TYPE,
-    REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
+    PLANNING_FACTORS_TYPE, REPORT_DEPTH, TURN_COMMAND_TYPE, TURN_INDICATORS_TYPE, TypeName,
 };
 
 /// The source of a topic's messages.
@@ -25,6 +25,8 @@ pub(super) enum Source {
     Lights(LightsTopic, LightsType, Compat),
     TurnCommand,
     HazardCommand,
+    SectionMarkers,
+    PlanningFactors,
 }
 
 /// A topic we write.
@@ -76,11 +78,13 @@ impl Outgoing {
             Source::Lights(LightsTopic::Clock, ..) => "clock",
             Source::TurnCommand => "turn command",
             Source::HazardCommand => "hazard command",
+            Source::SectionMarkers => "section markers",
+            Source::PlanningFactors => "planning factors",
         }
     }
 }
 
-/// All topics: the reports that have a name, diagnostics, traffic lights, commands.
+/// All topics: the reports that have a name, diagnostics, traffic lights, and those of the decider.
 pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
     let topics = &settings.topics;
     let report = |name: &str, type_name, source| Outgoing {
@@ -114,7 +118,7 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Stream,
         source: Source::Lights(lights_topic.topic, lights_topic.lights, lights_topic.compat),
     }));
-    // A command is not repeated: for a late joiner it is outdated.
+    // What the decider sends is not repeated: for a late joiner it is outdated.
     let command = |name: &String, type_name, source| Outgoing {
         name: name.clone(),
         type_name,
@@ -123,11 +127,15 @@ pub(super) fn table(settings: &RosSettings) -> Vec<Outgoing> {
         delivery: Delivery::Once,
         source,
     };
-    table
-        .extend(topics.turn_command.iter().map(|name| command(name, TURN_COMMAND_TYPE, Source::TurnCommand)));
-    table.extend(
-        topics.hazard_command.iter().map(|name| command(name, HAZARD_COMMAND_TYPE, Source::HazardCommand)),
-    );
+    let decider = [
+        (&topics.turn_command, TURN_COMMAND_TYPE, Source::TurnCommand),
+        (&topics.hazard_command, HAZARD_COMMAND_TYPE, Source::HazardCommand),
+        (&topics.section_markers, LightsType::MarkerArray.type_name(), Source::SectionMarkers),
+        (&topics.planning_factors, PLANNING_FACTORS_TYPE, Source::PlanningFactors),
+    ];
+    for (name, type_name, source) in decider {
+        table.extend(name.iter().map(|name| command(name, type_name, source)));
+    }
     table
 }
 
@@ -176,6 +184,18 @@ pub(super) fn orders(
             Source::HazardCommand => {
                 orders.extend(messages.hazard_command.map(|command| (position, once(&command))));
             }
+            Source::SectionMarkers => {
+                let sections = messages.sections.as_ref();
+                let markers =
+                    sections.map(|(decision, stamp)| once(&MarkerArray::sections(decision, *stamp)));
+                orders.extend(markers.map(|order| (position, order)));
+            }
+            Source::PlanningFactors => {
+                let sections = messages.sections.as_ref();
+                let factors = sections
+                    .map(|(decision, stamp)| once(&PlanningFactorArray::of_decision(decision, *stamp)));
+                orders.extend(factors.map(|order| (position, order)));
+            }
         }
     }
     orders
@@ -219,6 +239,8 @@ mod tests {
         ];
         settings.topics.turn_command = Some("/e".to_owned());
         settings.topics.hazard_command = Some("/f".to_owned());
+        settings.topics.section_markers = Some("/g".to_owned());
+        settings.topics.planning_factors = Some("/h".to_owned());
         settings
     }
 
@@ -242,6 +264,8 @@ mod tests {
                 ("markers", kept, 1, Delivery::Stream),
                 ("turn command", volatile, 1, Delivery::Once),
                 ("hazard command", volatile, 1, Delivery::Once),
+                ("section markers", volatile, 1, Delivery::Once),
+                ("planning factors", volatile, 1, Delivery::Once),
             ]
         );
     }

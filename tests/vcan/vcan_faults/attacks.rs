@@ -1,0 +1,201 @@
+//! Packets that take DDS down, while the gateway sends commands and reports a vehicle on a real CAN interface.
+//!
+//! It prints the table of docs/reliability.md, and writes it there with `UPDATE_DOCS=1`.
+
+use std::fs;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crate::support::docs_section;
+use crate::support::json_process::Mark;
+use crate::support::peer::{Cyclone, domain};
+use crate::support::prerequisite::{Missing, require};
+use crate::support::process::{Folder, Process, ros_in};
+use crate::support::rtps::{Attack, Mutations, Target, announcement, announcement_of};
+use crate::support::vcan::Vcan;
+use crate::vcan::vcan_commands::car::Car;
+use crate::vcan::vcan_commands::commander::{Commander, Durability};
+use crate::vcan::vcan_commands::recording::{BusTime, Recording};
+use crate::vcan::vcan_commands::vehicles::{Change, NEW_EAGLE, PATIENT};
+use crate::vcan::vcan_gateway::reader::Reader;
+
+/// The period of the command message, as shipped.
+const PERIOD: Duration = Duration::from_millis(50);
+/// What a frame may be later than that, beside what the machine takes from everybody: on one processor the gateway
+/// takes turns with the peers.
+const MAX_LATE: Duration = Duration::from_millis(250);
+/// What the gateway's own process may grow by, kB.
+const MAX_GROWTH: u64 = 8 * 1024;
+
+const HEAD: &str = "\
+| attack | network processes lost | command frame late by at most | a thread beside it late by at most | reports back after | memory of the gateway |
+|---|---|---|---|---|---|
+";
+
+/// A gateway between a vehicle and two peers.
+struct Scene {
+    folder: Folder,
+    recording: Recording,
+    gateway: Process,
+    reader: Reader,
+    commander: Commander,
+    target: Target,
+    _car: Car,
+    vcan: Vcan,
+}
+
+impl Scene {
+    fn new() -> Result<Self, Missing> {
+        let vcan = Vcan::new("vcan-attack")?;
+        let cyclone = Cyclone::on_loopback()?;
+        let domain = domain();
+        let folder = NEW_EAGLE.folder(vcan.name, &format!("{PATIENT}{}", ros_in(domain)), &Change::NONE);
+        let recording = Recording::of(vcan.name);
+        let car = Car::start(&folder, vcan.name, &[]);
+        // The first participant, and each that replaces it, so that the peers are not attacked.
+        let mut gateway = Process::run(&folder);
+        gateway.wait_for_log("ros: joined");
+        let reader = Reader::start(&cyclone, domain);
+        let commander = Commander::start(&cyclone, domain, Durability::Volatile);
+        commander.wait_for_readers(Mark::START, true);
+        commander.send("mode 1 10; turn 2 10; hazard 1 10");
+        car.wait_for_lights(Mark::START, "left", "command");
+        reader.report(Mark::START, "turn", 2);
+        Ok(Self {
+            target: Target::of_first(1, domain),
+            folder,
+            recording,
+            gateway,
+            reader,
+            commander,
+            _car: car,
+            vcan,
+        })
+    }
+
+    /// Lets an attack happen, and waits until reports come again. A row of the table.
+    fn attack(&mut self, name: &str, attack: impl FnOnce(&Target)) -> String {
+        let memory = self.memory_kb();
+        let (from, lost) = (BusTime::now(), self.network_processes_lost());
+        let idler = Idler::start();
+        attack(&self.target);
+        let (ended, mark) = (Instant::now(), self.reader.mark());
+        let (came, _) = self.reader.sample(mark, "turn", |_| true);
+        let beside = idler.finish();
+        let to = BusTime::now();
+        self.recording.wait(to, NEW_EAGLE.command, "a frame after the attack", |frames| !frames.is_empty());
+        let frames = self.recording.since(from, NEW_EAGLE.command);
+        let gaps = frames.windows(2).map(|pair| pair[1].at.saturating_sub(pair[0].at));
+        let late = gaps.max().unwrap().saturating_sub(PERIOD);
+        let (lost, after) = (self.network_processes_lost() - lost, self.memory_kb());
+        let ms = |time: Duration| time.as_secs_f64() * 1e3;
+        let row = format!(
+            "| {name} | {lost} | {:.0} ms | {:.0} ms | {:.1} s | {} to {} kB |\n",
+            ms(late),
+            ms(beside),
+            came.saturating_duration_since(ended).as_secs_f64(),
+            memory,
+            after,
+        );
+        print!("{row}");
+        assert!(self.gateway.is_running());
+        assert!(
+            late <= MAX_LATE + beside,
+            "{name}: a command frame was late by {late:?}, a thread by {beside:?}"
+        );
+        assert!(after <= memory + MAX_GROWTH, "{name}: from {memory} to {after} kB");
+        row
+    }
+
+    fn network_processes_lost(&self) -> usize {
+        self.gateway.log().iter().filter(|line| line.contains("the network side of ROS 2 has ended")).count()
+    }
+
+    fn memory_kb(&self) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.gateway.id())).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+        line.split_whitespace().next().unwrap().parse().unwrap()
+    }
+}
+
+/// A thread that would do something every 10 ms: how late it is tells what the machine takes from everybody.
+struct Idler {
+    is_over: Arc<AtomicBool>,
+    thread: JoinHandle<Duration>,
+}
+
+impl Idler {
+    fn start() -> Self {
+        let is_over = Arc::<AtomicBool>::default();
+        let over = Arc::clone(&is_over);
+        let thread = thread::spawn(move || {
+            let (step, mut latest) = (Duration::from_millis(10), Duration::ZERO);
+            while !over.load(Ordering::Relaxed) {
+                let begun = Instant::now();
+                thread::sleep(step);
+                latest = latest.max(begun.elapsed().saturating_sub(step));
+            }
+            latest
+        });
+        Self { is_over, thread }
+    }
+
+    /// How late it was at most.
+    fn finish(self) -> Duration {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap()
+    }
+}
+
+/// A packet every 50 ms for 2 s.
+fn repeat(target: &Target, attack: Attack, is_announced: bool) {
+    for count in 1..=40 {
+        if is_announced {
+            target.send(&announcement(target.own_port(), count));
+        }
+        target.send(&attack.packet(count));
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Packets in which some bytes are others, as fast as they go.
+fn mutate(target: &Target, count: u32) {
+    let mut mutations = Mutations::of(target.capture());
+    for _ in 0..count {
+        target.send(&mutations.next(target.own_port()));
+    }
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn attacks_on_the_network_process_leave_the_bus_and_the_gateway_alone_and_reports_come_back() {
+        let mut scene = require!(Scene::new());
+        let mut table = HEAD.to_owned();
+        table += &scene.attack("none, for 2 s", |_| thread::sleep(Duration::from_secs(2)));
+        for (name, attack, is_announced) in [
+            ("HEARTBEAT of 2⁶² samples, announced", Attack::Heartbeat, true),
+            ("GAP of 2⁶² samples, announced", Attack::Gap, true),
+            ("DATA_FRAG of a 4 GiB sample, announced", Attack::Fragment, true),
+            ("the same from nobody known", Attack::Fragment, false),
+        ] {
+            table += &scene.attack(name, |target| repeat(target, attack, is_announced));
+        }
+        table += &scene.attack("200 participants announce themselves", |target| {
+            for participant in 0..200 {
+                target.send(&announcement_of(participant, target.own_port()));
+            }
+        });
+        table += &scene.attack("100,000 mutated packets", |target| mutate(target, 100_000));
+        docs_section::update("attacks", &table);
+        // A command that was received over the network processes that are gone is carried out by the next one's.
+        let mark = scene.commander.mark();
+        scene.commander.send("mode 1 10; turn 3 10; hazard 1 10");
+        scene.commander.report(mark, "turn", 3);
+        scene.gateway.stop("TERM");
+        drop((scene.folder, scene.vcan));
+    }
+}
